@@ -1,0 +1,25 @@
+"""Angle random walk of a gyro, at rest or on a turning table, with an honest interval.
+
+Charter
+-------
+Data types
+    A `Recording` holds gyro channels, the table encoder and the sample times.
+    Each stage takes a value and returns a new one with what it removed and what
+    it noticed; nothing is repaired silently.
+Units
+    SI inside (rad, rad/s, s); the field's units (″, °/h, °/√h) at the edges only,
+    converted in `sagnac.units` and nowhere else.
+Symbols
+    θ measured gyro angle, α table angle, Ω table rate, e share of the table rate a
+    gyro senses, η Earth rate in the table's start frame, τ cluster time, σ(τ) Allan
+    deviation; Q, N, B, K, R quantization, angle random walk, bias instability, rate
+    random walk and rate ramp.
+Sign and frames
+    Those of Yu et al., Sensors 2013, 13, 2750, Eqs. 1-7: n north-east-down, b turns
+    with the table, b0 is b at the null pulse, s the gyro axes.
+Kinds
+    What a sample is, is always stated: ``angle`` (accumulated), ``increment`` (per
+    sample) or ``rate``. There is no default.
+"""
+
+__version__ = "0.1.0"

@@ -1,0 +1,100 @@
+"""analyze(recording, settings) -> Analysis: the one place that composes the stages."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from sagnac.coefficients import Estimate, Fit, FitName
+from sagnac.lines import Line
+from sagnac.recording import FloatArray, Recording
+from sagnac.stability import StabilityCurve
+
+Method = Literal["fos", "fos-paper", "fris", "none"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """What the caller chose.
+
+    Attributes
+    ----------
+    gyros
+        Names: one gyro, a pair to difference, or a triad.
+    method
+        How the periodic parts are removed.
+    interval
+        Seconds between the angles that the curve is made of (Step 4 of the paper: 1 s).
+    confidence
+        Of every interval.
+    """
+
+    gyros: tuple[str, ...]
+    method: Method = "fos"
+    interval: float = 1.0
+    confidence: float = 0.95
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spectrum:
+    """Rate power spectral density, one-sided.
+
+    Attributes
+    ----------
+    frequency
+        (bins,), Hz.
+    density
+        (bins,), (rad/s)^2/Hz.
+    """
+
+    frequency: FloatArray
+    density: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Analysis:
+    """Everything one recording gave; what the report, the JSON and the tables are made of.
+
+    Attributes
+    ----------
+    recording
+        The input, as read (values included; the report takes only facts from it).
+    channel
+        ``x`` or ``x-z``: what the curve and the lines are of.
+    gyros_differenced
+        1 for a single gyro, 2 for a difference. Coefficients are per gyro already.
+    table_rate
+        Mean table rate, rad/s, or None at rest.
+    angle_random_walk
+        The answer, SI (rad/sqrt(s)), with the fit it rests on in `source`.
+    fits
+        By method.
+    lines
+        Every periodic component found, strongest first.
+    curve, curve_before
+        Stability of `channel` after and before removal (before: same interval).
+    spectrum, spectrum_before
+        Rate spectrum of `channel` after and before removal, smoothed for a figure.
+    per_gyro
+        With a triad: each gyro's own N by three-cornered hat; else empty.
+    notes
+        Every repair, refusal and doubt, in words.
+    seconds
+        Time by stage.
+    """
+
+    recording: Recording
+    settings: Settings
+    channel: str
+    gyros_differenced: int
+    table_rate: float | None
+    angle_random_walk: Estimate
+    source: str
+    fits: Mapping[FitName, Fit]
+    lines: tuple[Line, ...]
+    curve: StabilityCurve
+    curve_before: StabilityCurve
+    spectrum: Spectrum
+    spectrum_before: Spectrum
+    per_gyro: Mapping[str, Estimate]
+    notes: tuple[str, ...]
+    seconds: Mapping[str, float]

@@ -1,0 +1,1 @@
+"""One room per file format: path -> Recording, Recording -> path."""
