@@ -1,0 +1,775 @@
+"""Every compiled loop: arrays in, arrays out; no validation, no files, nothing of ours imported."""
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntegerArray = NDArray[np.int64]
+
+# --- tones and harmonics -------------------------------------------------------------------
+
+
+@numba.njit(cache=True, fastmath=True)
+def fill_tones(first, frequencies, rows):
+    """Fill ``rows[2j], rows[2j+1]`` with cos, sin of ``2 pi f_j (first + n)``.
+
+    A product of two short tables: one complex multiplication a sample, no dependence of
+    one sample on the last, and no growing rounding error.
+    """
+    count = rows.shape[1]
+    stride = 128
+    fine_cos = np.empty(stride)
+    fine_sin = np.empty(stride)
+    for j in range(frequencies.size):
+        step = 2.0 * np.pi * frequencies[j]
+        for b in range(stride):
+            fine_cos[b] = np.cos(step * b)
+            fine_sin[b] = np.sin(step * b)
+        for a in range(0, count, stride):
+            # The turn count is taken off before multiplying by 2 pi: at 4e7 samples the
+            # argument would otherwise lose eight digits.
+            turns = frequencies[j] * (first + a)
+            turns -= np.floor(turns)
+            coarse_cos = np.cos(2.0 * np.pi * turns)
+            coarse_sin = np.sin(2.0 * np.pi * turns)
+            for b in range(min(stride, count - a)):
+                rows[2 * j, a + b] = coarse_cos * fine_cos[b] - coarse_sin * fine_sin[b]
+                rows[2 * j + 1, a + b] = coarse_sin * fine_cos[b] + coarse_cos * fine_sin[b]
+
+
+@numba.njit(cache=True, fastmath=True)
+def fill_harmonics(cosine, sine, orders, rows):
+    """Fill ``rows[2j], rows[2j+1]`` with cos, sin of ``orders[j]`` times an angle.
+
+    `cosine` and `sine` are of the angle itself; `orders` are ascending positive integers.
+    """
+    count = cosine.size
+    real = np.ones(count)
+    imaginary = np.zeros(count)
+    at = 0
+    for j in range(orders.size):
+        for _ in range(orders[j] - at):
+            for n in range(count):
+                product = real[n] * cosine[n] - imaginary[n] * sine[n]
+                imaginary[n] = real[n] * sine[n] + imaginary[n] * cosine[n]
+                real[n] = product
+        at = orders[j]
+        for n in range(count):
+            rows[2 * j, n] = real[n]
+            rows[2 * j + 1, n] = imaginary[n]
+
+
+# --- simulated rig ---------------------------------------------------------------------------
+
+
+@numba.njit(cache=True)
+def rig_earth_in_table(alpha, earth, order, amplitude, phase):
+    """Earth rate along b when the shaft is tilted by the wobble at this angle."""
+    tilt_x = 0.0
+    tilt_y = 0.0
+    for j in range(order.size):
+        tilt_x += amplitude[j] * np.cos(order[j] * alpha + phase[j])
+        tilt_y += amplitude[j] * np.sin(order[j] * alpha + phase[j])
+    first = earth[0] - tilt_y * earth[2]
+    second = earth[1] + tilt_x * earth[2]
+    third = earth[2] - tilt_x * earth[1] + tilt_y * earth[0]
+    cosine = np.cos(alpha)
+    sine = np.sin(alpha)
+    return cosine * first + sine * second, cosine * second - sine * first, third
+
+
+@numba.njit(cache=True)
+def rig_table_angle(drive, order, fraction, phase):
+    """Table angle at a drive angle: ripple of the rate at orders of the drive."""
+    angle = drive
+    for j in range(order.size):
+        angle += fraction[j] / order[j] * np.sin(order[j] * drive + phase[j])
+    return angle
+
+
+@numba.njit(cache=True)
+def rig_motion(
+    drive,
+    rate,
+    step,
+    substeps,
+    ripple_order,
+    ripple_fraction,
+    ripple_phase,
+    earth,
+    wobble_order,
+    wobble_amplitude,
+    wobble_phase,
+    state,
+    alpha,
+    turned,
+):
+    """Integrate the rate along b over the nodes; keep every `substeps`-th.
+
+    `drive` and `rate` are node values after each step; between nodes the drive is the
+    cubic through both ends' angles and rates, and each integral is Simpson's. `state`
+    carries drive, rate and integrand of the last node and the three integrals.
+    `turned[k]` is the Earth's part of the angle along b, with the wobble's in 0 and 1.
+    """
+    for n in range(drive.size):
+        middle_drive = 0.5 * (state[0] + drive[n]) + 0.125 * step * (state[1] - rate[n])
+        middle = rig_table_angle(middle_drive, ripple_order, ripple_fraction, ripple_phase)
+        end = rig_table_angle(drive[n], ripple_order, ripple_fraction, ripple_phase)
+        middle_1, middle_2, middle_3 = rig_earth_in_table(
+            middle, earth, wobble_order, wobble_amplitude, wobble_phase
+        )
+        end_1, end_2, end_3 = rig_earth_in_table(
+            end, earth, wobble_order, wobble_amplitude, wobble_phase
+        )
+        state[5] += step / 6.0 * (state[2] + 4.0 * middle_1 + end_1)
+        state[6] += step / 6.0 * (state[3] + 4.0 * middle_2 + end_2)
+        state[7] += step / 6.0 * (state[4] + 4.0 * middle_3 + end_3)
+        state[0] = drive[n]
+        state[1] = rate[n]
+        state[2] = end_1
+        state[3] = end_2
+        state[4] = end_3
+        if (n + 1) % substeps == 0:
+            k = n // substeps
+            alpha[k] = end
+            turned[0, k] = state[5]
+            turned[1, k] = state[6]
+            turned[2, k] = state[7]
+            # The shaft's own tilting rate seen from the turning table, in closed form:
+            # the integral of i m a exp(i((m - 1) alpha + p)) over alpha.
+            for j in range(wobble_order.size):
+                relative = wobble_order[j] - 1.0
+                scale = wobble_order[j] * wobble_amplitude[j]
+                if relative == 0.0:
+                    turned[0, k] -= scale * end * np.sin(wobble_phase[j])
+                    turned[1, k] += scale * end * np.cos(wobble_phase[j])
+                else:
+                    argument = relative * end + wobble_phase[j]
+                    turned[0, k] += scale / relative * np.cos(argument)
+                    turned[1, k] += scale / relative * np.sin(argument)
+
+
+@numba.njit(cache=True)
+def rig_jitter(normals, transition, spread, state, angle, rate):
+    """Position-servo jitter: a damped oscillator driven by white noise, stepped exactly."""
+    for n in range(normals.shape[0]):
+        x = transition[0, 0] * state[0] + transition[0, 1] * state[1]
+        v = transition[1, 0] * state[0] + transition[1, 1] * state[1]
+        state[0] = x + spread[0, 0] * normals[n, 0]
+        state[1] = v + spread[1, 0] * normals[n, 0] + spread[1, 1] * normals[n, 1]
+        angle[n] += state[0]
+        rate[n] += state[1]
+
+
+@numba.njit(cache=True)
+def rig_wander(normals, decay, spread, scale, step, state, angle, rate):
+    """Slow relative wander of the rate: first-order Markov, integrated by trapezoids."""
+    for n in range(normals.size):
+        state[0] = decay * state[0] + spread * normals[n]
+        now = scale[n] * state[0]
+        state[2] += 0.5 * step * (state[1] + now)
+        state[1] = now
+        angle[n] += state[2]
+        rate[n] += now
+
+
+@numba.njit(cache=True)
+def rig_markov(normals, decay, spread, weight, state, out):
+    """Sum of independent first-order Markov processes plus a random walk (the last column)."""
+    terms = decay.size
+    for n in range(out.size):
+        total = 0.0
+        for j in range(terms):
+            state[j] = decay[j] * state[j] + spread[j] * normals[n, j]
+            total += state[j]
+        state[terms] += weight * normals[n, terms]
+        out[n] += total + state[terms]
+
+
+@numba.njit(cache=True)
+def rig_harmonics(alpha, orders, in_phase, quadrature, out):
+    """Add ``in_phase * cos(k alpha) + quadrature * sin(k alpha)`` per channel, ascending k."""
+    length = 1024
+    cosine = np.empty(length)
+    sine = np.empty(length)
+    real = np.empty(length)
+    imaginary = np.empty(length)
+    for start in range(0, alpha.size, length):
+        count = min(length, alpha.size - start)
+        for n in range(count):
+            cosine[n] = np.cos(alpha[start + n])
+            sine[n] = np.sin(alpha[start + n])
+            real[n] = 1.0
+            imaginary[n] = 0.0
+        power = 0
+        for j in range(orders.size):
+            whole = orders[j] == np.floor(orders[j])
+            if whole:
+                while power < orders[j]:
+                    power += 1
+                    for n in range(count):
+                        product = real[n] * cosine[n] - imaginary[n] * sine[n]
+                        imaginary[n] = real[n] * sine[n] + imaginary[n] * cosine[n]
+                        real[n] = product
+            for c in range(out.shape[0]):
+                a = in_phase[c, j]
+                b = quadrature[c, j]
+                if whole:
+                    for n in range(count):
+                        out[c, start + n] += a * real[n] + b * imaginary[n]
+                else:
+                    for n in range(count):
+                        argument = orders[j] * alpha[start + n]
+                        out[c, start + n] += a * np.cos(argument) + b * np.sin(argument)
+
+
+@numba.njit(cache=True)
+def rig_time_lines(first, cycles_per_sample, in_phase, quadrature, out):
+    """Add ``in_phase * cos(2 pi f n) + quadrature * sin(2 pi f n)`` per channel."""
+    length = 256
+    for j in range(cycles_per_sample.size):
+        rotate_real = np.cos(2.0 * np.pi * cycles_per_sample[j])
+        rotate_imaginary = np.sin(2.0 * np.pi * cycles_per_sample[j])
+        for start in range(0, out.shape[1], length):
+            cycles = cycles_per_sample[j] * (first + start)
+            cycles -= np.floor(cycles)
+            real = np.cos(2.0 * np.pi * cycles)
+            imaginary = np.sin(2.0 * np.pi * cycles)
+            for n in range(start, min(start + length, out.shape[1])):
+                for c in range(out.shape[0]):
+                    out[c, n] += in_phase[c, j] * real + quadrature[c, j] * imaginary
+                product = real * rotate_real - imaginary * rotate_imaginary
+                imaginary = real * rotate_imaginary + imaginary * rotate_real
+                real = product
+
+
+@numba.njit(cache=True)
+def rig_null_pulse(alpha, errors, margin, state, pulse):
+    """Mark the first sample past each null, each passage with its own error.
+
+    `state`: turns completed, passages so far (both whole numbers), the null just passed
+    (NaN once the table is `margin` away from it, so that jitter fires no null twice).
+    """
+    turn = 2.0 * np.pi
+    for n in range(alpha.size):
+        pulse[n] = False
+        if abs(alpha[n] - state[2]) <= margin:
+            continue
+        error = errors[int(state[1]) % errors.size]
+        if alpha[n] >= turn * (state[0] + 1.0) + error:
+            state[0] += 1.0
+            state[1] += 1.0
+            state[2] = turn * state[0]
+            pulse[n] = True
+        elif alpha[n] < turn * state[0] + error:
+            state[2] = turn * state[0]
+            state[0] -= 1.0
+            state[1] += 1.0
+            pulse[n] = True
+        else:
+            state[2] = np.nan
+
+
+@numba.njit(cache=True)
+def rig_gyro(
+    row, alpha, origin, turned, normals, drift, step, white, lock_in, scatter, quantum, state, out
+):
+    """One gyro's accumulated angle: kinematics, noise, lock-in, readout step.
+
+    `out` holds the disturbances on entry. `state`: true angle at the last sample, random
+    walk, angle lost to lock-in. Noise per root second is `white` and, at rate w,
+    ``scatter / w`` beside it. Below `lock_in` the beat stands still and carries no noise.
+    """
+    root_step = np.sqrt(step)
+    for n in range(alpha.size):
+        true = (
+            row[0] * turned[0, n]
+            + row[1] * turned[1, n]
+            + row[2] * (alpha[n] - origin + turned[2, n])
+        )
+        strength = white
+        if lock_in > 0.0:
+            rate = (true - state[0]) / step
+            size = abs(rate)
+            if size > lock_in:
+                lost = size - np.sqrt((size - lock_in) * (size + lock_in))
+                state[2] -= np.copysign(lost * step, rate)
+                strength = np.sqrt(white * white + (scatter / size) ** 2)
+            else:
+                state[2] -= rate * step
+                strength = 0.0
+        state[0] = true
+        state[1] += strength * root_step * normals[n] + drift[n] * step
+        angle = true + state[1] + state[2] + out[n]
+        if quantum > 0.0:
+            angle = np.rint(angle / quantum) * quantum
+        out[n] = angle
+
+
+# --- stability: sums of squared differences of the accumulated angle -----------------------
+
+# Sums may be reordered into vector lanes, but a NaN stays a NaN and no division is guessed.
+_REORDER = {"reassoc", "contract"}
+
+
+@numba.njit(cache=True)
+def accumulate_deviations(values: FloatArray, mean: float) -> FloatArray:
+    """Running sum of ``values - mean`` from zero, (samples + 1,)."""
+    angle = np.empty(values.size + 1)
+    total = 0.0
+    angle[0] = 0.0
+    for i in range(values.size):
+        total += values[i] - mean
+        angle[i + 1] = total
+    return angle
+
+
+@numba.njit(cache=True)
+def subtract_ramp(values: FloatArray, slope: float, offset: float) -> FloatArray:
+    """``values[i] - slope * i - offset`` in that order, (samples,)."""
+    angle = np.empty(values.size)
+    for i in range(values.size):
+        angle[i] = (values[i] - slope * i) - offset
+    return angle
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_second_differences(angle: FloatArray, lag: int) -> float:
+    """Sum of ``(x[i + 2 lag] - 2 x[i + lag] + x[i])**2`` over every i."""
+    block = 8192
+    terms = angle.size - 2 * lag
+    total = 0.0
+    for start in range(0, terms, block):
+        # A fresh sum for each block keeps the rounding error from growing with the record.
+        partial = 0.0
+        for i in range(start, min(start + block, terms)):
+            difference = (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
+            partial += difference * difference
+        total += partial
+    return total
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_third_differences(angle: FloatArray, lag: int) -> float:
+    """Sum of ``(x[i + 3 lag] - 3 x[i + 2 lag] + 3 x[i + lag] - x[i])**2`` over every i."""
+    block = 8192
+    terms = angle.size - 3 * lag
+    total = 0.0
+    for start in range(0, terms, block):
+        partial = 0.0
+        for i in range(start, min(start + block, terms)):
+            difference = (angle[i + 3 * lag] - angle[i]) - 3.0 * (
+                angle[i + 2 * lag] - angle[i + lag]
+            )
+            partial += difference * difference
+        total += partial
+    return total
+
+
+@numba.njit(cache=True)
+def sum_squared_window_differences(angle: FloatArray, lag: int) -> float:
+    """Sum over j of the square of ``sum_{i=j}^{j+lag-1} (x[i+2lag] - 2 x[i+lag] + x[i])``.
+
+    The inner sum moves along by one third difference a step.
+    """
+    block = 8192
+    terms = angle.size - 3 * lag + 1
+    window = 0.0
+    for i in range(lag):
+        window += (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
+    total = window * window
+    for start in range(0, terms - 1, block):
+        partial = 0.0
+        for j in range(start, min(start + block, terms - 1)):
+            window += (angle[j + 3 * lag] - angle[j]) - 3.0 * (angle[j + 2 * lag] - angle[j + lag])
+            partial += window * window
+        total += partial
+    return total
+
+
+@numba.njit(cache=True)
+def sum_squared_differences_with_gaps(
+    angle: FloatArray,
+    absent_before: IntegerArray,
+    breaks_before: IntegerArray,
+    lag: int,
+    order: int,
+    stride: int,
+) -> tuple[float, int]:
+    """Sum and number of the squared differences that touch no gap.
+
+    ``absent_before[i]`` counts missing angles among the first i, ``breaks_before[i]`` the
+    breaks of the accumulated angle before sample i; `order` is 2 or 3.
+    """
+    total = 0.0
+    terms = 0
+    for i in range(0, angle.size - order * lag, stride):
+        last = i + order * lag
+        if breaks_before[last] != breaks_before[i]:
+            continue
+        whole = True
+        for k in range(i, last + 1, lag):
+            whole = whole and absent_before[k + 1] == absent_before[k]
+        if not whole:
+            continue
+        if order == 2:
+            difference = (angle[last] - angle[i + lag]) - (angle[i + lag] - angle[i])
+        else:
+            difference = (angle[last] - angle[i]) - 3.0 * (angle[i + 2 * lag] - angle[i + lag])
+        total += difference * difference
+        terms += 1
+    return total, terms
+
+
+@numba.njit(cache=True)
+def sum_squared_window_differences_with_gaps(
+    angle: FloatArray, absent_before: IntegerArray, breaks_before: IntegerArray, lag: int
+) -> tuple[float, int]:
+    """As `sum_squared_window_differences`, over the windows of 3 lag samples free of gaps."""
+    total = 0.0
+    terms = 0
+    fresh = True
+    window = 0.0
+    for j in range(angle.size - 3 * lag + 1):
+        last = j + 3 * lag - 1
+        if breaks_before[last] != breaks_before[j] or absent_before[last + 1] != absent_before[j]:
+            fresh = True
+            continue
+        if fresh:
+            window = 0.0
+            for i in range(j, j + lag):
+                window += (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
+            fresh = False
+        else:
+            window += (angle[last] - angle[j - 1]) - 3.0 * (
+                angle[j + 2 * lag - 1] - angle[j + lag - 1]
+            )
+        total += window * window
+        terms += 1
+    return total, terms
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_reflected_differences(angle: FloatArray, lag: int) -> float:
+    """Sum of squared second differences of lag `lag` centred on every inner sample.
+
+    Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``,
+    reached by its index and never stored.
+    """
+    last = angle.size - 1
+    left = min(lag, last)  # first centre whose left arm stays inside
+    right = max(last - lag, 0)  # last centre whose right arm stays inside
+    total = 0.0
+    for i in range(1, min(left, right + 1)):
+        difference = 2.0 * (angle[0] - angle[i]) + (angle[i + lag] - angle[lag - i])
+        total += difference * difference
+    for start in range(left, right + 1, 8192):
+        partial = 0.0
+        for i in range(start, min(start + 8192, right + 1)):
+            difference = (angle[i + lag] - angle[i]) - (angle[i] - angle[i - lag])
+            partial += difference * difference
+        total += partial
+    for i in range(max(right + 1, 1), left):
+        difference = 2.0 * (angle[0] + angle[last] - angle[i]) - (
+            angle[lag - i] + angle[2 * last - i - lag]
+        )
+        total += difference * difference
+    for i in range(max(left, right + 1), last):
+        difference = 2.0 * (angle[last] - angle[i]) - (angle[2 * last - i - lag] - angle[i - lag])
+        total += difference * difference
+    return total
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
+    """Sum over windows of 3 lag samples of the mean square of the modified total term.
+
+    Each window loses its half-average slope, is extended on both sides by its mirror image,
+    and gives 6 lag squared second differences of lag-averages. The extension repeats every
+    6 lag samples, so its running sum P from a zero mean is odd about both window ends, the
+    summed second difference is a third difference of P, and it is symmetric about two points
+    half a period apart: half a period is enough.
+    """
+    width = 3 * lag
+    half = width // 2
+    reach = width // 2  # j runs over -reach..reach
+    slope_span = 0.5 * (width + width % 2)
+    running = np.empty(2 * width + 1)  # P at -reach .. width + reach
+    total = 0.0
+    for start in range(0, angle.size - width + 1, stride):
+        first_mean = 0.0
+        last_mean = 0.0
+        for i in range(half):
+            first_mean += angle[start + i] - angle[start]
+            last_mean += angle[start + width - half + i] - angle[start]
+        slope = (last_mean - first_mean) / (half * slope_span) if half > 0 else 0.0
+        mean = 0.0
+        for i in range(width):
+            mean += (angle[start + i] - angle[start]) - slope * i
+        mean /= width
+        inside = running[reach : reach + width + 1]
+        summed = 0.0
+        inside[0] = 0.0
+        for i in range(width):
+            summed += (angle[start + i] - angle[start]) - slope * i - mean
+            inside[i + 1] = summed
+        for k in range(1, reach + 1):
+            running[reach - k] = -inside[k]
+            running[reach + width + k] = -inside[width - k]
+        squares = 0.0
+        for j in range(2 * reach + 1):
+            difference = (running[j + 3 * lag] - running[j]) - 3.0 * (
+                running[j + 2 * lag] - running[j + lag]
+            )
+            squares += difference * difference
+        if width % 2 == 0:
+            # The two points of symmetry themselves occur once in the period, the rest twice.
+            for j in (0, 2 * reach):
+                difference = (running[j + 3 * lag] - running[j]) - 3.0 * (
+                    running[j + 2 * lag] - running[j + lag]
+                )
+                squares -= 0.5 * difference * difference
+        total += squares / width
+    return total
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_theo1_terms(angle: FloatArray, span: int, stride: int) -> float:
+    """Sum over starts i of ``sum_v ((x[i] - x[i+v]) + (x[i+span] - x[i+span-v]))**2 / v``.
+
+    v runs from 1 to span/2 and is m/2 - delta of the definition.
+    """
+    half = span // 2
+    weights = np.empty(half)
+    for v in range(half):
+        weights[v] = 1.0 / (v + 1)
+    total = 0.0
+    for i in range(0, angle.size - span, stride):
+        ends = angle[i] + angle[i + span]
+        partial = 0.0
+        for v in range(half):
+            difference = ends - (angle[i + v + 1] + angle[i + span - v - 1])
+            partial += weights[v] * difference * difference
+        total += partial
+    return total
+
+
+@numba.njit(cache=True)
+def lag_one_order(
+    angle: FloatArray, starts: IntegerArray, counts: IntegerArray, cluster: int, maximum_order: int
+) -> float:
+    """Differences needed plus fractional order, from pooled lag-1 autocorrelation.
+
+    Stretches begin at `starts` and hold `counts` samples `cluster` apart. Each loses its own
+    parabola; the whole is differenced until ``r1 / (1 + r1) < 1/4``. NaN for a constant.
+    """
+    longest = 0
+    for b in range(starts.size):
+        longest = max(longest, counts[b])
+    stretches = np.empty((starts.size, longest))
+    for b in range(starts.size):
+        n = counts[b]
+        row = stretches[b]
+        centre = 0.5 * (n - 1)
+        curvature_centre = (n * n - 1.0) / 12.0
+        for k in range(n):
+            row[k] = angle[starts[b] + k * cluster] - angle[starts[b]]
+        constant, ramp, parabola, ramp_norm, parabola_norm = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(n):
+            t = k - centre
+            q = t * t - curvature_centre
+            constant += row[k]
+            ramp += t * row[k]
+            parabola += q * row[k]
+            ramp_norm += t * t
+            parabola_norm += q * q
+        constant /= n
+        ramp /= ramp_norm
+        parabola /= parabola_norm
+        for k in range(n):
+            t = k - centre
+            row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
+    for order in range(maximum_order + 1):
+        product = 0.0
+        square = 0.0
+        for b in range(starts.size):
+            n = counts[b] - order
+            row = stretches[b]
+            mean = 0.0
+            for k in range(n):
+                mean += row[k]
+            mean /= n
+            for k in range(n - 1):
+                product += (row[k] - mean) * (row[k + 1] - mean)
+                square += (row[k] - mean) ** 2
+            square += (row[n - 1] - mean) ** 2
+        if square == 0.0:
+            return np.nan
+        correlation = product / square
+        fraction = correlation / (1.0 + correlation)
+        if fraction < 0.25 or order == maximum_order:
+            return order + fraction
+        for b in range(starts.size):
+            row = stretches[b]
+            for k in range(counts[b] - order - 1):
+                row[k] = row[k + 1] - row[k]
+    return np.nan
+
+
+# --- stability: Greenhall-Riley equivalent degrees of freedom ------------------------------
+
+
+@numba.njit(cache=True)
+def _power_law_structure(t: float, alpha: int) -> float:
+    """s_w(t): generalized autocovariance of the continuous angle noise, up to a factor."""
+    t = abs(t)
+    if t == 0.0:
+        return 0.0
+    power = t ** (3 - alpha)
+    if alpha in (2, 0, -2, -4):
+        return -power if alpha in (2, -2) else power
+    return power * np.log(t) if alpha in (1, -3) else -power * np.log(t)
+
+
+@numba.njit(cache=True)
+def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
+    """s_x(t) = F^2 (2 s_w(t) - s_w(t - 1/F) - s_w(t + 1/F)).
+
+    Away from zero the second difference is written out, so that a cluster of a million
+    samples costs no digits.
+    """
+    t = abs(t)
+    h = 1.0 / filter_factor
+    if t < h:
+        return (
+            2.0 * _power_law_structure(t, alpha)
+            - _power_law_structure(t - h, alpha)
+            - _power_law_structure(t + h, alpha)
+        ) / (h * h)
+    if alpha == 2:
+        return 0.0
+    if alpha == 0:
+        return -6.0 * t
+    if alpha == -2:
+        return 20.0 * t**3 + 10.0 * t * h * h
+    if alpha == -4:
+        return -(42.0 * t**5 + 70.0 * t**3 * h**2 + 14.0 * t * h**4)
+    u = h / t
+    power = 3 - alpha
+    if alpha == 1:
+        even = 2.0
+    elif alpha == -1:
+        even = 12.0 + 2.0 * u**2
+    else:
+        even = 30.0 + 30.0 * u**2 + 2.0 * u**4
+    odd = (1.0 + u) ** power * np.log1p(u)
+    if u < 1.0:
+        odd += (1.0 - u) ** power * np.log1p(-u)
+    value = t ** (power - 2) * (even * np.log(t) + odd / (u * u))
+    return value if alpha == -1 else -value
+
+
+@numba.njit(cache=True)
+def difference_covariance(t: float, filter_factor: float, alpha: int, order: int) -> float:
+    """s_z(t): covariance of the order-th differences, from binomials of s_x."""
+    if order == 2:
+        return (
+            6.0 * _filtered_structure(t, filter_factor, alpha)
+            - 4.0
+            * (
+                _filtered_structure(t - 1.0, filter_factor, alpha)
+                + _filtered_structure(t + 1.0, filter_factor, alpha)
+            )
+            + _filtered_structure(t - 2.0, filter_factor, alpha)
+            + _filtered_structure(t + 2.0, filter_factor, alpha)
+        )
+    return (
+        20.0 * _filtered_structure(t, filter_factor, alpha)
+        - 15.0
+        * (
+            _filtered_structure(t - 1.0, filter_factor, alpha)
+            + _filtered_structure(t + 1.0, filter_factor, alpha)
+        )
+        + 6.0
+        * (
+            _filtered_structure(t - 2.0, filter_factor, alpha)
+            + _filtered_structure(t + 2.0, filter_factor, alpha)
+        )
+        - _filtered_structure(t - 3.0, filter_factor, alpha)
+        - _filtered_structure(t + 3.0, filter_factor, alpha)
+    )
+
+
+@numba.njit(cache=True)
+def inverse_degrees_of_freedom(
+    terms: int,
+    steps: int,
+    filter_factor: float,
+    alpha: int,
+    order: int,
+    nodes: FloatArray,
+    weights: FloatArray,
+) -> float:
+    """1/edf of a mean of `terms` squared differences, `steps` of them to one cluster.
+
+    ``(1/M) (1 + 2 sum_j (1 - j/M) (s_z(j/S)/s_z(0))**2)`` over j < min(M, (d+1) S). Between
+    whole clusters, where s_z is smooth, far lags are summed by Gauss-Legendre panels (`nodes`
+    and `weights` on [-1, 1]) that double in width away from each whole cluster.
+    """
+    direct = 64
+    lags = min(terms, (order + 1) * steps)
+    total = 0.0
+    for knot in range(0, lags, steps):
+        left = knot
+        right = min(knot + steps, lags)  # summed over left <= j < right
+        middle = (left + right) // 2
+        for side in range(2):
+            origin = left if side == 0 else right - 1
+            length = middle - left if side == 0 else right - middle
+            sign = 1 if side == 0 else -1
+            near = min(direct, length)
+            for k in range(near):
+                j = origin + sign * k
+                if j > 0:
+                    share = difference_covariance(j / steps, filter_factor, alpha, order)
+                    total += (1.0 - j / terms) * share * share
+            begin = near
+            while begin < length:
+                end = min(2 * begin, length)
+                # The sum over whole j from begin to end - 1 is the integral half a step wider.
+                half_width = 0.5 * (end - begin)
+                centre = 0.5 * (begin + end) - 0.5
+                for node in range(nodes.size):
+                    j = origin + sign * (centre + half_width * nodes[node])
+                    share = difference_covariance(j / steps, filter_factor, alpha, order)
+                    total += weights[node] * half_width * (1.0 - j / terms) * share * share
+                begin = end
+    variance = difference_covariance(0.0, filter_factor, alpha, order)
+    return (1.0 + 2.0 * total / (variance * variance)) / terms
+
+
+MIX_BLOCK = 50
+
+
+@numba.njit(cache=True, fastmath=True)
+def mixed_down(values, frequency, center):
+    """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
+    blocks = values.size // MIX_BLOCK
+    mixed = np.empty(blocks, dtype=np.complex128)
+    fine_cos = np.empty(MIX_BLOCK)
+    fine_sin = np.empty(MIX_BLOCK)
+    for b in range(MIX_BLOCK):
+        fine_cos[b] = np.cos(2.0 * np.pi * frequency * b)
+        fine_sin[b] = np.sin(2.0 * np.pi * frequency * b)
+    for a in range(blocks):
+        real = 0.0
+        imaginary = 0.0
+        for b in range(MIX_BLOCK):
+            value = values[a * MIX_BLOCK + b]
+            real += value * fine_cos[b]
+            imaginary -= value * fine_sin[b]
+        turns = frequency * (a * MIX_BLOCK - center)
+        turns -= np.floor(turns)
+        mixed[a] = (real + 1j * imaginary) * np.exp(-2j * np.pi * turns) / MIX_BLOCK
+    return mixed

@@ -1,0 +1,959 @@
+"""The simulated rig: gyro triad on a turning table, with the truth beside the recording.
+
+The rate each gyro senses, Eq. 4, is integrated sample by sample along a table motion with
+jitter, wander, ripple and wobble. Nothing here uses the closed forms the estimators fit.
+Configurations are in the field's units, named in every key; see ``docs/simulate.md``.
+"""
+
+import json
+import math
+import os
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from sagnac import _kernels
+from sagnac.frames import EARTH_RATE, earth_rate, shares_from_deviations, table_to_gyro_matrix
+from sagnac.recording import Channel, FloatArray, Recording
+from sagnac.units import (
+    ARCSECOND,
+    DEGREE,
+    DEGREE_PER_HOUR,
+    DEGREE_PER_HOUR_PER_HOUR,
+    DEGREE_PER_HOUR_PER_ROOT_HOUR,
+    DEGREE_PER_ROOT_HOUR,
+    HOUR,
+)
+
+Triple = tuple[float, float, float]
+Pairs = tuple[tuple[float, float], ...]
+Progress = Callable[[float], None]
+
+GYRO_NAMES: Final = ("x", "y", "z")
+BLOCK_SAMPLES: Final = 65_536
+TRUTH_SCHEMA: Final = "sagnac.truth/1"
+
+# Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
+# turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
+_LARGEST_TURN_PER_STEP = 0.02  # rad
+_LARGEST_JITTER_STEP = 0.5  # step times natural frequency of the servo
+_MARKOV_STEP = 0.1  # s, grid of bias instability and rate random walk
+_MARKOV_RATIO = 3.0  # between neighbouring correlation times
+_LONGEST_CORRELATION = 10.0  # of the duration
+_NULL_MARGIN = 8.0  # null errors a passage keeps clear
+
+
+def _number(default: float, low: float, high: float, meaning: str) -> Any:
+    return field(default=default, metadata={"low": low, "high": high, "meaning": meaning})
+
+
+def _whole(default: int, low: int, high: int, meaning: str) -> Any:
+    return field(
+        default=default, metadata={"low": low, "high": high, "whole": True, "meaning": meaning}
+    )
+
+
+def _triple(default: float, low: float, high: float, meaning: str) -> Any:
+    return field(
+        default=(default, default, default),
+        metadata={"low": low, "high": high, "triple": True, "meaning": meaning},
+    )
+
+
+def _pairs(
+    first: tuple[str, float, float], second: tuple[str, float, float], meaning: str
+) -> Any:
+    return field(default=(), metadata={"pairs": (first, second), "meaning": meaning})
+
+
+def _choice(default: str, choices: tuple[str, ...], meaning: str) -> Any:
+    return field(default=default, metadata={"choices": choices, "meaning": meaning})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableConfig:
+    """The turntable: commanded motion and what its servo and bearing add."""
+
+    rate_deg_per_s: float = _number(40.0, -400.0, 400.0, "commanded rate, sign is the direction")
+    start_deg: float = _number(0.0, -360.0, 360.0, "table angle at the first sample, from the null")
+    reversal_interval_s: float = _number(0.0, 0.0, 1e6, "time between reversals, 0 for none")
+    acceleration_deg_per_s2: float = _number(
+        100.0, 0.1, 1e4, "of a reversal, between the two directions"
+    )
+    profile: Pairs = _pairs(
+        ("time s", 0.0, 1e7),
+        ("rate deg/s", -400.0, 400.0),
+        "commanded rate at given times, straight lines between; replaces rate and reversals",
+    )
+    jitter_rms_deg_per_s: float = _number(0.0, 0.0, 10.0, "rms rate jitter of the servo")
+    jitter_bandwidth_hz: float = _number(8.0, 0.01, 1000.0, "natural frequency of the jitter")
+    jitter_damping: float = _number(0.5, 0.01, 10.0, "damping ratio of the servo (position only)")
+    jitter_spectrum: Literal["position", "rate"] = _choice(
+        "position",
+        ("position", "rate"),
+        "position: the servo holds the angle; rate: it holds the rate and the angle walks",
+    )
+    wander_fraction: float = _number(0.0, 0.0, 0.2, "rms slow wander, as a part of the rate")
+    wander_time_s: float = _number(300.0, 1.0, 1e6, "correlation time of the wander")
+    ripple: Pairs = _pairs(
+        ("order", 0.01, 1000.0),
+        ("fraction", 0.0, 0.2),
+        "ripple of the rate at orders of the drive angle, as a part of the rate",
+    )
+    wobble: Pairs = _pairs(
+        ("order", 0.01, 100.0),
+        ("arcsec", 0.0, 3600.0),
+        "tilt of the shaft that turns with orders of the table angle",
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EncoderConfig:
+    """The angle encoder and its null pulse."""
+
+    lines: int = _whole(7_200_000, 4, 2**31, "steps per turn")
+    periodic_error: Pairs = _pairs(
+        ("order", 0.01, 1000.0), ("arcsec", 0.0, 3600.0), "graduation error at orders of the angle"
+    )
+    null_accuracy_arcsec: float = _number(2.0, 0.0, 600.0, "rms error of one null passage")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlatformConfig:
+    """How the triad sits on the table and where the table stands."""
+
+    share_deviation: Triple = _triple(
+        0.0, -0.05, 0.05, "deviation of e_x, e_y, e_z from 1/sqrt(3), then scaled to unit length"
+    )
+    latitude_deg: float = _number(28.2, -90.0, 90.0, "latitude (Changsha)")
+    heading_deg: float = _number(0.0, -360.0, 360.0, "of the null pulse, from north")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GyroConfig:
+    """Noise of the three gyros: one number for all, or a list for x, y, z."""
+
+    arw_deg_per_sqrt_h: Triple = _triple(2.5e-5, 0.0, 10.0, "angle random walk N")
+    quantization_step_arcsec: Triple = _triple(
+        0.001, 0.0, 3600.0, "readout step, 0 for none; Q is the step over sqrt(12)"
+    )
+    bias_deg_per_h: Triple = _triple(0.0, -1e5, 1e5, "constant bias")
+    bias_instability_deg_per_h: Triple = _triple(0.0, 0.0, 1e4, "bias instability B, flicker rate")
+    rate_random_walk_deg_per_h_per_sqrt_h: Triple = _triple(0.0, 0.0, 1e4, "rate random walk K")
+    rate_ramp_deg_per_h_per_h: Triple = _triple(0.0, -1e4, 1e4, "rate ramp R")
+    temperature_coefficient_deg_per_h_per_k: Triple = _triple(
+        0.0, -1e3, 1e3, "bias per kelvin of warming up"
+    )
+    warm_up_k: float = _number(0.0, -100.0, 100.0, "temperature rise after a long time")
+    warm_up_time_s: float = _number(1800.0, 1.0, 1e6, "time constant of the rise")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DisturbanceConfig:
+    """Periodic disturbances of the gyro angles, Eqs. 10 and 11.
+
+    Each gyro takes between half and all of each amplitude, at a phase of its own.
+    """
+
+    angle: Pairs = _pairs(
+        ("order", 0.01, 1000.0), ("arcsec", 0.0, 3600.0), "harmonics of the table angle, Eq. 10"
+    )
+    time: Pairs = _pairs(
+        ("frequency Hz", 1e-6, 1e5), ("arcsec", 0.0, 3600.0), "lines in time, Eq. 11"
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigConfig:
+    """Everything the simulated recording is made from."""
+
+    duration_s: float = _number(7200.0, 0.01, 1e7, "length of the recording")
+    sample_rate_hz: float = _number(500.0, 0.1, 1e5, "samples per second")
+    seed: int = _whole(1, 0, 2**63 - 1, "of every random stream")
+    table: TableConfig = field(default_factory=TableConfig)
+    encoder: EncoderConfig = field(default_factory=EncoderConfig)
+    platform: PlatformConfig = field(default_factory=PlatformConfig)
+    gyro: GyroConfig = field(default_factory=GyroConfig)
+    disturbances: DisturbanceConfig = field(default_factory=DisturbanceConfig)
+
+    def __post_init__(self) -> None:
+        """Check every key.
+
+        Raises
+        ------
+        ValueError
+            One line: the key, its value, and what is allowed.
+        """
+        _check_section(self, "")
+        nyquist = self.sample_rate_hz / 2.0
+        for frequency, _ in self.disturbances.time:
+            if frequency > nyquist:
+                raise ValueError(
+                    f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz, half of "
+                    "sample_rate_hz; give the frequency it folds to"
+                )
+        times = [time for time, _ in self.table.profile]
+        if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+            raise ValueError(f"table.profile: times {times} do not increase; sort them")
+        if self.samples < 1:
+            raise ValueError(
+                f"duration_s {self.duration_s:g} holds no sample at {self.sample_rate_hz:g} Hz; "
+                "make it longer"
+            )
+
+    @property
+    def samples(self) -> int:
+        """Samples in the recording."""
+        return round(self.duration_s * self.sample_rate_hz)
+
+    @property
+    def turning(self) -> bool:
+        """Whether the table is commanded to move at all."""
+        if self.table.profile:
+            return any(rate != 0.0 for _, rate in self.table.profile)
+        return self.table.rate_deg_per_s != 0.0
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> "RigConfig":
+        """Read a configuration; ``preset = "paper"`` at the top names what it starts from.
+
+        Raises
+        ------
+        ValueError
+            One line with the file, the key, its value, and what is allowed.
+        """
+        try:
+            with open(path, "rb") as file:
+                return cls.from_mapping(tomllib.load(file))
+        except FileNotFoundError:
+            raise ValueError(f"{path}: no such file; give a TOML configuration") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path}: not TOML ({error}); see docs/simulate.md") from None
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    @classmethod
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> "RigConfig":
+        """Configuration from nested tables, as a TOML file holds them.
+
+        Raises
+        ------
+        ValueError
+            One line with the key, its value, and what is allowed.
+        """
+        values = dict(mapping)
+        name = values.pop("preset", None)
+        if name is None:
+            return _overlay(cls(), values, "")
+        return _overlay(preset(name), values, "")
+
+
+def _overlay(base: Any, values: Mapping[str, Any], section: str) -> Any:
+    known = {f.name: f for f in fields(base)}
+    changes: dict[str, Any] = {}
+    for key, value in values.items():
+        name = f"{section}{key}"
+        if key not in known:
+            raise ValueError(f"unknown key {name!r}; known here: {', '.join(known)}")
+        current = getattr(base, key)
+        if is_dataclass(current):
+            if not isinstance(value, Mapping):
+                raise ValueError(f"{name} is {value!r}; it is a table, write [{name}]")
+            changes[key] = _overlay(current, value, f"{name}.")
+        elif known[key].metadata.get("triple") and not isinstance(value, Sequence):
+            changes[key] = (value, value, value)
+        elif isinstance(value, list):
+            changes[key] = tuple(tuple(v) if isinstance(v, list) else v for v in value)
+        else:
+            changes[key] = value
+    return replace(base, **changes)
+
+
+def _check_section(config: Any, section: str) -> None:
+    for entry in fields(config):
+        name = f"{section}{entry.name}"
+        value = getattr(config, entry.name)
+        rules = entry.metadata
+        if is_dataclass(value):
+            _check_section(value, f"{name}.")
+        elif "choices" in rules:
+            if value not in rules["choices"]:
+                raise ValueError(f"{name} is {value!r}; use one of {', '.join(rules['choices'])}")
+        elif "pairs" in rules:
+            first, second = rules["pairs"]
+            expected = f"{name} must be a list of pairs [{first[0]}, {second[0]}]"
+            if not isinstance(value, tuple):
+                raise ValueError(f"{expected}, not {value!r}")
+            for pair in value:
+                if not isinstance(pair, tuple) or len(pair) != 2:
+                    raise ValueError(f"{expected}, not {pair!r}")
+                _check_number(f"{name} ({first[0]})", pair[0], first[1], first[2])
+                _check_number(f"{name} ({second[0]})", pair[1], second[1], second[2])
+        elif "triple" in rules:
+            if not isinstance(value, tuple) or len(value) != 3:
+                raise ValueError(f"{name} must be a number or a list of three, not {value!r}")
+            for item in value:
+                _check_number(name, item, rules["low"], rules["high"])
+        else:
+            if rules.get("whole") and (not isinstance(value, int) or isinstance(value, bool)):
+                raise ValueError(f"{name} is {value!r}; it must be a whole number")
+            _check_number(name, value, rules["low"], rules["high"])
+
+
+def _check_number(name: str, value: Any, low: float, high: float) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{name} is {value!r}; it must be a number from {low:g} to {high:g}")
+    if not low <= value <= high:
+        raise ValueError(f"{name} is {value!r}; it must lie from {low:g} to {high:g}")
+
+
+_PAPER = RigConfig(
+    table=TableConfig(
+        jitter_rms_deg_per_s=0.004,
+        ripple=((12.0, 5e-4), (36.0, 2e-4)),
+    ),
+    encoder=EncoderConfig(periodic_error=((1.0, 1.0),)),
+    platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
+    disturbances=DisturbanceConfig(
+        angle=(
+            (1.0, 0.6),
+            (2.0, 0.45),
+            (3.0, 0.3),
+            (4.0, 0.25),
+            (5.0, 0.2),
+            (6.0, 0.15),
+            (8.0, 0.12),
+            (9.0, 0.1),
+            (12.0, 0.08),
+            (18.0, 0.06),
+            (24.0, 0.04),
+            (36.0, 0.03),
+        ),
+        time=((0.0137, 0.08), (1.37, 0.05), (7.3, 0.03), (50.0, 0.02), (100.0, 0.01)),
+    ),
+)
+PRESETS: Final[Mapping[str, RigConfig]] = {
+    "quiet": RigConfig(
+        platform=PlatformConfig(share_deviation=(0.0005, 0.0, -0.0005)),
+        table=TableConfig(jitter_rms_deg_per_s=0.001),
+    ),
+    "paper": _PAPER,
+    "harsh": replace(
+        _PAPER,
+        table=TableConfig(
+            jitter_rms_deg_per_s=0.02,
+            wander_fraction=0.02,
+            ripple=((1.0, 2e-4), (12.0, 2e-3), (36.0, 1e-3)),
+            wobble=((1.0, 2.0), (2.0, 1.0)),
+            reversal_interval_s=1200.0,
+        ),
+        encoder=EncoderConfig(periodic_error=((1.0, 2.0), (2.0, 1.0), (4.0, 0.5))),
+        platform=PlatformConfig(share_deviation=(0.002, -0.0005, -0.0015)),
+        gyro=GyroConfig(
+            bias_instability_deg_per_h=(2e-4, 2e-4, 2e-4),
+            rate_random_walk_deg_per_h_per_sqrt_h=(2e-4, 2e-4, 2e-4),
+            temperature_coefficient_deg_per_h_per_k=(1e-4, 1.5e-4, 0.5e-4),
+            warm_up_k=5.0,
+        ),
+    ),
+}
+
+
+def preset(name: str) -> RigConfig:
+    """The configuration called `name`: ``quiet``, ``paper`` or ``harsh``.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that name.
+    """
+    if name not in PRESETS:
+        raise ValueError(f"preset {name!r} does not exist; use one of {', '.join(PRESETS)}")
+    return PRESETS[name]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseTruth:
+    """Coefficients put in: of one gyro, or of a pair per gyro as Eq. 3 averages them.
+
+    A pair's are means of squares; its ramp is the difference of the two over sqrt(2),
+    since ramps are no random terms and cancel where they are equal.
+    """
+
+    quantization_arcsec: float
+    arw_deg_per_sqrt_h: float
+    bias_instability_deg_per_h: float
+    rate_random_walk_deg_per_h_per_sqrt_h: float
+    rate_ramp_deg_per_h_per_h: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineTruth:
+    """A periodic disturbance as put in.
+
+    ``amplitude * cos(2 pi f t + phase)`` with t from the first sample, or
+    ``amplitude * cos(order alpha + phase)``, for each gyro; the constant of Eqs. 10 and
+    11 that makes it zero at the start is left out. `difference_amplitude_arcsec` is what
+    is left in each difference of two.
+    """
+
+    scale: Literal["angle", "time"]
+    order: float | None
+    frequency_hz: float | None
+    amplitude_arcsec: Mapping[str, float]
+    phase_rad: Mapping[str, float]
+    difference_amplitude_arcsec: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Truth:
+    """What the recording was made from; ``dataclasses.asdict`` of it is the JSON."""
+
+    schema: str
+    seed: int
+    samples: int
+    sample_rate_hz: float
+    table_rate_deg_per_s: float
+    table_jitter_rms_deg_per_s: float
+    shares: Mapping[str, float]
+    earth_rate_b0_deg_per_h: Triple
+    gyros: Mapping[str, NoiseTruth]
+    pairs: Mapping[str, NoiseTruth]
+    lines: tuple[LineTruth, ...]
+    earth_rate_order_one: LineTruth | None
+    config: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation:
+    """A simulated recording and what it was made from."""
+
+    recording: Recording
+    truth: Truth
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Block:
+    """Consecutive samples of the recording.
+
+    Attributes
+    ----------
+    first
+        Number of the first sample.
+    angles
+        (3, n) measured angles of x, y, z, rad.
+    table
+        (n,) encoder reading, unwrapped, rad, or None at rest.
+    null_pulse
+        (n,) bool, or None at rest.
+    table_angle
+        (n,) true table angle, rad (truth, not measured).
+    """
+
+    first: int
+    angles: FloatArray
+    table: FloatArray | None
+    null_pulse: NDArray[np.bool_] | None
+    table_angle: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Lines:
+    """One scale's periodic disturbances: (lines,) positions, (3, lines) phasors in rad."""
+
+    position: FloatArray
+    phasor: NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Streams:
+    """Independent random streams, one for each thing that draws."""
+
+    jitter: np.random.Generator
+    wander: np.random.Generator
+    null: np.random.Generator
+    phases: np.random.Generator
+    disturbances: np.random.Generator
+    white: tuple[np.random.Generator, ...]
+    slow: tuple[np.random.Generator, ...]
+
+
+def _streams(seed: int) -> _Streams:
+    generators = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(11)]
+    return _Streams(
+        jitter=generators[0],
+        wander=generators[1],
+        null=generators[2],
+        phases=generators[3],
+        disturbances=generators[4],
+        white=tuple(generators[5:8]),
+        slow=tuple(generators[8:11]),
+    )
+
+
+def _draw_lines(pairs: Pairs, random: np.random.Generator) -> _Lines:
+    position = np.array([position for position, _ in pairs])
+    amplitude = np.array([amplitude for _, amplitude in pairs]) * ARCSECOND
+    shape = (len(GYRO_NAMES), len(pairs))
+    amplitudes = amplitude * random.uniform(0.5, 1.0, shape)
+    phases = random.uniform(-np.pi, np.pi, shape)
+    order = np.argsort(position, kind="stable")
+    return _Lines(
+        position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order]
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Command:
+    """Commanded table motion: rate at knots, straight between, constant outside."""
+
+    time: FloatArray
+    rate: FloatArray
+    angle: FloatArray
+
+    def rate_at(self, time: FloatArray) -> FloatArray:
+        return np.interp(time, self.time, self.rate)
+
+    def angle_at(self, time: FloatArray) -> FloatArray:
+        index = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, self.time.size - 1)
+        since = time - self.time[index]
+        rate = self.rate_at(time)
+        # Mean of the rates at both ends of a straight piece; outside the knots they agree.
+        return np.asarray(self.angle[index] + 0.5 * (self.rate[index] + rate) * since)
+
+
+def _command(config: RigConfig) -> _Command:
+    table = config.table
+    if table.profile:
+        knots = list(table.profile)
+    else:
+        knots = [(0.0, table.rate_deg_per_s)]
+        interval = table.reversal_interval_s
+        if interval > 0.0 and table.rate_deg_per_s != 0.0:
+            half_ramp = abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2
+            if 2.0 * half_ramp >= interval:
+                raise ValueError(
+                    f"table.reversal_interval_s {interval:g} leaves no time to turn round in "
+                    f"{2 * half_ramp:g} s; raise it or table.acceleration_deg_per_s2"
+                )
+            sign = 1.0
+            turn_round = interval
+            while turn_round < config.duration_s:
+                knots.append((turn_round - half_ramp, sign * table.rate_deg_per_s))
+                sign = -sign
+                knots.append((turn_round + half_ramp, sign * table.rate_deg_per_s))
+                turn_round += interval
+    time = np.array([time for time, _ in knots])
+    rate = np.array([rate for _, rate in knots]) * DEGREE
+    pieces = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
+    angle = np.concatenate([[0.0], np.cumsum(pieces)])
+    command = _Command(time=time, rate=rate, angle=angle)
+    start = table.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
+    return replace(command, angle=angle + start)
+
+
+def _jitter_step(config: RigConfig, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Exact transition, noise factor and starting spread of the servo's oscillator."""
+    natural = 2.0 * math.pi * config.table.jitter_bandwidth_hz
+    rms = config.table.jitter_rms_deg_per_s * DEGREE
+    damping = config.table.jitter_damping
+    stationary = np.diag([(rms / natural) ** 2, rms**2])
+    slope = np.array([[0.0, 1.0], [-natural * natural, -2.0 * damping * natural]])
+    transition = np.asarray(scipy.linalg.expm(slope * step))
+    added = stationary - transition @ stationary @ transition.T
+    return transition, np.linalg.cholesky(added), np.sqrt(np.diag(stationary))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Drift:
+    """Slow rate of one gyro on a coarse grid: its processes and their state."""
+
+    decay: FloatArray
+    spread: FloatArray
+    walk: float
+    state: FloatArray
+    random: np.random.Generator
+
+    def advance(self, points: int) -> FloatArray:
+        out = np.zeros(points)
+        normals = self.random.standard_normal((points, self.decay.size + 1))
+        _kernels.rig_markov(normals, self.decay, self.spread, self.walk, self.state, out)
+        return out
+
+
+def _drift(config: RigConfig, gyro: int, step: float, random: np.random.Generator) -> _Drift:
+    """Flicker rate noise as a sum of Markov processes, rate random walk beside it.
+
+    Processes of variance s^2 at correlation times a ratio r apart have the two-sided
+    density s^2 / (2 f ln r); bias instability has B^2 / (2 pi f).
+    """
+    instability = config.gyro.bias_instability_deg_per_h[gyro] * DEGREE_PER_HOUR
+    walk = (
+        config.gyro.rate_random_walk_deg_per_h_per_sqrt_h[gyro] * DEGREE_PER_HOUR_PER_ROOT_HOUR
+    )
+    count = 0
+    if instability > 0.0:
+        longest = max(_LONGEST_CORRELATION * config.duration_s, 10.0 * step)
+        count = 1 + math.ceil(math.log(longest / step) / math.log(_MARKOV_RATIO))
+    correlation = step * _MARKOV_RATIO ** np.arange(count)
+    deviation = instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
+    decay = np.exp(-step / correlation)
+    state = np.zeros(count + 1)
+    state[:count] = deviation * random.standard_normal(count)
+    return _Drift(
+        decay=decay,
+        spread=deviation * np.sqrt(1.0 - decay**2),
+        walk=walk * math.sqrt(step),
+        state=state,
+        random=random,
+    )
+
+
+def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Block]:
+    """The recording block by block; the samples do not depend on `block_samples`.
+
+    Memory is that of one block, however long the recording.
+
+    Raises
+    ------
+    ValueError
+        If `block_samples` is below 1, or the reversals leave no time to turn round.
+    """
+    if block_samples < 1:
+        raise ValueError(f"block_samples is {block_samples}; give at least 1")
+    streams = _streams(config.seed)
+    table = config.table
+    encoder = config.encoder
+    gyro = config.gyro
+    interval = 1.0 / config.sample_rate_hz
+    command = _command(config)
+    turning = config.turning
+
+    fastest = float(np.abs(command.rate).max()) * (1.0 + sum(f for _, f in table.ripple))
+    natural = 2.0 * math.pi * table.jitter_bandwidth_hz
+    jittery = turning and table.jitter_rms_deg_per_s > 0.0
+    substeps = max(
+        1,
+        math.ceil(fastest * interval / _LARGEST_TURN_PER_STEP),
+        math.ceil(natural * interval / _LARGEST_JITTER_STEP) if jittery else 1,
+    )
+    step = interval / substeps
+
+    ripple_order, ripple_fraction = _columns(table.ripple)
+    wobble_order, wobble_amplitude = _columns(table.wobble)
+    error_order, error_amplitude = _columns(encoder.periodic_error)
+    ripple_phase = streams.phases.uniform(-np.pi, np.pi, ripple_order.size)
+    wobble_phase = streams.phases.uniform(-np.pi, np.pi, wobble_order.size)
+    error_phase = streams.phases.uniform(-np.pi, np.pi, error_order.size)
+    angle_lines, time_lines = _disturbances(config, streams.disturbances)
+    offset = -angle_lines.phasor.real.sum(axis=1) - time_lines.phasor.real.sum(axis=1)
+
+    # Jitter and wander start in their stationary state, one sample before the first.
+    position_jitter = jittery and table.jitter_spectrum == "position"
+    rate_jitter = jittery and table.jitter_spectrum == "rate"
+    jitter_state = np.zeros(3)
+    if position_jitter:
+        transition, jitter_factor, spread = _jitter_step(config, step)
+        jitter_state[:2] = spread * streams.jitter.standard_normal(2)
+    if rate_jitter:
+        jitter_state[0] = streams.jitter.standard_normal()
+    jitter_decay = math.exp(-natural * step)
+    wander = turning and table.wander_fraction > 0.0
+    wander_state = np.zeros(3)
+    wander_state[0] = streams.wander.standard_normal()
+    wander_decay = math.exp(-step / table.wander_time_s)
+
+    start = np.array([-interval])
+    start_drive = float(command.angle_at(start)[0])
+    start_rate = float(command.rate_at(start)[0])
+    if position_jitter:
+        start_drive += jitter_state[0]
+        start_rate += jitter_state[1]
+    if rate_jitter:
+        jitter_state[1] = table.jitter_rms_deg_per_s * DEGREE * jitter_state[0]
+        start_rate += jitter_state[1]
+    if wander:
+        wander_state[1] = table.wander_fraction * start_rate * wander_state[0]
+        start_rate += wander_state[1]
+    origin = float(
+        _kernels.rig_table_angle(start_drive, ripple_order, ripple_fraction, ripple_phase)
+    )
+    earth = earth_rate(config.platform.latitude_deg * DEGREE, config.platform.heading_deg * DEGREE)
+    wobble = wobble_amplitude * ARCSECOND
+    motion_state = np.array([start_drive, start_rate, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    motion_state[2:5] = _kernels.rig_earth_in_table(
+        origin, earth, wobble_order, wobble, wobble_phase
+    )
+
+    line = 2.0 * math.pi / encoder.lines
+    null_error = encoder.null_accuracy_arcsec * ARCSECOND
+    passages = 1024 + 2 * math.ceil(fastest * config.duration_s / (2.0 * math.pi))
+    null_errors = null_error * streams.null.standard_normal(min(passages, 1_000_000))
+    null_state = np.array([math.floor(origin / (2.0 * math.pi)), 0.0, np.nan])
+
+    matrix = table_to_gyro_matrix(*shares_from_deviations(config.platform.share_deviation))
+    grid = max(1, round(_MARKOV_STEP * config.sample_rate_hz))
+    drifts = [_drift(config, g, grid * interval, streams.slow[g]) for g in range(3)]
+    held = np.zeros(3)
+    gyro_states = np.zeros((3, 3))
+    warm_up_constant = gyro.warm_up_time_s
+
+    for first in range(0, config.samples, block_samples):
+        count = min(block_samples, config.samples - first)
+        nodes = count * substeps
+        time = (first * substeps + 1 + np.arange(nodes)) * step - interval
+        drive = command.angle_at(time)
+        commanded = command.rate_at(time)
+        rate = commanded.copy()
+        if position_jitter:
+            _kernels.rig_jitter(
+                streams.jitter.standard_normal((nodes, 2)),
+                transition,
+                jitter_factor,
+                jitter_state,
+                drive,
+                rate,
+            )
+        if rate_jitter:
+            _kernels.rig_wander(
+                streams.jitter.standard_normal(nodes),
+                jitter_decay,
+                math.sqrt(1.0 - jitter_decay**2),
+                np.full(nodes, table.jitter_rms_deg_per_s * DEGREE),
+                step,
+                jitter_state,
+                drive,
+                rate,
+            )
+        if wander:
+            _kernels.rig_wander(
+                streams.wander.standard_normal(nodes),
+                wander_decay,
+                math.sqrt(1.0 - wander_decay**2),
+                table.wander_fraction * commanded,
+                step,
+                wander_state,
+                drive,
+                rate,
+            )
+        alpha = np.empty(count)
+        turned = np.empty((3, count))
+        _kernels.rig_motion(
+            drive,
+            rate,
+            step,
+            substeps,
+            ripple_order,
+            ripple_fraction,
+            ripple_phase,
+            earth,
+            wobble_order,
+            wobble,
+            wobble_phase,
+            motion_state,
+            alpha,
+            turned,
+        )
+
+        angles = np.repeat(offset[:, np.newaxis], count, axis=1)
+        _kernels.rig_harmonics(
+            alpha,
+            angle_lines.position,
+            np.ascontiguousarray(angle_lines.phasor.real),
+            np.ascontiguousarray(-angle_lines.phasor.imag),
+            angles,
+        )
+        _kernels.rig_time_lines(
+            first,
+            time_lines.position * interval,
+            np.ascontiguousarray(time_lines.phasor.real),
+            np.ascontiguousarray(-time_lines.phasor.imag),
+            angles,
+        )
+        seconds = (first + np.arange(count) - 0.5) * interval
+        warming = gyro.warm_up_k * -np.expm1(-np.maximum(seconds, 0.0) / warm_up_constant)
+        begun = -(-first // grid)
+        ended = -(-(first + count) // grid)
+        for g in range(3):
+            # One drift value holds for `grid` samples; the last of a block carries over.
+            steps = np.concatenate([held[g : g + 1], drifts[g].advance(ended - begun)])
+            held[g] = steps[-1]
+            drift = steps[(first + np.arange(count)) // grid - begun + 1]
+            drift += gyro.bias_deg_per_h[g] * DEGREE_PER_HOUR
+            drift += gyro.rate_ramp_deg_per_h_per_h[g] * DEGREE_PER_HOUR_PER_HOUR * seconds
+            drift += gyro.temperature_coefficient_deg_per_h_per_k[g] * DEGREE_PER_HOUR * warming
+            _kernels.rig_gyro(
+                matrix[g],
+                alpha,
+                origin,
+                turned,
+                streams.white[g].standard_normal(count),
+                drift,
+                interval,
+                gyro.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR,
+                0.0,
+                0.0,
+                gyro.quantization_step_arcsec[g] * ARCSECOND,
+                gyro_states[g],
+                angles[g],
+            )
+
+        reading = None
+        pulse = None
+        if turning:
+            graduation = np.zeros((1, count))
+            _kernels.rig_harmonics(
+                alpha,
+                error_order,
+                (error_amplitude * np.cos(error_phase) * ARCSECOND)[np.newaxis],
+                (-error_amplitude * np.sin(error_phase) * ARCSECOND)[np.newaxis],
+                graduation,
+            )
+            reading = np.rint((alpha + graduation[0]) / line) * line
+            pulse = np.empty(count, dtype=np.bool_)
+            _kernels.rig_null_pulse(
+                alpha, null_errors, _NULL_MARGIN * null_error, null_state, pulse
+            )
+        yield Block(
+            first=first, angles=angles, table=reading, null_pulse=pulse, table_angle=alpha
+        )
+
+
+def _columns(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
+    ordered = sorted(pairs)
+    return np.array([p for p, _ in ordered], float), np.array([v for _, v in ordered], float)
+
+
+def _disturbances(config: RigConfig, random: np.random.Generator) -> tuple[_Lines, _Lines]:
+    angle = _draw_lines(config.disturbances.angle, random)
+    return angle, _draw_lines(config.disturbances.time, random)
+
+
+def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
+    """The whole recording in memory, with the truth.
+
+    Parameters
+    ----------
+    config
+        What to simulate.
+    progress
+        Called with the finished part, 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If the reversals leave no time to turn round.
+    """
+    angles = np.empty((3, config.samples))
+    table = np.empty(config.samples) if config.turning else None
+    pulse = np.empty(config.samples, dtype=np.bool_) if config.turning else None
+    for block in blocks(config):
+        span = slice(block.first, block.first + block.angles.shape[1])
+        angles[:, span] = block.angles
+        if table is not None and pulse is not None:
+            table[span] = block.table
+            pulse[span] = block.null_pulse
+        if progress is not None:
+            progress(span.stop / config.samples)
+    recording = Recording(
+        gyros=tuple(
+            Channel(name=name, kind="angle", unit="arcsec", values=angles[g])
+            for g, name in enumerate(GYRO_NAMES)
+        ),
+        sample_rate=config.sample_rate_hz,
+        table=None
+        if table is None
+        else Channel(name="table", kind="angle", unit="deg", values=table),
+        null_pulse=pulse,
+    )
+    return Simulation(recording=recording, truth=truth_of(config))
+
+
+def truth_of(config: RigConfig) -> Truth:
+    """What a recording of this configuration is made from, without making it."""
+    gyro = config.gyro
+    shares = shares_from_deviations(config.platform.share_deviation)
+    earth = earth_rate(config.platform.latitude_deg * DEGREE, config.platform.heading_deg * DEGREE)
+    gyros = {
+        name: NoiseTruth(
+            quantization_arcsec=gyro.quantization_step_arcsec[g] / math.sqrt(12.0),
+            arw_deg_per_sqrt_h=gyro.arw_deg_per_sqrt_h[g],
+            bias_instability_deg_per_h=gyro.bias_instability_deg_per_h[g],
+            rate_random_walk_deg_per_h_per_sqrt_h=gyro.rate_random_walk_deg_per_h_per_sqrt_h[g],
+            rate_ramp_deg_per_h_per_h=gyro.rate_ramp_deg_per_h_per_h[g],
+        )
+        for g, name in enumerate(GYRO_NAMES)
+    }
+    command = _command(config)
+    mean_rate = float(
+        (command.angle_at(np.array([config.duration_s])) - command.angle_at(np.zeros(1)))[0]
+        / config.duration_s
+    )
+    angle_lines, time_lines = _disturbances(config, _streams(config.seed).disturbances)
+    lines = [
+        _line_truth("angle", float(position), angle_lines.phasor[:, j])
+        for j, position in enumerate(angle_lines.position)
+    ] + [
+        _line_truth("time", float(position), time_lines.phasor[:, j])
+        for j, position in enumerate(time_lines.position)
+    ]
+    order_one = None
+    if command.rate.size == 1 and command.rate[0] != 0.0:
+        # k1 sin(alpha) - k2 cos(alpha) of Eq. 6, over the rate, as one phasor.
+        matrix = table_to_gyro_matrix(*shares)
+        k1 = matrix[:, 0] * earth[0] + matrix[:, 1] * earth[1]
+        k2 = matrix[:, 0] * earth[1] - matrix[:, 1] * earth[0]
+        order_one = _line_truth("angle", 1.0, (-k2 - 1j * k1) / command.rate[0])
+    return Truth(
+        schema=TRUTH_SCHEMA,
+        seed=config.seed,
+        samples=config.samples,
+        sample_rate_hz=config.sample_rate_hz,
+        table_rate_deg_per_s=mean_rate / DEGREE,
+        table_jitter_rms_deg_per_s=config.table.jitter_rms_deg_per_s,
+        shares=dict(zip(GYRO_NAMES, shares.tolist(), strict=True)),
+        earth_rate_b0_deg_per_h=tuple((earth / DEGREE_PER_HOUR).tolist()),
+        gyros=gyros,
+        pairs={f"{a}-{b}": _pair_truth(gyros[a], gyros[b]) for a, b in _PAIRS},
+        lines=tuple(lines),
+        earth_rate_order_one=order_one,
+        config=asdict(config),
+    )
+
+
+_PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
+
+
+def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
+    mean_square = {
+        f.name: math.sqrt((getattr(first, f.name) ** 2 + getattr(second, f.name) ** 2) / 2.0)
+        for f in fields(NoiseTruth)
+    }
+    mean_square["rate_ramp_deg_per_h_per_h"] = abs(
+        first.rate_ramp_deg_per_h_per_h - second.rate_ramp_deg_per_h_per_h
+    ) / math.sqrt(2.0)
+    return NoiseTruth(**mean_square)
+
+
+def _line_truth(
+    scale: Literal["angle", "time"], position: float, phasor: NDArray[np.complex128]
+) -> LineTruth:
+    arcsec = dict(zip(GYRO_NAMES, phasor / ARCSECOND, strict=True))
+    return LineTruth(
+        scale=scale,
+        order=position if scale == "angle" else None,
+        frequency_hz=position if scale == "time" else None,
+        amplitude_arcsec={name: float(abs(value)) for name, value in arcsec.items()},
+        phase_rad={name: float(np.angle(value)) for name, value in arcsec.items()},
+        difference_amplitude_arcsec={
+            f"{a}-{b}": float(abs(arcsec[a] - arcsec[b])) for a, b in _PAIRS
+        },
+    )
