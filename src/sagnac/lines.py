@@ -1,9 +1,36 @@
-"""Periodic components in table angle and in time: found, refined, fitted, removed."""
+"""Periodic components in table angle and in time: found, refined, fitted, removed.
 
-from dataclasses import dataclass
-from typing import Literal
+The search judges every candidate against the noise floor at its own frequency, over the
+whole band to Nyquist, with one false-alarm probability for the whole candidate set.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from sagnac import _kernels, regression, rotation, spectrum
+from sagnac.recording import FloatArray
+from sagnac.regression import ComponentFit, Components
 
 Scale = Literal["angle", "time"]
+
+# Below this many cycles a record nothing can be told from the random walk.
+_LOWEST_CYCLES: Final = 4
+# Integer orders that count as the table's own; a higher one is a line in time until the
+# table's unsteadiness shows otherwise.
+_MOST_ORDERS: Final = 128
+_MOST_LINES: Final = 300
+_ROUNDS: Final = 12
+_PEAKS_A_ROUND: Final = 64
+# A table with fewer turns than this does not tell neighbouring orders apart at a glance: they
+# are taken one a round, the strongest first, as orthogonal search does.
+_FEW_TURNS: Final = 4.0
+# Bins on each side of a line whose noise the fit takes with the line.
+_TAKEN_BINS: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,9 +48,10 @@ class Line:
     amplitude, amplitude_error
         Peak amplitude of the angle and its standard deviation, rad.
     phase, phase_error
-        rad, of ``amplitude * cos(2 pi f t + phase)`` at the first sample.
+        rad, of ``amplitude * cos(2 pi f t + phase)`` at the first sample, or of
+        ``amplitude * cos(order * alpha + phase)``.
     significance
-        Drop of -2 log likelihood that the line brings (chi-square, 2 or 3 dof).
+        Drop of -2 log likelihood that the line brings.
     channel
         ``x`` or ``x-z``.
     name
@@ -40,3 +68,513 @@ class Line:
     significance: float
     channel: str
     name: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Removal:
+    """What `remove_lines` leaves, and what it took.
+
+    Attributes
+    ----------
+    residual
+        (samples,) the angle without table motion and lines, rad.
+    lines
+        Strongest first.
+    masked
+        (low, high) bands in Hz whose noise went with the lines.
+    notes
+        What was noticed.
+    """
+
+    residual: FloatArray
+    lines: tuple[Line, ...]
+    masked: tuple[tuple[float, float], ...]
+    notes: tuple[str, ...]
+
+
+def remove_lines(
+    angle: FloatArray,
+    table: FloatArray | None,
+    sample_rate: float,
+    *,
+    channel: str,
+    false_alarm: float = 0.01,
+    progress: Callable[[float], None] | None = None,
+) -> Removal:
+    """Find, refine, fit jointly and remove every periodic component of `angle`.
+
+    Table motion and Earth rate first (`rotation.follow_table`); then rounds of integer
+    orders of table angle and of lines in time, each round ended by a joint Gauss-Newton
+    fit of all components, until nothing exceeds the noise floor; then both scales are
+    compared for each line, and the whole is fitted once more.
+
+    Parameters
+    ----------
+    angle
+        (samples,) gyro angle or difference of two, rad.
+    table
+        (samples,) unwrapped table angle, rad; None at rest.
+    sample_rate
+        Hz.
+    channel
+        Name for the lines found.
+    false_alarm
+        Probability that noise alone yields any line at all.
+    progress
+        Called with the fraction done.
+    """
+    report = progress or (lambda _: None)
+    turning = table if rotation.is_turning(table) else None
+    notes: list[str] = []
+    threshold = detection_threshold(angle.size // 2, false_alarm)
+    components = regression.no_components(angle.size)
+    rest, alpha = _without_motion(angle, turning, None, sample_rate, notes)
+    residual = rest
+    floor = _floor(residual)
+    for number in range(_ROUNDS):
+        report(number / _ROUNDS)
+        first = number == 0
+        found = 0
+        if alpha is not None:
+            orders = _new_orders(
+                residual, alpha, components, sample_rate, floor, threshold, beyond_earth_rate=first
+            )
+            if orders.size:
+                components = regression.joined(components, orders)
+                components = _refitted(rest, alpha, components).components
+                residual = regression.removed(rest, alpha, components)
+                floor = _floor(residual)
+                found += orders.size
+        tones = _new_tones(residual, None if not first else alpha, components, floor, threshold)
+        components = regression.joined(components, tones)
+        found += tones.size
+        if found == 0 and not first:
+            break
+        # Table motion was fitted with these lines for noise; they are out of it now.
+        rest, alpha = _without_motion(angle, turning, components, sample_rate, notes)
+        if components.size:
+            fit = _refitted(rest, alpha, components)
+            components = _significant(fit, alpha, floor, threshold)
+        residual = regression.removed(rest, alpha, components)
+        floor = _floor(residual)
+        if components.size > _MOST_LINES:
+            notes.append(
+                f"the search stopped at {components.size} lines; more peaks stand above the floor"
+            )
+            break
+    components = _rescaled(residual, alpha, components, floor)
+    lines: tuple[Line, ...] = ()
+    masked: tuple[tuple[float, float], ...] = ()
+    if components.size:
+        components = _refitted(rest, alpha, components).components
+        fit = _refitted(rest, alpha, components)
+        components = _significant(fit, alpha, floor, threshold)
+        fit = _refitted(rest, alpha, components)
+        residual = regression.removed(rest, alpha, fit.components)
+        floor = _floor(residual)
+        lines = _described(fit, alpha, floor, sample_rate, channel)
+        masked = _taken(lines, alpha, sample_rate, angle.size)
+        if fit.collinear:
+            notes.append(
+                f"{fit.collinear} directions among the lines of {channel} cannot be told apart "
+                "(angle and time coincide at this steady rate); their sum is removed, their "
+                "single amplitudes are not to be trusted"
+            )
+    report(1.0)
+    return Removal(residual=residual, lines=lines, masked=masked, notes=tuple(notes))
+
+
+def detection_threshold(bins: int, false_alarm: float) -> float:
+    """Ratio of power to floor that noise exceeds anywhere with probability `false_alarm`.
+
+    The maximum of a periodogram over continuous frequency, not over its bins alone:
+    ``bins * sqrt(pi p / 3) * exp(-p) = false_alarm``, the mean number of upcrossings of
+    level p by a chi-square field of two degrees of freedom (Rice's formula).
+    """
+    return float(
+        brentq(
+            lambda p: np.log(bins) + 0.5 * np.log(np.pi * p / 3.0) - p - np.log(false_alarm),
+            1.0,
+            200.0,
+        )
+    )
+
+
+def _floor(residual: FloatArray) -> FloatArray:
+    return spectrum.noise_floor(spectrum.periodogram(_increments(residual)))
+
+
+def _increments(angle: FloatArray) -> FloatArray:
+    """Differences of `angle` without their mean; the first, of nothing before it, is zero."""
+    steps = np.diff(angle, prepend=angle[0])
+    steps[1:] -= steps[1:].mean()
+    return steps
+
+
+def _without_motion(
+    angle: FloatArray,
+    table: FloatArray | None,
+    components: Components | None,
+    sample_rate: float,
+    notes: list[str],
+) -> tuple[FloatArray, FloatArray | None]:
+    """`angle` less table motion, lines still in it; and the table angle the gyro saw.
+
+    `components` are the lines known so far, None if nothing is known yet.
+    """
+    if table is None:
+        return angle, None
+    without, harmonics = angle, None
+    if components is not None:
+        in_time = np.arange(components.size) >= components.orders.size
+        without = regression.removed(angle, table, components.select(in_time))
+        harmonics = components.orders
+    motion = rotation.follow_table(without, table, sample_rate, harmonics=harmonics)
+    if motion.lag != 0.0:
+        note = (
+            f"the encoder is {1e3 * motion.lag:+.2f} ms from the gyro in time; "
+            "the table angle was shifted by that"
+        )
+        notes[:] = [kept for kept in notes if not kept.startswith("the encoder is")] + [note]
+    return angle - (without - motion.residual), motion.table
+
+
+def _refitted(
+    rest: FloatArray, alpha: FloatArray | None, components: Components
+) -> ComponentFit:
+    return regression.fit(_increments(rest)[1:], alpha, components)
+
+
+# --- candidates --------------------------------------------------------------------------
+
+
+def _new_orders(
+    residual: FloatArray,
+    alpha: FloatArray,
+    known: Components,
+    sample_rate: float,
+    floor: FloatArray,
+    threshold: float,
+    *,
+    beyond_earth_rate: bool,
+) -> Components:
+    """Integer orders of table angle that stand above the floor and are not known yet.
+
+    With `beyond_earth_rate` only those larger than Earth rate and an unsteady table could
+    make together; the others wait until Earth rate is fitted beside the known ones.
+    """
+    speed = _speeds(alpha)
+    fastest = float(speed.max())
+    highest = min(_MOST_ORDERS, int(np.pi / fastest)) if fastest > 0.0 else 0
+    if highest < 1:
+        return known.select(np.zeros(known.size, dtype=bool))
+    sums = _order_sums(residual, alpha, highest)
+    orders = np.arange(1.0, highest + 1.0)
+    length = residual.size * _mean_square_step(orders, speed) / 2.0
+    ratio = np.abs(sums) ** 2 / length / (2.0 * _floor_of_orders(orders, speed, floor))
+    ratio[np.isin(orders, known.orders[~known.free])] = 0.0
+    cycles = orders * rotation.full_turns(alpha)
+    if beyond_earth_rate:
+        reach = np.zeros(highest)
+        for projection in (np.cos, np.sin):
+            reach = np.maximum(
+                reach, np.abs(_order_sums(np.cumsum(projection(alpha)), alpha, highest))
+            )
+        # Order 1 is Earth rate and the harmonic in one (Eq. 16).
+        ratio[1:][np.abs(sums[1:]) < 2.0 * rotation.EARTH_RATE / sample_rate * reach[1:]] = 0.0
+    chosen = np.flatnonzero((ratio > threshold) & (cycles >= 0.4))
+    if rotation.full_turns(alpha) < _FEW_TURNS and chosen.size:
+        chosen = chosen[[int(np.argmax(ratio[chosen]))]]
+    return replace(
+        regression.no_components(residual.size),
+        orders=orders[chosen],
+        free=np.zeros(chosen.size, dtype=bool),
+        cosine=sums.real[chosen] / length[chosen],
+        sine=-sums.imag[chosen] / length[chosen],
+    )
+
+
+def _order_sums(angle: FloatArray, alpha: FloatArray, highest: int) -> NDArray[np.complex128]:
+    """Inner products of increments of `angle` and of exp(-i k alpha), k = 1 ... `highest`.
+
+    Summed by parts: increments of the exponential against the data's are the exponential
+    itself against the data's second differences.
+    """
+    steps = _increments(angle)
+    strengths = steps
+    strengths[:-1] -= steps[1:]
+    return spectrum.angle_sums(alpha, strengths, highest)[1:]
+
+
+def _new_tones(
+    residual: FloatArray,
+    alpha: FloatArray | None,
+    known: Components,
+    floor: FloatArray,
+    threshold: float,
+) -> Components:
+    """Peaks of the spectrum above the floor that no stronger peak's leakage explains.
+
+    Given `alpha`, peaks at whole orders of it are left to the angle scale.
+    """
+    steps = _increments(residual)
+    sums = spectrum.transform(steps, padding=2)
+    power = (np.square(sums.real) + np.square(sums.imag)) / steps.size
+    ratio = power / np.interp(np.arange(power.size), 2.0 * np.arange(floor.size), floor)
+    ratio[: 2 * _LOWEST_CYCLES] = 0.0
+    inner = ratio[1:-1]
+    # A peak midway between padded bins shows 0.9 of its height: one below the threshold by
+    # that much may be above it once refined, and is pruned there if it is not.
+    peaks = 1 + np.flatnonzero(
+        (inner > 0.9 * threshold) & (inner >= ratio[:-2]) & (inner > ratio[2:])
+    )
+    chosen: list[int] = []
+    leakage = np.zeros(peaks.size)
+    blocked = np.zeros(peaks.size, dtype=bool)
+    for at in np.argsort(power[peaks])[::-1]:
+        # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; four times that leaves
+        # room for several of them adding up.
+        if blocked[at] or power[peaks[at]] < 4.0 * leakage[at]:
+            continue
+        chosen.append(int(peaks[at]))
+        if len(chosen) == _PEAKS_A_ROUND:
+            break
+        distance = np.abs(peaks - peaks[at]) / 2.0
+        blocked |= distance < 1.5
+        leakage += power[peaks[at]] / (np.pi * np.maximum(distance, 1.0)) ** 2
+    index = np.array(sorted(chosen), dtype=np.int64)
+    frequency = (index + _parabola(ratio, index)) / (2.0 * (power.size - 1))
+    nothing = regression.no_components(residual.size)
+    taken = known.frequencies
+    if alpha is not None:
+        rate = abs(float(alpha[-1] - alpha[0])) / (2.0 * np.pi * (alpha.size - 1))
+        taken = np.concatenate([taken, np.arange(1.0, _MOST_ORDERS + 1.0) * rate])
+    near = np.array([np.any(np.abs(taken - f) * steps.size < 1.0) for f in frequency], dtype=bool)
+    index, frequency = index[~near], frequency[~near]
+    turn = np.exp(2j * np.pi * frequency)
+    # The sum taken at the bin, its phase carried to mid-record where it does not depend on
+    # the fraction of a bin that the peak is off.
+    at_bin = np.exp(2j * np.pi * index / (2.0 * (power.size - 1)) * nothing.center)
+    # Step n leads from sample n - 1 to n.
+    tone = 2.0 / steps.size * sums[index] * at_bin / (1.0 - 1.0 / turn)
+    return replace(nothing, frequencies=frequency, cosine=tone.real, sine=-tone.imag)
+
+
+def _parabola(power: FloatArray, index: NDArray[np.int64]) -> FloatArray:
+    """Offset in bins of the top of a parabola through three ordinates."""
+    left, top, right = power[index - 1], power[index], power[index + 1]
+    return np.asarray(0.5 * (left - right) / (left - 2.0 * top + right))
+
+
+# --- judgement ---------------------------------------------------------------------------
+
+
+def _speeds(alpha: FloatArray) -> FloatArray:
+    """Table speeds, rad a sample, at a few hundred evenly spaced ranks."""
+    block = max(1, alpha.size // 4000)
+    speed = np.sort(np.abs(np.diff(alpha[::block]))) / block
+    return speed[np.linspace(0, speed.size - 1, min(200, speed.size)).astype(np.int64)]
+
+
+def _mean_square_step(orders: FloatArray, speed: FloatArray) -> FloatArray:
+    """Mean square increment of exp(i k alpha), for each order."""
+    return np.asarray((4.0 * np.sin(np.outer(orders, speed) / 2.0) ** 2).mean(axis=1))
+
+
+def _floor_of_orders(orders: FloatArray, speed: FloatArray, floor: FloatArray) -> FloatArray:
+    """Noise floor that each order meets: over the frequencies it sweeps, weighted by power."""
+    frequency = np.outer(orders, speed) / (2.0 * np.pi)
+    weight = np.sin(np.pi * frequency) ** 2
+    bins = np.minimum(frequency * (2.0 * (floor.size - 1)), floor.size - 1).astype(np.int64)
+    total = weight.sum(axis=1)
+    total[total == 0.0] = 1.0
+    return np.asarray((floor[bins] * weight).sum(axis=1) / total)
+
+
+def _floors(components: Components, alpha: FloatArray | None, floor: FloatArray) -> FloatArray:
+    """(components,) noise floor at each component's own frequency."""
+    bins = np.rint(components.frequencies * (2.0 * (floor.size - 1))).astype(np.int64)
+    in_time = floor[np.clip(bins, 0, floor.size - 1)]
+    if alpha is None or components.orders.size == 0:
+        return in_time
+    return np.concatenate([_floor_of_orders(components.orders, _speeds(alpha), floor), in_time])
+
+
+def _significances(fit: ComponentFit, levels: FloatArray) -> FloatArray:
+    """(components,) Wald statistic of each pair of amplitudes, chi-square with 2 dof."""
+    pair = np.stack([fit.components.cosine, fit.components.sine], axis=1)
+    block = fit.covariance[:, :2, :2]
+    # A pseudo-inverse: of two components that coincide, each direction counts once.
+    precision = np.linalg.pinv(block, rcond=1e-9, hermitian=True)
+    return np.asarray(np.einsum("ni,nij,nj->n", pair, precision, pair) / levels)
+
+
+def _significant(
+    fit: ComponentFit, alpha: FloatArray | None, floor: FloatArray, threshold: float
+) -> Components:
+    """The components that stand above the floor with all others fitted beside them."""
+    levels = _floors(fit.components, alpha, floor)
+    lowest = _LOWEST_CYCLES / (2.0 * (floor.size - 1))
+    keep = _significances(fit, levels) > 2.0 * threshold
+    keep[fit.components.orders.size :] &= fit.components.frequencies >= 0.75 * lowest
+    return fit.components.select(keep)
+
+
+def _rescaled(
+    residual: FloatArray, alpha: FloatArray | None, components: Components, floor: FloatArray
+) -> Components:
+    """Components in time that follow the table better, moved to the angle scale.
+
+    A tone is mixed down to zero frequency and its phase compared with the table's
+    wander about its mean rate, scaled by the order it would have. At a steady rate the two are
+    one, and the component stays in time.
+    """
+    if alpha is None or components.frequencies.size == 0:
+        return components
+    number = np.arange(alpha.size) - components.center
+    rate = float(number @ (alpha - alpha.mean())) / float(number @ number)
+    if rate == 0.0:
+        return components
+    wander = alpha - alpha.mean() - rate * number
+    levels = _floors(components, alpha, floor)[components.orders.size :]
+    spread = float(np.std(wander))
+    steps = _increments(residual)
+    moved = np.zeros(components.size, dtype=bool)
+    orders: list[float] = []
+    for index, frequency in enumerate(components.frequencies, start=components.orders.size):
+        order = 2.0 * np.pi * frequency / abs(rate)
+        level = levels[index - components.orders.size]
+        gain = 2.0 * np.sin(np.pi * frequency)
+        strength = components.amplitude[index] * gain * np.sqrt(steps.size / (2.0 * level))
+        if order * spread * strength < 6.0:
+            continue
+        own = components.amplitude[index] * gain
+        phase = np.arctan2(-components.sine[index], components.cosine[index])
+        phase += np.pi / 2.0 + np.pi * frequency
+        mixed = _kernels.mixed_down(steps, frequency, components.center)
+        block = _kernels.MIX_BLOCK
+        mixed += 0.5 * own * np.exp(1j * phase)
+        mean_wander = wander[: mixed.size * block].reshape(-1, block).mean(axis=1)
+        turned = mixed * np.exp(-1j * np.sign(rate) * order * mean_wander)
+        if np.abs(turned.mean()) ** 2 > np.abs(mixed.mean()) ** 2 + 10.0 * level / steps.size:
+            moved[index] = True
+            orders.append(order)
+    if not orders:
+        return components
+    kept = components.select(~moved)
+    taken = components.select(moved)
+    as_orders = np.array(orders)
+    rounded = np.rint(as_orders)
+    whole = np.abs(as_orders - rounded) * rotation.full_turns(alpha) < 0.5
+    return regression.joined(
+        kept,
+        replace(
+            taken,
+            orders=np.where(whole, rounded, as_orders),
+            free=~whole,
+            frequencies=np.empty(0),
+        ),
+    )
+
+
+# --- description -------------------------------------------------------------------------
+
+
+def _described(
+    fit: ComponentFit,
+    alpha: FloatArray | None,
+    floor: FloatArray,
+    sample_rate: float,
+    channel: str,
+) -> tuple[Line, ...]:
+    """The components as lines, strongest first, named where their frequency says what they are."""
+    components = fit.components
+    levels = _floors(components, alpha, floor)
+    significance = _significances(fit, levels)
+    lines: list[Line] = []
+    for index in range(components.size):
+        a, b = float(components.cosine[index]), float(components.sine[index])
+        amplitude = float(np.hypot(a, b))
+        covariance = fit.covariance[index] * levels[index]
+        along = np.array([a, b]) / amplitude
+        across = np.array([-b, a]) / amplitude
+        error = float(np.sqrt(max(along @ covariance[:2, :2] @ along, 0.0)))
+        phase_error = float(np.sqrt(max(across @ covariance[:2, :2] @ across, 0.0))) / amplitude
+        frequency_error = float(np.sqrt(covariance[2, 2]))
+        phase = -np.arctan2(b, a)
+        if index < components.orders.size:
+            scale: Scale = "angle"
+            frequency = float(components.orders[index])
+        else:
+            scale = "time"
+            cycles = float(components.frequencies[index - components.orders.size])
+            # Phase at the first sample; a fitted frequency adds its own error over half the record.
+            phase -= 2.0 * np.pi * cycles * components.center
+            phase_error = float(
+                np.hypot(phase_error, 2.0 * np.pi * components.center * frequency_error)
+            )
+            frequency, frequency_error = cycles * sample_rate, frequency_error * sample_rate
+        lines.append(
+            Line(
+                scale=scale,
+                frequency=frequency,
+                frequency_error=frequency_error,
+                amplitude=amplitude,
+                amplitude_error=error,
+                phase=float(np.angle(np.exp(1j * phase))),
+                phase_error=phase_error,
+                significance=float(significance[index]),
+                channel=channel,
+            )
+        )
+    lines.sort(key=lambda line: -line.significance)
+    turn_rate = 0.0 if alpha is None else abs(rotation.mean_rate(alpha, sample_rate)) / (2 * np.pi)
+    resolution = sample_rate / (2.0 * (floor.size - 1))
+    return tuple(
+        replace(line, name=_name(line, lines[:rank], turn_rate, resolution))
+        for rank, line in enumerate(lines)
+    )
+
+
+def _name(line: Line, stronger: list[Line], turn_rate: float, resolution: float) -> str:
+    """What a line is, where its frequency beside a stronger one's says so."""
+    if line.scale == "angle":
+        whole = line.frequency == np.rint(line.frequency)
+        return "" if whole else "non-integer order"
+    if turn_rate == 0.0:
+        return ""
+    for other in stronger:
+        base = other.frequency if other.scale == "time" else other.frequency * turn_rate
+        if other.amplitude < 10.0 * line.amplitude:
+            continue
+        for multiple in (1, 2):
+            if abs(abs(line.frequency - base) - multiple * turn_rate) < 2.0 * resolution:
+                parent = (
+                    f"{base:.6g} Hz" if other.scale == "time" else f"order {other.frequency:g}"
+                )
+                times = "the table rate" if multiple == 1 else "twice the table rate"
+                return f"sideband of {parent} at {times}"
+        if other.scale == "time" and abs(line.frequency - base) < 20.0 * resolution:
+            return f"sideband of {base:.6g} Hz (its amplitude or frequency drifts)"
+        if other.scale == "angle" and abs(line.frequency - base) < 0.01 * base:
+            return f"sideband of order {other.frequency:g} (table jitter)"
+    return ""
+
+
+def _taken(
+    lines: tuple[Line, ...], alpha: FloatArray | None, sample_rate: float, samples: int
+) -> tuple[tuple[float, float], ...]:
+    """Bands in Hz in which the fit took the noise with the line."""
+    width = _TAKEN_BINS * sample_rate / samples
+    bands: list[tuple[float, float]] = []
+    for line in lines:
+        if line.scale == "time":
+            bands.append((line.frequency - width, line.frequency + width))
+        elif alpha is not None:
+            speed = _speeds(alpha) * sample_rate / (2.0 * np.pi)
+            low, high = float(speed[0]), float(speed[-1])
+            # Spread over many bins, a component takes two of many ordinates: nothing to mask.
+            if line.frequency * (high - low) < 20.0 * width:
+                center = 0.5 * (low + high) * line.frequency
+                bands.append((center - 10.0 * width, center + 10.0 * width))
+    return tuple(bands)

@@ -1,0 +1,265 @@
+"""The table's rotation: its rate and turns, full-turn sampling, what of a gyro follows it."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import scipy.linalg
+from scipy.integrate import cumulative_trapezoid
+
+from sagnac.recording import FloatArray, RecordingError
+
+EARTH_RATE: Final = 7.292115e-5  # rad/s, IERS
+
+# Kinematic terms are fitted to averages this often: readout quantization and encoder noise, which
+# rule 500 Hz increments, average out, and table motion does not.
+_KINEMATIC_RATE: Final = 10.0  # Hz
+_NUISANCE_ORDERS: Final = 128
+# Prior standard deviation of an Earth-rate coefficient. At constant table rate the Earth terms
+# coincide with sin and cos of the table angle, and what is left of them is encoder noise; nothing
+# but their size is known then, and this is it.
+_EARTH_PRIOR: Final = 2.0 * EARTH_RATE  # rad/s
+# The table is at rest below this motion over the whole record.
+_AT_REST: Final = np.radians(0.1)
+# A time shift between gyro and encoder shows only where the rate changes by this share.
+_VARYING: Final = 0.2
+
+
+def is_turning(table: FloatArray | None) -> bool:
+    """Whether the table angle, (samples,) rad, moves at all."""
+    return table is not None and float(np.ptp(table)) > _AT_REST
+
+
+def full_turns(table: FloatArray) -> float:
+    """Turns between the lowest and the highest table angle, (samples,) rad."""
+    return float(np.ptp(table)) / (2.0 * np.pi)
+
+
+def mean_rate(table: FloatArray, sample_rate: float) -> float:
+    """Mean speed of the table, rad/s, signed by its net direction where it has one."""
+    net = float(table[-1] - table[0])
+    path = float(np.abs(np.diff(table[:: max(1, round(sample_rate / _KINEMATIC_RATE))])).sum())
+    sign = -1.0 if net < 0.0 and abs(net) > 0.5 * path else 1.0
+    return sign * path * sample_rate / (table.size - 1)
+
+
+def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray:
+    """Fractional sample numbers at which the table passes each full turn.
+
+    Linear interpolation between the two samples beside the crossing. A table that reverses
+    passes the same angle again; only crossings in its net direction that open a new turn
+    count, so that the turns between consecutive times are whole.
+
+    Parameters
+    ----------
+    table
+        (samples,) unwrapped table angle, rad.
+    null_angle
+        Table angle of the null pulse, rad.
+
+    Returns
+    -------
+    (crossings,) ascending.
+    """
+    turn = (table - null_angle) / (2.0 * np.pi)
+    if turn[-1] < turn[0]:
+        turn = -turn
+    # The furthest turn reached so far: flat while the table goes back, so each whole turn
+    # is crossed exactly once.
+    furthest = np.maximum.accumulate(turn)
+    whole = np.arange(np.ceil(furthest[0]), np.floor(furthest[-1]) + 1.0)
+    after = np.searchsorted(furthest, whole, side="left")
+    after = np.maximum(after, 1)
+    before = furthest[after - 1]
+    step = furthest[after] - before
+    fraction = np.where(step > 0.0, (whole - before) / np.where(step > 0.0, step, 1.0), 0.0)
+    return np.asarray(after - 1 + np.clip(fraction, 0.0, 1.0))
+
+
+def full_rotation_samples(angle: FloatArray, table: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Full rotation interval sampling (FRIS): the angle at each full turn, Eq. 8.
+
+    Parameters
+    ----------
+    angle
+        (samples,) gyro angle or difference of two, rad.
+    table
+        (samples,) table angle, rad.
+
+    Returns
+    -------
+    times, values
+        (turns + 1,) fractional sample numbers, and the angle there, rad.
+
+    Raises
+    ------
+    RecordingError
+        If the table completes fewer than two full turns.
+
+    References
+    ----------
+    Eqs. 8 and 9 of Yu et al. 2013.
+    """
+    times = full_turn_times(table)
+    if times.size < 3:
+        raise RecordingError(
+            f"the table never completes two full turns (it covers {np.degrees(np.ptp(table)):.1f} "
+            "deg), so full rotation interval sampling has nothing to sample; use --method fos"
+        )
+    first = np.minimum(times.astype(np.int64), angle.size - 2)
+    fraction = times - first
+    return times, angle[first] + fraction * (angle[first + 1] - angle[first])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableMotion:
+    """What of a gyro angle, or of a difference of two, is table motion and Earth rate.
+
+    Attributes
+    ----------
+    share
+        e of the gyro (e_x - e_z of a difference): rad per rad of table angle.
+    drift
+        Constant rate, rad/s: bias and the Earth's vertical share.
+    earth
+        Coefficients of the integrals of cos and sin of table angle, rad/s.
+    lag
+        Time by which the encoder leads the gyro, s; 0 where the rate hardly varies.
+    table
+        (samples,) table angle as the gyro saw it: shifted by `lag`.
+    residual
+        (samples,) the angle less all of it, rad.
+    """
+
+    share: float
+    drift: float
+    earth: tuple[float, float]
+    lag: float
+    table: FloatArray
+    residual: FloatArray
+
+
+def follow_table(
+    angle: FloatArray,
+    table: FloatArray,
+    sample_rate: float,
+    *,
+    harmonics: FloatArray | None = None,
+) -> TableMotion:
+    """Fit and remove table motion and Earth rate by the integrated kinematics.
+
+    The model is ``share * alpha + drift * t + c1 * int cos(alpha) dt + c2 * int sin(alpha)
+    dt``: Eq. 6 without its assumption that the rate is constant. Harmonics of table angle
+    are fitted beside it, so that they do not bend it, and left in. Fitting more of them than
+    there are costs something: ripple of the table beats with Earth rate into neighbouring
+    orders, and a harmonic there hides the only sign of Earth rate at a steady table.
+
+    Parameters
+    ----------
+    angle
+        (samples,) gyro angle, rad.
+    table
+        (samples,) unwrapped table angle, rad.
+    sample_rate
+        Hz.
+    harmonics
+        Orders present in `angle`; None where that is not known: all are allowed for.
+    """
+    block = max(1, round(sample_rate / _KINEMATIC_RATE))
+    lag = 0.0
+    rates = np.diff(_averages(table, block)) * (sample_rate / block)
+    varies = float(np.std(rates)) > _VARYING * float(np.sqrt(np.mean(rates**2)))
+    if varies:
+        # Gauss-Newton in the shift: its derivative is the table rate, known only in blocks.
+        for _ in range(4):
+            shifted = _shifted(table, lag * sample_rate)
+            step = _kinematic_fit(
+                angle, shifted, sample_rate, block, harmonics, with_lag=True
+            )[4]
+            if abs(step) * sample_rate < 1e-4:
+                break
+            lag += step
+    shifted = _shifted(table, lag * sample_rate)
+    share, drift, cosine, sine, _ = _kinematic_fit(
+        angle, shifted, sample_rate, block, harmonics, with_lag=False
+    )
+    residual = angle - share * shifted
+    residual -= (drift / sample_rate) * np.arange(angle.size)
+    dt = 1.0 / sample_rate
+    residual -= cosine * cumulative_trapezoid(np.cos(shifted), dx=dt, initial=0.0)
+    residual -= sine * cumulative_trapezoid(np.sin(shifted), dx=dt, initial=0.0)
+    return TableMotion(
+        share=share, drift=drift, earth=(cosine, sine), lag=lag, table=shifted, residual=residual
+    )
+
+
+def _kinematic_fit(
+    angle: FloatArray,
+    table: FloatArray,
+    sample_rate: float,
+    block: int,
+    harmonics: FloatArray | None,
+    *,
+    with_lag: bool,
+) -> tuple[float, float, float, float, float]:
+    """share, drift, cosine, sine and lag by ridge regression on increments of averages."""
+    dt = 1.0 / sample_rate
+    mean_table = _averages(table, block)
+    interval = block * dt
+    rate = np.gradient(mean_table, interval)
+    columns = [
+        mean_table,
+        np.arange(mean_table.size) * interval,
+        _averages(cumulative_trapezoid(np.cos(table), dx=dt, initial=0.0), block),
+        _averages(cumulative_trapezoid(np.sin(table), dx=dt, initial=0.0), block),
+    ]
+    prior = [np.inf, np.inf, _EARTH_PRIOR, _EARTH_PRIOR]
+    if with_lag:
+        columns.append(-rate)
+        prior.append(np.inf)
+    fastest = max(float(np.percentile(np.abs(rate), 95)), 1e-9)
+    # Orders above 0.4 of the averages' rate are averaged away, and alias where they are not.
+    highest = 0.4 / interval * 2.0 * np.pi / fastest
+    orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
+    for order in orders[orders <= highest]:
+        columns += [np.cos(order * mean_table), np.sin(order * mean_table)]
+        prior += [np.inf, np.inf]
+    design = np.diff(np.array(columns), axis=1)
+    target = np.diff(_averages(angle, block))
+    scale = np.sqrt(np.einsum("ij,ij->i", design, design))
+    scale[scale == 0.0] = 1.0
+    # Orthogonal triangles, not the normal equations: the parts of these columns that tell
+    # them apart can be 1e-7 of their size, which squared is below rounding.
+    triangle = scipy.linalg.qr(np.vstack([design / scale[:, None], target]).T, mode="r")[0]
+    size = scale.size
+    factor, right = triangle[:size, :size], triangle[:size, size]
+
+    def solve(penalty: FloatArray) -> FloatArray:
+        stacked = np.vstack([factor, np.diag(penalty)])
+        target = np.concatenate([right, np.zeros(size)])
+        return np.asarray(scipy.linalg.lstsq(stacked, target, cond=1e-11)[0] / scale)
+
+    free = solve(np.zeros(size))
+    leftover = target - free @ design
+    # The level of the noise, not of lines that are still in: a median over frequency.
+    power = np.abs(np.fft.rfft(leftover)[1:]) ** 2 / leftover.size
+    noise = np.sqrt(float(np.median(power)) / np.log(2.0))
+    solution = solve(noise / (np.array(prior) * scale))
+    lag = 0.0
+    if with_lag:
+        # angle = share * alpha(t - lag): the column's coefficient is share * lag.
+        lag = float(solution[4] / solution[0]) if solution[0] else 0.0
+    return (*(float(value) for value in solution[:4]), lag)  # type: ignore[return-value]
+
+
+def _averages(values: FloatArray, block: int) -> FloatArray:
+    whole = values.size // block
+    return np.asarray(values[: whole * block].reshape(whole, block).mean(axis=1))
+
+
+def _shifted(values: FloatArray, samples: float) -> FloatArray:
+    """`values` read `samples` earlier, by linear interpolation, held at the ends."""
+    if samples == 0.0:
+        return values
+    at = np.arange(values.size) - samples
+    return np.interp(at, np.arange(values.size), values)

@@ -1,0 +1,169 @@
+"""Spectra of gyro increments: periodograms, their noise floor, sums over table angle.
+
+Powers here are per sample: white increments of variance s^2 have an expected
+periodogram of s^2 at every frequency. `density` turns them into (rad/s)^2/Hz.
+"""
+
+from typing import Final
+
+import finufft
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from sagnac.recording import FloatArray
+
+# Two threads is all the machines this runs on have, and FFTs are memory-bound beyond that.
+THREADS: Final = 2
+
+_FLOOR_HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
+_FLOOR_MOST_HALF_WIDTH: Final = 4096
+_NUFFT_TOLERANCE: Final = 1e-9
+# An ordinate this many floors high in a narrow bin is a line, not noise: exp(-9) of them by chance.
+_LINE_RATIO: Final = 9.0
+
+
+def transform_length(samples: int) -> int:
+    """Length of the transform of a record: even, at least `samples`, and quick to transform."""
+    return 2 * int(scipy.fft.next_fast_len((samples + 1) // 2, real=True))
+
+
+def transform(increments: FloatArray, padding: int = 1) -> NDArray[np.complex128]:
+    """Fourier sums of `increments` at k / (padding * transform_length(size)) cycles a sample."""
+    length = padding * transform_length(increments.size)
+    return np.asarray(scipy.fft.rfft(increments, length, workers=THREADS))
+
+
+def periodogram(increments: FloatArray, padding: int = 1) -> FloatArray:
+    """Power of the increments at the frequencies of `transform`.
+
+    Returns
+    -------
+    (padding * transform_length(size) // 2 + 1,) in the unit of `increments` squared.
+    """
+    sums = transform(increments, padding)
+    power = np.square(sums.real)
+    power += np.square(sums.imag)
+    power /= increments.size
+    return power
+
+
+def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> NDArray[np.complex128]:
+    """Sums of ``strengths * exp(-1j * k * phase)`` for k = 0 ... `orders`, by one NUFFT.
+
+    Parameters
+    ----------
+    phase
+        (samples,) rad; any real number, folded into one turn here.
+    strengths
+        (samples,) real.
+    """
+    # Real strengths make the sums at -k the conjugates of those at k, so half are thrown away;
+    # FINUFFT has no one-sided transform.
+    modes = finufft.nufft1d1(
+        np.remainder(phase, 2.0 * np.pi),
+        strengths.astype(np.complex128),
+        2 * orders + 1,
+        eps=_NUFFT_TOLERANCE,
+        isign=-1,
+        nthreads=THREADS,
+    )
+    return np.asarray(modes[orders:])
+
+
+def noise_floor(power: FloatArray) -> FloatArray:
+    """Expected power without lines, at every bin of a periodogram.
+
+    Two steps. A sum of non-negative power laws in frequency (f^-2, f^-1, 1 and
+    4 sin^2(pi f): rate random walk, flicker, angle random walk, quantization) is fitted
+    to binned ordinates, lines excluded; it carries the slope at low frequency where
+    bins are few. The running median of power over that fit then follows whatever else
+    the noise does.
+
+    Parameters
+    ----------
+    power
+        (bins,) ordinates at k / size cycles per sample, k = 0 .... Bin 0 is not used.
+
+    Returns
+    -------
+    (bins,) floor; bin 0 takes the value of bin 1.
+    """
+    bins = power.size
+    if bins < 32:
+        return np.full(bins, max(float(np.median(power[1:])) / np.log(2.0), np.finfo(float).tiny))
+    frequency = np.arange(1, bins) / (2.0 * (bins - 1))
+    smooth = _power_laws(frequency, power[1:])
+    knots: list[float] = []
+    ratios: list[float] = []
+    start = 1
+    while start < bins:
+        half = int(min(max(0.1 * start, _FLOOR_HALF_WIDTH), _FLOOR_MOST_HALF_WIDTH))
+        stop = min(start + 2 * half, bins)
+        if stop - start < half and ratios:
+            break
+        whitened = power[start:stop] / smooth[start - 1 : stop - 1]
+        knots.append(0.5 * (start + stop))
+        ratios.append(float(np.median(whitened)) / np.log(2.0))
+        start += half
+    floor = np.empty(bins)
+    correction = np.interp(np.log(np.arange(1, bins)), np.log(knots), np.log(ratios))
+    np.multiply(smooth, np.exp(correction, out=correction), out=floor[1:])
+    floor[0] = floor[1]
+    return floor
+
+
+def _power_laws(frequency: FloatArray, power: FloatArray) -> FloatArray:
+    """Non-negative sum of power laws fitted to `power` by iterated Gamma weights."""
+    edges = np.unique(
+        np.concatenate([np.arange(9), np.geomspace(9, frequency.size, 160).astype(np.int64)])
+    )
+    starts, stops = edges[:-1], edges[1:]
+    counts = stops - starts
+    # Median over mean of n exponential variates, to within 1 %: 1 at n = 1, ln 2 for many.
+    shrink = np.log(2.0) + (1.0 - np.log(2.0)) / counts
+    level = np.array([np.median(power[a:b]) for a, b in zip(starts, stops, strict=True)]) / shrink
+    center = np.array([np.median(frequency[a:b]) for a, b in zip(starts, stops, strict=True)])
+    scale = max(float(np.median(level)), np.finfo(float).tiny)
+    level = level / scale
+
+    def basis(f: FloatArray) -> FloatArray:
+        return np.column_stack([f**-2.0, 1.0 / f, np.ones_like(f), 4.0 * np.sin(np.pi * f) ** 2])
+
+    design = basis(center)
+    size = np.linalg.norm(design, axis=0)
+    design = design / size
+    model = np.maximum(level, 1e-12)
+    keep = np.ones(level.size, dtype=bool)
+    for _ in range(12):
+        # Maximum likelihood for Gamma ordinates is least squares with weights n / model^2.
+        weight = np.where(keep, np.sqrt(counts) / model, 0.0)
+        solution, _ = nnls(design * weight[:, None], level * weight)
+        model = np.maximum(design @ solution, 1e-12 * float(np.max(level)))
+        keep = level < model * (1.0 + _LINE_RATIO / np.sqrt(counts))
+    return np.maximum(basis(frequency) @ (solution / size), 1e-12) * scale
+
+
+def density(power: FloatArray, sample_rate: float) -> FloatArray:
+    """One-sided rate density, (rad/s)^2/Hz, of a periodogram of angle increments (rad^2)."""
+    return 2.0 * sample_rate * power
+
+
+def smoothed(power: FloatArray, points: int = 2000) -> tuple[FloatArray, FloatArray]:
+    """Periodogram averaged into log-spaced bins, for a figure.
+
+    Narrow peaks survive: each bin keeps its mean, and bins are as narrow as the
+    periodogram's own at low frequency.
+
+    Returns
+    -------
+    frequency, power
+        (points or fewer,) cycles per sample, and mean power.
+    """
+    bins = power.size
+    edges = np.unique(np.geomspace(1, bins, points + 1).astype(np.int64))
+    counts = np.diff(edges)
+    mean = np.add.reduceat(power[: edges[-1]], edges[:-1]) / counts
+    center = (edges[:-1] + edges[1:] - 1) / 2.0
+    return center / (2.0 * (bins - 1)), mean
