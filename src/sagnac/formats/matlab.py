@@ -1,0 +1,81 @@
+"""MATLAB files: version 5 (and 4), and version 7.3, which is HDF5."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import scipy.io
+from numpy.typing import NDArray
+
+from sagnac.formats import hdf5
+from sagnac.formats.source import (
+    Outgoing,
+    Source,
+    column,
+    damaged,
+    replacing,
+    split_matrix,
+    take_column,
+)
+from sagnac.formats.statement import from_mapping
+
+FORMAT: Final = "MATLAB"
+SUFFIXES: Final = (".mat",)
+
+_NUMERIC: Final = frozenset(
+    {"double", "single", "logical"}
+    | {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
+)
+_STATED: Final = frozenset({"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits"})
+
+
+def open_source(path: Path) -> Source:
+    """Variables of the file; column ``k`` of a matrix ``w`` is called ``w.k``, from 1.
+
+    Text and single numbers named like the fields of a `Statement` (``kind``,
+    ``sample_rate``) state it.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not MATLAB or is cut off.
+    """
+    with path.open("rb") as stream:
+        if b"MATLAB 7.3" in stream.read(128):
+            return hdf5.open_source(path)
+    with damaged(path, FORMAT):
+        listing = scipy.io.whosmat(path)
+        stated_names = [
+            name
+            for name, shape, kind in listing
+            if name in _STATED and (kind == "char" or shape == (1, 1))
+        ]
+        content = scipy.io.loadmat(path, variable_names=stated_names) if stated_names else {}
+        stated = {name: content[name].reshape(-1)[0].item() for name in stated_names}
+    owner: dict[str, tuple[str, int | None]] = {}
+    for name, shape, kind in listing:
+        if kind in _NUMERIC and name not in stated_names:
+            keys = split_matrix(name, shape)
+            for index, key in enumerate(keys, start=1):
+                owner[key] = (name, None if keys == (name,) else index)
+
+    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+        with damaged(path, FORMAT):
+            names = list({owner[key][0] for key in keys})
+            content = scipy.io.loadmat(path, variable_names=names)
+            return {key: take_column(content[owner[key][0]], owner[key][1]) for key in keys}
+
+    return Source(
+        format=FORMAT,
+        columns=tuple(column(key) for key in owner),
+        load=load,
+        stated=from_mapping(stated, str(path)),
+    )
+
+
+def write(path: Path, out: Outgoing) -> None:
+    """A MATLAB 5 file: one variable per column and the statement as text and numbers."""
+    with replacing(path) as temporary, temporary.open("wb") as stream:
+        columns = {name: np.asarray(values)[:, None] for name, values in out.columns.items()}
+        scipy.io.savemat(stream, {**columns, **out.statement()})

@@ -1,0 +1,250 @@
+"""Parquet: one column per channel, unit and kind in its metadata; a writer for long runs."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from sagnac.formats.source import (
+    Column,
+    Outgoing,
+    Source,
+    check_name,
+    column,
+    damaged,
+    field_unit,
+    replacing,
+    unit_size,
+)
+from sagnac.formats.statement import from_mapping
+from sagnac.recording import Kind
+
+FORMAT: Final = "Parquet"
+SUFFIXES: Final = (".parquet", ".pq")
+ROWS_PER_GROUP: Final = 500_000
+
+_KEYS: Final = frozenset(
+    {"gyros", "kind", "unit", "scale", "sample_rate", "time", "table", "counter_bits", "null_pulse"}
+)
+
+
+def open_source(path: Path) -> Source:
+    """Schema of the file, with what its metadata states.
+
+    Schema metadata may hold the keys of a `Statement`; field metadata ``unit`` and
+    ``kind``.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not Parquet or is cut off.
+    """
+    with damaged(path, FORMAT):
+        with pq.ParquetFile(path) as file:
+            schema = file.schema_arrow
+        stated = _text(schema.metadata)
+        columns = tuple(_column(item) for item in schema if _is_numeric(item.type))
+
+    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+        with damaged(path, FORMAT), pq.ParquetFile(path) as file:
+            rows = file.metadata.num_rows
+            arrays: dict[str, NDArray[Any]] = {}
+            position = 0
+            # One row group at a time into place: the file and its values are never both whole
+            # in memory.
+            for group in range(file.num_row_groups):
+                table = file.read_row_group(group, columns=list(keys))
+                for key in keys:
+                    values = _numpy(table.column(key))
+                    # Integers that meet a group with missing samples have to become float.
+                    if key not in arrays or not np.can_cast(values.dtype, arrays[key].dtype):
+                        earlier = arrays.get(key)
+                        arrays[key] = np.empty(rows, values.dtype)
+                        if earlier is not None:
+                            arrays[key][:position] = earlier[:position]
+                    arrays[key][position : position + values.size] = values
+                position += table.num_rows
+            return {key: arrays.get(key, np.empty(0)) for key in keys}
+
+    return Source(
+        format=FORMAT,
+        columns=columns,
+        load=load,
+        stated=from_mapping({k: v for k, v in stated.items() if k in _KEYS}, str(path)),
+    )
+
+
+def _text(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
+    return {
+        key.decode(errors="replace"): value.decode(errors="replace")
+        for key, value in (metadata or {}).items()
+    }
+
+
+def _is_numeric(kind: pa.DataType) -> bool:
+    return bool(
+        pa.types.is_integer(kind)
+        or pa.types.is_floating(kind)
+        or pa.types.is_boolean(kind)
+        or pa.types.is_timestamp(kind)
+    )
+
+
+def _column(item: pa.Field) -> Column:
+    metadata = _text(item.metadata)
+    unit = item.type.unit if pa.types.is_timestamp(item.type) else metadata.get("unit")
+    return column(item.name, unit=unit, kind=metadata.get("kind"))
+
+
+def _numpy(values: pa.ChunkedArray) -> NDArray[Any]:
+    if pa.types.is_timestamp(values.type):
+        values = values.cast(pa.int64())
+    if pa.types.is_boolean(values.type):
+        values = values.cast(pa.uint8())
+    array: NDArray[Any] = values.to_numpy()
+    return array
+
+
+class Writer:
+    """A Parquet recording written chunk by chunk; the file appears only when all is there.
+
+    Parameters
+    ----------
+    path
+        The file to write.
+    kinds
+        Gyro name -> kind.
+    sample_rate
+        Hz.
+    units
+        Name -> field unit to write in (``arcsec`` for gyro angles, ``deg/h`` for rates and
+        ``deg`` for the table where not given).
+    table, null_pulse, times
+        Which columns there will be besides the gyros.
+
+    Raises
+    ------
+    ValueError
+        If a gyro name cannot stand in a file.
+
+    Examples
+    --------
+    >>> with Writer(path, kinds={"x": "angle"}, sample_rate=500.0, table=True) as out:
+    ...     out.append({"x": theta, "table": alpha})  # rad  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        kinds: Mapping[str, Kind],
+        sample_rate: float,
+        units: Mapping[str, str] | None = None,
+        table: bool = False,
+        null_pulse: bool = False,
+        times: bool = False,
+    ) -> None:
+        """Lay out the schema; nothing is written before the context is entered."""
+        for name in kinds:
+            check_name(name)
+        units = units or {}
+        self._path = Path(path)
+        self._scales: dict[str, float] = {}
+        fields: list[pa.Field] = []
+        if times:
+            self._scales["time"] = 1.0
+            fields.append(pa.field("time", pa.float64(), metadata={"unit": "s"}))
+        all_kinds: dict[str, Kind] = {**kinds, **({"table": "angle"} if table else {})}
+        for name, kind in all_kinds.items():
+            unit = field_unit(kind, units.get(name, ""), is_table=name == "table")
+            self._scales[name] = unit_size(kind, unit)
+            metadata = {"unit": unit, "kind": kind}
+            fields.append(pa.field(name, pa.float64(), metadata=metadata))
+        if null_pulse:
+            fields.append(pa.field("null_pulse", pa.bool_()))
+        self._schema = pa.schema(
+            fields,
+            metadata={"gyros": ",".join(kinds), "sample_rate": repr(float(sample_rate))},
+        )
+        self._pending: list[pa.Table] = []
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Self:
+        """Open a temporary file beside the one to write."""
+        with ExitStack() as stack:
+            temporary = stack.enter_context(replacing(self._path))
+            self._file = stack.enter_context(
+                pq.ParquetWriter(temporary, self._schema, compression="zstd", use_dictionary=False)
+            )
+            self._stack = stack.pop_all()
+        return self
+
+    def append(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        """Add rows: every column of the schema, (rows,), in SI.
+
+        Raises
+        ------
+        ValueError
+            If the columns are not those announced, or differ in length.
+        """
+        if set(columns) != set(self._schema.names):
+            raise ValueError(
+                f"columns {', '.join(columns)} are not those announced, "
+                f"{', '.join(self._schema.names)}"
+            )
+        self.append_in_units(
+            {
+                name: values / self._scales[name] if name in self._scales else values
+                for name, values in columns.items()
+            }
+        )
+
+    def append_in_units(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        """Add rows that are in the units of the schema already."""
+        arrays = [pa.array(columns[item.name], type=item.type) for item in self._schema]
+        self._pending.append(pa.Table.from_arrays(arrays, schema=self._schema))
+        if sum(table.num_rows for table in self._pending) >= ROWS_PER_GROUP:
+            self._flush()
+
+    def _flush(self) -> None:
+        if self._pending:
+            self._file.write_table(
+                pa.concat_tables(self._pending).combine_chunks(), row_group_size=ROWS_PER_GROUP
+            )
+            self._pending.clear()
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Write what is pending and rename; after an error, leave nothing."""
+        if error is not None:
+            self._stack.__exit__(kind, error, trace)
+            return
+        with self._stack:
+            self._flush()
+
+
+def write(path: Path, out: Outgoing) -> None:
+    """The columns with unit and kind in their metadata, the rate in the schema's."""
+    with Writer(
+        path,
+        kinds=out.kinds,
+        sample_rate=out.sample_rate,
+        units=out.units,
+        table="table" in out.columns,
+        null_pulse="null_pulse" in out.columns,
+        times="time" in out.columns,
+    ) as writer:
+        columns = dict(out.columns)
+        if "null_pulse" in columns:
+            columns["null_pulse"] = columns["null_pulse"].astype(np.bool_)
+        writer.append_in_units(columns)
