@@ -1,16 +1,44 @@
-"""The Allan family: gyro samples in, a stability curve with intervals out."""
+"""The Allan family: gyro samples in, a stability curve with intervals out.
 
+Notation
+--------
+x
+    Accumulated angle (the phase of time and frequency metrology), N samples tau0 apart. N
+    rates or increments make N + 1 angles, the first of them zero.
+m
+    Cluster in samples; tau = m tau0.
+alpha
+    Power law of the rate noise, S(f) ~ f^alpha, from 2 (white angle, quantization) over
+    0 (angle random walk) and -2 (rate random walk) to -4.
+
+References
+----------
+SP1065
+    W. J. Riley, Handbook of Frequency Stability Analysis, NIST SP 1065, 2008: every
+    definition, and the degrees of freedom of the total and Theo1 families.
+Greenhall and Riley
+    Uncertainty of stability variances based on finite differences, PTTI 2003.
+Riley and Greenhall
+    Power law noise identification using the lag 1 autocorrelation, EFTF 2004.
+"""
+
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from functools import lru_cache
+from typing import Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import gammaincinv
 
-from sagnac.recording import FloatArray, Kind
+from sagnac import _kernels
+from sagnac.recording import FloatArray, Kind, RecordingError
 
 Estimator = Literal[
     "adev", "oadev", "mdev", "tdev", "hdev", "ohdev", "totdev", "mtotdev", "theo1", "theoh", "haar"
 ]
+Gaps = Literal["reject", "omit"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,3 +80,803 @@ class StabilityCurve:
     confidence: float
     samples: int
     notes: tuple[str, ...] = ()
+
+
+def stability_curve(
+    values: ArrayLike,
+    *,
+    kind: Kind,
+    sample_rate: float,
+    estimator: Estimator = "oadev",
+    taus: ArrayLike | None = None,
+    confidence: float = 0.683,
+    gaps: Gaps = "reject",
+    noise_type: int | None = None,
+) -> StabilityCurve:
+    """Stability of a gyro against cluster time, with chi-squared intervals.
+
+    The constant rate is taken out before anything is summed or differenced: the mean of
+    rates and increments, the end-to-end ramp of angles. No estimator here responds to it,
+    and a table turns 1e9 arcsec in two hours, which would cost the digits of the noise.
+
+    Parameters
+    ----------
+    values
+        (samples,) in any unit; NaN marks a missing sample.
+    kind
+        ``rate`` (unit/s), ``increment`` (unit turned over each sample interval) or ``angle``
+        (unit, accumulated). There is no default.
+    sample_rate
+        Samples per second.
+    estimator
+        ``adev``, ``oadev`` Allan, plain and overlapping; ``mdev`` modified; ``tdev``
+        tau mdev / sqrt(3); ``hdev``, ``ohdev`` Hadamard; ``totdev``, ``mtotdev`` total and
+        modified total; ``theo1``; ``theoh``, overlapping Allan to a fifth of the record and
+        bias-removed Theo1 beyond; ``haar``, the Haar wavelet standard deviation, which is
+        OADEV / sqrt(2). The biases of ``totdev``, ``mtotdev`` and ``theo1`` are left in.
+    taus
+        Cluster times wanted, s, each rounded to a whole number of samples. For ``theo1``
+        they are the spans m tau0 of its definition, as published tables list them; the tau
+        of the curve is then its effective 0.75 m tau0. None: 20 to the decade, up to the
+        longest that the record allows (for ``haar`` every power of two).
+    confidence
+        Probability content of [low, high].
+    gaps
+        ``reject``: a missing sample is an error. ``omit``: every term that touches one is
+        left out, counted and noted; a missing rate or increment breaks the accumulated
+        angle, so each term that spans it goes.
+    noise_type
+        Power law of the rate noise for the intervals, -4 to 2; None identifies it at each
+        tau.
+
+    Returns
+    -------
+    StabilityCurve
+        `deviation` in the unit per second (the unit itself for ``tdev``).
+
+    Raises
+    ------
+    RecordingError
+        If a value is infinite, or missing and `gaps` is ``reject``.
+    ValueError
+        If an argument cannot be used, or the record is too short.
+    """
+    _check_choice("kind", kind, Kind)
+    _check_choice("estimator", estimator, Estimator)
+    _check_choice("gaps", gaps, Gaps)
+    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
+        raise ValueError(f"sample_rate {sample_rate!r} is not a positive number of hertz")
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence {confidence!r} is not between 0 and 1; give 0.95 for 95 %")
+    if noise_type is not None:
+        _check_noise_type(noise_type, estimator)
+    samples = np.asarray(values, dtype=np.float64)
+    if samples.ndim != 1:
+        raise ValueError(f"values has shape {samples.shape}; give one channel, shape (samples,)")
+    track = _track(samples, kind, sample_rate, gaps, estimator)
+    notes: list[str] = []
+    if track.missing:
+        notes.append(f"{track.missing} of {samples.size} samples are missing")
+    clusters = _clusters(taus, track.angle.size, sample_rate, estimator, notes)
+    scale = 1.0 if kind == "rate" else sample_rate
+
+    points = _POINTS[estimator](track, clusters, notes)
+    tau = points.tau_samples / sample_rate
+    deviation = np.sqrt(points.variance) * scale
+    if estimator == "tdev":
+        deviation = deviation * tau / math.sqrt(3.0)
+    noise = (
+        _noise_types(track, points.clusters, _DIFFERENCES[estimator], notes)
+        if noise_type is None
+        else np.full(tau.size, noise_type, dtype=np.int64)
+    )
+    edf = np.array(
+        [
+            _degrees_of_freedom(rule, int(alpha), int(cluster), track.angle.size, int(terms))
+            for rule, alpha, cluster, terms in zip(
+                points.estimators, noise, points.clusters, points.windows, strict=True
+            )
+        ]
+    )
+    low, high = _limits(deviation, edf, confidence)
+    return StabilityCurve(
+        tau=tau,
+        deviation=deviation,
+        terms=points.terms,
+        edf=edf,
+        low=low,
+        high=high,
+        noise_type=noise,
+        estimator=estimator,
+        kind=kind,
+        sample_rate=float(sample_rate),
+        confidence=float(confidence),
+        samples=int(samples.size),
+        notes=tuple(notes),
+    )
+
+
+def ieee_relative_error(samples: int, cluster: int) -> float:
+    """Relative error of an Allan deviation, 1/sqrt(2 (N/n - 1)), of IEEE Std 952.
+
+    `samples` rates in clusters of `cluster`; it counts the N/n - 1 independent differences
+    and knows neither overlap nor noise type.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two clusters.
+    """
+    if cluster < 1 or samples < 2 * cluster:
+        raise ValueError(
+            f"cluster {cluster} leaves under two clusters in {samples} samples; "
+            f"use 1 to {samples // 2}"
+        )
+    return 1.0 / math.sqrt(2.0 * (samples / cluster - 1.0))
+
+
+def equivalent_degrees_of_freedom(
+    estimator: Estimator, noise_type: int, cluster: int, samples: int
+) -> float:
+    """Equivalent degrees of freedom of a stability variance over a whole record.
+
+    Finite-difference estimators by the exact sum of Greenhall and Riley; the total and Theo1
+    families by the formulas of SP1065, section 5.4.
+
+    Parameters
+    ----------
+    estimator
+        As in `stability_curve`; ``theoh`` at a cluster means its Theo1 part.
+    noise_type
+        Power law of the rate noise, 2 to -2, or to -4 for ``hdev`` and ``ohdev``.
+    cluster
+        m: tau = m tau0; for ``theo1`` and ``theoh`` the span m.
+    samples
+        N: accumulated angles, one more than there are rates.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range.
+    """
+    _check_choice("estimator", estimator, Estimator)
+    _check_noise_type(noise_type, estimator)
+    smallest, largest = _cluster_range(estimator, samples)
+    if not smallest <= cluster <= largest:
+        raise ValueError(
+            f"cluster {cluster} is out of range for {estimator}; use {smallest} to {largest}"
+        )
+    rule: Estimator = "theo1" if estimator == "theoh" else estimator
+    windows = _window_count(rule, cluster, samples)
+    return _degrees_of_freedom(rule, noise_type, cluster, samples, windows)
+
+
+# --- the record ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Track:
+    """Accumulated angle without its constant rate, and where it is broken.
+
+    `absent_before` counts missing angles and `breaks_before` breaks of the sum up to each
+    sample; both None for a whole record. Missing angles hold the value before them.
+    """
+
+    angle: FloatArray
+    missing: int = 0
+    absent_before: NDArray[np.int64] | None = None
+    breaks_before: NDArray[np.int64] | None = None
+
+
+def _track(
+    samples: FloatArray, kind: Kind, sample_rate: float, gaps: Gaps, estimator: Estimator
+) -> _Track:
+    smallest = 3 if kind == "angle" else 2
+    if samples.size < smallest:
+        raise ValueError(
+            f"values has {samples.size} samples; an Allan variance takes {smallest} or more"
+        )
+    # One sum tells a clean record without a second array of its size.
+    if math.isfinite(float(samples.sum())):
+        missing = np.zeros(0, dtype=np.bool_)
+    else:
+        missing = _find_gaps(samples, sample_rate, gaps, estimator)
+    if not missing.any():
+        if kind == "angle":
+            slope = _exact_slope((samples[-1] - samples[0]) / (samples.size - 1), samples.size)
+            return _Track(angle=_kernels.subtract_ramp(samples, slope, float(samples[0])))
+        return _Track(angle=_kernels.accumulate_deviations(samples, float(samples.mean())))
+
+    count = int(missing.sum())
+    present = np.flatnonzero(~missing)
+    if present.size < smallest:
+        raise RecordingError(
+            f"values: {present.size} of {samples.size} samples are present; "
+            f"an Allan variance takes {smallest} or more"
+        )
+    if kind == "angle":
+        first, last = int(present[0]), int(present[-1])
+        slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
+        angle = _kernels.subtract_ramp(samples, slope, float(samples[first]))
+        held = np.maximum.accumulate(np.where(missing, first, np.arange(samples.size)))
+        return _Track(
+            angle=angle[held],
+            missing=count,
+            absent_before=np.concatenate(([0], np.cumsum(missing))),
+            breaks_before=np.zeros(samples.size, dtype=np.int64),
+        )
+    mean = float(samples[present].mean())
+    filled = np.where(missing, mean, samples)
+    return _Track(
+        angle=_kernels.accumulate_deviations(filled, mean),
+        missing=count,
+        absent_before=np.zeros(samples.size + 2, dtype=np.int64),
+        breaks_before=np.concatenate(([0], np.cumsum(missing))),
+    )
+
+
+def _find_gaps(
+    samples: FloatArray, sample_rate: float, gaps: Gaps, estimator: Estimator
+) -> NDArray[np.bool_]:
+    infinite = np.flatnonzero(np.isinf(samples))
+    if infinite.size:
+        raise RecordingError(
+            f"values: sample {infinite[0]} ({infinite[0] / sample_rate:g} s) is infinite, "
+            f"{infinite.size} in all; mark bad samples as NaN and use gaps='omit'"
+        )
+    missing = np.isnan(samples)
+    places = np.flatnonzero(missing)
+    if places.size and gaps == "reject":
+        raise RecordingError(
+            f"values: sample {places[0]} ({places[0] / sample_rate:g} s) is missing, "
+            f"{places.size} in all; use gaps='omit' or fill them first"
+        )
+    if places.size and estimator in _WHOLE_RECORD_ONLY:
+        raise RecordingError(
+            f"values: sample {places[0]} ({places[0] / sample_rate:g} s) is missing and "
+            f"{estimator} needs a whole record; gaps='omit' works with oadev, mdev and ohdev"
+        )
+    return missing
+
+
+def _exact_slope(slope: float, samples: int) -> float:
+    """`slope` rounded to so few bits that its product with any index is exact.
+
+    What is left of the ramp is too small to cost digits, and removing it adds no rounding.
+    """
+    mantissa, exponent = math.frexp(slope)
+    scale = 2.0 ** (53 - samples.bit_length())
+    return math.ldexp(round(mantissa * scale) / scale, exponent)
+
+
+# --- the clusters --------------------------------------------------------------------------
+
+
+def _cluster_range(estimator: Estimator, samples: int) -> tuple[int, int]:
+    """Smallest and largest m for `samples` angles; the span for Theo1."""
+    if estimator in ("adev", "oadev", "haar"):
+        return 1, (samples - 1) // 2
+    if estimator in ("mdev", "tdev", "mtotdev"):
+        return 1, samples // 3
+    if estimator in ("hdev", "ohdev"):
+        return 1, (samples - 1) // 3
+    if estimator == "totdev":
+        return 1, samples - 1
+    if estimator == "theo1":
+        return 10, (samples - 1) // 2 * 2
+    return 1, int(_THEO1_EFFECTIVE * ((samples - 1) // 2 * 2))
+
+
+def _clusters(
+    taus: ArrayLike | None,
+    samples: int,
+    sample_rate: float,
+    estimator: Estimator,
+    notes: list[str],
+) -> NDArray[np.int64]:
+    smallest, largest = _cluster_range(estimator, samples)
+    if largest < smallest or (estimator == "theoh" and samples < _THEOH_SMALLEST):
+        raise ValueError(
+            f"values: {samples} accumulated angles are too few for {estimator}; "
+            "record longer or use oadev"
+        )
+    step = 2 if estimator == "theo1" else 1
+    if taus is None:
+        if estimator == "haar":
+            return 2 ** np.arange(int(largest).bit_length(), dtype=np.int64)
+        count = 1 + math.ceil(_POINTS_PER_DECADE * math.log10(largest / smallest))
+        grid = np.geomspace(smallest, largest, count)
+        clusters = np.unique(np.rint(grid / step).astype(np.int64) * step)
+        return np.asarray(clusters[(clusters >= smallest) & (clusters <= largest)])
+    wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
+    if wanted.ndim != 1 or wanted.size == 0:
+        raise ValueError(f"taus has shape {wanted.shape}; give one or more cluster times in s")
+    if not np.isfinite(wanted).all():
+        raise ValueError("taus holds a value that is not finite; give cluster times in s")
+    rounded = np.rint(wanted * sample_rate / step) * step
+    outside = (rounded < smallest) | (rounded > largest)
+    if outside.any():
+        raise ValueError(
+            f"taus: {wanted[outside][0]:g} s is out of range for {estimator}; "
+            f"use {smallest / sample_rate:g} s to {largest / sample_rate:g} s"
+        )
+    clusters = np.unique(rounded.astype(np.int64))
+    moved = np.abs(rounded - wanted * sample_rate) > 1e-6 * rounded
+    if moved.any():
+        unit = "two sample intervals" if step == 2 else "the sample interval"
+        notes.append(f"{int(moved.sum())} of {wanted.size} taus rounded to a multiple of {unit}")
+    if clusters.size < wanted.size:
+        notes.append(f"{wanted.size - clusters.size} of {wanted.size} taus coincide and are merged")
+    return clusters
+
+
+# --- the variances -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Points:
+    """Variances per sample interval squared, one for each cluster.
+
+    `windows` counts the outer averages, which rule the degrees of freedom; `terms` all
+    squares; `estimators` names the rule of each point.
+    """
+
+    tau_samples: FloatArray
+    variance: FloatArray
+    terms: NDArray[np.int64]
+    windows: NDArray[np.int64]
+    clusters: NDArray[np.int64]
+    estimators: tuple[Estimator, ...]
+
+
+def _window_count(estimator: Estimator, cluster: int, samples: int) -> int:
+    """Outer averages of a whole record, none skipped."""
+    if estimator == "adev":
+        return (samples - 1) // cluster - 1
+    if estimator == "hdev":
+        return (samples - 1) // cluster - 2
+    if estimator in ("oadev", "haar"):
+        return samples - 2 * cluster
+    if estimator == "ohdev":
+        return samples - 3 * cluster
+    if estimator in ("mdev", "tdev", "mtotdev"):
+        return samples - 3 * cluster + 1
+    if estimator == "totdev":
+        return samples - 2
+    return samples - cluster
+
+
+def _difference_points(estimator: Estimator) -> Callable[..., _Points]:
+    """Allan and Hadamard variances, plain, overlapping and Haar."""
+    order = _DIFFERENCES[estimator]
+    overlapping = estimator not in ("adev", "hdev")
+    divisor = 6.0 if order == 3 else 4.0 if estimator == "haar" else 2.0
+    kernel = (
+        _kernels.sum_squared_second_differences
+        if order == 2
+        else _kernels.sum_squared_third_differences
+    )
+
+    def points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
+        sums, terms = [], []
+        for m in map(int, clusters):
+            if track.absent_before is not None:
+                total, count = _kernels.sum_squared_differences_with_gaps(
+                    track.angle,
+                    track.absent_before,
+                    track.breaks_before,
+                    m,
+                    order,
+                    1 if overlapping else m,
+                )
+            else:
+                angle, lag = (track.angle, m) if overlapping else (_every(track.angle, m), 1)
+                total, count = kernel(angle, lag), angle.size - order * lag
+            sums.append(total)
+            terms.append(count)
+        return _averaged(estimator, track, clusters, sums, terms, divisor, notes)
+
+    return points
+
+
+def _every(angle: FloatArray, stride: int) -> FloatArray:
+    return np.ascontiguousarray(angle[::stride])
+
+
+def _modified_points(estimator: Estimator) -> Callable[..., _Points]:
+    def points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
+        sums, terms = [], []
+        for m in map(int, clusters):
+            if track.absent_before is not None:
+                total, count = _kernels.sum_squared_window_differences_with_gaps(
+                    track.angle, track.absent_before, track.breaks_before, m
+                )
+            else:
+                total = _kernels.sum_squared_window_differences(track.angle, m)
+                count = track.angle.size - 3 * m + 1
+            sums.append(total / (m * m))
+            terms.append(count)
+        return _averaged(estimator, track, clusters, sums, terms, 2.0, notes)
+
+    return points
+
+
+def _averaged(
+    estimator: Estimator,
+    track: _Track,
+    clusters: NDArray[np.int64],
+    sums: Sequence[float],
+    terms: Sequence[int],
+    divisor: float,
+    notes: list[str],
+) -> _Points:
+    """Means of squared differences over 2 m^2 (6 m^2 for Hadamard), less what gaps took."""
+    count = np.array(terms, dtype=np.int64)
+    kept = count > 0
+    if not kept.any():
+        raise RecordingError(
+            f"values: the gaps leave no term of {estimator} at any tau asked for; ask for shorter"
+        )
+    if track.missing:
+        whole = np.array([_window_count(estimator, int(m), track.angle.size) for m in clusters])
+        lost = whole - count
+        notes.append(
+            f"gaps left out {int(lost.sum())} of {int(whole.sum())} terms, "
+            f"at most {100.0 * float((lost / whole).max()):.3g} % of those at one tau"
+        )
+        if not kept.all():
+            notes.append(f"{int((~kept).sum())} taus have no term free of gaps and are left out")
+    m = clusters[kept].astype(np.float64)
+    return _Points(
+        tau_samples=m,
+        variance=np.array(sums)[kept] / (divisor * m * m * count[kept]),
+        terms=count[kept],
+        windows=count[kept],
+        clusters=clusters[kept],
+        estimators=(estimator,) * int(kept.sum()),
+    )
+
+
+def _total_points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
+    """Total variance, SP1065 section 5.2.11."""
+    terms = np.full(clusters.size, track.angle.size - 2, dtype=np.int64)
+    sums = [_kernels.sum_squared_reflected_differences(track.angle, int(m)) for m in clusters]
+    return _averaged("totdev", track, clusters, sums, terms, 2.0, notes)
+
+
+def _modified_total_points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
+    """Modified total variance, SP1065 section 5.2.12."""
+    angle = track.angle
+    m = clusters.astype(np.float64)
+    strides = [
+        _stride(_window_count("mtotdev", int(k), angle.size), 3 * int(k), int(k)) for k in clusters
+    ]
+    windows = np.array(
+        [
+            -(-_window_count("mtotdev", int(k), angle.size) // s)
+            for k, s in zip(clusters, strides, strict=True)
+        ],
+        dtype=np.int64,
+    )
+    sums = np.array(
+        [
+            _kernels.sum_modified_total_terms(angle, int(k), s)
+            for k, s in zip(clusters, strides, strict=True)
+        ]
+    )
+    _note_strides("mtotdev", strides, clusters, notes)
+    notes.append("mtotdev keeps its bias: its variance lies below that of mdev")
+    return _Points(
+        tau_samples=m,
+        variance=sums / (2.0 * m**4 * windows),
+        terms=windows * 6 * clusters,
+        windows=windows,
+        clusters=clusters,
+        estimators=("mtotdev",) * clusters.size,
+    )
+
+
+def _theo1_points(track: _Track, spans: NDArray[np.int64], notes: list[str]) -> _Points:
+    """Theo1, SP1065 section 5.2.15, of even spans m; tau = 0.75 m tau0."""
+    variance, windows, strides = _theo1_variances(track.angle, spans)
+    _note_strides("theo1", strides, spans, notes)
+    notes.append("theo1 keeps its bias (theoh removes it); taus asked for are its spans m tau0")
+    return _Points(
+        tau_samples=_THEO1_EFFECTIVE * spans,
+        variance=variance,
+        terms=windows * (spans // 2),
+        windows=windows,
+        clusters=spans,
+        estimators=("theo1",) * spans.size,
+    )
+
+
+def _theo1_variances(
+    angle: FloatArray, spans: NDArray[np.int64]
+) -> tuple[FloatArray, NDArray[np.int64], list[int]]:
+    variance, windows, strides = [], [], []
+    for m in map(int, spans):
+        stride = _stride(angle.size - m, m // 2, m)
+        count = -(-(angle.size - m) // stride)
+        total = _kernels.sum_theo1_terms(angle, m, stride)
+        variance.append(total / (_THEO1_EFFECTIVE * m * m * count))
+        windows.append(count)
+        strides.append(stride)
+    return np.array(variance), np.array(windows, dtype=np.int64), strides
+
+
+def _theoh_points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
+    """Bias-removed hybrid: OADEV up to a fifth of the record, Theo1 less its bias beyond."""
+    angle = track.angle
+    short = clusters[clusters <= _THEOH_ALLAN_SHARE * (angle.size - 1)]
+    spans = np.unique(2 * np.rint(clusters[short.size :] / (2 * _THEO1_EFFECTIVE)).astype(np.int64))
+    variance, windows, strides = _theo1_variances(angle, spans)
+    if spans.size:
+        variance = variance * _theo1_bias_removal(angle, notes)
+        _note_strides("theoh", strides, spans, notes)
+    allan = np.array(
+        [
+            _kernels.sum_squared_second_differences(angle, int(m))
+            / (2.0 * float(m) ** 2 * (angle.size - 2 * m))
+            for m in short
+        ]
+    )
+    return _Points(
+        tau_samples=np.concatenate((short.astype(np.float64), _THEO1_EFFECTIVE * spans)),
+        variance=np.concatenate((allan, variance)),
+        terms=np.concatenate((angle.size - 2 * short, windows * (spans // 2))),
+        windows=np.concatenate((angle.size - 2 * short, windows)),
+        clusters=np.concatenate((short, spans)),
+        estimators=("oadev",) * short.size + ("theo1",) * spans.size,
+    )
+
+
+def _theo1_bias_removal(angle: FloatArray, notes: list[str]) -> float:
+    """Mean ratio of Allan to Theo1 variance at equal tau up to a tenth of the record.
+
+    Allan at m = 9 + 3 i beside Theo1 at 12 + 4 i, i = 0 .. 0.1 N / 3 - 3.
+    """
+    last = int(0.1 * angle.size / 3.0 - 3.0)
+    steps = np.arange(last + 1)
+    if steps.size > _BIAS_RATIOS:
+        steps = np.unique(np.rint(np.linspace(0, last, _BIAS_RATIOS)).astype(np.int64))
+        notes.append(f"theoh takes its bias from {steps.size} of {last + 1} ratios, evenly spaced")
+    theo1, _, _ = _theo1_variances(angle, 12 + 4 * steps)
+    allan = np.array(
+        [
+            _kernels.sum_squared_second_differences(angle, int(m))
+            / (2.0 * float(m) ** 2 * (angle.size - 2 * m))
+            for m in 9 + 3 * steps
+        ]
+    )
+    usable = theo1 > 0.0
+    return float(np.mean(allan[usable] / theo1[usable])) if usable.any() else 1.0
+
+
+def _stride(windows: int, squares: int, cluster: int) -> int:
+    """Spacing of the outer windows that bounds the work at one tau.
+
+    Windows an eighth of a cluster apart are so correlated that skipping between them costs
+    next to nothing, so it is never wider.
+    """
+    return min(max(1, math.ceil(windows * squares / _LARGEST_WORK)), max(1, cluster // 8))
+
+
+def _note_strides(
+    estimator: Estimator, strides: Sequence[int], clusters: NDArray[np.int64], notes: list[str]
+) -> None:
+    skipped = [(int(m), s) for m, s in zip(clusters, strides, strict=True) if s > 1]
+    if skipped:
+        widest = max(s / m for m, s in skipped)
+        notes.append(
+            f"{estimator} averages every k-th window at {len(skipped)} of {len(strides)} taus, "
+            f"k = {min(s for _, s in skipped)} to {max(s for _, s in skipped)}, "
+            f"at most {widest:.2g} of a cluster"
+        )
+
+
+# --- noise type ----------------------------------------------------------------------------
+
+
+def _noise_types(
+    track: _Track, clusters: NDArray[np.int64], order: int, notes: list[str]
+) -> NDArray[np.int64]:
+    """Power law of the rate noise at each cluster, by lag-1 autocorrelation.
+
+    Angles a cluster apart lose a parabola and are differenced until they are stationary.
+    Where fewer than 30 are left, the type at the longest cluster with enough stands.
+    """
+    starts, lengths = _whole_stretches(track)
+    noise = np.zeros(clusters.size, dtype=np.int64)
+    known: int | None = None
+    longest_known = 0
+    carried = 0
+    for i, m in enumerate(map(int, clusters)):
+        counts = (lengths - 1) // m + 1
+        long_enough = counts >= _FEWEST_FOR_NOISE
+        if long_enough.any():
+            first, count = _sample_stretches(starts[long_enough], counts[long_enough], m)
+            level = _kernels.lag_one_order(track.angle, first, count, m, order)
+            if math.isfinite(level):
+                lowest = -2 if order == 2 else -4
+                known = int(np.clip(round(2.0 - 2.0 * level), lowest, 2))
+                longest_known = m
+        else:
+            carried += 1
+        noise[i] = 0 if known is None else known
+    if carried and known is not None:
+        notes.append(
+            f"noise type of the {carried} longest taus is that found at {longest_known} samples"
+        )
+    elif known is None:
+        notes.append(
+            "noise type taken as 0 (angle random walk) for the intervals: "
+            f"under {_FEWEST_FOR_NOISE} clusters, or no noise, to tell it from"
+        )
+    return noise
+
+
+def _whole_stretches(track: _Track) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Starts and lengths, in angles, of the stretches without a gap."""
+    size = track.angle.size
+    if track.absent_before is None or track.breaks_before is None:
+        return np.array([0]), np.array([size])
+    absent = np.diff(track.absent_before)[:size].astype(np.bool_)
+    cut = np.concatenate(([False], np.diff(track.breaks_before) > 0))
+    cut[1:] |= absent[1:] != absent[:-1]
+    edges = np.concatenate(([0], np.flatnonzero(cut), [size]))
+    starts, lengths = edges[:-1], np.diff(edges)
+    whole = ~absent[starts]
+    return starts[whole], lengths[whole]
+
+
+def _sample_stretches(
+    starts: NDArray[np.int64], counts: NDArray[np.int64], cluster: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """At most a few blocks of at most a few thousand clusters, spread over the record.
+
+    They fix the autocorrelation to half a percent, far inside the width of a noise type.
+    """
+    length, most = 4096, 8
+    if counts.sum() <= length * most:
+        return starts, counts
+    places, sizes = [], []
+    for start, count in zip(starts, counts, strict=True):
+        pieces = max(1, int(count) // length)
+        for k in range(pieces):
+            places.append(int(start) + (k * int(count) // pieces) * cluster)
+            sizes.append(min(length, int(count) // pieces))
+    chosen = np.unique(np.rint(np.linspace(0, len(places) - 1, most)).astype(np.int64))
+    return np.array(places)[chosen], np.array(sizes)[chosen]
+
+
+# --- intervals -----------------------------------------------------------------------------
+
+
+def _degrees_of_freedom(
+    estimator: Estimator, noise_type: int, cluster: int, samples: int, windows: int
+) -> float:
+    if estimator in _FINITE_DIFFERENCE:
+        return _greenhall_riley(estimator, noise_type, cluster, windows)
+    ratio = (samples - 1) / cluster
+    alpha = max(noise_type, -2)
+    if estimator == "totdev":
+        if alpha > 0 and 2 * cluster < samples:
+            # SP1065 has no total coefficients for angle noise; the ends add next to nothing.
+            return _greenhall_riley("oadev", alpha, cluster, samples - 2 * cluster)
+        slope, offset = _TOTAL_COEFFICIENTS[min(alpha, 0)]
+        return max(slope * ratio - offset, _SMALLEST_EDF)
+    if estimator == "mtotdev":
+        slope, offset = _MODIFIED_TOTAL_COEFFICIENTS[alpha]
+        return max(slope * ratio - offset, _SMALLEST_EDF)
+    return max(_theo1_degrees_of_freedom(alpha, _THEO1_EFFECTIVE * cluster, samples), 1.0)
+
+
+@lru_cache(maxsize=4096)
+def _greenhall_riley(estimator: Estimator, noise_type: int, cluster: int, windows: int) -> float:
+    """Exact degrees of freedom of `windows` squared differences in a row.
+
+    With gaps the windows are taken as if they stood in one row, which is on the safe side:
+    apart they would be less correlated.
+    """
+    order = _DIFFERENCES[estimator]
+    modified = estimator in ("mdev", "tdev")
+    overlapping = estimator not in ("adev", "hdev")
+    lowest = 1 - 2 * order + 1
+    inverse = _kernels.inverse_degrees_of_freedom(
+        windows,
+        cluster if overlapping else 1,
+        1.0 if modified else float(cluster),
+        max(noise_type, lowest),
+        order,
+        _GAUSS_NODES,
+        _GAUSS_WEIGHTS,
+    )
+    return 1.0 / float(inverse)
+
+
+def _theo1_degrees_of_freedom(alpha: int, tau: float, samples: int) -> float:
+    """SP1065 Table 9: `tau` in samples (0.75 of the span), `samples` angles."""
+    n = float(samples)
+    if alpha == 2:
+        return (0.86 * (n + 1.0) * (n - 4.0 / 3.0 * tau) / (n - tau)) * (tau / (tau + 1.14))
+    if alpha == 1:
+        return (
+            (4.798 * n * n - 6.374 * n * tau + 12.387 * tau)
+            / (math.sqrt(tau + 36.6) * (n - tau))
+            * (tau / (tau + 0.3))
+        )
+    if alpha == 0:
+        return ((4.1 * n + 0.8) / tau - (3.1 * n + 6.5) / n) * (tau**1.5 / (tau**1.5 + 5.2))
+    if alpha == -1:
+        return (2.0 * n * n - 1.3 * n * tau - 3.5 * tau) / (n * tau) * (tau**3 / (tau**3 + 2.3))
+    scaled = 4.4 * n - 1.0
+    return (
+        (4.4 * n - 2.0)
+        / (2.9 * tau)
+        * (scaled**2 - 8.6 * tau * scaled + 11.4 * tau**2)
+        / (4.4 * n - 3.0) ** 2
+    )
+
+
+def _limits(
+    deviation: FloatArray, edf: FloatArray, confidence: float
+) -> tuple[FloatArray, FloatArray]:
+    """Limits of the deviation: edf s^2 / sigma^2 is chi-squared with edf degrees."""
+    tail = 0.5 * (1.0 - confidence)
+    upper = 2.0 * gammaincinv(0.5 * edf, 1.0 - tail)
+    lower = 2.0 * gammaincinv(0.5 * edf, tail)
+    return deviation * np.sqrt(edf / upper), deviation * np.sqrt(edf / lower)
+
+
+def _check_choice(name: str, value: object, allowed: object) -> None:
+    choices = get_args(allowed)
+    if value not in choices:
+        raise ValueError(f"{name} {value!r} is not known; use one of {', '.join(choices)}")
+
+
+def _check_noise_type(noise_type: int, estimator: Estimator) -> None:
+    lowest = -2 if _DIFFERENCES[estimator] == 2 else -4
+    if noise_type not in range(lowest, 3):
+        raise ValueError(
+            f"noise_type {noise_type!r} is out of range for {estimator}; use {lowest} to 2"
+        )
+
+
+_THEO1_EFFECTIVE: Final = 0.75
+_THEOH_ALLAN_SHARE: Final = 0.2
+_THEOH_SMALLEST: Final = 90  # the first ratio needs 0.1 N / 3 - 3 >= 0
+_BIAS_RATIOS: Final = 48
+_POINTS_PER_DECADE: Final = 20
+_FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
+_LARGEST_WORK: Final = 1e8  # squares at one tau before windows are skipped
+_SMALLEST_EDF: Final = 0.5
+_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+_DIFFERENCES: Final[dict[Estimator, int]] = {
+    name: 3 if name in ("hdev", "ohdev") else 2 for name in get_args(Estimator)
+}
+_FINITE_DIFFERENCE: Final = ("adev", "oadev", "mdev", "tdev", "hdev", "ohdev", "haar")
+_WHOLE_RECORD_ONLY: Final = ("totdev", "mtotdev", "theo1", "theoh")
+_POINTS: Final[dict[Estimator, Callable[..., _Points]]] = {
+    "adev": _difference_points("adev"),
+    "oadev": _difference_points("oadev"),
+    "haar": _difference_points("haar"),
+    "hdev": _difference_points("hdev"),
+    "ohdev": _difference_points("ohdev"),
+    "mdev": _modified_points("mdev"),
+    "tdev": _modified_points("tdev"),
+    "totdev": _total_points,
+    "mtotdev": _modified_total_points,
+    "theo1": _theo1_points,
+    "theoh": _theoh_points,
+}
+# edf = b T / tau - c: SP1065 Tables 7 and 8.
+_TOTAL_COEFFICIENTS: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
+_MODIFIED_TOTAL_COEFFICIENTS: Final = {
+    2: (1.90, 2.10),
+    1: (1.20, 1.40),
+    0: (1.10, 1.20),
+    -1: (0.85, 0.50),
+    -2: (0.75, 0.31),
+}
