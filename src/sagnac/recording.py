@@ -300,6 +300,10 @@ def _second(recording: Recording, index: int) -> float:
     return offset + index / recording.sample_rate
 
 
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def _longest_stretch(recording: Recording, cuts: NDArray[np.intp]) -> str:
     """``--slice START:STOP`` for the longest stretch of samples between those at `cuts`.
 
@@ -324,7 +328,7 @@ def _not_finite(recording: Recording, name: str, values: FloatArray) -> list[Fin
         Finding(
             level="error",
             channel=name,
-            message=f"{bad.size} samples are NaN or infinite, the first at "
+            message=f"{_counted(bad.size, 'sample')} NaN or infinite, the first at "
             f"{_second(recording, int(bad[0])):.3f} s; {_longest_stretch(recording, bad)}",
         )
     ]
@@ -341,7 +345,7 @@ def _time_findings(recording: Recording, times: FloatArray) -> list[Finding]:
             Finding(
                 level="error",
                 channel="time",
-                message=f"runs backwards {backwards.size} times, first at "
+                message=f"runs backwards {_counted(backwards.size, 'time')}, first at "
                 f"{_second(recording, int(backwards[0])):.3f} s; correct the stamps, or state "
                 "--time none with --rate",
             )
@@ -363,7 +367,7 @@ def _time_findings(recording: Recording, times: FloatArray) -> list[Finding]:
             Finding(
                 level="error",
                 channel="time",
-                message=f"has {gaps.size} gaps of more than {GAP_STEPS:g} steps of "
+                message=f"has {_counted(gaps.size, 'gap')} of more than {GAP_STEPS:g} steps of "
                 f"{nominal:.6g} s, the first of {steps[first]:.6g} s at "
                 f"{_second(recording, first):.3f} s; {_longest_stretch(recording, gaps + 1)}",
             )
@@ -376,7 +380,7 @@ def _time_findings(recording: Recording, times: FloatArray) -> list[Finding]:
             Finding(
                 level="note",
                 channel="time",
-                message=f"{repeated} stamps repeat the one before",
+                message=_counted(repeated, "repeated stamp"),
             )
         )
     if late.any():
@@ -384,7 +388,7 @@ def _time_findings(recording: Recording, times: FloatArray) -> list[Finding]:
             Finding(
                 level="note",
                 channel="time",
-                message=f"{int(np.count_nonzero(late))} intervals are longer than {LATE_STEPS:g} "
+                message=f"{_counted(int(np.count_nonzero(late)), 'interval')} longer than {LATE_STEPS:g} "
                 f"steps of {nominal:.6g} s, the longest {float(steps.max()):.6g} s",
             )
         )
@@ -549,7 +553,7 @@ def _jumps(recording: Recording, channel: Channel) -> list[Finding]:
         Finding(
             level="warning",
             channel=channel.name,
-            message=f"{at.size} jumps of more than 20 times the usual step, the first at "
+            message=f"{_counted(at.size, 'jump')} of more than 20 times the usual step, the first at "
             f"{_second(recording, int(at[0]) + 1):.3f} s; "
             f"{_longest_stretch(recording, at + 1)}",
         )

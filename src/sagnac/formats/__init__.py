@@ -68,30 +68,15 @@ def read(path: Path | str, statement: Statement | None = None, *, verify: bool =
     caller = statement or Statement()
     toml, notes = beside(path)
     with ThreadPoolExecutor(max_workers=1) as pool:
+        # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
         digest = pool.submit(_sha256, path)
-        recording = assemble(
+        return assemble(
             path,
             source,
             (caller, toml, source.stated),
-            Provenance(path=str(path), sha256="", format=source.format),
+            lambda: Provenance(path=str(path), sha256=digest.result(), format=source.format),
             (*source.notes, *notes),
             verify=verify,
-        )
-        provenance = recording.provenance
-        assert provenance is not None
-        return Recording(
-            gyros=recording.gyros,
-            sample_rate=recording.sample_rate,
-            times=recording.times,
-            table=recording.table,
-            null_pulse=recording.null_pulse,
-            provenance=Provenance(
-                path=provenance.path,
-                sha256=digest.result(),
-                format=provenance.format,
-                span_s=provenance.span_s,
-            ),
-            notes=recording.notes,
         )
 
 

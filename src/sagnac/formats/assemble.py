@@ -1,7 +1,8 @@
 """Raw columns and what was stated about them -> Recording. The one place that does so."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -44,7 +45,7 @@ def assemble(
     path: Path,
     source: Source,
     layers: Sequence[Statement],
-    provenance: Provenance,
+    provenance: Callable[[], Provenance],
     notes: Iterable[str] = (),
     *,
     verify: bool = True,
@@ -60,7 +61,8 @@ def assemble(
     layers
         Statements, the one that is heard first first.
     provenance
-        Its span is filled in here.
+        Gives where the file came from, called once the columns are there; the span is
+        filled in here.
     notes
         What was noticed before.
     verify
@@ -88,7 +90,7 @@ class _Builder:
         self.layers = layers
         self.notes = notes
 
-    def build(self, provenance: Provenance, *, verify: bool) -> Recording:
+    def build(self, provenance: Callable[[], Provenance], *, verify: bool) -> Recording:
         gyros = self.gyro_columns()
         table = self.stated_column("table", TABLE_NAMES, "--table")
         time = self.stated_column("time", TIME_NAMES, "--time")
@@ -102,12 +104,21 @@ class _Builder:
         rate = self.first("sample_rate")
         if time_scale is None and rate is None:
             raise self.error(
-                "", "neither a sample rate nor time stamps are stated", "--rate HZ or --time"
+                "",
+                "neither a sample rate nor time stamps are stated",
+                "state --rate HZ or --time COLUMN:UNIT",
             )
 
         wanted = [*gyros.values(), *(c[0] for c in (table, time) if c)]
         wanted += [null_pulse] if null_pulse else []
-        arrays = self.source.load(list(dict.fromkeys(column.key for column in wanted)))
+        keys = [column.key for column in wanted]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise RecordingError(
+                    f"{self.path}: {key}: the column is named for two channels; give each its own "
+                    "with --columns, --table and --time"
+                )
+        arrays = self.source.load(keys)
         self.check_lengths(arrays)
 
         times: FloatArray | None = None
@@ -125,16 +136,12 @@ class _Builder:
             raise self.error(
                 "time", "one sample or none is too few to tell a rate", "give a longer file"
             )
+        span_s: tuple[float, float] | None = None
         if statement_span is not None:
             if span[1] - span[0] < 1:
-                raise self.error("", "no sample lies in the slice", "--slice START:STOP")
+                raise self.error("", "no sample lies in the slice", "widen --slice START:STOP")
             stop = start + (span[1] - span[0]) / rate
-            provenance = Provenance(
-                path=provenance.path,
-                sha256=provenance.sha256,
-                format=provenance.format,
-                span_s=(start, stop),
-            )
+            span_s = (start, stop)
 
         channels: list[Channel] = []
         bits = self.first("counter_bits")
@@ -159,7 +166,7 @@ class _Builder:
             times=times,
             table=table_channel,
             null_pulse=pulse,
-            provenance=provenance,
+            provenance=replace(provenance(), span_s=span_s),
             notes=tuple(self.notes),
         )
         return self.verified(recording) if verify else recording
@@ -171,19 +178,11 @@ class _Builder:
             if finding.level == "error":
                 raise RecordingError(f"{self.path}: {about}{finding.message}")
             notes.append(f"{about}{finding.message}")
-        return Recording(
-            gyros=recording.gyros,
-            sample_rate=recording.sample_rate,
-            times=recording.times,
-            table=recording.table,
-            null_pulse=recording.null_pulse,
-            provenance=recording.provenance,
-            notes=tuple(notes),
-        )
+        return replace(recording, notes=tuple(notes))
 
     def error(self, channel: str, wrong: str, remedy: str) -> RecordingError:
         about = f"{channel}: " if channel else ""
-        return RecordingError(f"{self.path}: {about}{wrong}; state it with {remedy}")
+        return RecordingError(f"{self.path}: {about}{wrong}; {remedy}")
 
     def missing(self, name: str, option: str) -> RecordingError:
         present = ", ".join(column.key for column in self.source.columns) or "no numeric column"
@@ -250,8 +249,7 @@ class _Builder:
     ) -> tuple[Column, str | None] | None:
         """Column for the table or the time, with the unit stated beside its name, if any.
 
-        The default names count only where they carry a unit; that they are there without
-        is noted.
+        Stamps without a unit are left out, and noted, where a rate is stated.
         """
         stated: str | None = self.first(role) or self.mapped(role)
         if stated == "none":
@@ -270,10 +268,11 @@ class _Builder:
             column = self.find(name)
             if column is None or column.key in taken:
                 continue
-            if column.unit is None and self.stated_unit(role) is None:
+            unit_is_stated = column.unit is not None or self.stated_unit(role) is not None
+            if not unit_is_stated and role == "time" and self.first("sample_rate") is not None:
                 self.notes.append(
-                    f"{role}: column {column.key} has no unit and is left out; "
-                    f"{option} {column.key}:UNIT takes it"
+                    f"time: column {column.key} has no unit and is left out, the rate is stated; "
+                    f"--time {column.key}:UNIT takes it"
                 )
                 continue
             return column, None
@@ -300,10 +299,12 @@ class _Builder:
                 return as_kind(kind)
         kind = column.kind or of_name(self.layers[-1].kind, name)
         if kind is None:
-            raise self.error(name, "its kind is not stated", "--kind angle|increment|rate")
+            raise self.error(name, "its kind is not stated", "state --kind angle|increment|rate")
         if kind not in ("angle", "increment", "rate"):
             raise self.error(
-                name, f"the file says kind {kind!r}, which is none", "--kind angle|increment|rate"
+                name,
+                f"the file says kind {kind!r}, which is none",
+                "state --kind angle|increment|rate",
             )
         return as_kind(kind)
 
@@ -315,37 +316,44 @@ class _Builder:
         unit = in_words or by_file
         scale: str | None = self.first("scale")
         if unit is None and scale is None:
-            raise self.error(name, "its unit is not stated", "--unit")
+            raise self.error(name, "its unit is not stated", "state --unit, arcsec for one")
         if in_words and by_file and canonical(in_words) != canonical(by_file):
             self.notes.append(f"{name}: the file says {by_file}, taken as {in_words} as stated")
         if unit is not None and not is_unit(unit):
-            raise self.error(name, f"unit {unit!r} is not known", "--unit arcsec, deg/s, counts …")
+            raise self.error(
+                name, f"unit {unit!r} is not known", "state --unit arcsec, deg/s or counts"
+            )
         if unit is None or is_counts(unit):
             if scale is None:
                 raise self.error(
-                    name, "it is in counts and their size is not stated", "--scale 0.1arcsec"
+                    name, "it is in counts and their size is not stated", "state --scale 0.1arcsec"
                 )
             unit = scale
         elif scale is not None:
             raise self.error(
                 name,
                 f"its unit {unit} and a scale per count contradict each other",
-                "either --unit counts and --scale, or --unit alone",
+                "state --unit counts and --scale, or --unit alone",
             )
         factor, base = split_factor(unit)
         wanted, other = (RATE_UNITS, ANGLE_UNITS) if kind == "rate" else (ANGLE_UNITS, RATE_UNITS)
         if base not in wanted:
-            what = "a unit of rate" if base in other else "no unit of a gyro"
+            quantity = "angle" if kind == "rate" else "rate"
+            what = f"a unit of {quantity}" if base in other else "no unit of a gyro"
             raise self.error(
-                name, f"kind {kind} contradicts {base}, {what}", "the right --kind or --unit"
+                name, f"kind {kind} contradicts {base}, {what}", "state the right --kind or --unit"
             )
         return factor * wanted[base], unit
 
     def table_scale(self, column: Column, unit: str | None) -> tuple[float, str]:
         unit = unit or self.stated_unit("table") or column.unit
-        option = f"--table {column.key}:deg"
+        option = f"state --table {column.key}:deg"
         if unit is None:
-            raise self.error("table", f"the unit of column {column.key} is not stated", option)
+            raise self.error(
+                "table",
+                f"the unit of column {column.key} is not stated",
+                f"{option}, or leave it out with --table none",
+            )
         factor, base = split_factor(unit)
         if base not in ANGLE_UNITS or factor <= 0.0:
             raise self.error("table", f"unit {unit!r} is not one of angle", option)
@@ -353,7 +361,7 @@ class _Builder:
 
     def time_scale(self, column: Column, unit: str | None) -> float:
         unit = unit or self.stated_unit("time") or column.unit
-        option = f"--time {column.key}:s"
+        option = f"state --time {column.key}:s"
         if unit is None:
             raise self.error("time", f"the unit of column {column.key} is not stated", option)
         if canonical(unit) not in TIME_UNITS:
@@ -372,9 +380,11 @@ class _Builder:
     def floats(
         self, arrays: dict[str, NDArray[Any]], column: Column, span: tuple[int, int]
     ) -> FloatArray:
-        # Each raw array is let go as it is converted, so that two hours fit twice at most.
-        raw = arrays[column.key][span[0] : span[1]]
-        return np.array(raw, dtype=np.float64)
+        # Each raw array is let go or taken over as it is converted: two hours of samples are
+        # then never in memory twice.
+        raw = arrays.pop(column.key)[span[0] : span[1]]
+        own = raw.dtype == np.float64 and raw.flags.writeable and raw.flags.c_contiguous
+        return raw if own else np.array(raw, dtype=np.float64)
 
     def seconds(self, raw: NDArray[Any], scale: float) -> FloatArray:
         """Stamps in s from the first; integers lose nothing by the size of the epoch."""
@@ -395,7 +405,7 @@ class _Builder:
             steps = np.diff(times)
             usable = steps[np.isfinite(steps) & (steps > 0.0)]
             if usable.size == 0:
-                raise self.error("time", "does not run forwards", "--time none and --rate HZ")
+                raise self.error("time", "does not run forwards", "state --time none and --rate HZ")
             return times, 1.0 / float(np.median(usable))
         step = float(times[-1]) / (times.size - 1)
         off = np.arange(times.size) * step
@@ -429,13 +439,15 @@ class _Builder:
             raise self.error(
                 name,
                 f"a counter that rolls over is an angle, not kind {kind}",
-                "--kind angle, or leave out --counter-bits",
+                "state --kind angle, or leave out --counter-bits",
             )
         period = float(2**bits)
-        extent = float(np.nanmax(raw) - np.nanmin(raw)) if raw.size else 0.0
+        extent = _extent(raw)
         if extent >= period:
             raise self.error(
-                name, f"it spans {extent:.6g} counts, more than {bits} bits hold", "--counter-bits"
+                name,
+                f"it spans {extent:.6g} counts, more than {bits} bits hold",
+                "state the right --counter-bits",
             )
         values, wraps = unwrapped(raw, period)
         if wraps:
@@ -446,7 +458,7 @@ class _Builder:
 
     def table_channel(self, raw: FloatArray, scale: tuple[float, str], bits: int | None) -> Channel:
         factor, unit = scale
-        extent = float(np.nanmax(raw) - np.nanmin(raw)) if np.isfinite(raw).any() else 0.0
+        extent = _extent(raw)
         period = _TURN / factor
         if extent > period * (1.0 + 1e-9):
             # More than a turn at once: it is a running angle, or a counter wider than a turn.
@@ -456,7 +468,8 @@ class _Builder:
         if wraps:
             self.notes.append(f"table: unwrapped where it starts over, {wraps} times")
         if not math.isinf(period) and values.size > 1:
-            largest = float(np.nanmax(np.abs(np.diff(values)))) / period
+            steps = np.diff(values)
+            largest = max(float(steps.max()), -float(steps.min())) / period
             if largest > 0.25:
                 self.notes.append(
                     f"table: moves by up to {largest:.2f} of its range between samples; "
@@ -471,7 +484,7 @@ class _Builder:
             raise self.error(
                 "null_pulse",
                 f"column {column.key} takes more than two values",
-                "a column of 0 and 1 as null pulse",
+                "name a column of 0 and 1 with --null-pulse",
             )
         high = values != 0.0
         rising: NDArray[np.bool_] = high.copy()
@@ -479,6 +492,15 @@ class _Builder:
         if np.count_nonzero(rising) < np.count_nonzero(high):
             self.notes.append("null_pulse: stays up for more than a sample; its first is taken")
         return rising
+
+
+def _extent(values: FloatArray) -> float:
+    """Largest less smallest of the finite samples."""
+    extent = float(np.ptp(values)) if values.size else 0.0
+    if math.isfinite(extent):
+        return extent
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if finite.size else 0.0
 
 
 def _scaled(values: FloatArray, factor: float) -> FloatArray:

@@ -6,7 +6,7 @@ the third the size of one gyro count (arcsec, first to third).
 """
 
 from collections.abc import Sequence
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -56,13 +56,14 @@ def open_source(path: Path) -> Source:
 
     def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
         with damaged(path, FORMAT), path.open(encoding="utf-8") as stream:
-            table = np.loadtxt(
-                islice(stream, skip, None),
-                usecols=[_ROW.index(key) for key in keys],
-                comments="%",
-                ndmin=2,
-            )
-        return {key: table[:, index] for index, key in enumerate(keys)}
+            rows = islice(stream, skip, None)
+            first = next((line for line in rows if line.strip()), None)
+            if first is None:
+                return {key: np.empty(0) for key in keys}
+            table = np.loadtxt(chain((first,), rows), comments="%", ndmin=2)
+            if table.shape[1] != len(_ROW):
+                raise ValueError(f"rows of {table.shape[1]} numbers, not {len(_ROW)}")
+        return {key: table[:, _ROW.index(key)] for key in keys}
 
     return Source(
         format=FORMAT,

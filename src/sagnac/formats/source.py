@@ -196,9 +196,10 @@ def damaged(path: Path, format_name: str) -> Iterator[None]:
     except RecordingError:
         raise
     except Exception as error:
-        why = " ".join(str(error).split())[:160] or type(error).__name__
+        # NumPy ends its message with advice on its own arguments.
+        why = " ".join(str(error).split()).split("; use `")[0][:160] or type(error).__name__
         raise RecordingError(
-            f"{path}: cannot be read as {format_name}, it is damaged or cut off ({why}); "
+            f"{path}: is not {format_name}, or is damaged or cut off ({why}); "
             "get the file again from its source"
         ) from error
 

@@ -216,6 +216,9 @@ def from_mapping(content: Mapping[str, Any], source: str) -> Statement:
             values["gyros"] = tuple(values["gyros"])
         if "sample_rate" in values:
             values["sample_rate"] = float(values["sample_rate"])
+        for key in ("time", "table", "null_pulse", "scale"):
+            if key in values and not isinstance(values[key], str):
+                raise TypeError(f"{key} {values[key]!r} is not text")
         if "counter_bits" in values:
             values["counter_bits"] = int(values["counter_bits"])
         return Statement(**values)
