@@ -125,7 +125,7 @@ class _Builder:
         span = (0, next(iter(arrays.values())).size)
         statement_span = self.layers[0].span
         if time is not None and time_scale is not None and span[1] > 1:
-            raw_times = self.seconds(arrays[time[0].key], time_scale)
+            raw_times = self.seconds(arrays.pop(time[0].key), time_scale)
             span = _span_of_times(raw_times, statement_span) if statement_span else span
             times, rate = self.sampling(raw_times[span[0] : span[1]], rate)
             start = float(raw_times[min(span[0], raw_times.size - 1)])

@@ -68,7 +68,7 @@ def open_source(path: Path) -> Source:
                 read_options=arrow_csv.ReadOptions(
                     column_names=[name or f"unnamed {i}" for i, name in enumerate(names)],
                     skip_rows=first + (0 if headless else 1),
-                    block_size=1 << 22,
+                    block_size=1 << 20,
                 ),
                 parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
                 convert_options=arrow_csv.ConvertOptions(
