@@ -8,21 +8,23 @@ Configurations are in the field's units, named in every key; see ``docs/simulate
 import json
 import math
 import os
-import tempfile
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
-from itertools import combinations
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self, get_args, get_origin, get_type_hints
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from sagnac import _kernels
-from sagnac.frames import EARTH_RATE, earth_rate, shares_from_deviations, table_to_gyro_matrix
+from sagnac import _kernels, formats
+from sagnac.formats import parquet
+from sagnac.formats.source import replacing
+from sagnac.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 from sagnac.recording import Channel, FloatArray, Recording
+from sagnac.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
 from sagnac.units import (
     ARCSECOND,
     DEGREE,
@@ -30,14 +32,15 @@ from sagnac.units import (
     DEGREE_PER_HOUR_PER_HOUR,
     DEGREE_PER_HOUR_PER_ROOT_HOUR,
     DEGREE_PER_ROOT_HOUR,
-    HOUR,
 )
 
 Triple = tuple[float, float, float]
 Pairs = tuple[tuple[float, float], ...]
 Progress = Callable[[float], None]
+GyroMode = Literal["ideal", "still", "dithered", "rate-biased"]
 
 GYRO_NAMES: Final = ("x", "y", "z")
+_PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
 BLOCK_SAMPLES: Final = 65_536
 TRUTH_SCHEMA: Final = "sagnac.truth/1"
 
@@ -49,111 +52,166 @@ _MARKOV_STEP = 0.1  # s, grid of bias instability and rate random walk
 _MARKOV_RATIO = 3.0  # between neighbouring correlation times
 _LONGEST_CORRELATION = 10.0  # of the duration
 _NULL_MARGIN = 8.0  # null errors a passage keeps clear
+_CLEAR_OF_LOCK_IN = 10.0  # lock-in rates that the bias must exceed, so that jitter never locks
 
 
-def _number(default: float, low: float, high: float, meaning: str) -> Any:
-    return field(default=default, metadata={"low": low, "high": high, "meaning": meaning})
+@dataclass(frozen=True, slots=True)
+class Key:
+    """What a configuration key may hold and what it means."""
+
+    low: float
+    high: float
+    meaning: str
 
 
-def _whole(default: int, low: int, high: int, meaning: str) -> Any:
-    return field(
-        default=default, metadata={"low": low, "high": high, "whole": True, "meaning": meaning}
-    )
+@dataclass(frozen=True, slots=True)
+class PairsKey:
+    """A key that holds a list of pairs: what each half is and its range."""
+
+    first: tuple[str, float, float]
+    second: tuple[str, float, float]
+    meaning: str
 
 
-def _triple(default: float, low: float, high: float, meaning: str) -> Any:
-    return field(
-        default=(default, default, default),
-        metadata={"low": low, "high": high, "triple": True, "meaning": meaning},
-    )
+@dataclass(frozen=True, slots=True)
+class ChoiceKey:
+    """A key that holds one of a few words."""
 
-
-def _pairs(
-    first: tuple[str, float, float], second: tuple[str, float, float], meaning: str
-) -> Any:
-    return field(default=(), metadata={"pairs": (first, second), "meaning": meaning})
-
-
-def _choice(default: str, choices: tuple[str, ...], meaning: str) -> Any:
-    return field(default=default, metadata={"choices": choices, "meaning": meaning})
+    choices: tuple[str, ...]
+    meaning: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableConfig:
     """The turntable: commanded motion and what its servo and bearing add."""
 
-    rate_deg_per_s: float = _number(40.0, -400.0, 400.0, "commanded rate, sign is the direction")
-    start_deg: float = _number(0.0, -360.0, 360.0, "table angle at the first sample, from the null")
-    reversal_interval_s: float = _number(0.0, 0.0, 1e6, "time between reversals, 0 for none")
-    acceleration_deg_per_s2: float = _number(
-        100.0, 0.1, 1e4, "of a reversal, between the two directions"
+    rate_deg_per_s: Annotated[
+        float, Key(-400.0, 400.0, "commanded rate; the sign is the direction")
+    ] = 40.0
+    start_deg: Annotated[
+        float, Key(-360.0, 360.0, "commanded table angle at the first sample, from the null")
+    ] = 0.0
+    reversal_interval_s: Annotated[float, Key(0.0, 1e6, "time between reversals, 0 for none")] = 0.0
+    acceleration_deg_per_s2: Annotated[float, Key(0.1, 1e4, "acceleration of a reversal")] = 100.0
+    profile: Annotated[
+        Pairs,
+        PairsKey(
+            ("time s", 0.0, 1e7),
+            ("rate deg/s", -400.0, 400.0),
+            "commanded rate at given times, straight between; replaces rate and reversals",
+        ),
+    ] = ()
+    jitter_rms_deg_per_s: Annotated[float, Key(0.0, 10.0, "rms rate jitter of the servo")] = 0.0
+    jitter_bandwidth_hz: Annotated[float, Key(0.01, 1000.0, "natural frequency of the jitter")] = (
+        8.0
     )
-    profile: Pairs = _pairs(
-        ("time s", 0.0, 1e7),
-        ("rate deg/s", -400.0, 400.0),
-        "commanded rate at given times, straight lines between; replaces rate and reversals",
-    )
-    jitter_rms_deg_per_s: float = _number(0.0, 0.0, 10.0, "rms rate jitter of the servo")
-    jitter_bandwidth_hz: float = _number(8.0, 0.01, 1000.0, "natural frequency of the jitter")
-    jitter_damping: float = _number(0.5, 0.01, 10.0, "damping ratio of the servo (position only)")
-    jitter_spectrum: Literal["position", "rate"] = _choice(
-        "position",
-        ("position", "rate"),
-        "position: the servo holds the angle; rate: it holds the rate and the angle walks",
-    )
-    wander_fraction: float = _number(0.0, 0.0, 0.2, "rms slow wander, as a part of the rate")
-    wander_time_s: float = _number(300.0, 1.0, 1e6, "correlation time of the wander")
-    ripple: Pairs = _pairs(
-        ("order", 0.01, 1000.0),
-        ("fraction", 0.0, 0.2),
-        "ripple of the rate at orders of the drive angle, as a part of the rate",
-    )
-    wobble: Pairs = _pairs(
-        ("order", 0.01, 100.0),
-        ("arcsec", 0.0, 3600.0),
-        "tilt of the shaft that turns with orders of the table angle",
-    )
+    jitter_damping: Annotated[
+        float, Key(0.01, 10.0, "damping ratio of the servo, with `position`")
+    ] = 0.5
+    jitter_spectrum: Annotated[
+        Literal["position", "rate"],
+        ChoiceKey(
+            ("position", "rate"),
+            "`position`: the servo holds the angle; `rate`: it holds the rate and the angle walks",
+        ),
+    ] = "position"
+    wander_fraction: Annotated[
+        float, Key(0.0, 0.2, "rms slow wander of the rate, as a part of it")
+    ] = 0.0
+    wander_time_s: Annotated[float, Key(1.0, 1e6, "correlation time of the wander")] = 300.0
+    ripple: Annotated[
+        Pairs,
+        PairsKey(
+            ("order", 0.01, 1000.0),
+            ("fraction", 0.0, 0.2),
+            "ripple of the rate at orders of the drive angle, as a part of the rate",
+        ),
+    ] = ()
+    wobble: Annotated[
+        Pairs,
+        PairsKey(
+            ("order", 0.01, 100.0),
+            ("arcsec", 0.0, 3600.0),
+            "tilt of the shaft, turning with orders of the table angle",
+        ),
+    ] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EncoderConfig:
     """The angle encoder and its null pulse."""
 
-    lines: int = _whole(7_200_000, 4, 2**31, "steps per turn")
-    periodic_error: Pairs = _pairs(
-        ("order", 0.01, 1000.0), ("arcsec", 0.0, 3600.0), "graduation error at orders of the angle"
-    )
-    null_accuracy_arcsec: float = _number(2.0, 0.0, 600.0, "rms error of one null passage")
+    lines: Annotated[int, Key(4, 2**31, "steps per turn")] = 7_200_000
+    periodic_error: Annotated[
+        Pairs,
+        PairsKey(
+            ("order", 0.01, 1000.0),
+            ("arcsec", 0.0, 3600.0),
+            "graduation error at orders of the table angle",
+        ),
+    ] = ()
+    null_accuracy_arcsec: Annotated[float, Key(0.0, 600.0, "rms error of one null passage")] = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlatformConfig:
     """How the triad sits on the table and where the table stands."""
 
-    share_deviation: Triple = _triple(
-        0.0, -0.05, 0.05, "deviation of e_x, e_y, e_z from 1/sqrt(3), then scaled to unit length"
-    )
-    latitude_deg: float = _number(28.2, -90.0, 90.0, "latitude (Changsha)")
-    heading_deg: float = _number(0.0, -360.0, 360.0, "of the null pulse, from north")
+    share_deviation: Annotated[
+        Triple,
+        Key(-0.05, 0.05, "of e_x, e_y, e_z from 1/sqrt(3); the three are scaled to unit length"),
+    ] = (0.0, 0.0, 0.0)
+    latitude_deg: Annotated[float, Key(-90.0, 90.0, "north positive")] = 28.2
+    heading_deg: Annotated[float, Key(-360.0, 360.0, "of the null pulse, from north")] = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroConfig:
-    """Noise of the three gyros: one number for all, or a list for x, y, z."""
+    """The three gyros: one number for all of them, or a list for x, y, z."""
 
-    arw_deg_per_sqrt_h: Triple = _triple(2.5e-5, 0.0, 10.0, "angle random walk N")
-    quantization_step_arcsec: Triple = _triple(
-        0.001, 0.0, 3600.0, "readout step, 0 for none; Q is the step over sqrt(12)"
+    mode: Annotated[
+        GyroMode,
+        ChoiceKey(
+            ("ideal", "still", "dithered", "rate-biased"),
+            "`ideal`: no lock-in; the others are a ring laser: at rest without dither, "
+            "dithered, or held above lock-in by the table",
+        ),
+    ] = "ideal"
+    arw_deg_per_sqrt_h: Annotated[
+        Triple, Key(0.0, 10.0, "angle random walk N; of a ring laser its quantum limit")
+    ] = (2.5e-5, 2.5e-5, 2.5e-5)
+    quantization_step_arcsec: Annotated[
+        Triple, Key(0.0, 3600.0, "readout step, 0 for none; Q is the step over sqrt(12)")
+    ] = (0.001, 0.001, 0.001)
+    bias_deg_per_h: Annotated[Triple, Key(-1e5, 1e5, "constant bias")] = (0.0, 0.0, 0.0)
+    bias_instability_deg_per_h: Annotated[
+        Triple, Key(0.0, 1e4, "bias instability B: flicker of the rate, below 5 Hz")
+    ] = (0.0, 0.0, 0.0)
+    rate_random_walk_deg_per_h_per_sqrt_h: Annotated[
+        Triple, Key(0.0, 1e4, "rate random walk K")
+    ] = (0.0, 0.0, 0.0)
+    rate_ramp_deg_per_h_per_h: Annotated[Triple, Key(-1e4, 1e4, "rate ramp R")] = (0.0, 0.0, 0.0)
+    temperature_coefficient_deg_per_h_per_k: Annotated[
+        Triple, Key(-1e3, 1e3, "bias per kelvin of warming up")
+    ] = (0.0, 0.0, 0.0)
+    warm_up_k: Annotated[float, Key(-100.0, 100.0, "temperature rise after a long time")] = 0.0
+    warm_up_time_s: Annotated[float, Key(1.0, 1e6, "time constant of the rise")] = 1800.0
+    lock_in_deg_per_h: Annotated[Triple, Key(0.001, 1e5, "lock-in rate of the ring laser")] = (
+        24.0,
+        26.0,
+        28.0,
     )
-    bias_deg_per_h: Triple = _triple(0.0, -1e5, 1e5, "constant bias")
-    bias_instability_deg_per_h: Triple = _triple(0.0, 0.0, 1e4, "bias instability B, flicker rate")
-    rate_random_walk_deg_per_h_per_sqrt_h: Triple = _triple(0.0, 0.0, 1e4, "rate random walk K")
-    rate_ramp_deg_per_h_per_h: Triple = _triple(0.0, -1e4, 1e4, "rate ramp R")
-    temperature_coefficient_deg_per_h_per_k: Triple = _triple(
-        0.0, -1e3, 1e3, "bias per kelvin of warming up"
+    fringe_arcsec: Annotated[float, Key(0.01, 100.0, "input angle per beat of the ring laser")] = (
+        1.5
     )
-    warm_up_k: float = _number(0.0, -100.0, 100.0, "temperature rise after a long time")
-    warm_up_time_s: float = _number(1800.0, 1.0, 1e6, "time constant of the rise")
+    backscatter_diffusion_rad2_per_s: Annotated[
+        float, Key(0.0, 1e6, "D of the backscatter phase, whose variance grows by 2 D t")
+    ] = 150.0
+    dither_frequency_hz: Annotated[float, Key(1.0, 1e4, "frequency of the dither")] = 400.0
+    dither_rate_deg_per_s: Annotated[float, Key(0.1, 1e4, "peak rate of the dither")] = 100.0
+    dither_amplitude_noise: Annotated[
+        float, Key(0.0, 0.5, "rms of the peak rate from swing to swing, as a part of it")
+    ] = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,29 +221,33 @@ class DisturbanceConfig:
     Each gyro takes between half and all of each amplitude, at a phase of its own.
     """
 
-    angle: Pairs = _pairs(
-        ("order", 0.01, 1000.0), ("arcsec", 0.0, 3600.0), "harmonics of the table angle, Eq. 10"
-    )
-    time: Pairs = _pairs(
-        ("frequency Hz", 1e-6, 1e5), ("arcsec", 0.0, 3600.0), "lines in time, Eq. 11"
-    )
+    angle: Annotated[
+        Pairs,
+        PairsKey(
+            ("order", 0.01, 1000.0), ("arcsec", 0.0, 3600.0), "harmonics of the table angle, Eq. 10"
+        ),
+    ] = ()
+    time: Annotated[
+        Pairs,
+        PairsKey(("frequency Hz", 1e-6, 1e5), ("arcsec", 0.0, 3600.0), "lines in time, Eq. 11"),
+    ] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigConfig:
     """Everything the simulated recording is made from."""
 
-    duration_s: float = _number(7200.0, 0.01, 1e7, "length of the recording")
-    sample_rate_hz: float = _number(500.0, 0.1, 1e5, "samples per second")
-    seed: int = _whole(1, 0, 2**63 - 1, "of every random stream")
-    table: TableConfig = field(default_factory=TableConfig)
-    encoder: EncoderConfig = field(default_factory=EncoderConfig)
-    platform: PlatformConfig = field(default_factory=PlatformConfig)
-    gyro: GyroConfig = field(default_factory=GyroConfig)
-    disturbances: DisturbanceConfig = field(default_factory=DisturbanceConfig)
+    duration_s: Annotated[float, Key(0.01, 1e7, "length of the recording")] = 7200.0
+    sample_rate_hz: Annotated[float, Key(0.1, 1e5, "samples per second")] = 500.0
+    seed: Annotated[int, Key(0, 2**63 - 1, "of every random stream")] = 1
+    table: TableConfig = TableConfig()
+    encoder: EncoderConfig = EncoderConfig()
+    platform: PlatformConfig = PlatformConfig()
+    gyro: GyroConfig = GyroConfig()
+    disturbances: DisturbanceConfig = DisturbanceConfig()
 
     def __post_init__(self) -> None:
-        """Check every key.
+        """Check every key, and those that depend on one another.
 
         Raises
         ------
@@ -201,13 +263,26 @@ class RigConfig:
                     "sample_rate_hz; give the frequency it folds to"
                 )
         times = [time for time, _ in self.table.profile]
-        if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+        if any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError(f"table.profile: times {times} do not increase; sort them")
         if self.samples < 1:
             raise ValueError(
                 f"duration_s {self.duration_s:g} holds no sample at {self.sample_rate_hz:g} Hz; "
                 "make it longer"
             )
+        turn_round = 2.0 * abs(self.table.rate_deg_per_s) / self.table.acceleration_deg_per_s2
+        if 0.0 < self.table.reversal_interval_s <= turn_round and not self.table.profile:
+            raise ValueError(
+                f"table.reversal_interval_s {self.table.reversal_interval_s:g} leaves no time to "
+                f"turn round in {turn_round:g} s; raise it or table.acceleration_deg_per_s2"
+            )
+        ripple = sum(fraction for _, fraction in self.table.ripple)
+        if ripple >= 1.0:
+            raise ValueError(
+                f"table.ripple: fractions add up to {ripple:g}; keep them below 1 so that the "
+                "table keeps its direction"
+            )
+        _check_ring_laser(self)
 
     @property
     def samples(self) -> int:
@@ -222,7 +297,7 @@ class RigConfig:
         return self.table.rate_deg_per_s != 0.0
 
     @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> "RigConfig":
+    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
         """Read a configuration; ``preset = "paper"`` at the top names what it starts from.
 
         Raises
@@ -235,13 +310,17 @@ class RigConfig:
                 return cls.from_mapping(tomllib.load(file))
         except FileNotFoundError:
             raise ValueError(f"{path}: no such file; give a TOML configuration") from None
+        except OSError as error:
+            raise ValueError(
+                f"{path}: cannot be opened ({error.strerror}); give a TOML configuration"
+            ) from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path}: not TOML ({error}); see docs/simulate.md") from None
+            raise ValueError(f"{path}: not TOML ({error}); correct it there") from None
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
     @classmethod
-    def from_mapping(cls, mapping: Mapping[str, Any]) -> "RigConfig":
+    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
         """Configuration from nested tables, as a TOML file holds them.
 
         Raises
@@ -251,13 +330,24 @@ class RigConfig:
         """
         values = dict(mapping)
         name = values.pop("preset", None)
-        if name is None:
-            return _overlay(cls(), values, "")
-        return _overlay(preset(name), values, "")
+        base = RigConfig() if name is None else preset(name)
+        changed: Self = _overlay(base, values, "")
+        return changed
+
+
+def keys(section: type = RigConfig, prefix: str = "") -> dict[str, Key | PairsKey | ChoiceKey]:
+    """Every configuration key by its dotted name, with what it may hold."""
+    found: dict[str, Key | PairsKey | ChoiceKey] = {}
+    for name, hint in get_type_hints(section, include_extras=True).items():
+        if get_origin(hint) is Annotated:
+            found[prefix + name] = get_args(hint)[1]
+        else:
+            found |= keys(hint, f"{prefix}{name}.")
+    return found
 
 
 def _overlay(base: Any, values: Mapping[str, Any], section: str) -> Any:
-    known = {f.name: f for f in fields(base)}
+    known = [f.name for f in fields(base)]
     changes: dict[str, Any] = {}
     for key, value in values.items():
         name = f"{section}{key}"
@@ -268,44 +358,52 @@ def _overlay(base: Any, values: Mapping[str, Any], section: str) -> Any:
             if not isinstance(value, Mapping):
                 raise ValueError(f"{name} is {value!r}; it is a table, write [{name}]")
             changes[key] = _overlay(current, value, f"{name}.")
-        elif known[key].metadata.get("triple") and not isinstance(value, Sequence):
-            changes[key] = (value, value, value)
         elif isinstance(value, list):
             changes[key] = tuple(tuple(v) if isinstance(v, list) else v for v in value)
+        elif _is_triple(current) and not isinstance(value, str):
+            changes[key] = (value, value, value)
         else:
             changes[key] = value
     return replace(base, **changes)
 
 
+def _is_triple(value: Any) -> bool:
+    return isinstance(value, tuple) and len(value) == 3 and isinstance(value[0], float)
+
+
 def _check_section(config: Any, section: str) -> None:
-    for entry in fields(config):
-        name = f"{section}{entry.name}"
-        value = getattr(config, entry.name)
-        rules = entry.metadata
-        if is_dataclass(value):
+    for key, hint in get_type_hints(type(config), include_extras=True).items():
+        name = f"{section}{key}"
+        value = getattr(config, key)
+        if get_origin(hint) is not Annotated:
             _check_section(value, f"{name}.")
-        elif "choices" in rules:
-            if value not in rules["choices"]:
-                raise ValueError(f"{name} is {value!r}; use one of {', '.join(rules['choices'])}")
-        elif "pairs" in rules:
-            first, second = rules["pairs"]
-            expected = f"{name} must be a list of pairs [{first[0]}, {second[0]}]"
-            if not isinstance(value, tuple):
-                raise ValueError(f"{expected}, not {value!r}")
-            for pair in value:
-                if not isinstance(pair, tuple) or len(pair) != 2:
-                    raise ValueError(f"{expected}, not {pair!r}")
-                _check_number(f"{name} ({first[0]})", pair[0], first[1], first[2])
-                _check_number(f"{name} ({second[0]})", pair[1], second[1], second[2])
-        elif "triple" in rules:
+            continue
+        kind, rule = get_args(hint)
+        if isinstance(rule, ChoiceKey):
+            if value not in rule.choices:
+                raise ValueError(f"{name} is {value!r}; use one of {', '.join(rule.choices)}")
+        elif isinstance(rule, PairsKey):
+            _check_pairs(name, value, rule)
+        elif kind is Triple:
             if not isinstance(value, tuple) or len(value) != 3:
-                raise ValueError(f"{name} must be a number or a list of three, not {value!r}")
+                raise ValueError(f"{name} is {value!r}; it must be a number or a list of three")
             for item in value:
-                _check_number(name, item, rules["low"], rules["high"])
+                _check_number(name, item, rule.low, rule.high)
         else:
-            if rules.get("whole") and (not isinstance(value, int) or isinstance(value, bool)):
+            if kind is int and not isinstance(value, int):
                 raise ValueError(f"{name} is {value!r}; it must be a whole number")
-            _check_number(name, value, rules["low"], rules["high"])
+            _check_number(name, value, rule.low, rule.high)
+
+
+def _check_pairs(name: str, value: Any, rule: PairsKey) -> None:
+    expected = f"it must be a list of pairs [{rule.first[0]}, {rule.second[0]}]"
+    if not isinstance(value, tuple):
+        raise ValueError(f"{name} is {value!r}; {expected}")
+    for pair in value:
+        if not isinstance(pair, tuple) or len(pair) != 2:
+            raise ValueError(f"{name} holds {pair!r}; {expected}")
+        for number, (what, low, high) in zip(pair, (rule.first, rule.second), strict=True):
+            _check_number(f"{name} ({what})", number, low, high)
 
 
 def _check_number(name: str, value: Any, low: float, high: float) -> None:
@@ -313,58 +411,6 @@ def _check_number(name: str, value: Any, low: float, high: float) -> None:
         raise ValueError(f"{name} is {value!r}; it must be a number from {low:g} to {high:g}")
     if not low <= value <= high:
         raise ValueError(f"{name} is {value!r}; it must lie from {low:g} to {high:g}")
-
-
-_PAPER = RigConfig(
-    table=TableConfig(
-        jitter_rms_deg_per_s=0.004,
-        ripple=((12.0, 5e-4), (36.0, 2e-4)),
-    ),
-    encoder=EncoderConfig(periodic_error=((1.0, 1.0),)),
-    platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
-    disturbances=DisturbanceConfig(
-        angle=(
-            (1.0, 0.6),
-            (2.0, 0.45),
-            (3.0, 0.3),
-            (4.0, 0.25),
-            (5.0, 0.2),
-            (6.0, 0.15),
-            (8.0, 0.12),
-            (9.0, 0.1),
-            (12.0, 0.08),
-            (18.0, 0.06),
-            (24.0, 0.04),
-            (36.0, 0.03),
-        ),
-        time=((0.0137, 0.08), (1.37, 0.05), (7.3, 0.03), (50.0, 0.02), (100.0, 0.01)),
-    ),
-)
-PRESETS: Final[Mapping[str, RigConfig]] = {
-    "quiet": RigConfig(
-        platform=PlatformConfig(share_deviation=(0.0005, 0.0, -0.0005)),
-        table=TableConfig(jitter_rms_deg_per_s=0.001),
-    ),
-    "paper": _PAPER,
-    "harsh": replace(
-        _PAPER,
-        table=TableConfig(
-            jitter_rms_deg_per_s=0.02,
-            wander_fraction=0.02,
-            ripple=((1.0, 2e-4), (12.0, 2e-3), (36.0, 1e-3)),
-            wobble=((1.0, 2.0), (2.0, 1.0)),
-            reversal_interval_s=1200.0,
-        ),
-        encoder=EncoderConfig(periodic_error=((1.0, 2.0), (2.0, 1.0), (4.0, 0.5))),
-        platform=PlatformConfig(share_deviation=(0.002, -0.0005, -0.0015)),
-        gyro=GyroConfig(
-            bias_instability_deg_per_h=(2e-4, 2e-4, 2e-4),
-            rate_random_walk_deg_per_h_per_sqrt_h=(2e-4, 2e-4, 2e-4),
-            temperature_coefficient_deg_per_h_per_k=(1e-4, 1.5e-4, 0.5e-4),
-            warm_up_k=5.0,
-        ),
-    ),
-}
 
 
 def preset(name: str) -> RigConfig:
@@ -506,9 +552,7 @@ def _draw_lines(pairs: Pairs, random: np.random.Generator) -> _Lines:
     amplitudes = amplitude * random.uniform(0.5, 1.0, shape)
     phases = random.uniform(-np.pi, np.pi, shape)
     order = np.argsort(position, kind="stable")
-    return _Lines(
-        position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order]
-    )
+    return _Lines(position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -539,11 +583,6 @@ def _command(config: RigConfig) -> _Command:
         interval = table.reversal_interval_s
         if interval > 0.0 and table.rate_deg_per_s != 0.0:
             half_ramp = abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2
-            if 2.0 * half_ramp >= interval:
-                raise ValueError(
-                    f"table.reversal_interval_s {interval:g} leaves no time to turn round in "
-                    f"{2 * half_ramp:g} s; raise it or table.acceleration_deg_per_s2"
-                )
             sign = 1.0
             turn_round = interval
             while turn_round < config.duration_s:
@@ -558,6 +597,64 @@ def _command(config: RigConfig) -> _Command:
     command = _Command(time=time, rate=rate, angle=angle)
     start = table.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
     return replace(command, angle=angle + start)
+
+
+def _ring_lasers(config: RigConfig) -> tuple[tuple[RingLaser, ...], Dither | None]:
+    """The three lasers (none in mode ``ideal``) and their dither."""
+    gyro = config.gyro
+    if gyro.mode == "ideal":
+        return (), None
+    lasers = tuple(
+        RingLaser(
+            lock_in=gyro.lock_in_deg_per_h[g] * DEGREE_PER_HOUR,
+            fringe=gyro.fringe_arcsec * ARCSECOND,
+            quantum_noise=gyro.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR,
+            backscatter_diffusion=gyro.backscatter_diffusion_rad2_per_s,
+        )
+        for g in range(len(GYRO_NAMES))
+    )
+    if gyro.mode != "dithered":
+        return lasers, None
+    return lasers, Dither(
+        frequency=gyro.dither_frequency_hz,
+        rate=gyro.dither_rate_deg_per_s * DEGREE,
+        amplitude_noise=gyro.dither_amplitude_noise,
+    )
+
+
+def _sensed_rates(config: RigConfig) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest rate each gyro is commanded to sense, without sign, rad/s, (3,)."""
+    shares = np.abs(shares_from_deviations(config.platform.share_deviation))
+    rate = _command(config).rate
+    reverses = bool(np.any(rate > 0.0) and np.any(rate < 0.0))
+    slowest = 0.0 if reverses else float(np.abs(rate).min())
+    return slowest * shares, float(np.abs(rate).max()) * shares
+
+
+def _check_ring_laser(config: RigConfig) -> None:
+    gyro = config.gyro
+    if gyro.mode == "still" and config.turning:
+        raise ValueError(
+            "gyro.mode is 'still' on a turning table; set table.rate_deg_per_s = 0, or mode "
+            "rate-biased or dithered"
+        )
+    slowest, fastest = _sensed_rates(config)
+    if gyro.mode == "rate-biased":
+        for g, name in enumerate(GYRO_NAMES):
+            needed = _CLEAR_OF_LOCK_IN * gyro.lock_in_deg_per_h[g] * DEGREE_PER_HOUR
+            if slowest[g] < needed:
+                raise ValueError(
+                    f"gyro.mode is 'rate-biased' but gyro {name} comes down to "
+                    f"{slowest[g] / DEGREE:.3g} deg/s; the table must turn one way and give it "
+                    f"{needed / DEGREE:.3g} deg/s, {_CLEAR_OF_LOCK_IN:g} times its lock-in"
+                )
+    lasers, dither = _ring_lasers(config)
+    if dither is not None:
+        for laser, rate in zip(lasers, fastest, strict=True):
+            try:
+                angle_random_walk(laser, 1.1 * rate, dither)
+            except ValueError as error:
+                raise ValueError(f"gyro.mode 'dithered': {error}") from None
 
 
 def _jitter_step(config: RigConfig, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -596,9 +693,7 @@ def _drift(config: RigConfig, gyro: int, step: float, random: np.random.Generato
     density s^2 / (2 f ln r); bias instability has B^2 / (2 pi f).
     """
     instability = config.gyro.bias_instability_deg_per_h[gyro] * DEGREE_PER_HOUR
-    walk = (
-        config.gyro.rate_random_walk_deg_per_h_per_sqrt_h[gyro] * DEGREE_PER_HOUR_PER_ROOT_HOUR
-    )
+    walk = config.gyro.rate_random_walk_deg_per_h_per_sqrt_h[gyro] * DEGREE_PER_HOUR_PER_ROOT_HOUR
     count = 0
     if instability > 0.0:
         longest = max(_LONGEST_CORRELATION * config.duration_s, 10.0 * step)
@@ -625,7 +720,7 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
     Raises
     ------
     ValueError
-        If `block_samples` is below 1, or the reversals leave no time to turn round.
+        If `block_samples` is below 1.
     """
     if block_samples < 1:
         raise ValueError(f"block_samples is {block_samples}; give at least 1")
@@ -671,7 +766,7 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
     wander_state[0] = streams.wander.standard_normal()
     wander_decay = math.exp(-step / table.wander_time_s)
 
-    start = np.array([-interval])
+    start: FloatArray = np.array([-interval])
     start_drive = float(command.angle_at(start)[0])
     start_rate = float(command.rate_at(start)[0])
     if position_jitter:
@@ -703,13 +798,14 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
     grid = max(1, round(_MARKOV_STEP * config.sample_rate_hz))
     drifts = [_drift(config, g, grid * interval, streams.slow[g]) for g in range(3)]
     held = np.zeros(3)
-    gyro_states = np.zeros((3, 3))
-    warm_up_constant = gyro.warm_up_time_s
+    walks = np.zeros((3, 1))
+    last_true = np.zeros(3)
+    lasers, dither = _ring_lasers(config)
 
     for first in range(0, config.samples, block_samples):
         count = min(block_samples, config.samples - first)
         nodes = count * substeps
-        time = (first * substeps + 1 + np.arange(nodes)) * step - interval
+        time: FloatArray = (first * substeps + 1 + np.arange(nodes)) * step - interval
         drive = command.angle_at(time)
         commanded = command.rate_at(time)
         rate = commanded.copy()
@@ -779,7 +875,7 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
             angles,
         )
         seconds = (first + np.arange(count) - 0.5) * interval
-        warming = gyro.warm_up_k * -np.expm1(-np.maximum(seconds, 0.0) / warm_up_constant)
+        warming = gyro.warm_up_k * -np.expm1(-np.maximum(seconds, 0.0) / gyro.warm_up_time_s)
         begun = -(-first // grid)
         ended = -(-(first + count) // grid)
         for g in range(3):
@@ -790,19 +886,20 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
             drift += gyro.bias_deg_per_h[g] * DEGREE_PER_HOUR
             drift += gyro.rate_ramp_deg_per_h_per_h[g] * DEGREE_PER_HOUR_PER_HOUR * seconds
             drift += gyro.temperature_coefficient_deg_per_h_per_k[g] * DEGREE_PER_HOUR * warming
-            _kernels.rig_gyro(
-                matrix[g],
-                alpha,
-                origin,
-                turned,
-                streams.white[g].standard_normal(count),
+            true = matrix[g] @ turned + matrix[g, 2] * (alpha - origin)
+            strength: FloatArray | float = gyro.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR
+            if lasers:
+                sensed = np.diff(true, prepend=last_true[g]) / interval
+                drift += mean_rate(lasers[g], sensed, dither) - sensed
+                strength = angle_random_walk(lasers[g], sensed, dither)
+                last_true[g] = true[-1]
+            _kernels.rig_readout(
+                true,
+                strength * math.sqrt(interval) * streams.white[g].standard_normal(count),
                 drift,
                 interval,
-                gyro.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR,
-                0.0,
-                0.0,
                 gyro.quantization_step_arcsec[g] * ARCSECOND,
-                gyro_states[g],
+                walks[g],
                 angles[g],
             )
 
@@ -822,9 +919,7 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
             _kernels.rig_null_pulse(
                 alpha, null_errors, _NULL_MARGIN * null_error, null_state, pulse
             )
-        yield Block(
-            first=first, angles=angles, table=reading, null_pulse=pulse, table_angle=alpha
-        )
+        yield Block(first=first, angles=angles, table=reading, null_pulse=pulse, table_angle=alpha)
 
 
 def _columns(pairs: Pairs) -> tuple[FloatArray, FloatArray]:
@@ -846,11 +941,6 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
         What to simulate.
     progress
         Called with the finished part, 0 to 1.
-
-    Raises
-    ------
-    ValueError
-        If the reversals leave no time to turn round.
     """
     angles = np.empty((3, config.samples))
     table = np.empty(config.samples) if config.turning else None
@@ -877,26 +967,97 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     return Simulation(recording=recording, truth=truth_of(config))
 
 
+def write(
+    config: RigConfig, path: Path | str, progress: Progress | None = None
+) -> tuple[Path, Path]:
+    """Simulate into a file, its truth beside it as ``FILE.truth.json``.
+
+    Angles are in arcsec, the table in deg from 0 to 360 as its encoder reads. Parquet is
+    written block by block, so that the recording is never whole in memory; every other
+    format that `sagnac.formats` writes is made in memory first.
+
+    Parameters
+    ----------
+    config
+        What to simulate.
+    path
+        The file; its suffix says the format.
+    progress
+        Called with the finished part, 0 to 1.
+
+    Returns
+    -------
+    recording, truth
+        Paths of the two files; each appears only when it is whole.
+
+    Raises
+    ------
+    RecordingError
+        If no format has the suffix or the folder cannot be written.
+    """
+    path = Path(path)
+    truth_path = path.with_name(path.name + ".truth.json")
+    with replacing(truth_path) as temporary:
+        temporary.write_text(
+            json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False) + "\n",
+            encoding="utf-8",
+        )
+        if path.suffix.lower() in parquet.SUFFIXES:
+            _write_parquet(config, path, progress)
+        else:
+            recording = simulate(config, progress).recording
+            if recording.table is not None:
+                wrapped = _wrapped(recording.table.values, config.encoder.lines)
+                recording = replace(recording, table=replace(recording.table, values=wrapped))
+            formats.write(recording, path)
+    return path, truth_path
+
+
+def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> None:
+    with parquet.Writer(
+        path,
+        kinds=dict.fromkeys(GYRO_NAMES, "angle"),
+        sample_rate=config.sample_rate_hz,
+        table=config.turning,
+        null_pulse=config.turning,
+    ) as out:
+        for block in blocks(config):
+            columns: dict[str, NDArray[Any]] = dict(zip(GYRO_NAMES, block.angles, strict=True))
+            if block.table is not None and block.null_pulse is not None:
+                columns["table"] = _wrapped(block.table, config.encoder.lines)
+                columns["null_pulse"] = block.null_pulse
+            out.append(columns)
+            if progress is not None:
+                progress((block.first + block.angles.shape[1]) / config.samples)
+
+
+def _wrapped(reading: FloatArray, lines: int) -> FloatArray:
+    """Encoder reading within one turn, [0, 2 pi), by its line count."""
+    line = 2.0 * math.pi / lines
+    return np.asarray(np.mod(np.rint(reading / line), lines) * line)
+
+
 def truth_of(config: RigConfig) -> Truth:
     """What a recording of this configuration is made from, without making it."""
     gyro = config.gyro
     shares = shares_from_deviations(config.platform.share_deviation)
     earth = earth_rate(config.platform.latitude_deg * DEGREE, config.platform.heading_deg * DEGREE)
+    command = _command(config)
+    mean_rate_of_table = float(
+        (command.angle_at(np.array([config.duration_s])) - command.angle_at(np.zeros(1)))[0]
+        / config.duration_s
+    )
+    noise = _angle_random_walk(config, mean_rate_of_table)
     gyros = {
         name: NoiseTruth(
             quantization_arcsec=gyro.quantization_step_arcsec[g] / math.sqrt(12.0),
-            arw_deg_per_sqrt_h=gyro.arw_deg_per_sqrt_h[g],
+            arw_deg_per_sqrt_h=noise[g],
             bias_instability_deg_per_h=gyro.bias_instability_deg_per_h[g],
             rate_random_walk_deg_per_h_per_sqrt_h=gyro.rate_random_walk_deg_per_h_per_sqrt_h[g],
             rate_ramp_deg_per_h_per_h=gyro.rate_ramp_deg_per_h_per_h[g],
         )
         for g, name in enumerate(GYRO_NAMES)
     }
-    command = _command(config)
-    mean_rate = float(
-        (command.angle_at(np.array([config.duration_s])) - command.angle_at(np.zeros(1)))[0]
-        / config.duration_s
-    )
     angle_lines, time_lines = _disturbances(config, _streams(config.seed).disturbances)
     lines = [
         _line_truth("angle", float(position), angle_lines.phasor[:, j])
@@ -917,7 +1078,7 @@ def truth_of(config: RigConfig) -> Truth:
         seed=config.seed,
         samples=config.samples,
         sample_rate_hz=config.sample_rate_hz,
-        table_rate_deg_per_s=mean_rate / DEGREE,
+        table_rate_deg_per_s=mean_rate_of_table / DEGREE,
         table_jitter_rms_deg_per_s=config.table.jitter_rms_deg_per_s,
         shares=dict(zip(GYRO_NAMES, shares.tolist(), strict=True)),
         earth_rate_b0_deg_per_h=tuple((earth / DEGREE_PER_HOUR).tolist()),
@@ -929,7 +1090,22 @@ def truth_of(config: RigConfig) -> Truth:
     )
 
 
-_PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
+def _angle_random_walk(config: RigConfig, table_rate: float) -> list[float]:
+    """N of each gyro at the mean of what it senses, deg/sqrt(h)."""
+    lasers, dither = _ring_lasers(config)
+    if not lasers:
+        return list(config.gyro.arw_deg_per_sqrt_h)
+    platform = config.platform
+    matrix = table_to_gyro_matrix(*shares_from_deviations(platform.share_deviation))
+    earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
+    # On a turning table the Earth's horizontal part averages out.
+    still = matrix @ earth
+    turning = matrix[:, 2] * (table_rate + earth[2])
+    sensed = turning if config.turning else still
+    return [
+        float(angle_random_walk(laser, rate, dither)) / DEGREE_PER_ROOT_HOUR
+        for laser, rate in zip(lasers, sensed, strict=True)
+    ]
 
 
 def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
@@ -957,3 +1133,55 @@ def _line_truth(
             f"{a}-{b}": float(abs(arcsec[a] - arcsec[b])) for a, b in _PAIRS
         },
     )
+
+
+_PAPER = RigConfig(
+    table=TableConfig(
+        jitter_rms_deg_per_s=0.004,
+        ripple=((12.0, 5e-4), (36.0, 2e-4)),
+    ),
+    encoder=EncoderConfig(periodic_error=((1.0, 1.0),)),
+    platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
+    disturbances=DisturbanceConfig(
+        angle=(
+            (1.0, 0.6),
+            (2.0, 0.45),
+            (3.0, 0.3),
+            (4.0, 0.25),
+            (5.0, 0.2),
+            (6.0, 0.15),
+            (8.0, 0.12),
+            (9.0, 0.1),
+            (12.0, 0.08),
+            (18.0, 0.06),
+            (24.0, 0.04),
+            (36.0, 0.03),
+        ),
+        time=((0.0137, 0.08), (1.37, 0.05), (7.3, 0.03), (50.0, 0.02), (100.0, 0.01)),
+    ),
+)
+PRESETS: Final[Mapping[str, RigConfig]] = {
+    "quiet": RigConfig(
+        platform=PlatformConfig(share_deviation=(0.0005, 0.0, -0.0005)),
+        table=TableConfig(jitter_rms_deg_per_s=0.001),
+    ),
+    "paper": _PAPER,
+    "harsh": replace(
+        _PAPER,
+        table=TableConfig(
+            jitter_rms_deg_per_s=0.02,
+            wander_fraction=0.02,
+            ripple=((1.0, 2e-4), (12.0, 2e-3), (36.0, 1e-3)),
+            wobble=((1.0, 2.0), (2.0, 1.0)),
+            reversal_interval_s=1200.0,
+        ),
+        encoder=EncoderConfig(periodic_error=((1.0, 2.0), (2.0, 1.0), (4.0, 0.5))),
+        platform=PlatformConfig(share_deviation=(0.002, -0.0005, -0.0015)),
+        gyro=GyroConfig(
+            bias_instability_deg_per_h=(2e-4, 2e-4, 2e-4),
+            rate_random_walk_deg_per_h_per_sqrt_h=(2e-4, 2e-4, 2e-4),
+            temperature_coefficient_deg_per_h_per_k=(1e-4, 1.5e-4, 0.5e-4),
+            warm_up_k=5.0,
+        ),
+    ),
+}
