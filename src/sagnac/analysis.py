@@ -1,15 +1,37 @@
 """analyze(recording, settings) -> Analysis: the one place that composes the stages."""
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
-from sagnac.coefficients import Estimate, Fit, FitName
-from sagnac.lines import Line
-from sagnac.recording import FloatArray, Recording
-from sagnac.stability import StabilityCurve
+import numpy as np
+
+from sagnac import rotation, spectrum
+from sagnac.coefficients import (
+    Estimate,
+    Fit,
+    FitName,
+    likelihood_fit,
+    paper_fit,
+    weighted_fit,
+)
+from sagnac.lines import Line, Removal, remove_lines, remove_lines_as_published
+from sagnac.recording import (
+    FloatArray,
+    Recording,
+    RecordingError,
+    angle_of,
+    require_encoder_follows,
+)
+from sagnac.stability import StabilityCurve, stability_curve
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
+Progress = Callable[[str, float], None]
+
+# A curve of fewer points than this has no cluster time whose deviation means anything.
+_LEAST_POINTS: Final = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,14 +45,15 @@ class Settings:
     method
         How the periodic parts are removed.
     interval
-        Seconds between the angles that the curve is made of (Step 4 of the paper: 1 s).
+        Seconds between the angles that the curve is made of (Step 4 of the paper: 1 s);
+        None for every sample.
     confidence
         Of every interval.
     """
 
     gyros: tuple[str, ...]
     method: Method = "fos"
-    interval: float = 1.0
+    interval: float | None = 1.0
     confidence: float = 0.95
 
 
@@ -98,3 +121,231 @@ class Analysis:
     per_gyro: Mapping[str, Estimate]
     notes: tuple[str, ...]
     seconds: Mapping[str, float]
+
+
+def analyze(
+    recording: Recording, settings: Settings, *, progress: Progress | None = None
+) -> Analysis:
+    """The angle random walk of a recording, with everything it rests on.
+
+    Gyro difference, removal of the periodic parts by the chosen method, the stability curve
+    of the angle at the chosen interval, the coefficients three ways.
+
+    Parameters
+    ----------
+    recording
+        With a table angle where the table turns.
+    settings
+        What to do.
+    progress
+        Called with the stage and the fraction of it done.
+
+    Raises
+    ------
+    RecordingError
+        If the recording cannot give what `settings` ask for; one line, with the remedy.
+    """
+    report = progress or (lambda _stage, _fraction: None)
+    seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(name: str) -> Iterator[Callable[[float], None]]:
+        began = time.perf_counter()
+        report(name, 0.0)
+        yield lambda fraction: report(name, fraction)
+        report(name, 1.0)
+        seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - began
+
+    where = recording.provenance.path if recording.provenance else "recording"
+    notes = list(recording.notes)
+    with stage("difference"):
+        channel, angle, differenced = _measured(recording, settings, where)
+        table = _table(recording, settings, where, notes)
+    with stage("spectrum"):
+        spectrum_before = _spectrum(angle, recording.sample_rate)
+    with stage("lines") as fraction:
+        removal = _removal(angle, table, recording, settings, channel, where, fraction)
+        notes += removal.notes
+    points, point_rate = removal.points, removal.point_rate
+    _require_length(points, point_rate, recording, where)
+    with stage("stability"):
+        curve = stability_curve(
+            points, kind="angle", sample_rate=point_rate, confidence=settings.confidence
+        )
+        before, before_rate = _at_interval(angle, recording.sample_rate, settings.interval)
+        curve_before = stability_curve(
+            before, kind="angle", sample_rate=before_rate, confidence=settings.confidence
+        )
+    with stage("coefficients"):
+        fits: dict[FitName, Fit] = {
+            "paper": paper_fit(
+                curve, gyros_differenced=differenced, confidence=settings.confidence
+            ),
+            "weighted": weighted_fit(
+                curve, gyros_differenced=differenced, confidence=settings.confidence
+            ),
+            "likelihood": likelihood_fit(
+                points,
+                kind="angle",
+                sample_rate=point_rate,
+                gyros_differenced=differenced,
+                confidence=settings.confidence,
+                masked=removal.masked,
+            ),
+        }
+        for fit in fits.values():
+            notes += [note for note in fit.notes if note not in notes]
+    notes += curve.notes
+    answer = fits["likelihood"].coefficients["angle_random_walk"]
+    with stage("spectrum"):
+        spectrum_after = (
+            _spectrum(removal.residual, recording.sample_rate)
+            if removal.residual is not None
+            else _spectrum(points, point_rate)
+        )
+    return Analysis(
+        recording=recording,
+        settings=settings,
+        channel=channel,
+        gyros_differenced=differenced,
+        table_rate=None if table is None else rotation.mean_rate(table, recording.sample_rate),
+        angle_random_walk=answer,
+        source=(
+            f"likelihood fit of the spectrum of {points.size} angles of {channel} "
+            f"at {1.0 / point_rate:g} s"
+        ),
+        fits=fits,
+        lines=removal.lines,
+        curve=curve,
+        curve_before=curve_before,
+        spectrum=spectrum_after,
+        spectrum_before=spectrum_before,
+        per_gyro={},
+        notes=tuple(dict.fromkeys(notes)),
+        seconds=seconds,
+    )
+
+
+def _measured(recording: Recording, settings: Settings, where: str) -> tuple[str, FloatArray, int]:
+    """Name, angle (rad) and number of gyros of what is measured: a gyro, or a difference."""
+    names = settings.gyros
+    if not 1 <= len(names) <= 3 or len(set(names)) != len(names):
+        raise RecordingError(
+            f"{where}: gyros {','.join(names) or '(none)'}: name one gyro, a pair or a triad, "
+            "each once (--gyros x,z)"
+        )
+    first = angle_of(recording.gyro(names[0]), recording.sample_rate)
+    if len(names) == 1:
+        return names[0], first, 1
+    second = angle_of(recording.gyro(names[-1]), recording.sample_rate)
+    return f"{names[0]}-{names[-1]}", first - second, 2
+
+
+def _table(
+    recording: Recording, settings: Settings, where: str, notes: list[str]
+) -> FloatArray | None:
+    """Unwrapped table angle, or None where nothing turns."""
+    if recording.table is None:
+        return None
+    table = recording.table.values
+    if not rotation.is_turning(table):
+        notes.append("the table does not turn: its angle is not used")
+        return None
+    for name in settings.gyros:
+        require_encoder_follows(recording, recording.gyro(name))
+    return table
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Removed:
+    """What a method leaves: points for the curve, and the full-rate residual if it has one."""
+
+    points: FloatArray
+    point_rate: float
+    residual: FloatArray | None
+    lines: tuple[Line, ...] = ()
+    masked: tuple[tuple[float, float], ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def _removal(
+    angle: FloatArray,
+    table: FloatArray | None,
+    recording: Recording,
+    settings: Settings,
+    channel: str,
+    where: str,
+    progress: Callable[[float], None],
+) -> _Removed:
+    rate = recording.sample_rate
+    if settings.method == "fris":
+        if table is None:
+            raise RecordingError(
+                f"{where}: full rotation interval sampling (--method fris) needs a turning table; "
+                "name its encoder (--table COLUMN:UNIT) or use --method fos"
+            )
+        try:
+            times, values = rotation.full_rotation_samples(angle, table)
+        except RecordingError as error:
+            raise RecordingError(f"{where}: table: {error}") from None
+        turn_rate = (times.size - 1) / (times[-1] - times[0]) * rate
+        note = (
+            f"full rotation interval sampling: {times.size} angles, one a turn, every "
+            f"{1.0 / turn_rate:.4g} s; the interval asked for plays no part"
+        )
+        return _Removed(points=values, point_rate=turn_rate, residual=None, notes=(note,))
+    if settings.method == "fos-paper":
+        # Each gyro first, then the difference: Eq. 21.
+        parts = [
+            remove_lines_as_published(
+                angle_of(recording.gyro(name), rate), table, rate, channel=name, progress=progress
+            )
+            for name in dict.fromkeys((settings.gyros[0], settings.gyros[-1]))
+        ]
+        rest = parts[0].residual if len(parts) == 1 else parts[0].residual - parts[1].residual
+        removal = Removal(
+            residual=rest,
+            lines=tuple(line for part in parts for line in part.lines),
+            masked=tuple(band for part in parts for band in part.masked),
+            notes=tuple(note for part in parts for note in part.notes),
+        )
+    elif settings.method == "none":
+        removal = Removal(residual=angle, lines=(), masked=(), notes=())
+    else:
+        removal = remove_lines(angle, table, rate, channel=channel, progress=progress)
+    points, point_rate = _at_interval(removal.residual, rate, settings.interval)
+    return _Removed(
+        points=points,
+        point_rate=point_rate,
+        residual=removal.residual,
+        lines=removal.lines,
+        masked=removal.masked,
+        notes=removal.notes,
+    )
+
+
+def _at_interval(
+    angle: FloatArray, sample_rate: float, interval: float | None
+) -> tuple[FloatArray, float]:
+    """Every so-many-th angle (Step 4), and their rate; the nearest whole number of samples."""
+    step = 1 if interval is None else max(1, round(interval * sample_rate))
+    return angle[::step], sample_rate / step
+
+
+def _require_length(
+    points: FloatArray, point_rate: float, recording: Recording, where: str
+) -> None:
+    if points.size < _LEAST_POINTS:
+        raise RecordingError(
+            f"{where}: {recording.duration:.4g} s give {points.size} angles at "
+            f"{1.0 / point_rate:.4g} s, and a curve needs {_LEAST_POINTS}; record longer or ask "
+            f"for a shorter interval (--interval {recording.duration / (2 * _LEAST_POINTS):.2g}s)"
+        )
+
+
+def _spectrum(angle: FloatArray, sample_rate: float) -> Spectrum:
+    """One-sided rate spectrum of an angle, averaged into log-spaced bins for a figure."""
+    steps = np.diff(angle)
+    steps -= steps.mean()
+    frequency, power = spectrum.smoothed(spectrum.periodogram(steps))
+    return Spectrum(frequency=frequency * sample_rate, density=spectrum.density(power, sample_rate))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from sagnac import _kernels, regression, rotation, spectrum
+from sagnac.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
 from sagnac.recording import FloatArray
 from sagnac.regression import ComponentFit, Components
 
@@ -23,6 +24,8 @@ _LOWEST_CYCLES: Final = 4
 # Integer orders that count as the table's own; a higher one is a line in time until the
 # table's unsteadiness shows otherwise.
 _MOST_ORDERS: Final = 128
+# Candidates of Step 1 as published: whole orders up to this one.
+_PUBLISHED_ORDERS: Final = 64
 _MOST_LINES: Final = 300
 _ROUNDS: Final = 12
 _PEAKS_A_ROUND: Final = 64
@@ -184,6 +187,67 @@ def remove_lines(
     return Removal(residual=residual, lines=lines, masked=masked, notes=tuple(notes))
 
 
+def remove_lines_as_published(
+    angle: FloatArray,
+    table: FloatArray | None,
+    sample_rate: float,
+    *,
+    channel: str,
+    progress: Callable[[float], None] | None = None,
+) -> Removal:
+    """Steps 1 and 2 of the paper to the letter, on one gyro.
+
+    Fast orthogonal search over the whole orders of table angle, then over the multiples of
+    one cycle per record to Nyquist, each with Korenberg's stop. Kept for reproduction and
+    comparison: greed for mean square in an angle picks the random walk's own slow wander, and a
+    fixed grid leaves most of a line that falls between its frequencies.
+    """
+    report = progress or (lambda _: None)
+    rest = angle
+    lines: list[Line] = []
+    if table is not None and rotation.is_turning(table):
+        found = fast_orthogonal_search(table, rest, spacing=1.0, candidates=_PUBLISHED_ORDERS)
+        rest = rest - found.series(table)
+        lines += _published(found, "angle", 1.0, channel)
+    report(0.3)
+    duration = angle.size / sample_rate
+    time = np.arange(angle.size) / sample_rate
+    spacing = 2.0 * np.pi / duration
+    found = fast_orthogonal_search(
+        time, rest, spacing=spacing, candidates=max(1, angle.size // 2 - 1)
+    )
+    report(0.8)
+    rest = rest - found.series(time)
+    lines += _published(found, "time", 1.0 / (2.0 * np.pi), channel)
+    width = _TAKEN_BINS / duration
+    masked = tuple(
+        (line.frequency - width, line.frequency + width) for line in lines if line.scale == "time"
+    )
+    report(1.0)
+    return Removal(residual=rest, lines=tuple(lines), masked=masked, notes=())
+
+
+def _published(found: OrthogonalSearch, scale: Scale, cycles: float, channel: str) -> list[Line]:
+    """Terms of an orthogonal search as lines; it has no noise model, so no errors either."""
+    drops = -np.diff(found.mean_square) / found.mean_square[1:]
+    return [
+        Line(
+            scale=scale,
+            frequency=float(frequency * cycles),
+            frequency_error=float("nan"),
+            amplitude=float(np.hypot(cosine, sine)),
+            amplitude_error=float("nan"),
+            phase=float(np.arctan2(-sine, cosine)),
+            phase_error=float("nan"),
+            significance=float(drop),
+            channel=channel,
+        )
+        for frequency, cosine, sine, drop in zip(
+            found.frequencies, found.cosine, found.sine, drops, strict=True
+        )
+    ]
+
+
 def detection_threshold(bins: int, false_alarm: float) -> float:
     """Ratio of power to floor that noise exceeds anywhere with probability `false_alarm`.
 
@@ -239,9 +303,7 @@ def _without_motion(
     return angle - (without - motion.residual), motion.table
 
 
-def _refitted(
-    rest: FloatArray, alpha: FloatArray | None, components: Components
-) -> ComponentFit:
+def _refitted(rest: FloatArray, alpha: FloatArray | None, components: Components) -> ComponentFit:
     return regression.fit(_increments(rest)[1:], alpha, components)
 
 
@@ -549,9 +611,7 @@ def _name(line: Line, stronger: list[Line], turn_rate: float, resolution: float)
             continue
         for multiple in (1, 2):
             if abs(abs(line.frequency - base) - multiple * turn_rate) < 2.0 * resolution:
-                parent = (
-                    f"{base:.6g} Hz" if other.scale == "time" else f"order {other.frequency:g}"
-                )
+                parent = f"{base:.6g} Hz" if other.scale == "time" else f"order {other.frequency:g}"
                 times = "the table rate" if multiple == 1 else "twice the table rate"
                 return f"sideband of {parent} at {times}"
         if other.scale == "time" and abs(line.frequency - base) < 20.0 * resolution:

@@ -173,9 +173,7 @@ def follow_table(
         # Gauss-Newton in the shift: its derivative is the table rate, known only in blocks.
         for _ in range(4):
             shifted = _shifted(table, lag * sample_rate)
-            step = _kinematic_fit(
-                angle, shifted, sample_rate, block, harmonics, with_lag=True
-            )[4]
+            step = _kinematic_fit(angle, shifted, sample_rate, block, harmonics, with_lag=True)[4]
             if abs(step) * sample_rate < 1e-4:
                 break
             lag += step
