@@ -22,12 +22,14 @@ Quantization is white noise of the sampled angle: a uniform step gives Q = step/
 The bias instability here is 1/f at all frequencies, as Eq. 3 of the paper takes it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Final, Literal
 
 import numpy as np
 from scipy.special import sici, zeta
 
+from sagnac import _kernels
 from sagnac.recording import FloatArray
 
 CoefficientName = Literal[
@@ -233,3 +235,59 @@ def cosine_power_basis(index: FloatArray, samples: int, interval: float) -> Floa
     exact = 2.0 / np.pi * (sici(angle)[0] - (1.0 - np.cos(angle)) / angle)
     basis[:, 2] *= np.where(index < 32.0, exact, 1.0 - 2.0 / (np.pi * angle))
     return basis
+
+
+@lru_cache(maxsize=8)
+def _overlapped_covariance_tensor(
+    factors: tuple[int, ...], angles: int, interval: float
+) -> FloatArray:
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    tensor = np.asarray(
+        _kernels.overlapped_covariances(np.array(factors, dtype=np.int64), angles, nodes, weights)
+    )
+    # From a sample interval of one: each Allan variance is a covariance over interval^2.
+    unit = np.array([1.0, interval, interval**2, interval**3, interval**4]) / interval**2
+    tensor *= (unit[:, np.newaxis] * unit)[:, :, np.newaxis, np.newaxis]
+    tensor.setflags(write=False)
+    return tensor
+
+
+def overlapped_allan_covariance(
+    factors: Sequence[int],
+    coefficients: Mapping[CoefficientName, float],
+    *,
+    angles: int,
+    interval: float,
+) -> FloatArray:
+    """Covariance between the points of an overlapped Allan variance, for Gaussian noise.
+
+    The covariance of two averages of squared second differences is the sum, over all
+    pairs of differences in the record, of twice their squared covariance; that one is
+    known in closed form for every term. Ends of the record are counted, nothing is taken
+    to be much longer than anything else.
+
+    Parameters
+    ----------
+    factors
+        (points,), cluster times in sample intervals; at most ``(angles - 1) // 2``.
+    coefficients
+        SI; a missing name counts as zero.
+    angles
+        Number of angle samples (increments plus one).
+    interval
+        Sample interval, s.
+
+    Returns
+    -------
+    FloatArray
+        (points, points), (rad/s)^4.
+    """
+    whole = tuple(int(factor) for factor in factors)
+    if min(whole) < 1 or 2 * max(whole) >= angles:
+        raise ValueError(
+            f"factors run from {min(whole)} to {max(whole)}; give 1 to {(angles - 1) // 2} for "
+            f"{angles} angles"
+        )
+    tensor = _overlapped_covariance_tensor(whole, angles, interval)
+    squares = np.array([coefficients.get(name, 0.0) ** 2 for name in COEFFICIENT_NAMES])
+    return np.asarray(np.einsum("a,b,abij->ij", squares, squares, tensor))
