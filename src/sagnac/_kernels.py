@@ -3,8 +3,6 @@
 # Compiled loops take their arrays by position.
 # ruff: noqa: PLR0917
 
-import math
-
 import numba
 import numpy as np
 from numpy.typing import NDArray
