@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntegerArray = NDArray[np.int64]
+ComplexArray = NDArray[np.complex128]
 
 # --- tones and harmonics -------------------------------------------------------------------
 
 
 @numba.njit(cache=True, fastmath=True)
-def fill_tones(first, frequencies, rows):
+def fill_tones(first: float, frequencies: FloatArray, rows: FloatArray) -> None:
     """Fill ``rows[2j], rows[2j+1]`` with cos, sin of ``2 pi f_j (first + n)``.
 
     A product of two short tables: one complex multiplication a sample, no dependence of
@@ -42,7 +43,9 @@ def fill_tones(first, frequencies, rows):
 
 
 @numba.njit(cache=True, fastmath=True)
-def fill_harmonics(cosine, sine, orders, rows):
+def fill_harmonics(
+    cosine: FloatArray, sine: FloatArray, orders: IntegerArray, rows: FloatArray
+) -> None:
     """Fill ``rows[2j], rows[2j+1]`` with cos, sin of ``orders[j]`` times an angle.
 
     `cosine` and `sine` are of the angle itself; `orders` are ascending positive integers.
@@ -328,7 +331,13 @@ def lock_in_steps(lock_in, rate, peaks, steps, halves, step, strength, normals, 
 
 
 @numba.njit(cache=True)
-def orthogonal_products(sampling, tilted, chosen, row, candidates):
+def orthogonal_products(
+    sampling: ComplexArray,
+    tilted: ComplexArray,
+    chosen: IntegerArray,
+    row: FloatArray,
+    candidates: int,
+) -> ComplexArray:
     """Inner products of exp(i k phase), k = 1 ... candidates, with one function.
 
     `sampling[k]` is the mean of exp(i k phase), `tilted[k]` of ramp * exp(i k phase), and `row`
@@ -798,7 +807,7 @@ MIX_BLOCK = 50
 
 
 @numba.njit(cache=True, fastmath=True)
-def mixed_down(values, frequency, center):
+def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
     """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
     blocks = values.size // MIX_BLOCK
     mixed = np.empty(blocks, dtype=np.complex128)

@@ -164,7 +164,9 @@ def analyze(
     with stage("spectrum"):
         spectrum_before = _spectrum(angle, recording.sample_rate)
     with stage("lines") as fraction:
-        removal = _removal(angle, table, recording, settings, channel, where, fraction)
+        removal = _removal(
+            angle, table, recording, settings, channel=channel, where=where, progress=fraction
+        )
         notes += removal.notes
     points, point_rate = removal.points, removal.point_rate
     _require_length(points, point_rate, recording, where)
@@ -273,6 +275,7 @@ def _removal(
     table: FloatArray | None,
     recording: Recording,
     settings: Settings,
+    *,
     channel: str,
     where: str,
     progress: Callable[[float], None],

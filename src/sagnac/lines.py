@@ -140,7 +140,13 @@ def remove_lines(
         found = 0
         if alpha is not None:
             orders = _new_orders(
-                residual, alpha, components, sample_rate, floor, threshold, beyond_earth_rate=first
+                residual,
+                alpha,
+                components,
+                sample_rate=sample_rate,
+                floor=floor,
+                threshold=threshold,
+                beyond_earth_rate=first,
             )
             if orders.size:
                 components = regression.joined(components, orders)
@@ -314,10 +320,10 @@ def _new_orders(
     residual: FloatArray,
     alpha: FloatArray,
     known: Components,
+    *,
     sample_rate: float,
     floor: FloatArray,
     threshold: float,
-    *,
     beyond_earth_rate: bool,
 ) -> Components:
     """Integer orders of table angle that stand above the floor and are not known yet.

@@ -187,7 +187,7 @@ def fit(
     for index in range(components.size):
         pair = slice(2 * index, 2 * index + 2)
         covariance[index, :2, :2] = inverse[pair, pair]
-    for row, index in enumerate(tuned, start=2 * components.size):
+    for row, index in enumerate(tuned.tolist(), start=2 * components.size):
         unit = 1.0 / span if index < angles else 1.0 / samples
         step = float(np.clip(solution[row], -1.0, 1.0)) * unit
         if index < angles:
