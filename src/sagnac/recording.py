@@ -26,10 +26,13 @@ LATE_STEPS: Final = 1.5
 # A run of one value is a stuck channel when it is this long, and this many times longer than
 # the tenth longest. A quantized quiet gyro repeats itself for long, but then it does so all
 # over the record (ten runs of noise differ by less than a factor of two or three in length),
-# while a channel that sticks does so once or a few times.
+# while a channel that sticks does so once or a few times. Of a channel that repeats itself nine
+# times out of ten anyway nothing can be said: an angle read out coarsely is a random walk over
+# its steps, and the stays of a walk have no typical length.
 STUCK_SAMPLES: Final = 100
 STUCK_RATIO: Final = 10.0
 STUCK_RANK: Final = 10
+STUCK_REPEATS: Final = 0.9
 
 # No gyro turns at 5000 deg/s for long, and none is stable to 1e-6 deg/h from sample to sample.
 FASTEST_RATE: Final = 5000.0 * DEGREE
@@ -410,7 +413,11 @@ def _stuck(recording: Recording, gyro: Channel) -> list[Finding]:
         else 0.0
     )
     whole = length == gyro.values.size
-    if not whole and (length < STUCK_SAMPLES or length <= STUCK_RATIO * usual):
+    # Share of repeats among the samples outside the longest run.
+    repeats = 1.0 if whole else 1.0 - (runs.size - 1) / (gyro.values.size - length)
+    if not whole and (
+        length < STUCK_SAMPLES or length <= STUCK_RATIO * usual or repeats > STUCK_REPEATS
+    ):
         return []
     if whole:
         return [

@@ -414,7 +414,7 @@ class _Builder:
         clock = _resolution(times)
         # Stamps are exact only to the last digit that was written, or that a float holds.
         slack = max(UNIFORM * step, 1e-9 * clock, 4.0 * float(np.spacing(times[-1])))
-        rate = _tidy(1.0 / step, (worst + slack) / float(times[-1]))
+        rate = _tidy(1.0 / step, (min(worst, clock) + slack) / float(times[-1]))
         if stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT:
             raise RecordingError(
                 f"{self.path}: time: the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is "

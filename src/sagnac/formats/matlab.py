@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import scipy.io
@@ -42,9 +42,12 @@ def open_source(path: Path) -> Source:
         If the file is not MATLAB or is cut off.
     """
     with path.open("rb") as stream:
-        if b"MATLAB 7.3" in stream.read(128):
-            return hdf5.open_source(path)
+        beginning = stream.read(128)
+    if b"MATLAB 7.3" in beginning:
+        return hdf5.open_source(path)
     with damaged(path, FORMAT):
+        if beginning.startswith(b"MATLAB 5"):
+            _check_whole(path)
         listing = scipy.io.whosmat(path)
         stated_names = [
             name
@@ -72,6 +75,29 @@ def open_source(path: Path) -> Source:
         load=load,
         stated=from_mapping(stated, str(path)),
     )
+
+
+def _check_whole(path: Path) -> None:
+    """Refuse a version 5 file that ends inside an element.
+
+    The file has no index: cut off, it reads as one with fewer variables. Each element says
+    its length in 8 bytes before it (MAT-File Format, "Data Element Format").
+
+    Raises
+    ------
+    ValueError
+        If the last element is not all there.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        stream.seek(126)
+        order: Literal["little", "big"] = "little" if stream.read(2) == b"IM" else "big"
+        position = 128
+        while position < size:
+            stream.seek(position + 4)
+            position += 8 + int.from_bytes(stream.read(4), order)
+    if position != size:
+        raise ValueError(f"{position - size} bytes are missing")
 
 
 def write(path: Path, out: Outgoing) -> None:
