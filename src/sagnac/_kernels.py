@@ -3,6 +3,8 @@
 # Compiled loops take their arrays by position.
 # ruff: noqa: PLR0917
 
+import math
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,514 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntegerArray = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]
+
+# --- stability: sums of squared differences of the accumulated angle -----------------------
+
+# Sums may be reordered into vector lanes, but a NaN stays a NaN and no division is guessed.
+_REORDER = {"reassoc", "contract"}
+_BLOCK = 4096
+
+
+@numba.njit(cache=True)
+def accumulate_deviations(values: FloatArray, mean: float) -> FloatArray:
+    """Running sum of ``values - mean`` from zero, (samples + 1,)."""
+    angle = np.empty(values.size + 1)
+    total = 0.0
+    angle[0] = 0.0
+    for i in range(values.size):
+        total += values[i] - mean
+        angle[i + 1] = total
+    return angle
+
+
+@numba.njit(cache=True)
+def subtract_ramp(values: FloatArray, slope: float, offset: float) -> FloatArray:
+    """``values[i] - slope * i - offset`` in that order, (samples,)."""
+    angle = np.empty(values.size)
+    for i in range(values.size):
+        angle[i] = (values[i] - slope * i) - offset
+    return angle
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_second_differences(angle: FloatArray, lags: IntegerArray) -> FloatArray:
+    """Sum of ``(x[i + 2 lag] - 2 x[i + lag] + x[i])**2`` over every i, for each lag.
+
+    Blocks of starts go through all lags while they are in cache, and a fresh sum for each
+    block keeps the rounding error from growing with the record.
+    """
+    sums = np.zeros(lags.size)
+    for start in range(0, angle.size, _BLOCK):
+        for j in range(lags.size):
+            lag = lags[j]
+            count = min(_BLOCK, angle.size - 2 * lag - start)
+            if count <= 0:
+                continue
+            # Slices counted from zero let the loop run in vector lanes.
+            first = angle[start : start + count]
+            middle = angle[start + lag : start + lag + count]
+            last = angle[start + 2 * lag : start + 2 * lag + count]
+            partial = 0.0
+            for k in range(count):
+                difference = (last[k] - middle[k]) - (middle[k] - first[k])
+                partial += difference * difference
+            sums[j] += partial
+    return sums
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_third_differences(angle: FloatArray, lags: IntegerArray) -> FloatArray:
+    """As `sum_squared_second_differences`, of ``x[i+3 lag] - 3 x[i+2 lag] + 3 x[i+lag] - x[i]``."""
+    sums = np.zeros(lags.size)
+    for start in range(0, angle.size, _BLOCK):
+        for j in range(lags.size):
+            lag = lags[j]
+            count = min(_BLOCK, angle.size - 3 * lag - start)
+            if count <= 0:
+                continue
+            first = angle[start : start + count]
+            second = angle[start + lag : start + lag + count]
+            third = angle[start + 2 * lag : start + 2 * lag + count]
+            fourth = angle[start + 3 * lag : start + 3 * lag + count]
+            partial = 0.0
+            for k in range(count):
+                difference = (fourth[k] - first[k]) - 3.0 * (third[k] - second[k])
+                partial += difference * difference
+            sums[j] += partial
+    return sums
+
+
+@numba.njit(cache=True)
+def _window_difference(angle: FloatArray, lag: int, start: int) -> float:
+    """``sum_{i=start}^{start+lag-1} (x[i + 2 lag] - 2 x[i + lag] + x[i])``."""
+    window = 0.0
+    for i in range(start, start + lag):
+        window += (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
+    return window
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_window_differences(angle: FloatArray, lags: IntegerArray) -> FloatArray:
+    """Sum over j of the square of ``sum_{i=j}^{j+lag-1} (x[i+2lag] - 2 x[i+lag] + x[i])``.
+
+    The inner sum moves along by one third difference a step. A step waits for the one before
+    it, so each block is run as four chains side by side from zero; what the window held at
+    the head of a chain is put in afterwards: sum (w + s_k)^2 = n w^2 + 2 w sum s_k + sum s_k^2.
+    """
+    sums = np.zeros(lags.size)
+    windows = np.empty(lags.size)
+    for j in range(lags.size):
+        windows[j] = _window_difference(angle, lags[j], 0)
+        sums[j] = windows[j] ** 2
+    steps = np.empty(_BLOCK)
+    for start in range(0, angle.size, _BLOCK):
+        for j in range(lags.size):
+            lag = lags[j]
+            count = min(_BLOCK, angle.size - 3 * lag - start)
+            if count <= 0:
+                continue
+            first = angle[start : start + count]
+            second = angle[start + lag : start + lag + count]
+            third = angle[start + 2 * lag : start + 2 * lag + count]
+            fourth = angle[start + 3 * lag : start + 3 * lag + count]
+            for k in range(count):
+                steps[k] = (fourth[k] - first[k]) - 3.0 * (third[k] - second[k])
+            length = count // 4
+            steps_1, steps_2, steps_3 = steps[length:], steps[2 * length :], steps[3 * length :]
+            s_0, s_1, s_2, s_3 = 0.0, 0.0, 0.0, 0.0
+            line_0, line_1, line_2, line_3 = 0.0, 0.0, 0.0, 0.0
+            square_0, square_1, square_2, square_3 = 0.0, 0.0, 0.0, 0.0
+            for k in range(length):
+                s_0 += steps[k]
+                s_1 += steps_1[k]
+                s_2 += steps_2[k]
+                s_3 += steps_3[k]
+                line_0 += s_0
+                line_1 += s_1
+                line_2 += s_2
+                line_3 += s_3
+                square_0 += s_0 * s_0
+                square_1 += s_1 * s_1
+                square_2 += s_2 * s_2
+                square_3 += s_3 * s_3
+            window = windows[j]
+            partial = square_0 + square_1 + square_2 + square_3
+            for total, line in ((s_0, line_0), (s_1, line_1), (s_2, line_2), (s_3, line_3)):
+                partial += window * (length * window + 2.0 * line)
+                window += total
+            for k in range(4 * length, count):
+                window += steps[k]
+                partial += window * window
+            windows[j] = window
+            sums[j] += partial
+    return sums
+
+
+@numba.njit(cache=True)
+def sum_squared_differences_with_gaps(
+    angle: FloatArray,
+    absent_before: IntegerArray,
+    breaks_before: IntegerArray,
+    lag: int,
+    order: int,
+    stride: int,
+) -> tuple[float, int]:
+    """Sum and number of the squared differences that touch no gap.
+
+    ``absent_before[i]`` counts missing angles among the first i, ``breaks_before[i]`` the
+    breaks of the accumulated angle before sample i; `order` is 2 or 3.
+    """
+    total = 0.0
+    terms = 0
+    for i in range(0, angle.size - order * lag, stride):
+        last = i + order * lag
+        if breaks_before[last] != breaks_before[i]:
+            continue
+        whole = True
+        for k in range(i, last + 1, lag):
+            whole = whole and absent_before[k + 1] == absent_before[k]
+        if not whole:
+            continue
+        if order == 2:
+            difference = (angle[last] - angle[i + lag]) - (angle[i + lag] - angle[i])
+        else:
+            difference = (angle[last] - angle[i]) - 3.0 * (angle[i + 2 * lag] - angle[i + lag])
+        total += difference * difference
+        terms += 1
+    return total, terms
+
+
+@numba.njit(cache=True)
+def sum_squared_window_differences_with_gaps(
+    angle: FloatArray, absent_before: IntegerArray, breaks_before: IntegerArray, lag: int
+) -> tuple[float, int]:
+    """As `sum_squared_window_differences`, over the windows of 3 lag samples free of gaps."""
+    total = 0.0
+    terms = 0
+    fresh = True
+    window = 0.0
+    for j in range(angle.size - 3 * lag + 1):
+        last = j + 3 * lag - 1
+        if breaks_before[last] != breaks_before[j] or absent_before[last + 1] != absent_before[j]:
+            fresh = True
+            continue
+        if fresh:
+            window = _window_difference(angle, lag, j)
+            fresh = False
+        else:
+            window += (angle[last] - angle[j - 1]) - 3.0 * (
+                angle[j + 2 * lag - 1] - angle[j + lag - 1]
+            )
+        total += window * window
+        terms += 1
+    return total, terms
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_reflected_differences(angle: FloatArray, lags: IntegerArray) -> FloatArray:
+    """Sum of squared second differences centred on every inner sample, for each lag.
+
+    Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``,
+    reached by its index and never stored.
+    """
+    sums = sum_squared_second_differences(angle, lags)
+    last = angle.size - 1
+    for j in range(lags.size):
+        lag = lags[j]
+        right = last - lag  # last centre whose right arm stays inside
+        for i in range(1, min(lag, right + 1)):
+            difference = 2.0 * (angle[0] - angle[i]) + (angle[i + lag] - angle[lag - i])
+            sums[j] += difference * difference
+        for i in range(max(right + 1, 1), lag):
+            difference = 2.0 * (angle[0] + angle[last] - angle[i]) - (
+                angle[lag - i] + angle[2 * last - i - lag]
+            )
+            sums[j] += difference * difference
+        for i in range(max(lag, right + 1), last):
+            difference = 2.0 * (angle[last] - angle[i]) - (
+                angle[2 * last - i - lag] - angle[i - lag]
+            )
+            sums[j] += difference * difference
+    return sums
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
+    """Sum over windows of 3 lag samples of the mean square of the modified total term.
+
+    Each window loses its half-average slope, is extended on both sides by its mirror image,
+    and gives 6 lag squared second differences of lag-averages. The extension repeats every
+    6 lag samples, so its running sum P from a zero mean is odd about both window ends, the
+    summed second difference is a third difference of P, and it is symmetric about two points
+    half a period apart: half a period is enough.
+    """
+    width = 3 * lag
+    half = width // 2
+    reach = width // 2  # j runs over -reach..reach
+    slope_span = 0.5 * (width + width % 2)
+    running = np.empty(2 * width + 1)  # P at -reach .. width + reach
+    total = 0.0
+    for start in range(0, angle.size - width + 1, stride):
+        window = angle[start : start + width]
+        origin = window[half]
+        first_mean = 0.0
+        for i in range(half):
+            first_mean += window[i] - origin
+        last_mean = 0.0
+        for i in range(width - half, width):
+            last_mean += window[i] - origin
+        slope = (last_mean - first_mean) / (half * slope_span)
+        mean = 0.0
+        for i in range(width):
+            mean += (window[i] - origin) - slope * i
+        mean /= width
+        inside = running[reach : reach + width + 1]
+        summed = 0.0
+        inside[0] = 0.0
+        for i in range(width):
+            summed += (window[i] - origin) - slope * i - mean
+            inside[i + 1] = summed
+        for k in range(1, reach + 1):
+            running[reach - k] = -inside[k]
+            running[reach + width + k] = -inside[width - k]
+        squares = 0.0
+        second, third, fourth = running[lag:], running[2 * lag :], running[3 * lag :]
+        for j in range(2 * reach + 1):
+            difference = (fourth[j] - running[j]) - 3.0 * (third[j] - second[j])
+            squares += difference * difference
+        if width % 2 == 0:
+            # The two points of symmetry themselves occur once in the period, the rest twice.
+            for j in (0, 2 * reach):
+                difference = (fourth[j] - running[j]) - 3.0 * (third[j] - second[j])
+                squares -= 0.5 * difference * difference
+        total += squares / width
+    return total
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_theo1_terms(angle: FloatArray, span: int, stride: int) -> float:
+    """Sum over starts i of ``sum_v ((x[i] - x[i+v]) + (x[i+span] - x[i+span-v]))**2 / v``.
+
+    v runs from 1 to span/2 and is m/2 - delta of the definition.
+    """
+    half = span // 2
+    weights = np.empty(half)
+    for v in range(half):
+        weights[v] = 1.0 / (v + 1)
+    mirrored = angle[::-1].copy()  # read forwards, so that the loop runs in vector lanes
+    total = 0.0
+    for i in range(0, angle.size - span, stride):
+        ends = angle[i] + angle[i + span]
+        rising = angle[i + 1 : i + 1 + half]
+        begin = angle.size - i - span
+        falling = mirrored[begin : begin + half]
+        partial = 0.0
+        for v in range(half):
+            difference = ends - (rising[v] + falling[v])
+            partial += weights[v] * difference * difference
+        total += partial
+    return total
+
+
+@numba.njit(cache=True)
+def lag_one_order(
+    angle: FloatArray, starts: IntegerArray, counts: IntegerArray, cluster: int, maximum_order: int
+) -> float:
+    """Differences needed plus fractional order, from pooled lag-1 autocorrelation.
+
+    Stretches begin at `starts` and hold `counts` samples `cluster` apart. Each loses its own
+    parabola; the whole is differenced until ``r1 / (1 + r1) < 1/4``. NaN for a constant.
+    """
+    longest = 0
+    for b in range(starts.size):
+        longest = max(longest, counts[b])
+    stretches = np.empty((starts.size, longest))
+    for b in range(starts.size):
+        n = counts[b]
+        row = stretches[b]
+        centre = 0.5 * (n - 1)
+        curvature_centre = (n * n - 1.0) / 12.0
+        for k in range(n):
+            row[k] = angle[starts[b] + k * cluster] - angle[starts[b]]
+        constant, ramp, parabola, ramp_norm, parabola_norm = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(n):
+            t = k - centre
+            q = t * t - curvature_centre
+            constant += row[k]
+            ramp += t * row[k]
+            parabola += q * row[k]
+            ramp_norm += t * t
+            parabola_norm += q * q
+        constant /= n
+        ramp /= ramp_norm
+        parabola /= parabola_norm
+        for k in range(n):
+            t = k - centre
+            row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
+    for order in range(maximum_order + 1):
+        product = 0.0
+        square = 0.0
+        for b in range(starts.size):
+            n = counts[b] - order
+            row = stretches[b]
+            mean = 0.0
+            for k in range(n):
+                mean += row[k]
+            mean /= n
+            for k in range(n - 1):
+                product += (row[k] - mean) * (row[k + 1] - mean)
+                square += (row[k] - mean) ** 2
+            square += (row[n - 1] - mean) ** 2
+        if square == 0.0:
+            return np.nan
+        correlation = product / square
+        fraction = correlation / (1.0 + correlation)
+        if fraction < 0.25 or order == maximum_order:
+            return order + fraction
+        for b in range(starts.size):
+            row = stretches[b]
+            for k in range(counts[b] - order - 1):
+                row[k] = row[k + 1] - row[k]
+    return np.nan
+
+
+# --- stability: Greenhall-Riley equivalent degrees of freedom ------------------------------
+
+
+@numba.njit(cache=True)
+def _power_law_structure(t: float, alpha: int) -> float:
+    """s_w(t): generalized autocovariance of the continuous angle noise, up to a factor."""
+    t = abs(t)
+    if t == 0.0:
+        return 0.0
+    power = t ** (3 - alpha)
+    if alpha in (2, 0, -2, -4):
+        return -power if alpha in (2, -2) else power
+    return power * math.log(t) if alpha in (1, -3) else -power * math.log(t)
+
+
+@numba.njit(cache=True)
+def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
+    """s_x(t) = F^2 (2 s_w(t) - s_w(t - 1/F) - s_w(t + 1/F)).
+
+    Away from zero the second difference is written out, so that a cluster of a million
+    samples costs no digits. F may be infinite for alpha <= 0: the second derivative.
+    """
+    t = abs(t)
+    h = 1.0 / filter_factor
+    if t == 0.0 and h == 0.0:
+        return 0.0
+    if t < h:
+        return (
+            2.0 * _power_law_structure(t, alpha)
+            - _power_law_structure(t - h, alpha)
+            - _power_law_structure(t + h, alpha)
+        ) / (h * h)
+    if alpha == 2:
+        return 0.0
+    if alpha == 0:
+        return -6.0 * t
+    if alpha == -2:
+        return 20.0 * t**3 + 10.0 * t * h * h
+    if alpha == -4:
+        return -(42.0 * t**5 + 70.0 * t**3 * h**2 + 14.0 * t * h**4)
+    u = h / t
+    power = 3 - alpha
+    if alpha == 1:
+        even = 2.0
+    elif alpha == -1:
+        even = 12.0 + 2.0 * u**2
+    else:
+        even = 30.0 + 30.0 * u**2 + 2.0 * u**4
+    if u < 1e-4:
+        odd = 2.0 * power - 1.0
+    elif u < 1.0:
+        odd = (1.0 + u) ** power * math.log1p(u) + (1.0 - u) ** power * math.log1p(-u)
+        odd /= u * u
+    else:
+        odd = 2.0**power * math.log(2.0)
+    value = t ** (power - 2) * (even * math.log(t) + odd)
+    return value if alpha == -1 else -value
+
+
+@numba.njit(cache=True)
+def difference_covariance(t: float, filter_factor: float, alpha: int, order: int) -> float:
+    """s_z(t): covariance of the order-th differences, from binomials of s_x."""
+    if order == 2:
+        return (
+            6.0 * _filtered_structure(t, filter_factor, alpha)
+            - 4.0
+            * (
+                _filtered_structure(t - 1.0, filter_factor, alpha)
+                + _filtered_structure(t + 1.0, filter_factor, alpha)
+            )
+            + _filtered_structure(t - 2.0, filter_factor, alpha)
+            + _filtered_structure(t + 2.0, filter_factor, alpha)
+        )
+    return (
+        20.0 * _filtered_structure(t, filter_factor, alpha)
+        - 15.0
+        * (
+            _filtered_structure(t - 1.0, filter_factor, alpha)
+            + _filtered_structure(t + 1.0, filter_factor, alpha)
+        )
+        + 6.0
+        * (
+            _filtered_structure(t - 2.0, filter_factor, alpha)
+            + _filtered_structure(t + 2.0, filter_factor, alpha)
+        )
+        - _filtered_structure(t - 3.0, filter_factor, alpha)
+        - _filtered_structure(t + 3.0, filter_factor, alpha)
+    )
+
+
+@numba.njit(cache=True)
+def inverse_degrees_of_freedom(
+    terms: int,
+    steps: int,
+    filter_factor: float,
+    alpha: int,
+    order: int,
+    nodes: FloatArray,
+    weights: FloatArray,
+) -> float:
+    """1/edf of a mean of `terms` squared differences, `steps` of them to one cluster.
+
+    ``(1/M) (1 + 2 sum_j (1 - j/M) (s_z(j/S)/s_z(0))**2)`` over j < min(M, (d+1) S). Between
+    whole clusters, where s_z is smooth, far lags are summed by Gauss-Legendre panels (`nodes`
+    and `weights` on [-1, 1]) that double in width away from each whole cluster.
+    """
+    direct = 64
+    lags = min(terms, (order + 1) * steps)
+    total = 0.0
+    for knot in range(0, lags, steps):
+        left = knot
+        right = min(knot + steps, lags)  # summed over left <= j < right
+        middle = (left + right) // 2
+        for side in range(2):
+            origin = left if side == 0 else right - 1
+            length = middle - left if side == 0 else right - middle
+            sign = 1 if side == 0 else -1
+            near = min(direct, length)
+            for k in range(near):
+                j = origin + sign * k
+                if j > 0:
+                    share = difference_covariance(j / steps, filter_factor, alpha, order)
+                    total += (1.0 - j / terms) * share * share
+            begin = near
+            while begin < length:
+                end = min(2 * begin, length)
+                # The sum over whole j from begin to end - 1 is the integral half a step wider.
+                half_width = 0.5 * (end - begin)
+                centre = 0.5 * (begin + end) - 0.5
+                for node in range(nodes.size):
+                    j = origin + sign * (centre + half_width * nodes[node])
+                    share = difference_covariance(j / steps, filter_factor, alpha, order)
+                    total += weights[node] * half_width * (1.0 - j / terms) * share * share
+                begin = end
+    variance = difference_covariance(0.0, filter_factor, alpha, order)
+    return (1.0 + 2.0 * total / (variance * variance)) / terms
+
 
 # --- tones and harmonics -------------------------------------------------------------------
 
@@ -64,6 +574,32 @@ def fill_harmonics(
         for n in range(count):
             rows[2 * j, n] = real[n]
             rows[2 * j + 1, n] = imaginary[n]
+
+
+MIX_BLOCK = 50
+
+
+@numba.njit(cache=True, fastmath=True)
+def mixed_down(values, frequency, center):
+    """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
+    blocks = values.size // MIX_BLOCK
+    mixed = np.empty(blocks, dtype=np.complex128)
+    fine_cos = np.empty(MIX_BLOCK)
+    fine_sin = np.empty(MIX_BLOCK)
+    for b in range(MIX_BLOCK):
+        fine_cos[b] = np.cos(2.0 * np.pi * frequency * b)
+        fine_sin[b] = np.sin(2.0 * np.pi * frequency * b)
+    for a in range(blocks):
+        real = 0.0
+        imaginary = 0.0
+        for b in range(MIX_BLOCK):
+            value = values[a * MIX_BLOCK + b]
+            real += value * fine_cos[b]
+            imaginary -= value * fine_sin[b]
+        turns = frequency * (a * MIX_BLOCK - center)
+        turns -= np.floor(turns)
+        mixed[a] = (real + 1j * imaginary) * np.exp(-2j * np.pi * turns) / MIX_BLOCK
+    return mixed
 
 
 # --- simulated rig ---------------------------------------------------------------------------
@@ -359,474 +895,6 @@ def orthogonal_products(
         for m in range(other, candidates):
             products[m] += down * sampling[m - other]
     return products
-
-
-# --- stability: sums of squared differences of the accumulated angle -----------------------
-
-# Sums may be reordered into vector lanes, but a NaN stays a NaN and no division is guessed.
-_REORDER = {"reassoc", "contract"}
-
-
-@numba.njit(cache=True)
-def accumulate_deviations(values: FloatArray, mean: float) -> FloatArray:
-    """Running sum of ``values - mean`` from zero, (samples + 1,)."""
-    angle = np.empty(values.size + 1)
-    total = 0.0
-    angle[0] = 0.0
-    for i in range(values.size):
-        total += values[i] - mean
-        angle[i + 1] = total
-    return angle
-
-
-@numba.njit(cache=True)
-def subtract_ramp(values: FloatArray, slope: float, offset: float) -> FloatArray:
-    """``values[i] - slope * i - offset`` in that order, (samples,)."""
-    angle = np.empty(values.size)
-    for i in range(values.size):
-        angle[i] = (values[i] - slope * i) - offset
-    return angle
-
-
-@numba.njit(cache=True, fastmath=_REORDER)
-def sum_squared_second_differences(angle: FloatArray, lag: int) -> float:
-    """Sum of ``(x[i + 2 lag] - 2 x[i + lag] + x[i])**2`` over every i."""
-    block = 8192
-    terms = angle.size - 2 * lag
-    total = 0.0
-    for start in range(0, terms, block):
-        # A fresh sum for each block keeps the rounding error from growing with the record.
-        partial = 0.0
-        for i in range(start, min(start + block, terms)):
-            difference = (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
-            partial += difference * difference
-        total += partial
-    return total
-
-
-@numba.njit(cache=True, fastmath=_REORDER)
-def sum_squared_third_differences(angle: FloatArray, lag: int) -> float:
-    """Sum of ``(x[i + 3 lag] - 3 x[i + 2 lag] + 3 x[i + lag] - x[i])**2`` over every i."""
-    block = 8192
-    terms = angle.size - 3 * lag
-    total = 0.0
-    for start in range(0, terms, block):
-        partial = 0.0
-        for i in range(start, min(start + block, terms)):
-            difference = (angle[i + 3 * lag] - angle[i]) - 3.0 * (
-                angle[i + 2 * lag] - angle[i + lag]
-            )
-            partial += difference * difference
-        total += partial
-    return total
-
-
-@numba.njit(cache=True)
-def sum_squared_window_differences(angle: FloatArray, lag: int) -> float:
-    """Sum over j of the square of ``sum_{i=j}^{j+lag-1} (x[i+2lag] - 2 x[i+lag] + x[i])``.
-
-    The inner sum moves along by one third difference a step.
-    """
-    block = 8192
-    terms = angle.size - 3 * lag + 1
-    window = 0.0
-    for i in range(lag):
-        window += (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
-    total = window * window
-    for start in range(0, terms - 1, block):
-        partial = 0.0
-        for j in range(start, min(start + block, terms - 1)):
-            window += (angle[j + 3 * lag] - angle[j]) - 3.0 * (angle[j + 2 * lag] - angle[j + lag])
-            partial += window * window
-        total += partial
-    return total
-
-
-@numba.njit(cache=True)
-def sum_squared_differences_with_gaps(
-    angle: FloatArray,
-    absent_before: IntegerArray,
-    breaks_before: IntegerArray,
-    lag: int,
-    order: int,
-    stride: int,
-) -> tuple[float, int]:
-    """Sum and number of the squared differences that touch no gap.
-
-    ``absent_before[i]`` counts missing angles among the first i, ``breaks_before[i]`` the
-    breaks of the accumulated angle before sample i; `order` is 2 or 3.
-    """
-    total = 0.0
-    terms = 0
-    for i in range(0, angle.size - order * lag, stride):
-        last = i + order * lag
-        if breaks_before[last] != breaks_before[i]:
-            continue
-        whole = True
-        for k in range(i, last + 1, lag):
-            whole = whole and absent_before[k + 1] == absent_before[k]
-        if not whole:
-            continue
-        if order == 2:
-            difference = (angle[last] - angle[i + lag]) - (angle[i + lag] - angle[i])
-        else:
-            difference = (angle[last] - angle[i]) - 3.0 * (angle[i + 2 * lag] - angle[i + lag])
-        total += difference * difference
-        terms += 1
-    return total, terms
-
-
-@numba.njit(cache=True)
-def sum_squared_window_differences_with_gaps(
-    angle: FloatArray, absent_before: IntegerArray, breaks_before: IntegerArray, lag: int
-) -> tuple[float, int]:
-    """As `sum_squared_window_differences`, over the windows of 3 lag samples free of gaps."""
-    total = 0.0
-    terms = 0
-    fresh = True
-    window = 0.0
-    for j in range(angle.size - 3 * lag + 1):
-        last = j + 3 * lag - 1
-        if breaks_before[last] != breaks_before[j] or absent_before[last + 1] != absent_before[j]:
-            fresh = True
-            continue
-        if fresh:
-            window = 0.0
-            for i in range(j, j + lag):
-                window += (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
-            fresh = False
-        else:
-            window += (angle[last] - angle[j - 1]) - 3.0 * (
-                angle[j + 2 * lag - 1] - angle[j + lag - 1]
-            )
-        total += window * window
-        terms += 1
-    return total, terms
-
-
-@numba.njit(cache=True, fastmath=_REORDER)
-def sum_squared_reflected_differences(angle: FloatArray, lag: int) -> float:
-    """Sum of squared second differences of lag `lag` centred on every inner sample.
-
-    Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``,
-    reached by its index and never stored.
-    """
-    last = angle.size - 1
-    left = min(lag, last)  # first centre whose left arm stays inside
-    right = max(last - lag, 0)  # last centre whose right arm stays inside
-    total = 0.0
-    for i in range(1, min(left, right + 1)):
-        difference = 2.0 * (angle[0] - angle[i]) + (angle[i + lag] - angle[lag - i])
-        total += difference * difference
-    for start in range(left, right + 1, 8192):
-        partial = 0.0
-        for i in range(start, min(start + 8192, right + 1)):
-            difference = (angle[i + lag] - angle[i]) - (angle[i] - angle[i - lag])
-            partial += difference * difference
-        total += partial
-    for i in range(max(right + 1, 1), left):
-        difference = 2.0 * (angle[0] + angle[last] - angle[i]) - (
-            angle[lag - i] + angle[2 * last - i - lag]
-        )
-        total += difference * difference
-    for i in range(max(left, right + 1), last):
-        difference = 2.0 * (angle[last] - angle[i]) - (angle[2 * last - i - lag] - angle[i - lag])
-        total += difference * difference
-    return total
-
-
-@numba.njit(cache=True, fastmath=_REORDER)
-def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
-    """Sum over windows of 3 lag samples of the mean square of the modified total term.
-
-    Each window loses its half-average slope, is extended on both sides by its mirror image,
-    and gives 6 lag squared second differences of lag-averages. The extension repeats every
-    6 lag samples, so its running sum P from a zero mean is odd about both window ends, the
-    summed second difference is a third difference of P, and it is symmetric about two points
-    half a period apart: half a period is enough.
-    """
-    width = 3 * lag
-    half = width // 2
-    reach = width // 2  # j runs over -reach..reach
-    slope_span = 0.5 * (width + width % 2)
-    running = np.empty(2 * width + 1)  # P at -reach .. width + reach
-    total = 0.0
-    for start in range(0, angle.size - width + 1, stride):
-        first_mean = 0.0
-        last_mean = 0.0
-        for i in range(half):
-            first_mean += angle[start + i] - angle[start]
-            last_mean += angle[start + width - half + i] - angle[start]
-        slope = (last_mean - first_mean) / (half * slope_span) if half > 0 else 0.0
-        mean = 0.0
-        for i in range(width):
-            mean += (angle[start + i] - angle[start]) - slope * i
-        mean /= width
-        inside = running[reach : reach + width + 1]
-        summed = 0.0
-        inside[0] = 0.0
-        for i in range(width):
-            summed += (angle[start + i] - angle[start]) - slope * i - mean
-            inside[i + 1] = summed
-        for k in range(1, reach + 1):
-            running[reach - k] = -inside[k]
-            running[reach + width + k] = -inside[width - k]
-        squares = 0.0
-        for j in range(2 * reach + 1):
-            difference = (running[j + 3 * lag] - running[j]) - 3.0 * (
-                running[j + 2 * lag] - running[j + lag]
-            )
-            squares += difference * difference
-        if width % 2 == 0:
-            # The two points of symmetry themselves occur once in the period, the rest twice.
-            for j in (0, 2 * reach):
-                difference = (running[j + 3 * lag] - running[j]) - 3.0 * (
-                    running[j + 2 * lag] - running[j + lag]
-                )
-                squares -= 0.5 * difference * difference
-        total += squares / width
-    return total
-
-
-@numba.njit(cache=True, fastmath=_REORDER)
-def sum_theo1_terms(angle: FloatArray, span: int, stride: int) -> float:
-    """Sum over starts i of ``sum_v ((x[i] - x[i+v]) + (x[i+span] - x[i+span-v]))**2 / v``.
-
-    v runs from 1 to span/2 and is m/2 - delta of the definition.
-    """
-    half = span // 2
-    weights = np.empty(half)
-    for v in range(half):
-        weights[v] = 1.0 / (v + 1)
-    total = 0.0
-    for i in range(0, angle.size - span, stride):
-        ends = angle[i] + angle[i + span]
-        partial = 0.0
-        for v in range(half):
-            difference = ends - (angle[i + v + 1] + angle[i + span - v - 1])
-            partial += weights[v] * difference * difference
-        total += partial
-    return total
-
-
-@numba.njit(cache=True)
-def lag_one_order(
-    angle: FloatArray, starts: IntegerArray, counts: IntegerArray, cluster: int, maximum_order: int
-) -> float:
-    """Differences needed plus fractional order, from pooled lag-1 autocorrelation.
-
-    Stretches begin at `starts` and hold `counts` samples `cluster` apart. Each loses its own
-    parabola; the whole is differenced until ``r1 / (1 + r1) < 1/4``. NaN for a constant.
-    """
-    longest = 0
-    for b in range(starts.size):
-        longest = max(longest, counts[b])
-    stretches = np.empty((starts.size, longest))
-    for b in range(starts.size):
-        n = counts[b]
-        row = stretches[b]
-        centre = 0.5 * (n - 1)
-        curvature_centre = (n * n - 1.0) / 12.0
-        for k in range(n):
-            row[k] = angle[starts[b] + k * cluster] - angle[starts[b]]
-        constant, ramp, parabola, ramp_norm, parabola_norm = 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(n):
-            t = k - centre
-            q = t * t - curvature_centre
-            constant += row[k]
-            ramp += t * row[k]
-            parabola += q * row[k]
-            ramp_norm += t * t
-            parabola_norm += q * q
-        constant /= n
-        ramp /= ramp_norm
-        parabola /= parabola_norm
-        for k in range(n):
-            t = k - centre
-            row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
-    for order in range(maximum_order + 1):
-        product = 0.0
-        square = 0.0
-        for b in range(starts.size):
-            n = counts[b] - order
-            row = stretches[b]
-            mean = 0.0
-            for k in range(n):
-                mean += row[k]
-            mean /= n
-            for k in range(n - 1):
-                product += (row[k] - mean) * (row[k + 1] - mean)
-                square += (row[k] - mean) ** 2
-            square += (row[n - 1] - mean) ** 2
-        if square == 0.0:
-            return np.nan
-        correlation = product / square
-        fraction = correlation / (1.0 + correlation)
-        if fraction < 0.25 or order == maximum_order:
-            return order + fraction
-        for b in range(starts.size):
-            row = stretches[b]
-            for k in range(counts[b] - order - 1):
-                row[k] = row[k + 1] - row[k]
-    return np.nan
-
-
-# --- stability: Greenhall-Riley equivalent degrees of freedom ------------------------------
-
-
-@numba.njit(cache=True)
-def _power_law_structure(t: float, alpha: int) -> float:
-    """s_w(t): generalized autocovariance of the continuous angle noise, up to a factor."""
-    t = abs(t)
-    if t == 0.0:
-        return 0.0
-    power = t ** (3 - alpha)
-    if alpha in (2, 0, -2, -4):
-        return -power if alpha in (2, -2) else power
-    return power * np.log(t) if alpha in (1, -3) else -power * np.log(t)
-
-
-@numba.njit(cache=True)
-def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
-    """s_x(t) = F^2 (2 s_w(t) - s_w(t - 1/F) - s_w(t + 1/F)).
-
-    Away from zero the second difference is written out, so that a cluster of a million
-    samples costs no digits.
-    """
-    t = abs(t)
-    h = 1.0 / filter_factor
-    if t < h:
-        return (
-            2.0 * _power_law_structure(t, alpha)
-            - _power_law_structure(t - h, alpha)
-            - _power_law_structure(t + h, alpha)
-        ) / (h * h)
-    if alpha == 2:
-        return 0.0
-    if alpha == 0:
-        return -6.0 * t
-    if alpha == -2:
-        return 20.0 * t**3 + 10.0 * t * h * h
-    if alpha == -4:
-        return -(42.0 * t**5 + 70.0 * t**3 * h**2 + 14.0 * t * h**4)
-    u = h / t
-    power = 3 - alpha
-    if alpha == 1:
-        even = 2.0
-    elif alpha == -1:
-        even = 12.0 + 2.0 * u**2
-    else:
-        even = 30.0 + 30.0 * u**2 + 2.0 * u**4
-    odd = (1.0 + u) ** power * np.log1p(u)
-    if u < 1.0:
-        odd += (1.0 - u) ** power * np.log1p(-u)
-    value = t ** (power - 2) * (even * np.log(t) + odd / (u * u))
-    return value if alpha == -1 else -value
-
-
-@numba.njit(cache=True)
-def difference_covariance(t: float, filter_factor: float, alpha: int, order: int) -> float:
-    """s_z(t): covariance of the order-th differences, from binomials of s_x."""
-    if order == 2:
-        return (
-            6.0 * _filtered_structure(t, filter_factor, alpha)
-            - 4.0
-            * (
-                _filtered_structure(t - 1.0, filter_factor, alpha)
-                + _filtered_structure(t + 1.0, filter_factor, alpha)
-            )
-            + _filtered_structure(t - 2.0, filter_factor, alpha)
-            + _filtered_structure(t + 2.0, filter_factor, alpha)
-        )
-    return (
-        20.0 * _filtered_structure(t, filter_factor, alpha)
-        - 15.0
-        * (
-            _filtered_structure(t - 1.0, filter_factor, alpha)
-            + _filtered_structure(t + 1.0, filter_factor, alpha)
-        )
-        + 6.0
-        * (
-            _filtered_structure(t - 2.0, filter_factor, alpha)
-            + _filtered_structure(t + 2.0, filter_factor, alpha)
-        )
-        - _filtered_structure(t - 3.0, filter_factor, alpha)
-        - _filtered_structure(t + 3.0, filter_factor, alpha)
-    )
-
-
-@numba.njit(cache=True)
-def inverse_degrees_of_freedom(
-    terms: int,
-    steps: int,
-    filter_factor: float,
-    alpha: int,
-    order: int,
-    nodes: FloatArray,
-    weights: FloatArray,
-) -> float:
-    """1/edf of a mean of `terms` squared differences, `steps` of them to one cluster.
-
-    ``(1/M) (1 + 2 sum_j (1 - j/M) (s_z(j/S)/s_z(0))**2)`` over j < min(M, (d+1) S). Between
-    whole clusters, where s_z is smooth, far lags are summed by Gauss-Legendre panels (`nodes`
-    and `weights` on [-1, 1]) that double in width away from each whole cluster.
-    """
-    direct = 64
-    lags = min(terms, (order + 1) * steps)
-    total = 0.0
-    for knot in range(0, lags, steps):
-        left = knot
-        right = min(knot + steps, lags)  # summed over left <= j < right
-        middle = (left + right) // 2
-        for side in range(2):
-            origin = left if side == 0 else right - 1
-            length = middle - left if side == 0 else right - middle
-            sign = 1 if side == 0 else -1
-            near = min(direct, length)
-            for k in range(near):
-                j = origin + sign * k
-                if j > 0:
-                    share = difference_covariance(j / steps, filter_factor, alpha, order)
-                    total += (1.0 - j / terms) * share * share
-            begin = near
-            while begin < length:
-                end = min(2 * begin, length)
-                # The sum over whole j from begin to end - 1 is the integral half a step wider.
-                half_width = 0.5 * (end - begin)
-                centre = 0.5 * (begin + end) - 0.5
-                for node in range(nodes.size):
-                    j = origin + sign * (centre + half_width * nodes[node])
-                    share = difference_covariance(j / steps, filter_factor, alpha, order)
-                    total += weights[node] * half_width * (1.0 - j / terms) * share * share
-                begin = end
-    variance = difference_covariance(0.0, filter_factor, alpha, order)
-    return (1.0 + 2.0 * total / (variance * variance)) / terms
-
-
-MIX_BLOCK = 50
-
-
-@numba.njit(cache=True, fastmath=True)
-def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
-    """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
-    blocks = values.size // MIX_BLOCK
-    mixed = np.empty(blocks, dtype=np.complex128)
-    fine_cos = np.empty(MIX_BLOCK)
-    fine_sin = np.empty(MIX_BLOCK)
-    for b in range(MIX_BLOCK):
-        fine_cos[b] = np.cos(2.0 * np.pi * frequency * b)
-        fine_sin[b] = np.sin(2.0 * np.pi * frequency * b)
-    for a in range(blocks):
-        real = 0.0
-        imaginary = 0.0
-        for b in range(MIX_BLOCK):
-            value = values[a * MIX_BLOCK + b]
-            real += value * fine_cos[b]
-            imaginary -= value * fine_sin[b]
-        turns = frequency * (a * MIX_BLOCK - center)
-        turns -= np.floor(turns)
-        mixed[a] = (real + 1j * imaginary) * np.exp(-2j * np.pi * turns) / MIX_BLOCK
-    return mixed
 
 
 # --- noise: covariance of overlapped Allan variances ---------------------------------------

@@ -426,7 +426,7 @@ class _Points:
     terms: NDArray[np.int64]
     windows: NDArray[np.int64]
     clusters: NDArray[np.int64]
-    estimators: tuple[Estimator, ...]
+    estimators: list[Estimator]
 
 
 def _window_count(estimator: Estimator, cluster: int, samples: int) -> int:
@@ -458,45 +458,66 @@ def _difference_points(estimator: Estimator) -> Callable[..., _Points]:
     )
 
     def points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
-        sums, terms = [], []
-        for m in map(int, clusters):
-            if track.absent_before is not None:
-                total, count = _kernels.sum_squared_differences_with_gaps(
-                    track.angle,
-                    track.absent_before,
-                    track.breaks_before,
-                    m,
-                    order,
-                    1 if overlapping else m,
+        angle = track.angle
+        if track.absent_before is not None and track.breaks_before is not None:
+            stride = np.ones_like(clusters) if overlapping else clusters
+            pairs = [
+                _kernels.sum_squared_differences_with_gaps(
+                    angle, track.absent_before, track.breaks_before, int(m), order, int(step)
                 )
+                for m, step in zip(clusters, stride, strict=True)
+            ]
+            sums, terms = _columns(pairs)
+        else:
+            terms = _whole_counts(estimator, clusters, angle.size)
+            if overlapping:
+                sums = kernel(angle, clusters)
             else:
-                angle, lag = (track.angle, m) if overlapping else (_every(track.angle, m), 1)
-                total, count = kernel(angle, lag), angle.size - order * lag
-            sums.append(total)
-            terms.append(count)
-        return _averaged(estimator, track, clusters, sums, terms, divisor, notes)
+                # Plain clusters are overlapping ones of one sample on every m-th angle.
+                sums = np.array(
+                    [kernel(np.ascontiguousarray(angle[::m]), _ONE)[0] for m in clusters]
+                )
+        return _averaged(
+            estimator, track, clusters, sums=sums, terms=terms, divisor=divisor, notes=notes
+        )
 
     return points
 
 
-def _every(angle: FloatArray, stride: int) -> FloatArray:
-    return np.ascontiguousarray(angle[::stride])
+def _columns(
+    pairs: Sequence[tuple[float, int]],
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    return np.array([pair[0] for pair in pairs]), np.array([pair[1] for pair in pairs])
+
+
+def _whole_counts(
+    estimator: Estimator, clusters: NDArray[np.int64], samples: int
+) -> NDArray[np.int64]:
+    return np.array([_window_count(estimator, int(m), samples) for m in clusters], dtype=np.int64)
 
 
 def _modified_points(estimator: Estimator) -> Callable[..., _Points]:
     def points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
-        sums, terms = [], []
-        for m in map(int, clusters):
-            if track.absent_before is not None:
-                total, count = _kernels.sum_squared_window_differences_with_gaps(
-                    track.angle, track.absent_before, track.breaks_before, m
+        if track.absent_before is not None and track.breaks_before is not None:
+            pairs = [
+                _kernels.sum_squared_window_differences_with_gaps(
+                    track.angle, track.absent_before, track.breaks_before, int(m)
                 )
-            else:
-                total = _kernels.sum_squared_window_differences(track.angle, m)
-                count = track.angle.size - 3 * m + 1
-            sums.append(total / (m * m))
-            terms.append(count)
-        return _averaged(estimator, track, clusters, sums, terms, 2.0, notes)
+                for m in clusters
+            ]
+            sums, terms = _columns(pairs)
+        else:
+            terms = _whole_counts(estimator, clusters, track.angle.size)
+            sums = _kernels.sum_squared_window_differences(track.angle, clusters)
+        return _averaged(
+            estimator,
+            track,
+            clusters,
+            sums=sums / clusters.astype(np.float64) ** 2,
+            terms=terms,
+            divisor=2.0,
+            notes=notes,
+        )
 
     return points
 
@@ -505,21 +526,21 @@ def _averaged(
     estimator: Estimator,
     track: _Track,
     clusters: NDArray[np.int64],
-    sums: Sequence[float],
-    terms: Sequence[int],
+    *,
+    sums: FloatArray,
+    terms: NDArray[np.int64],
     divisor: float,
     notes: list[str],
 ) -> _Points:
     """Means of squared differences over 2 m^2 (6 m^2 for Hadamard), less what gaps took."""
-    count = np.array(terms, dtype=np.int64)
-    kept = count > 0
+    kept = terms > 0
     if not kept.any():
         raise RecordingError(
             f"values: the gaps leave no term of {estimator} at any tau asked for; ask for shorter"
         )
     if track.missing:
-        whole = np.array([_window_count(estimator, int(m), track.angle.size) for m in clusters])
-        lost = whole - count
+        whole = _whole_counts(estimator, clusters, track.angle.size)
+        lost = whole - terms
         notes.append(
             f"gaps left out {int(lost.sum())} of {int(whole.sum())} terms, "
             f"at most {100.0 * float((lost / whole).max()):.3g} % of those at one tau"
@@ -529,41 +550,39 @@ def _averaged(
     m = clusters[kept].astype(np.float64)
     return _Points(
         tau_samples=m,
-        variance=np.array(sums)[kept] / (divisor * m * m * count[kept]),
-        terms=count[kept],
-        windows=count[kept],
+        variance=sums[kept] / (divisor * m * m * terms[kept]),
+        terms=terms[kept],
+        windows=terms[kept],
         clusters=clusters[kept],
-        estimators=(estimator,) * int(kept.sum()),
+        estimators=[estimator] * int(kept.sum()),
     )
 
 
 def _total_points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
     """Total variance, SP1065 section 5.2.11."""
-    terms = np.full(clusters.size, track.angle.size - 2, dtype=np.int64)
-    sums = [_kernels.sum_squared_reflected_differences(track.angle, int(m)) for m in clusters]
-    return _averaged("totdev", track, clusters, sums, terms, 2.0, notes)
+    return _averaged(
+        "totdev",
+        track,
+        clusters,
+        sums=_kernels.sum_squared_reflected_differences(track.angle, clusters),
+        terms=_whole_counts("totdev", clusters, track.angle.size),
+        divisor=2.0,
+        notes=notes,
+    )
 
 
 def _modified_total_points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
     """Modified total variance, SP1065 section 5.2.12."""
-    angle = track.angle
-    m = clusters.astype(np.float64)
-    strides = [
-        _stride(_window_count("mtotdev", int(k), angle.size), 3 * int(k), int(k)) for k in clusters
-    ]
-    windows = np.array(
-        [
-            -(-_window_count("mtotdev", int(k), angle.size) // s)
-            for k, s in zip(clusters, strides, strict=True)
-        ],
-        dtype=np.int64,
-    )
+    whole = _whole_counts("mtotdev", clusters, track.angle.size)
+    strides = [_stride(int(w), 3 * int(m), int(m)) for w, m in zip(whole, clusters, strict=True)]
+    windows = -(-whole // np.array(strides))
     sums = np.array(
         [
-            _kernels.sum_modified_total_terms(angle, int(k), s)
-            for k, s in zip(clusters, strides, strict=True)
+            _kernels.sum_modified_total_terms(track.angle, int(m), stride)
+            for m, stride in zip(clusters, strides, strict=True)
         ]
     )
+    m = clusters.astype(np.float64)
     _note_strides("mtotdev", strides, clusters, notes)
     notes.append("mtotdev keeps its bias: its variance lies below that of mdev")
     return _Points(
@@ -572,7 +591,7 @@ def _modified_total_points(track: _Track, clusters: NDArray[np.int64], notes: li
         terms=windows * 6 * clusters,
         windows=windows,
         clusters=clusters,
-        estimators=("mtotdev",) * clusters.size,
+        estimators=["mtotdev"] * clusters.size,
     )
 
 
@@ -582,12 +601,12 @@ def _theo1_points(track: _Track, spans: NDArray[np.int64], notes: list[str]) -> 
     _note_strides("theo1", strides, spans, notes)
     notes.append("theo1 keeps its bias (theoh removes it); taus asked for are its spans m tau0")
     return _Points(
-        tau_samples=_THEO1_EFFECTIVE * spans,
+        tau_samples=_THEO1_EFFECTIVE * spans.astype(np.float64),
         variance=variance,
         terms=windows * (spans // 2),
         windows=windows,
         clusters=spans,
-        estimators=("theo1",) * spans.size,
+        estimators=["theo1"] * spans.size,
     )
 
 
@@ -614,21 +633,20 @@ def _theoh_points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) 
     if spans.size:
         variance = variance * _theo1_bias_removal(angle, notes)
         _note_strides("theoh", strides, spans, notes)
-    allan = np.array(
-        [
-            _kernels.sum_squared_second_differences(angle, int(m))
-            / (2.0 * float(m) ** 2 * (angle.size - 2 * m))
-            for m in short
-        ]
-    )
     return _Points(
         tau_samples=np.concatenate((short.astype(np.float64), _THEO1_EFFECTIVE * spans)),
-        variance=np.concatenate((allan, variance)),
+        variance=np.concatenate((_overlapping_allan(angle, short), variance)),
         terms=np.concatenate((angle.size - 2 * short, windows * (spans // 2))),
         windows=np.concatenate((angle.size - 2 * short, windows)),
         clusters=np.concatenate((short, spans)),
-        estimators=("oadev",) * short.size + ("theo1",) * spans.size,
+        estimators=["oadev" if i < short.size else "theo1" for i in range(short.size + spans.size)],
     )
+
+
+def _overlapping_allan(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
+    m = clusters.astype(np.float64)
+    sums: FloatArray = _kernels.sum_squared_second_differences(angle, clusters)
+    return sums / (2.0 * m * m * (angle.size - 2 * clusters))
 
 
 def _theo1_bias_removal(angle: FloatArray, notes: list[str]) -> float:
@@ -642,13 +660,7 @@ def _theo1_bias_removal(angle: FloatArray, notes: list[str]) -> float:
         steps = np.unique(np.rint(np.linspace(0, last, _BIAS_RATIOS)).astype(np.int64))
         notes.append(f"theoh takes its bias from {steps.size} of {last + 1} ratios, evenly spaced")
     theo1, _, _ = _theo1_variances(angle, 12 + 4 * steps)
-    allan = np.array(
-        [
-            _kernels.sum_squared_second_differences(angle, int(m))
-            / (2.0 * float(m) ** 2 * (angle.size - 2 * m))
-            for m in 9 + 3 * steps
-        ]
-    )
+    allan = _overlapping_allan(angle, 9 + 3 * steps)
     usable = theo1 > 0.0
     return float(np.mean(allan[usable] / theo1[usable])) if usable.any() else 1.0
 
@@ -776,18 +788,26 @@ def _degrees_of_freedom(
 def _greenhall_riley(estimator: Estimator, noise_type: int, cluster: int, windows: int) -> float:
     """Exact degrees of freedom of `windows` squared differences in a row.
 
+    The filter factor F is 1 for modified variances, m for plain ones, and infinite for long
+    clusters of rate noise, as in the paper.
+
     With gaps the windows are taken as if they stood in one row, which is on the safe side:
     apart they would be less correlated.
     """
     order = _DIFFERENCES[estimator]
     modified = estimator in ("mdev", "tdev")
     overlapping = estimator not in ("adev", "hdev")
-    lowest = 1 - 2 * order + 1
+    if modified:
+        filter_factor = 1.0
+    elif noise_type <= 0 and cluster * (order + 1) > _LONGEST_FILTERED:
+        filter_factor = math.inf
+    else:
+        filter_factor = float(cluster)
     inverse = _kernels.inverse_degrees_of_freedom(
         windows,
         cluster if overlapping else 1,
-        1.0 if modified else float(cluster),
-        max(noise_type, lowest),
+        filter_factor,
+        noise_type,
         order,
         _GAUSS_NODES,
         _GAUSS_WEIGHTS,
@@ -807,7 +827,8 @@ def _theo1_degrees_of_freedom(alpha: int, tau: float, samples: int) -> float:
             * (tau / (tau + 0.3))
         )
     if alpha == 0:
-        return ((4.1 * n + 0.8) / tau - (3.1 * n + 6.5) / n) * (tau**1.5 / (tau**1.5 + 5.2))
+        rise = tau * math.sqrt(tau)
+        return ((4.1 * n + 0.8) / tau - (3.1 * n + 6.5) / n) * (rise / (rise + 5.2))
     if alpha == -1:
         return (2.0 * n * n - 1.3 * n * tau - 3.5 * tau) / (n * tau) * (tau**3 / (tau**3 + 2.3))
     scaled = 4.4 * n - 1.0
@@ -851,6 +872,8 @@ _POINTS_PER_DECADE: Final = 20
 _FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
 _LARGEST_WORK: Final = 1e8  # squares at one tau before windows are skipped
 _SMALLEST_EDF: Final = 0.5
+_ONE: Final = np.ones(1, dtype=np.int64)
+_LONGEST_FILTERED: Final = 100  # lags beyond which Greenhall and Riley let F grow to infinity
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 _DIFFERENCES: Final[dict[Estimator, int]] = {
