@@ -22,4 +22,8 @@ Kinds
     sample) or ``rate``. There is no default.
 """
 
+from sagnac.stability import StabilityCurve, stability_curve
+
 __version__ = "0.1.0"
+
+__all__ = ["StabilityCurve", "__version__", "stability_curve"]
