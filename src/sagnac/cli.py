@@ -1,0 +1,976 @@
+"""The ``sagnac`` command: arguments, progress and exit codes; no science.
+
+Exit status: 0 done; 1 an error in the data, in one line; 2 wrong usage; 130 interrupted.
+What takes time to import is imported by the command that needs it, so that ``--help``
+and wrong usage answer at once.
+"""
+
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TextIO
+
+from cyclopts import App, CycloptsError, Group, Parameter
+
+from sagnac import __version__
+
+if TYPE_CHECKING:
+    from sagnac.analysis import Analysis, Settings
+    from sagnac.formats import Statement
+    from sagnac.recording import Recording
+
+DONE: Final = 0
+DATA_ERROR: Final = 1
+USAGE_ERROR: Final = 2
+INTERRUPTED: Final = 130
+
+# What takes less than this needs no progress.
+_PATIENCE_S: Final = 1.0
+_METHODS: Final = ("none", "fris", "fos-paper", "fos")
+_QUICK_S: Final = 900.0
+
+_READING: Final = Group("What the file does not say", sort_key=1)
+_ANALYSIS: Final = Group("Analysis", sort_key=2)
+_OUTPUT: Final = Group("Output", sort_key=3)
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """What is stated of a file from outside, as typed."""
+
+    gyros: Annotated[
+        str | None,
+        Parameter(group=_READING, metavar="x,z", help="Gyros: one, a pair to difference, a triad."),
+    ] = None
+    kind: Annotated[
+        str | None,
+        Parameter(
+            group=_READING,
+            metavar="KIND",
+            help="What a gyro sample is: angle, increment or rate; x=rate,z=angle one by one.",
+        ),
+    ] = None
+    unit: Annotated[
+        str | None,
+        Parameter(
+            group=_READING,
+            metavar="UNIT",
+            help="Unit of the gyros: arcsec, deg, rad, deg/s, deg/h, rad/s, counts.",
+        ),
+    ] = None
+    scale: Annotated[
+        str | None, Parameter(group=_READING, metavar="0.1arcsec", help="Size of one count.")
+    ] = None
+    rate: Annotated[
+        float | None, Parameter(group=_READING, metavar="HZ", help="Samples per second.")
+    ] = None
+    time: Annotated[
+        str | None,
+        Parameter(group=_READING, metavar="COLUMN[:UNIT]", help="Time stamps; none for no stamps."),
+    ] = None
+    table: Annotated[
+        str | None,
+        Parameter(group=_READING, metavar="COLUMN[:UNIT]", help="Its encoder; none for no table."),
+    ] = None
+    columns: Annotated[
+        str | None,
+        Parameter(group=_READING, metavar="x=NAME,z=NAME", help="Columns that hold the gyros."),
+    ] = None
+    slice: Annotated[
+        str | None,
+        Parameter(group=_READING, metavar="START:STOP", help="Span to take, s from the start."),
+    ] = None
+    counter_bits: Annotated[
+        int | None,
+        Parameter(group=_READING, metavar="BITS", help="Width of counters that roll over."),
+    ] = None
+    null_pulse: Annotated[
+        str | None,
+        Parameter(group=_READING, metavar="COLUMN", help="Column that is not 0 at the null pulse."),
+    ] = None
+    debug: Annotated[
+        bool,
+        Parameter(group=_OUTPUT, negative="", show_default=False, help="Traceback on errors."),
+    ] = False
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options(Reading):
+    """The options that all commands share which look into a recording."""
+
+    method: Annotated[
+        Literal["fos", "fos-paper", "fris", "none"] | None,
+        Parameter(group=_ANALYSIS, help="How periodic parts are removed: fos unless stated."),
+    ] = None
+    interval: Annotated[
+        str | None,
+        Parameter(
+            group=_ANALYSIS,
+            metavar="1s",
+            help="Between the angles of the curve: 1s unless stated; every sample in avar.",
+        ),
+    ] = None
+    confidence: Annotated[
+        float, Parameter(group=_ANALYSIS, metavar="0.95", help="Of every interval.")
+    ] = 0.95
+    as_json: Annotated[
+        bool,
+        Parameter(
+            name="--json",
+            group=_OUTPUT,
+            negative="",
+            show_default=False,
+            help="The analysis on standard output, nothing else there.",
+        ),
+    ] = False
+
+
+_NO_STATEMENT: Final = Reading()
+_NO_OPTIONS: Final = Options()
+
+Files = Annotated[list[Path], Parameter(name="FILE", help="Recordings.")]
+File = Annotated[Path, Parameter(name="FILE", help="A recording.")]
+Folder = Annotated[
+    Path | None, Parameter(name=["-o", "--output"], group=_OUTPUT, metavar="DIR", help="Folder.")
+]
+Debug = Annotated[
+    bool, Parameter(group=_OUTPUT, negative="", show_default=False, help="Traceback on errors.")
+]
+
+app: Final = App(
+    name="sagnac",
+    version=__version__,
+    help="The angle random walk of a gyro, at rest or on a turning table, with an interval.",
+    help_format="plaintext",
+)
+
+
+class UsageError(Exception):
+    """Wrong usage that the argument parser cannot see."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments
+        Without the program's name; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
+    tokens = list(sys.argv[1:] if arguments is None else arguments)
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that lacks ″ or √ shows a ? there rather than failing.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    debug = "--debug" in tokens
+    try:
+        command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
+        status = command(*bound.args, **bound.kwargs)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output has left; give the interpreter nowhere to fail at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except CycloptsError as error:
+        chain = " ".join(["sagnac", *(error.command_chain or ())])
+        _complain(f"{_one_line(error)} See {chain} --help")
+        return USAGE_ERROR
+    except Exception as error:
+        if debug:
+            raise
+        return _explain(error)
+    return status if isinstance(status, int) else DONE
+
+
+@app.command
+def demo(
+    *,
+    output: Folder = None,
+    quick: Annotated[
+        bool, Parameter(negative="", show_default=False, help="A quarter of an hour only.")
+    ] = False,
+    seed: Annotated[int, Parameter(metavar="N", help="Of the simulation.")] = 1,
+    debug: Debug = False,
+) -> int:
+    """Simulate the paper's two-hour run, analyze it, print the ARW beside the truth."""
+    del debug
+    folder = _folder(output or Path("demo"))
+    from sagnac import rig
+
+    config = replace(rig.preset("paper"), seed=seed)
+    if quick:
+        config = replace(config, duration_s=_QUICK_S)
+    from sagnac.analysis import Settings, analyze
+    from sagnac.formats import read
+
+    began = time.perf_counter()
+    with _progress() as progress:
+        path, truth_path = rig.write(
+            config, folder / "recording.parquet", lambda part: progress("simulate", part)
+        )
+        simulated = time.perf_counter()
+        progress("read", 0.0)
+        recording = read(path)
+        read_s = time.perf_counter() - simulated
+        analysis = analyze(recording, Settings(gyros=tuple(rig.GYRO_NAMES)), progress=progress)
+        analysis = _with_seconds(analysis, {"simulate": simulated - began, "read": read_s})
+        progress("report", 0.0)
+        analysis, written = _write_all(analysis, folder)
+    truth = json.loads(truth_path.read_text(encoding="utf-8"))
+    put_in = float(truth["pairs"][analysis.channel]["arw_deg_per_sqrt_h"])
+    _print_answer(analysis)
+    _print_truth(analysis, put_in)
+    print()
+    _print_paths([path, truth_path, *written])
+    _print_seconds(analysis)
+    return DONE
+
+
+@app.command
+def analyze(files: Files, /, *, options: Options = _NO_OPTIONS, output: Folder = None) -> int:
+    """A recording in; report.html, analysis.json, tables and figures out.
+
+    They go into DIR (several files: a folder each in it), by default NAME-report; with
+    --json and no DIR nothing is written.
+    """
+    statement = _statement(options)
+    _settings(options, ("x",))
+    folders = _folders(files, output, options)
+    done: list[Analysis] = []
+    failed = DONE
+    for file, folder in zip(files, folders, strict=True):
+        try:
+            written: list[Path] = []
+            with _progress(file.name if len(files) > 1 else "") as progress:
+                recording, seconds = _read(file, statement, progress)
+                settings = _settings(options, _gyros(options, recording))
+                from sagnac.analysis import analyze as run
+
+                analysis = run(recording, settings, progress=progress)
+                analysis = _with_seconds(analysis, seconds)
+                if folder is not None:
+                    progress("report", 0.0)
+                    analysis, written = _write_all(analysis, _folder(folder))
+        except Exception as error:
+            if len(files) == 1 or options.debug:
+                raise
+            failed = max(failed, _explain(error))
+            continue
+        done.append(analysis)
+        if not options.as_json:
+            if len(files) > 1:
+                print(f"{file}\n")
+            _print_analysis(analysis, written)
+            if file != files[-1]:
+                print("\n")
+    if options.as_json and done:
+        _print_documents(done, single=len(files) == 1)
+    return failed
+
+
+@app.command
+def avar(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = None) -> int:
+    """The still bench: curve and coefficients of each gyro as it is, and the lines in it.
+
+    Coefficients are of the recording as it is unless --method says what to remove; the
+    lines are listed either way. With -o, each gyro's report goes into a folder of its own.
+    """
+    statement = _statement(options)
+    _settings(options, ("x",), method="none", interval=None)
+    analyses: list[Analysis] = []
+    cleaned: list[Analysis] = []
+    written: list[Path] = []
+    with _progress() as progress:
+        recording, seconds = _read(file, statement, progress)
+        if recording.table is not None:
+            recording = replace(recording, table=None, null_pulse=None)
+        from sagnac.analysis import analyze as run
+
+        for name in _gyros(options, recording):
+            settings = _settings(options, (name,), method="none", interval=None)
+            named = _prefixed(progress, name)
+            analysis = run(recording, settings, progress=named)
+            searched = analysis
+            if settings.method == "none":
+                searched = run(recording, replace(settings, method="fos"), progress=named)
+                analysis = replace(analysis, lines=searched.lines)
+            analysis = _with_seconds(analysis, seconds)
+            if output is not None:
+                named("report", 0.0)
+                analysis, paths = _write_all(analysis, _folder(output / name))
+                written += paths
+            analyses.append(analysis)
+            cleaned.append(searched)
+    if options.as_json:
+        _print_documents(analyses, single=len(analyses) == 1)
+        return DONE
+    for analysis, searched in zip(analyses, cleaned, strict=True):
+        _print_answer(analysis)
+        if searched is not analysis and searched.lines:
+            from sagnac.report.wording import sentence
+
+            print(
+                "With the lines below removed  "
+                + sentence("angle_random_walk", searched.angle_random_walk, plain=True)
+            )
+        print()
+        _print_curve(analysis)
+        _print_coefficients(analysis)
+        _print_lines(analysis)
+        _print_notes(analysis)
+        _print_seconds(analysis)
+        print()
+    _print_paths(written)
+    return DONE
+
+
+@app.command
+def lines(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
+    """The periodic components found, strongest first."""
+    statement = _statement(options)
+    _settings(options, ("x",))
+    with _progress() as progress:
+        recording, seconds = _read(file, statement, progress)
+        from sagnac.analysis import analyze as run
+
+        settings = _settings(options, _gyros(options, recording))
+        analysis = _with_seconds(run(recording, settings, progress=progress), seconds)
+    if options.as_json:
+        _print_documents([analysis], single=True)
+        return DONE
+    _print_lines(analysis)
+    _print_notes(analysis)
+    return DONE
+
+
+@app.command
+def compare(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = None) -> int:
+    """No removal, fris, fos-paper and fos, side by side; with -o also as a page.
+
+    --method picks one to run alone.
+    """
+    statement = _statement(options)
+    _settings(options, ("x",))
+    analyses: dict[str, Analysis] = {}
+    refused: dict[str, str] = {}
+    written: list[Path] = []
+    with _progress() as progress:
+        recording, seconds = _read(file, statement, progress)
+        from sagnac.analysis import analyze as run
+        from sagnac.recording import RecordingError
+
+        names = _gyros(options, recording)
+        chosen: Sequence[str] = (options.method,) if options.method else _METHODS
+        for method in chosen:
+            settings = _settings(options, names, method=method)
+            try:
+                analyses[method] = run(recording, settings, progress=_prefixed(progress, method))
+            except RecordingError as error:
+                refused[method] = str(error)
+        if not analyses:
+            raise RecordingError(next(iter(refused.values())))
+        analyses = {method: _with_seconds(one, seconds) for method, one in analyses.items()}
+        if output is not None:
+            progress("report", 0.0)
+            written = _write_comparison(analyses, refused, _folder(output))
+    from sagnac.report.document import comparison_document, residual_peaks, to_json
+    from sagnac.report.wording import reading_cells
+
+    if options.as_json:
+        print(to_json(comparison_document(analyses, refused)))
+        return DONE
+    one = next(iter(analyses.values()))
+    print(f"{file}: gyros {_subject(one)}\n")
+    rows = [
+        (
+            method,
+            *reading_cells("angle_random_walk", analysis.angle_random_walk),
+            str(len(analysis.lines)),
+            str(residual_peaks(analysis)),
+            f"{sum(analysis.seconds.values()):.1f}",
+        )
+        for method, analysis in analyses.items()
+    ]
+    _print_table(
+        ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s"),
+        rows,
+        right=(1, 4, 5, 6),
+    )
+    for method, why in refused.items():
+        print(f"{method}: {why}")
+    print()
+    for note in dict.fromkeys(note for each in analyses.values() for note in each.notes):
+        print(f"note: {note}")
+    _print_paths(written)
+    return DONE
+
+
+@app.command
+def check(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
+    """Data quality: gaps, jumps, wraps, stuck channels, units that look wrong.
+
+    Exit status 1 where an error was found.
+    """
+    statement = _statement(options)
+    with _progress() as progress:
+        recording, _ = _read(file, statement, progress, verify=False)
+        from sagnac.recording import check as findings_of
+
+        progress("check", 0.0)
+        findings = findings_of(recording)
+    errors = [finding for finding in findings if finding.level == "error"]
+    if options.as_json:
+        document = {
+            "schema": "sagnac.check/1",
+            "version": __version__,
+            "input": {
+                "path": str(file),
+                "sha256": recording.provenance.sha256 if recording.provenance else None,
+                "samples": recording.samples,
+                "sample_rate_hz": recording.sample_rate,
+                "gyros": [channel.name for channel in recording.gyros],
+                "table": recording.table is not None,
+            },
+            "findings": [
+                {"level": item.level, "channel": item.channel, "message": item.message}
+                for item in findings
+            ],
+            "notes": list(recording.notes),
+        }
+        print(json.dumps(document, allow_nan=False, indent=1))
+    else:
+        _print_recording(recording)
+        _print_table(
+            ("level", "channel", "finding"),
+            [(item.level, item.channel, item.message) for item in findings],
+        )
+        if not findings:
+            print("Nothing was found wrong.")
+        for note in recording.notes:
+            print(f"note: {note}")
+    if errors:
+        where = f"{errors[0].channel}: " if errors[0].channel else ""
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        _complain(f"{file}: {where}{errors[0].message}{more}")
+        return DATA_ERROR
+    return DONE
+
+
+@app.command
+def simulate(
+    config: Annotated[Path | None, Parameter(name="CONFIG.toml", help="What differs.")] = None,
+    /,
+    *,
+    output: Annotated[
+        Path,
+        Parameter(name=["-o", "--output"], group=_OUTPUT, metavar="FILE", help="The recording."),
+    ],
+    preset: Annotated[
+        Literal["quiet", "paper", "harsh"] | None,
+        Parameter(help="What to start from without a CONFIG.toml: paper unless stated."),
+    ] = None,
+    seed: Annotated[int | None, Parameter(metavar="N", help="Of every random stream.")] = None,
+    table_rate: Annotated[
+        float | None, Parameter(metavar="DEG/S", help="Rate of the table; 0 is at rest.")
+    ] = None,
+    duration: Annotated[
+        str | None, Parameter(metavar="2h", help="Length of the recording; s unless stated.")
+    ] = None,
+    debug: Debug = False,
+) -> int:
+    """Simulate a rig recording into FILE, its truth beside it as FILE.truth.json."""
+    del debug
+    if config is not None and preset is not None:
+        raise UsageError("--preset and CONFIG.toml exclude each other; write preset in the TOML")
+    seconds = None if duration is None else _seconds("--duration", duration)
+    from sagnac import rig
+    from sagnac.recording import RecordingError
+
+    if config is None:
+        chosen = rig.preset(preset or "paper")
+    else:
+        try:
+            chosen = rig.RigConfig.from_toml(config)
+        except ValueError as error:
+            raise RecordingError(str(error)) from None
+    if seed is not None:
+        chosen = replace(chosen, seed=seed)
+    if seconds is not None:
+        chosen = replace(chosen, duration_s=seconds)
+    if table_rate is not None:
+        if chosen.table.profile:
+            raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
+        chosen = replace(chosen, table=replace(chosen.table, rate_deg_per_s=table_rate))
+    with _progress() as progress:
+        path, truth_path = rig.write(chosen, output, lambda part: progress("simulate", part))
+    print(f"{chosen.samples} samples at {chosen.sample_rate_hz:g} Hz, seed {chosen.seed}")
+    _print_paths([path, truth_path])
+    return DONE
+
+
+@app.command
+def convert(
+    source: Annotated[Path, Parameter(name="IN", help="A recording.")],
+    target: Annotated[Path, Parameter(name="OUT", help="Its suffix says the format.")],
+    /,
+    *,
+    options: Reading = _NO_STATEMENT,
+) -> int:
+    """Read a recording and write it so that reading it again needs no option."""
+    statement = _statement(options)
+    with _progress() as progress:
+        recording, _ = _read(source, statement, progress)
+        from sagnac.formats import write
+
+        progress("write", 0.0)
+        written = write(recording, target)
+    _print_recording(recording)
+    for note in recording.notes:
+        print(f"note: {note}")
+    _print_paths([written])
+    return DONE
+
+
+# ---- from what was typed -------------------------------------------------------------
+
+
+def _statement(options: Reading) -> "Statement":
+    from sagnac.formats import Statement
+
+    return Statement(
+        gyros=_list("--gyros", options.gyros),
+        kind=_one_or_by_name("--kind", options.kind),
+        unit=_one_or_by_name("--unit", options.unit),
+        scale=options.scale,
+        sample_rate=options.rate,
+        time=options.time,
+        table=options.table,
+        columns=_by_name("--columns", options.columns) if options.columns else {},
+        span=_span(options.slice),
+        counter_bits=options.counter_bits,
+        null_pulse=options.null_pulse,
+    )
+
+
+def _settings(
+    options: Options,
+    gyros: tuple[str, ...],
+    *,
+    method: str = "fos",
+    interval: float | None = 1.0,
+) -> "Settings":
+    """Settings with this command's own defaults for what was not typed."""
+    from sagnac.analysis import Settings
+
+    if not 0.0 < options.confidence < 1.0:
+        raise UsageError(
+            f"--confidence {options.confidence:g}: give a number between 0 and 1, such as 0.95"
+        )
+    return Settings(
+        gyros=gyros,
+        method=options.method or method,  # type: ignore[arg-type]
+        interval=_seconds("--interval", options.interval) if options.interval else interval,
+        confidence=options.confidence,
+    )
+
+
+def _gyros(options: Reading, recording: "Recording") -> tuple[str, ...]:
+    stated = _list("--gyros", options.gyros)
+    return stated or tuple(channel.name for channel in recording.gyros)
+
+
+def _list(option: str, text: str | None) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    names = tuple(name.strip() for name in text.split(","))
+    if "" in names:
+        raise UsageError(f"{option} {text}: give names with commas between them, such as x,z")
+    return names
+
+
+def _one_or_by_name(option: str, text: str | None) -> str | Mapping[str, str] | None:
+    return _by_name(option, text) if text is not None and "=" in text else text
+
+
+def _by_name(option: str, text: str) -> dict[str, str]:
+    pairs = [item.partition("=") for item in text.split(",")]
+    if any(not name.strip() or not value.strip() for name, _, value in pairs):
+        raise UsageError(f"{option} {text}: give NAME=VALUE with commas between, such as x=A,z=B")
+    return {name.strip(): value.strip() for name, _, value in pairs}
+
+
+def _span(text: str | None) -> tuple[float | None, float | None] | None:
+    if text is None:
+        return None
+    start, colon, stop = text.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        return (float(start) if start.strip() else None, float(stop) if stop.strip() else None)
+    except ValueError:
+        raise UsageError(f"--slice {text}: give START:STOP in s, such as 630:930") from None
+
+
+def _seconds(option: str, text: str) -> float:
+    """``1``, ``1s``, ``100ms`` or ``2h`` in s."""
+    from sagnac.units import time_scale
+
+    number = text.strip().rstrip("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ").strip()
+    unit = text.strip()[len(number) :].strip() or "s"
+    try:
+        value = float(number) * time_scale(unit)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 < value < float("inf"):
+        raise UsageError(f"{option} {text}: give a time above zero such as 1s, 100ms or 2h")
+    return value
+
+
+def _folders(files: Sequence[Path], output: Path | None, options: Options) -> list[Path | None]:
+    """Where the results of each file go; None for nowhere."""
+    if output is None and options.as_json:
+        return [None] * len(files)
+    if len(files) == 1 and output is not None:
+        return [output]
+    taken: set[Path] = set()
+    folders: list[Path | None] = []
+    for file in files:
+        folder = output / file.stem if output else Path(f"{file.stem}-report")
+        if folder in taken:
+            folder = folder.with_name(f"{folder.name}-{len(taken) + 1}")
+        taken.add(folder)
+        folders.append(folder)
+    return folders
+
+
+# ---- doing ---------------------------------------------------------------------------
+
+
+def _read(
+    file: Path,
+    statement: "Statement",
+    progress: Callable[[str, float], None],
+    *,
+    verify: bool = True,
+) -> tuple["Recording", dict[str, float]]:
+    from sagnac.formats import read
+
+    began = time.perf_counter()
+    progress("read", 0.0)
+    recording = read(file, statement, verify=verify)
+    progress("read", 1.0)
+    return recording, {"read": time.perf_counter() - began}
+
+
+def _with_seconds(analysis: "Analysis", before: Mapping[str, float]) -> "Analysis":
+    """The analysis with the time of what was done before it in front."""
+    return replace(analysis, seconds={**before, **analysis.seconds})
+
+
+def _folder(folder: Path) -> Path:
+    from sagnac.recording import RecordingError
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordingError(
+            f"{folder}: cannot be made ({error.strerror}); choose another folder (-o)"
+        ) from None
+    return folder
+
+
+def _write_all(analysis: "Analysis", folder: Path) -> tuple["Analysis", list[Path]]:
+    """Report, document, tables and figures into `folder`; and how long the figures took."""
+    from sagnac.report import document, figures, page
+
+    began = time.perf_counter()
+    figures.write_png(figures.stability_figure(analysis), folder / "stability.png")
+    figures.write_png(figures.spectrum_figure(analysis), folder / "spectrum.png")
+    document.write_text(folder / "stability.csv", document.stability_table(analysis))
+    document.write_text(folder / "lines.csv", document.line_table(analysis))
+    page.write_report(analysis, folder / "report.html")
+    spent = time.perf_counter() - began
+    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
+    text = document.to_json(document.analysis_document(analysis))
+    document.write_text(folder / "analysis.json", text + "\n")
+    names = ("report.html", "analysis.json", "stability.csv", "lines.csv")
+    return analysis, [folder / name for name in (*names, "stability.png", "spectrum.png")]
+
+
+def _write_comparison(
+    analyses: "Mapping[str, Analysis]", refused: Mapping[str, str], folder: Path
+) -> list[Path]:
+    from sagnac.report import document, figures, page
+
+    figures.write_png(figures.comparison_figure(analyses), folder / "comparison.png")
+    document.write_text(folder / "comparison.html", page.comparison_page(analyses, refused))
+    text = document.to_json(document.comparison_document(analyses, refused))
+    document.write_text(folder / "comparison.json", text + "\n")
+    return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
+
+
+# ---- progress ------------------------------------------------------------------------
+
+
+@contextmanager
+def _progress(prefix: str = "") -> Iterator[Callable[[str, float], None]]:
+    """Progress on standard error: bars on a terminal, else a line a stage once it takes long."""
+    if not sys.stderr.isatty():
+        yield _prefixed(_stage_lines(sys.stderr), prefix)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    bars = Progress(
+        TextColumn("{task.description:<24}"),
+        BarColumn(bar_width=36),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    tasks: dict[str, Any] = {}
+
+    def show(stage: str, fraction: float) -> None:
+        if stage not in tasks:
+            for task in tasks.values():
+                bars.update(task, completed=1.0)
+            tasks[stage] = bars.add_task(stage, total=1.0)
+        bars.update(tasks[stage], completed=fraction)
+
+    with bars:
+        yield _prefixed(show, prefix)
+
+
+def _stage_lines(stream: TextIO) -> Callable[[str, float], None]:
+    began = time.perf_counter()
+    shown: set[str] = set()
+
+    def show(stage: str, fraction: float) -> None:
+        spent = time.perf_counter() - began
+        if stage in shown or spent < _PATIENCE_S or fraction >= 1.0:
+            return
+        shown.add(stage)
+        print(f"[{spent:6.1f} s] {stage}", file=stream, flush=True)
+
+    return show
+
+
+def _prefixed(progress: Callable[[str, float], None], prefix: str) -> Callable[[str, float], None]:
+    if not prefix:
+        return progress
+    return lambda stage, fraction: progress(f"{prefix}: {stage}", fraction)
+
+
+# ---- saying --------------------------------------------------------------------------
+
+
+def _explain(error: Exception) -> int:
+    """One line on standard error for what went wrong; the exit status it means."""
+    from sagnac.recording import RecordingError
+
+    if isinstance(error, RecordingError):
+        _complain(_one_line(error))
+        return DATA_ERROR
+    if isinstance(error, UsageError) or type(error) is ValueError:
+        _complain(_one_line(error))
+        return USAGE_ERROR
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        _complain(f"{where}{error.strerror or _one_line(error)}; check the path and its rights")
+        return DATA_ERROR
+    if isinstance(error, MemoryError):
+        _complain("out of memory; take a part of the recording with --slice START:STOP")
+        return DATA_ERROR
+    _complain(
+        f"internal error: {type(error).__name__}: {_one_line(error)}; "
+        "run again with --debug for the traceback, and report it"
+    )
+    return DATA_ERROR
+
+
+def _complain(message: str) -> None:
+    print(f"sagnac: {message}", file=sys.stderr)
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
+
+
+def _subject(analysis: "Analysis") -> str:
+    from sagnac.report.wording import subject
+
+    return subject(analysis.channel, analysis.gyros_differenced)
+
+
+def _print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:
+    from sagnac.report.document import analysis_document, many_document, to_json
+
+    document = analysis_document(analyses[0]) if single else many_document(analyses)
+    print(to_json(document))
+
+
+def _print_analysis(analysis: "Analysis", written: Sequence[Path]) -> None:
+    _print_answer(analysis)
+    print()
+    _print_coefficients(analysis)
+    _print_lines(analysis)
+    _print_notes(analysis)
+    _print_paths(written)
+    _print_seconds(analysis)
+
+
+def _print_answer(analysis: "Analysis") -> None:
+    from sagnac.report.wording import kalman_figures, sentence
+
+    estimate = analysis.angle_random_walk
+    print(
+        f"ARW of {_subject(analysis)}  "
+        f"{sentence('angle_random_walk', estimate, plain=True)}   {analysis.source}"
+    )
+    if analysis.per_gyro:
+        for name, own in analysis.per_gyro.items():
+            print(f"ARW of gyro {name}  {sentence('angle_random_walk', own, plain=True)}")
+    filter_figures = kalman_figures(estimate)
+    if filter_figures:
+        bound = " (the bound)" if estimate.status == "upper bound" else ""
+        shown = " = ".join(f"{figure} {unit}" for figure, unit in filter_figures)
+        print(f"For a filter{bound}: {shown}")
+
+
+def _print_truth(analysis: "Analysis", put_in: float) -> None:
+    from sagnac.report.wording import in_field_unit
+
+    shown = in_field_unit("angle_random_walk", analysis.angle_random_walk)
+    holds = shown.low <= put_in <= shown.high
+    print(
+        f"The truth put in: {put_in:.4g} °/√h; the answer is off by "
+        f"{100.0 * (shown.value / put_in - 1.0):+.2f} % and its interval "
+        f"{'holds' if holds else 'does not hold'} it"
+    )
+
+
+def _print_coefficients(analysis: "Analysis") -> None:
+    from sagnac.noise import COEFFICIENT_NAMES
+    from sagnac.report.wording import FIELD_UNITS, FIT_TITLES, SYMBOLS, TITLES, reading
+
+    fits = [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
+    rows = [
+        (
+            f"{SYMBOLS[name]} {TITLES[name].lower()}",
+            FIELD_UNITS[name][2],
+            *(reading(name, fit.coefficients[name]) for fit in fits),
+        )
+        for name in COEFFICIENT_NAMES
+    ]
+    _print_table(("coefficient", "unit", *(f"{fit.method} fit" for fit in fits)), rows)
+
+
+def _print_curve(analysis: "Analysis") -> None:
+    from sagnac.report.document import per_gyro_curve
+    from sagnac.units import DEGREE_PER_HOUR
+
+    curve = per_gyro_curve(analysis.curve, analysis.gyros_differenced)
+    rows = [
+        tuple(
+            f"{value:.4g}"
+            for value in (
+                curve.tau[index],
+                curve.deviation[index] / DEGREE_PER_HOUR,
+                curve.low[index] / DEGREE_PER_HOUR,
+                curve.high[index] / DEGREE_PER_HOUR,
+                curve.edf[index],
+            )
+        )
+        for index in range(curve.tau.size)
+    ]
+    _print_table(
+        ("τ s", f"{curve.estimator} °/h", "low", "high", "edf"), rows, right=(0, 1, 2, 3, 4)
+    )
+
+
+def _print_lines(analysis: "Analysis") -> None:
+    from sagnac.report.wording import line_amplitude, line_position
+
+    if not analysis.lines:
+        print(f"No periodic component was found in {analysis.channel}.\n")
+        return
+    rows = [
+        (
+            "table angle" if line.scale == "angle" else "time",
+            line_position(line),
+            *line_amplitude(line),
+            f"{line.significance:.0f}",
+            line.channel,
+            line.name,
+        )
+        for line in analysis.lines
+    ]
+    _print_table(
+        ("periodic in", "position", "amplitude ″", "± ″", "significance", "channel", "known as"),
+        rows,
+        right=(2, 3, 4),
+    )
+
+
+def _print_notes(analysis: "Analysis") -> None:
+    for note in analysis.notes:
+        print(f"note: {note}")
+    if analysis.notes:
+        print()
+
+
+def _print_recording(recording: "Recording") -> None:
+    gyros = ", ".join(
+        f"{channel.name} ({channel.kind}, {channel.unit})" for channel in recording.gyros
+    )
+    table = "with a table encoder" if recording.table is not None else "no table encoder"
+    print(
+        f"{recording.samples} samples at {recording.sample_rate:g} Hz, "
+        f"{recording.duration:g} s; gyros {gyros}; {table}\n"
+    )
+
+
+def _print_paths(paths: Sequence[Path]) -> None:
+    for path in paths:
+        print(f"wrote {path}")
+
+
+def _print_seconds(analysis: "Analysis") -> None:
+    stages = ", ".join(f"{stage} {spent:.2f}" for stage, spent in analysis.seconds.items())
+    print(f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}")
+
+
+def _print_table(
+    header: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()
+) -> None:
+    """Aligned columns and an empty line; nothing where there are no rows."""
+    from rich.cells import cell_len
+
+    if not rows:
+        return
+    table = [header, *rows]
+    widths = [max(cell_len(row[column]) for row in table) for column in range(len(header))]
+    for number, row in enumerate(table):
+        cells = []
+        for column, (text, width) in enumerate(zip(row, widths, strict=True)):
+            space = " " * (width - cell_len(text))
+            cells.append(space + text if column in right else text + space)
+        print("  ".join(cells).rstrip())
+        if number == 0:
+            print("  ".join("─" * width for width in widths))
+    print()

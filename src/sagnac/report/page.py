@@ -1,0 +1,224 @@
+"""The report: one page that stands alone, answer first, to be read, printed and sent."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
+
+from sagnac import __version__
+from sagnac.analysis import Analysis
+from sagnac.coefficients import Fit
+from sagnac.noise import COEFFICIENT_NAMES
+from sagnac.report.document import headline_fit, residual_peaks, write_text
+from sagnac.report.figures import comparison_figure, spectrum_figure, stability_figure, svg
+from sagnac.report.wording import (
+    FIELD_UNITS,
+    FIT_TITLES,
+    SYMBOLS,
+    TITLES,
+    kalman_figures,
+    line_amplitude,
+    line_position,
+    reading_cells,
+    subject,
+)
+from sagnac.units import DEGREE
+
+_METHODS: Final[Mapping[str, str]] = {
+    "fos": "fos: difference first, lines judged against the noise floor and refined",
+    "fos-paper": "fos-paper: fast orthogonal search as published",
+    "fris": "fris: the angle at each full turn of the table",
+    "none": "none: nothing removed",
+}
+
+
+def write_report(analysis: Analysis, path: Path) -> None:
+    """Write ``report.html``: whole or not at all, and nothing in it is fetched.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    write_text(path, page(analysis))
+
+
+def page(analysis: Analysis) -> str:
+    """The report of one analysis as HTML."""
+    fit = headline_fit(analysis)
+    return _render(
+        "report.html",
+        title=f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
+        answer=_answer(analysis),
+        notes=analysis.notes,
+        kalman=kalman_figures(analysis.angle_random_walk),
+        per_gyro=[
+            (name, reading_cells("angle_random_walk", estimate, plain=False))
+            for name, estimate in analysis.per_gyro.items()
+        ],
+        differenced=analysis.gyros_differenced > 1,
+        stability=Markup(
+            svg(
+                stability_figure(analysis),
+                "stability",
+                "Allan deviation against cluster time before and after removal, with the fit",
+            )
+        ),
+        spectrum=Markup(
+            svg(
+                spectrum_figure(analysis),
+                "spectrum",
+                "Rate spectrum before and after removal, with the removed lines marked",
+            )
+        ),
+        fit=FIT_TITLES[fit.method] if fit else "",
+        fits=[(FIT_TITLES[fit.method], fit is headline_fit(analysis)) for fit in _fits(analysis)],
+        coefficients=_coefficient_rows(analysis),
+        lines=_line_rows(analysis),
+        facts=_facts(analysis),
+        seconds=[(stage, f"{spent:.2f}") for stage, spent in analysis.seconds.items()],
+        total=f"{sum(analysis.seconds.values()):.2f}",
+        version=__version__,
+    )
+
+
+def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
+    """The methods side by side as HTML.
+
+    Parameters
+    ----------
+    analyses
+        By method, all of one recording.
+    refused
+        Why, of each method that this recording does not allow.
+    """
+    one = next(iter(analyses.values()))
+    return _render(
+        "comparison.html",
+        title=f"Methods compared, {subject(one.channel, one.gyros_differenced)}",
+        rows=[
+            {
+                "method": _METHODS[method],
+                "reading": reading_cells(
+                    "angle_random_walk", analysis.angle_random_walk, plain=False
+                ),
+                "lines": len(analysis.lines),
+                "peaks": residual_peaks(analysis),
+                "seconds": f"{sum(analysis.seconds.values()):.1f}",
+            }
+            for method, analysis in analyses.items()
+        ],
+        unit=FIELD_UNITS["angle_random_walk"][2],
+        refused=[(_METHODS[method], why) for method, why in refused.items()],
+        figure=Markup(
+            svg(
+                comparison_figure(analyses), "comparison", "Allan deviation that each method leaves"
+            )
+        ),
+        facts=[fact for fact in _facts(one) if fact[0] != "Method"],
+        version=__version__,
+    )
+
+
+def _render(template: str, **values: Any) -> str:
+    environment = Environment(
+        loader=PackageLoader("sagnac.report"),
+        autoescape=select_autoescape(),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render(**values)
+
+
+def _answer(analysis: Analysis) -> dict[str, str]:
+    estimate = analysis.angle_random_walk
+    value, interval, status = reading_cells("angle_random_walk", estimate, plain=False)
+    return {
+        "subject": subject(analysis.channel, analysis.gyros_differenced),
+        "value": value,
+        "interval": interval,
+        "status": status,
+        "unit": FIELD_UNITS["angle_random_walk"][2],
+        "confidence": f"{100.0 * estimate.confidence:g} %",
+        "source": analysis.source,
+    }
+
+
+def _fits(analysis: Analysis) -> list[Fit]:
+    return [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
+
+
+def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
+    return [
+        {
+            "symbol": SYMBOLS[name],
+            "title": TITLES[name],
+            "unit": FIELD_UNITS[name][2],
+            "readings": [
+                reading_cells(name, fit.coefficients[name], plain=False)
+                if name in fit.coefficients
+                else ("–", "", "not fitted")
+                for fit in _fits(analysis)
+            ],
+        }
+        for name in COEFFICIENT_NAMES
+    ]
+
+
+def _line_rows(analysis: Analysis) -> list[dict[str, str]]:
+    rows = []
+    for line in analysis.lines:
+        amplitude, error = line_amplitude(line)
+        rows.append(
+            {
+                "scale": "table angle" if line.scale == "angle" else "time",
+                "position": line_position(line),
+                "amplitude": amplitude,
+                "error": error,
+                "significance": f"{line.significance:.0f}",
+                "channel": line.channel.replace("-", " − "),
+                "name": line.name,
+            }
+        )
+    return rows
+
+
+def _facts(analysis: Analysis) -> list[tuple[str, str]]:
+    recording, settings = analysis.recording, analysis.settings
+    provenance = recording.provenance
+    table = (
+        "at rest"
+        if analysis.table_rate is None
+        else f"{analysis.table_rate / DEGREE:.6g} °/s (mean)"
+    )
+    facts = [
+        ("File", provenance.path if provenance else "none: made in memory"),
+        ("SHA-256", provenance.sha256 if provenance else "none"),
+        ("Format", provenance.format if provenance else "none"),
+        ("Samples", f"{recording.samples:,} at {recording.sample_rate:.9g} Hz".replace(",", " ")),
+        ("Duration", f"{recording.duration:.6g} s"),
+        ("Gyros", ", ".join(_channel(analysis, name) for name in settings.gyros)),
+        ("Table", table),
+        ("Method", _METHODS[settings.method]),
+        (
+            "Interval",
+            "every sample"
+            if settings.interval is None
+            else f"{settings.interval:g} s between the angles of the curve",
+        ),
+        ("Confidence", f"{100.0 * settings.confidence:g} %"),
+        ("Deviation", analysis.curve.estimator.upper()),
+        ("Software", f"sagnac {__version__}"),
+    ]
+    if provenance and provenance.span_s:
+        start, stop = provenance.span_s
+        facts.insert(5, ("Slice", f"{start:g} to {stop:g} s of the file"))
+    return facts
+
+
+def _channel(analysis: Analysis, name: str) -> str:
+    channel = analysis.recording.gyro(name)
+    return f"{name} ({channel.kind}, {channel.unit})"

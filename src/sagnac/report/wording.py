@@ -1,0 +1,187 @@
+"""Words, field units and digits that the page, the figures and the command line share."""
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+from sagnac.coefficients import Estimate, FitName
+from sagnac.lines import Line
+from sagnac.noise import CoefficientName
+from sagnac.units import (
+    ARCSECOND,
+    DEGREE_PER_HOUR,
+    DEGREE_PER_HOUR_PER_HOUR,
+    DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+    DEGREE_PER_HOUR_PER_ROOT_HOUR,
+    DEGREE_PER_ROOT_HOUR,
+)
+
+# Size of the field unit in SI, how a machine writes it, how a person reads it.
+FIELD_UNITS: Final[Mapping[CoefficientName, tuple[float, str, str]]] = {
+    "quantization": (ARCSECOND, "arcsec", "″"),
+    "angle_random_walk": (DEGREE_PER_ROOT_HOUR, "deg/sqrt(h)", "°/√h"),
+    "bias_instability": (DEGREE_PER_HOUR, "deg/h", "°/h"),
+    "rate_random_walk": (DEGREE_PER_HOUR_PER_ROOT_HOUR, "deg/h/sqrt(h)", "°/h/√h"),
+    "rate_ramp": (DEGREE_PER_HOUR_PER_HOUR, "deg/h/h", "°/h/h"),
+}
+SYMBOLS: Final[Mapping[CoefficientName, str]] = {
+    "quantization": "Q",
+    "angle_random_walk": "N",
+    "bias_instability": "B",
+    "rate_random_walk": "K",
+    "rate_ramp": "R",
+}
+TITLES: Final[Mapping[CoefficientName, str]] = {
+    "quantization": "Quantization",
+    "angle_random_walk": "Angle random walk",
+    "bias_instability": "Bias instability",
+    "rate_random_walk": "Rate random walk",
+    "rate_ramp": "Rate ramp",
+}
+FIT_TITLES: Final[Mapping[FitName, str]] = {
+    "paper": "Least squares on Eq. 3 (paper)",
+    "weighted": "Weighted, non-negative",
+    "likelihood": "Likelihood on the spectrum",
+}
+_SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def in_field_unit(name: CoefficientName, estimate: Estimate) -> Estimate:
+    """The same estimate with its three figures in the field's unit of that coefficient."""
+    size = FIELD_UNITS[name][0]
+    return Estimate(
+        value=estimate.value / size,
+        low=estimate.low / size,
+        high=estimate.high / size,
+        confidence=estimate.confidence,
+        status=estimate.status,
+    )
+
+
+def decimals_for(width: float) -> int:
+    """Decimal places that show two significant digits of `width` (negative left of the point)."""
+    if not math.isfinite(width) or width <= 0.0:
+        return 6
+    return 1 - math.floor(math.log10(width))
+
+
+def number(value: float, width: float | None = None, *, plain: bool = False) -> str:
+    """`value` with the digits that an uncertainty of `width` leaves meaningful.
+
+    Parameters
+    ----------
+    value
+        What to write. NaN is written as a dash.
+    width
+        Half width of its interval; None writes three significant digits.
+    plain
+        Write ``2.51e-05`` instead of ``2.51 × 10⁻⁵``, to be copied into a program.
+    """
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    exponent = math.floor(math.log10(abs(value)))
+    digits = 3
+    if width is not None and math.isfinite(width) and width > 0.0:
+        digits = min(max(decimals_for(width) + exponent + 1, 1), 9)
+    mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
+    if -3 <= int(power) < 5:
+        return f"{value:.{max(digits - 1 - int(power), 0)}f}"
+    if plain:
+        return f"{mantissa}e{power}"
+    return f"{mantissa} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
+
+
+def figures(estimate: Estimate, *, plain: bool = False) -> tuple[str, str]:
+    """Value and interval of an estimate, all with the digits that its interval allows.
+
+    For a person the interval is written with one power of ten; `plain` figures can be
+    copied into a program one by one.
+    """
+    width = 0.5 * (estimate.high - estimate.low)
+    value = number(estimate.value, width, plain=plain)
+    mantissa, times, power = value.partition(" × ")
+    if not times:
+        low, high = (number(limit, width, plain=plain) for limit in (estimate.low, estimate.high))
+        return value, f"{low} … {high}"
+    scale = 10.0 ** math.floor(math.log10(abs(estimate.value)))
+    decimals = len(mantissa.partition(".")[2])
+    low, high = (f"{limit / scale:.{decimals}f}" for limit in (estimate.low, estimate.high))
+    return value, f"{low} … {high} × {power}"
+
+
+def reading_cells(
+    name: CoefficientName, estimate: Estimate, *, plain: bool = True
+) -> tuple[str, str, str]:
+    """Value, interval and status of an estimate in SI, in the field's unit of `name`."""
+    shown = in_field_unit(name, estimate)
+    if estimate.status == "not observable":
+        return "–", "", estimate.status
+    if estimate.status == "upper bound":
+        return f"< {number(shown.high, plain=plain)}", "", estimate.status
+    return (*figures(shown, plain=plain), estimate.status)
+
+
+def reading(name: CoefficientName, estimate: Estimate) -> str:
+    """One estimate in SI as one table cell: value and interval, bound, or neither."""
+    value, interval, status = reading_cells(name, estimate)
+    if status == "not observable":
+        return status
+    return f"{value} [{interval.replace(' … ', ', ')}]" if interval else value
+
+
+def sentence(name: CoefficientName, estimate: Estimate, *, plain: bool = False) -> str:
+    """One estimate in SI, said in the field's unit: value and interval, bound, or neither."""
+    unit = FIELD_UNITS[name][2]
+    percent = f"{100.0 * estimate.confidence:g} %"
+    value, interval, status = reading_cells(name, estimate, plain=plain)
+    if status == "not observable":
+        return status
+    if status == "upper bound":
+        return f"{value} {unit}  (upper bound, {percent})"
+    return f"{value} {unit}  [{interval.replace(' … ', ', ')}] {percent}"
+
+
+def subject(channel: str, gyros_differenced: int) -> str:
+    """What the figures are of, in words."""
+    readable = channel.replace("-", " − ")
+    if gyros_differenced > 1:
+        return f"gyros {readable}, per gyro (N̄)"
+    return f"gyro {readable}"
+
+
+def kalman_figures(angle_random_walk: Estimate) -> tuple[tuple[str, str], ...]:
+    """The white rate noise density in the three units that filters are set in: (figure, unit).
+
+    Of an upper bound these are the bound; of what was not observable, nothing.
+    """
+    if angle_random_walk.status == "not observable":
+        return ()
+    value = angle_random_walk.value
+    width = 0.5 * (angle_random_walk.high - angle_random_walk.low)
+    sizes = (
+        (DEGREE_PER_ROOT_HOUR, "°/√h"),
+        (DEGREE_PER_HOUR_PER_ROOT_HERTZ, "°/h/√Hz"),
+        (1.0, "rad/√s"),
+    )
+    # One digit more than the interval asks: these are to be pasted and squared.
+    return tuple(
+        (number(value / size, 0.1 * width / size, plain=True), unit) for size, unit in sizes
+    )
+
+
+def line_position(line: Line) -> str:
+    """Where a line stands, with the digits its error leaves: ``order 12`` or ``50.0012 Hz``."""
+    if line.frequency_error > 0.0:
+        shown = number(line.frequency, line.frequency_error, plain=True)
+    else:
+        shown = f"{line.frequency:g}"
+    return f"order {shown}" if line.scale == "angle" else f"{shown} Hz"
+
+
+def line_amplitude(line: Line) -> tuple[str, str]:
+    """Amplitude of a line and its standard deviation, ″, to the same decimal place."""
+    amplitude, error = line.amplitude / ARCSECOND, line.amplitude_error / ARCSECOND
+    decimals = min(max(decimals_for(error), 0), 9)
+    return f"{amplitude:.{decimals}f}", f"{error:.{decimals}f}"
