@@ -8,17 +8,21 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
+from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
 
 from sagnac.difference import per_gyro
 from sagnac.noise import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
     CoefficientName,
+    allan_variance_basis,
     cosine_power_basis,
+    overlapped_allan_covariance,
 )
 from sagnac.recording import FloatArray, Kind, RecordingError
+from sagnac.stability import StabilityCurve, ieee_relative_error
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
@@ -63,6 +67,90 @@ class Fit:
     notes: tuple[str, ...] = ()
 
 
+def paper_fit(
+    curve: StabilityCurve, *, gyros_differenced: int = 1, confidence: float = 0.95
+) -> Fit:
+    """Fit Q, N, B, K, R to the Allan variance by the paper's least squares on Eq. 3.
+
+    Points whose IEEE error ``1/sqrt(2 (N/n - 1))`` is above 10 % are left out. The paper
+    does not say on what scale its squares are taken; here each residual is relative to the
+    fitted variance, for on the plain scale the shortest tau would decide alone. Squared
+    coefficients are kept from falling below zero. All points weigh alike, whatever is known
+    of their errors; the intervals know it and carry the covariance of the points through.
+
+    Parameters
+    ----------
+    curve
+        Allan deviation, plain or overlapping, SI.
+    gyros_differenced
+        1, or 2 where the curve is of a difference of two gyros.
+    confidence
+        Of every interval and bound.
+
+    Returns
+    -------
+    Fit
+        With all five names; what the statuses mean stands in `weighted_fit`.
+
+    Raises
+    ------
+    RecordingError
+        If fewer than two points are left.
+    ValueError
+        If the curve is of another estimator.
+    """
+    points = _curve_points(curve, ("oadev", "adev"))
+    within = [
+        ieee_relative_error(points.angles - 1, int(factor)) <= 0.1 for factor in points.factors
+    ]
+    return _curve_fit("paper", points.keep(np.array(within)), gyros_differenced, confidence)
+
+
+def weighted_fit(
+    curve: StabilityCurve, *, gyros_differenced: int = 1, confidence: float = 0.95
+) -> Fit:
+    """Fit Q, N, B, K, R to the overlapped Allan variance by generalized least squares.
+
+    The weights are the full covariance between the points, from the fitted terms
+    themselves (`sagnac.noise.overlapped_allan_covariance`), repeated until they agree.
+    Squared coefficients are kept from falling below zero.
+
+    Intervals come from the same fit without that limit, for what one term loses at its
+    limit another gains; where the value lies outside they are widened to hold it. They
+    follow the variance of the estimate as it changes with the coefficient, so that they
+    turn lopsided where few degrees of freedom stand behind it. ``estimated``: the estimate
+    lies more than three standard deviations above zero, as they are without the term.
+    ``upper bound``: the one-sided limit at `confidence`. ``not observable``: at that limit
+    the term alone would lie above the fitted curve at half of its points or more.
+
+    Where the curve departs from Eq. 3 by more than chance, a common relative departure of
+    the points is estimated and enters the weights and intervals.
+
+    Parameters
+    ----------
+    curve
+        Overlapping Allan deviation, SI.
+    gyros_differenced
+        1, or 2 where the curve is of a difference of two gyros.
+    confidence
+        Of every interval and bound.
+
+    Returns
+    -------
+    Fit
+        With all five names.
+
+    Raises
+    ------
+    RecordingError
+        If the curve has fewer than two points.
+    ValueError
+        If the curve is of another estimator.
+    """
+    points = _curve_points(curve, ("oadev",))
+    return _curve_fit("weighted", points, gyros_differenced, confidence)
+
+
 def likelihood_fit(
     values: FloatArray,
     *,
@@ -88,8 +176,8 @@ def likelihood_fit(
     What is reported is never negative and never zero. Intervals are of the profile
     likelihood. ``estimated``: without the term twice the log likelihood falls by more
     than 9 (three standard deviations) and the interval excludes zero. ``upper bound``:
-    the one-sided limit at `confidence`. ``not observable``: that limit is above the level
-    at which the term alone would make up all of the power seen.
+    the one-sided limit at `confidence`. ``not observable``: at that limit the
+    term alone would lie above the fitted spectrum in half of the bins or more.
 
     Where the spectrum departs from the five terms by more than chance, the common
     relative departure of the bins is estimated and enters the weights and intervals.
@@ -545,11 +633,14 @@ def _profile(
         return math.sqrt(max(deviance(square) - reference, 0.0)) - math.sqrt(one_sided)
 
     high = _crossing(rise_above, origin, error * math.sqrt(one_sided))
-    mean = spectrum.basis @ best.squares
-    alone = spectrum.weight.sum() / (spectrum.weight @ (spectrum.basis[:, column] / mean))
-    if not high < alone:
+    if not high < _alone(spectrum.basis[:, column], spectrum.basis @ best.squares):
         return math.nan, math.nan, math.nan, "not observable"
     return high, 0.0, high, "upper bound"
+
+
+def _alone(term: FloatArray, total: FloatArray) -> float:
+    """Square at which a term would make all that was seen at half of the places."""
+    return float(np.median(total / term))
 
 
 def _threshold(confidence: float) -> float:
@@ -605,3 +696,263 @@ _UNSEEN: Final[tuple[float, float, float, Status]] = (
     math.nan,
     "not observable",
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _CurvePoints:
+    """What a fit needs of a curve: arrays (points,), and the record they are of.
+
+    `shortfall` is the root of how many times fewer terms a point has than the record
+    would allow; `edf` is None where the points overlap and their covariance is known.
+    """
+
+    factors: NDArray[np.int64]
+    variance: FloatArray
+    shortfall: FloatArray
+    edf: FloatArray | None
+    angles: int
+    interval: float
+
+    @property
+    def tau(self) -> FloatArray:
+        return np.asarray(self.factors * self.interval)
+
+    def keep(self, chosen: NDArray[np.bool_]) -> "_CurvePoints":
+        return replace(
+            self,
+            factors=self.factors[chosen],
+            variance=self.variance[chosen],
+            shortfall=self.shortfall[chosen],
+            edf=None if self.edf is None else self.edf[chosen],
+        )
+
+
+def _curve_points(curve: StabilityCurve, estimators: Sequence[str]) -> _CurvePoints:
+    if curve.estimator not in estimators:
+        raise ValueError(
+            f"the curve is {curve.estimator}; this fit of Eq. 3 takes {' or '.join(estimators)}"
+        )
+    angles = curve.samples if curve.kind == "angle" else curve.samples + 1
+    factors = np.round(curve.tau * curve.sample_rate).astype(np.int64)
+    overlapped = curve.estimator == "oadev"
+    terms = angles - 2 * factors
+    return _CurvePoints(
+        factors=factors,
+        variance=curve.deviation**2,
+        shortfall=np.sqrt(terms / curve.terms) if overlapped else np.ones(factors.size),
+        edf=None if overlapped else curve.edf,
+        angles=angles,
+        interval=1.0 / curve.sample_rate,
+    ).keep((curve.deviation > 0.0) & (curve.terms > 0))
+
+
+# In which order terms are given up where a curve has too few points for all.
+_FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
+    "angle_random_walk",
+    "quantization",
+    "bias_instability",
+    "rate_random_walk",
+    "rate_ramp",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _CurveModel:
+    """Eq. 3 with some of its terms, on the points of a curve."""
+
+    points: _CurvePoints
+    names: tuple[CoefficientName, ...]
+    basis: FloatArray
+    departure: float = 0.0
+
+    def covariance(self, squares: FloatArray) -> FloatArray:
+        """Covariance of the points if `squares` were true, (points, points)."""
+        points = self.points
+        covariance = overlapped_allan_covariance(
+            points.factors.tolist(),
+            dict(zip(self.names, np.sqrt(squares), strict=True)),
+            angles=points.angles,
+            interval=points.interval,
+        )
+        mean = self.basis @ squares
+        scale = points.shortfall
+        if points.edf is not None:
+            # Plain clusters share less: the correlation is kept, the spread is theirs.
+            scale = mean * np.sqrt(2.0 / points.edf / np.diag(covariance))
+        covariance = covariance * scale * scale[:, np.newaxis]
+        # A hundred-thousandth of each variance is its own, which leaves the matrix invertible
+        # whatever rounding and the far lags of 1/f do.
+        own = 1e-5 * np.diag(covariance) + (self.departure**2 + 1e-10) * mean**2
+        return np.asarray(covariance + np.diag(own))
+
+    def relative(self) -> FloatArray:
+        """Non-negative squares by least squares relative to the fitted variance."""
+        squares = np.zeros(self.basis.shape[1])
+        scale = self.points.variance
+        for _ in range(20):
+            solution = _scaled_nnls(self.basis / scale[:, np.newaxis], self.points.variance / scale)
+            if np.allclose(solution, squares, rtol=1e-6, atol=0.0):
+                break
+            squares = solution
+            scale = self.basis @ squares
+        return squares
+
+    def generalized(self, start: FloatArray, held: int | None = None) -> FloatArray:
+        """Non-negative squares by least squares in the metric of their own covariance.
+
+        From `start`, of which the term `held` keeps its value.
+        """
+        squares = start.copy()
+        free = np.arange(squares.size) != held
+        rest = self.points.variance - self.basis[:, ~free] @ squares[~free]
+        for _ in range(20):
+            if not squares.any():
+                squares[free] = 1.0 / self.basis[:, free].max(axis=0)
+            root = np.linalg.cholesky(self.covariance(squares))
+            solution = _scaled_nnls(
+                solve_triangular(root, self.basis[:, free], lower=True),
+                solve_triangular(root, rest, lower=True),
+            )
+            agreed = np.allclose(solution, squares[free], rtol=1e-4, atol=0.0)
+            squares[free] = solution
+            if agreed or not squares.any():
+                break
+        return squares
+
+    def unlimited(self, method: FitName, squares: FloatArray, column: int) -> tuple[float, float]:
+        """One square free of the limit at zero, and its error, were `squares` the truth."""
+        covariance = self.covariance(squares)
+        # The paper's residuals are relative, whatever their errors.
+        metric = np.diag((self.basis @ squares) ** 2) if method == "paper" else covariance
+        root = np.linalg.cholesky(metric)
+        whitened = solve_triangular(root, self.basis, lower=True)
+        scale = 1.0 / np.linalg.norm(whitened, axis=0)
+        inverse = np.linalg.pinv(whitened * scale, rcond=1e-10)[column] * scale[column]
+        row = solve_triangular(root, inverse, lower=True, trans="T")
+        return float(row @ self.points.variance), math.sqrt(float(row @ covariance @ row))
+
+    def misfit(self, squares: FloatArray) -> float:
+        """Chi-square of the points over its expectation, less one."""
+        root = np.linalg.cholesky(self.covariance(squares))
+        residual = solve_triangular(root, self.points.variance - self.basis @ squares, lower=True)
+        freedom = max(1, self.points.factors.size - self.basis.shape[1])
+        return float(np.dot(residual, residual)) / freedom - 1.0
+
+
+def _scaled_nnls(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    scale = 1.0 / np.linalg.norm(matrix, axis=0)
+    return np.asarray(nnls(matrix * scale, vector)[0] * scale)
+
+
+def _curve_fit(
+    method: FitName, points: _CurvePoints, gyros_differenced: int, confidence: float
+) -> Fit:
+    _check(confidence, 1.0 / points.interval)
+    per_gyro(1.0, gyros_differenced)
+    size = points.factors.size
+    if size < 2:
+        raise RecordingError(
+            f"{size} points of the curve can be fitted and Eq. 3 needs 2 or more; record longer"
+        )
+    notes = []
+    names = tuple(
+        name for name in COEFFICIENT_NAMES if name in _FIRST_TERMS[: max(1, min(5, size - 1))]
+    )
+    if len(names) < len(COEFFICIENT_NAMES):
+        notes.append(f"{size} points of the curve are enough for {', '.join(names)} only")
+    basis = allan_variance_basis(points.tau)
+    model = _CurveModel(
+        points=points,
+        names=names,
+        basis=basis[:, [COEFFICIENT_NAMES.index(name) for name in names]],
+    )
+    squares = model.relative()
+    reference = model.generalized(squares)
+    freedom = max(1, size - len(names))
+    if model.misfit(reference) * freedom > 6.0 * math.sqrt(2.0 * freedom) + 12.0:
+        model, reference = _with_curve_departure(model, squares)
+        notes.append(
+            f"the curve departs from the five terms by {100.0 * model.departure:.2g} % of the "
+            f"variance at a point; the {method} intervals allow for it"
+        )
+    if method == "weighted":
+        squares = reference
+    estimates = {name: _estimate(_UNSEEN, gyros_differenced, confidence) for name in _FIRST_TERMS}
+    for column, name in enumerate(names):
+        interval = _curve_interval(
+            model,
+            method,
+            column=column,
+            value=float(squares[column]),
+            reference=reference,
+            confidence=confidence,
+        )
+        estimates[name] = _estimate(interval, gyros_differenced, confidence)
+    return Fit(
+        method=method,
+        coefficients={name: estimates[name] for name in COEFFICIENT_NAMES},
+        notes=tuple(notes),
+    )
+
+
+def _with_curve_departure(
+    model: _CurveModel, reference: FloatArray
+) -> tuple[_CurveModel, FloatArray]:
+    low, high = math.log(1e-4), math.log(10.0)
+    for _ in range(14):
+        model = replace(model, departure=math.exp(0.5 * (low + high)))
+        reference = model.generalized(reference)
+        if model.misfit(reference) > 0.0:
+            low = math.log(model.departure)
+        else:
+            high = math.log(model.departure)
+    return model, reference
+
+
+def _curve_interval(
+    model: _CurveModel,
+    method: FitName,
+    *,
+    column: int,
+    value: float,
+    reference: FloatArray,
+    confidence: float,
+) -> tuple[float, float, float, Status]:
+    """Square of one coefficient: value, low, high and status.
+
+    The limits are where the estimate, with the weights and the error that hold if the
+    limit is the truth, lies the wanted number of standard deviations from it.
+    """
+    two_sided = float(norm.ppf(0.5 + 0.5 * confidence))
+    one_sided = float(norm.ppf(max(confidence, 0.5)))
+    unlimited, error = model.unlimited(method, reference, column)
+
+    def deviations(square: float) -> float:
+        start = reference.copy()
+        start[column] = square
+        squares = model.generalized(start, held=column)
+        if not squares.any():
+            return math.inf
+        estimate, spread = model.unlimited(method, squares, column)
+        return (estimate - square) / spread
+
+    if unlimited > 0.0 and value > 0.0:
+        absent = deviations(0.0)
+        if absent > max(math.sqrt(_PRESENCE), two_sided):
+            high = _crossing(
+                lambda square: -deviations(square) - two_sided, unlimited, two_sided * error
+            )
+            low = _crossing(
+                lambda square: deviations(square) - two_sided, unlimited, -two_sided * error, 0.0
+            )
+            if math.isfinite(high):
+                return value, min(low, value), max(high, value), "estimated"
+    inside = max(unlimited, 0.0)
+    high = _crossing(
+        lambda square: min(-deviations(square), (square - inside) / error) - one_sided,
+        inside,
+        one_sided * error,
+    )
+    if not high < _alone(model.basis[:, column], model.basis @ reference):
+        return _UNSEEN
+    return high, 0.0, high, "upper bound"
