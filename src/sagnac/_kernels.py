@@ -356,6 +356,7 @@ def lag_one_order(
         for k in range(n):
             t = k - centre
             row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
+    mean_count = counts.mean()
     for order in range(maximum_order + 1):
         product = 0.0
         square = 0.0
@@ -372,7 +373,8 @@ def lag_one_order(
             square += (row[n - 1] - mean) ** 2
         if square == 0.0:
             return np.nan
-        correlation = product / square
+        # What is left of the parabola's three parameters pulls the correlation down.
+        correlation = product / square + max(3 - order, 1) / mean_count
         fraction = correlation / (1.0 + correlation)
         if fraction < 0.25 or order == maximum_order:
             return order + fraction

@@ -710,8 +710,9 @@ def _noise_types(
             first, count = _sample_stretches(starts[long_enough], counts[long_enough], m)
             level = _kernels.lag_one_order(track.angle, first, count, m, order)
             if math.isfinite(level):
-                lowest = -2 if order == 2 else -4
-                known = int(np.clip(round(2.0 - 2.0 * level), lowest, 2))
+                bounds = _NOISE_BOUNDS if m == 1 else _NOISE_BOUNDS_APART
+                nearest = 2 - sum(2.0 - 2.0 * level < bound for bound in bounds)
+                known = max(nearest, -2 if order == 2 else -4)
                 longest_known = m
         else:
             carried += 1
@@ -870,6 +871,10 @@ _THEOH_SMALLEST: Final = 90  # the first ratio needs 0.1 N / 3 - 3 >= 0
 _BIAS_RATIOS: Final = 48
 _POINTS_PER_DECADE: Final = 20
 _FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
+_NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
+# Angles taken a cluster apart stay correlated after differencing where they are integrals of
+# a random walk: the method reads -2.4, -3.9 and -4.6 for -2, -3 and -4.
+_NOISE_BOUNDS_APART: Final = (1.5, 0.5, -0.5, -1.5, -3.1, -4.25)
 _LARGEST_WORK: Final = 1e8  # squares at one tau before windows are skipped
 _SMALLEST_EDF: Final = 0.5
 _ONE: Final = np.ones(1, dtype=np.int64)
