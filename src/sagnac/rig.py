@@ -48,7 +48,7 @@ TRUTH_SCHEMA: Final = "sagnac.truth/1"
 # turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
 _LARGEST_TURN_PER_STEP = 0.02  # rad
 _LARGEST_JITTER_STEP = 0.5  # step times natural frequency of the servo
-_MARKOV_STEP = 0.1  # s, grid of bias instability and rate random walk
+_MARKOV_STEP = 0.02  # s, grid of bias instability and rate random walk
 _MARKOV_RATIO = 3.0  # between neighbouring correlation times
 _LONGEST_CORRELATION = 10.0  # of the duration
 _NULL_MARGIN = 8.0  # null errors a passage keeps clear
@@ -185,7 +185,7 @@ class GyroConfig:
     ] = (0.001, 0.001, 0.001)
     bias_deg_per_h: Annotated[Triple, Key(-1e5, 1e5, "constant bias")] = (0.0, 0.0, 0.0)
     bias_instability_deg_per_h: Annotated[
-        Triple, Key(0.0, 1e4, "bias instability B: flicker of the rate, below 5 Hz")
+        Triple, Key(0.0, 1e4, "bias instability B: flicker of the rate, below 25 Hz")
     ] = (0.0, 0.0, 0.0)
     rate_random_walk_deg_per_h_per_sqrt_h: Annotated[
         Triple, Key(0.0, 1e4, "rate random walk K")
@@ -239,7 +239,7 @@ class RigConfig:
 
     duration_s: Annotated[float, Key(0.01, 1e7, "length of the recording")] = 7200.0
     sample_rate_hz: Annotated[float, Key(0.1, 1e5, "samples per second")] = 500.0
-    seed: Annotated[int, Key(0, 2**63 - 1, "of every random stream")] = 1
+    seed: Annotated[int, Key(0, 2**32 - 1, "of every random stream")] = 1
     table: TableConfig = TableConfig()
     encoder: EncoderConfig = EncoderConfig()
     platform: PlatformConfig = PlatformConfig()
@@ -805,7 +805,8 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
     for first in range(0, config.samples, block_samples):
         count = min(block_samples, config.samples - first)
         nodes = count * substeps
-        time: FloatArray = (first * substeps + 1 + np.arange(nodes)) * step - interval
+        begin = first * substeps + 1
+        time = np.arange(begin, begin + nodes, dtype=np.float64) * step - interval
         drive = command.angle_at(time)
         commanded = command.rate_at(time)
         rate = commanded.copy()
