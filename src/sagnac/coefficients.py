@@ -3,16 +3,17 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.fft import dct
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 from scipy.stats import chi2, norm
 
-from sagnac.difference import per_gyro
+from sagnac.difference import angle_increments, per_gyro
 from sagnac.noise import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
@@ -23,6 +24,7 @@ from sagnac.noise import (
 )
 from sagnac.recording import FloatArray, Kind, RecordingError
 from sagnac.stability import StabilityCurve, ieee_relative_error
+from sagnac.units import COEFFICIENT_UNITS
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
@@ -152,7 +154,7 @@ def weighted_fit(
 
 
 def likelihood_fit(
-    values: FloatArray,
+    values: ArrayLike,
     *,
     kind: Kind,
     sample_rate: float,
@@ -215,14 +217,14 @@ def likelihood_fit(
     ValueError
         If an argument makes no sense.
     """
-    _check(confidence, sample_rate)
+    _check_confidence(confidence)
     per_gyro(1.0, gyros_differenced)
     unknown = [name for name in terms if name not in COEFFICIENT_NAMES]
     if unknown or not terms:
         raise ValueError(f"terms {list(terms)} is not a choice of {', '.join(COEFFICIENT_NAMES)}")
     names = tuple(name for name in STOCHASTIC_NAMES if name in terms)
     interval = 1.0 / sample_rate
-    increments = _increments(values, kind=kind, sample_rate=sample_rate)
+    increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
     slope = 0.0
     if "rate_ramp" in terms:
         slope, increments = _without_slope(increments)
@@ -254,28 +256,9 @@ def likelihood_fit(
     return Fit(method="likelihood", coefficients=estimates, notes=notes)
 
 
-def _check(confidence: float, sample_rate: float) -> None:
+def _check_confidence(confidence: float) -> None:
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence is {confidence}; give a number between 0 and 1")
-    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(f"sample_rate is {sample_rate}; give samples per second, above zero")
-
-
-def _increments(values: FloatArray, *, kind: Kind, sample_rate: float) -> FloatArray:
-    values = np.asarray(values, dtype=np.float64)
-    if values.ndim != 1:
-        raise ValueError(f"values has {values.ndim} dimensions; give one channel")
-    if kind not in ("angle", "increment", "rate"):
-        raise ValueError(f"kind is {kind!r}; state angle, increment or rate")
-    finite = np.isfinite(values)
-    if not finite.all():
-        raise RecordingError(
-            f"sample {int(np.argmin(finite))} is not finite and a spectrum has no room for gaps; "
-            "take a span without gaps (--slice)"
-        )
-    if kind == "angle":
-        return np.diff(values)
-    return values / sample_rate if kind == "rate" else values
 
 
 def _without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
@@ -309,6 +292,88 @@ _PER_OCTAVE: Final = 32
 _LEAST_BINS: Final = 8
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Bins:
+    """Ranges of the index k of a cosine transform, without what is masked.
+
+    `edges` are all starts; `keep` says which of the ranges they open are used; `starts`
+    and `stops` (bins,) are those.
+    """
+
+    edges: NDArray[np.int64]
+    keep: NDArray[np.bool_]
+    starts: NDArray[np.int64]
+    stops: NDArray[np.int64]
+
+    @property
+    def count(self) -> FloatArray:
+        return np.asarray(self.stops - self.starts, dtype=np.float64)
+
+    def mean(self, squares: FloatArray) -> FloatArray:
+        """Mean over each bin of values at k = 0, 1, …"""
+        return np.asarray(np.add.reduceat(squares, self.edges)[self.keep] / self.count)
+
+
+def _cosine_bins(
+    samples: int,
+    interval: float,
+    masked: Sequence[tuple[float, float]],
+    band: tuple[float, float] | None,
+    *,
+    narrowest: int = 1,
+) -> _Bins:
+    if samples <= _LEAST_BINS:
+        raise RecordingError(f"{samples} increments are too few for a spectrum; record longer")
+    resolution = 1.0 / (2.0 * samples * interval)
+    octaves = math.log2(samples / _SINGLE) if samples > _SINGLE else 0.0
+    steps = max(1, round(_PER_OCTAVE * octaves))
+    spaced = np.unique(np.round(np.geomspace(_SINGLE, samples, steps + 1)).astype(np.int64))
+    excluded = [np.zeros((0, 2))]
+    if len(masked):
+        limits = np.asarray(masked, dtype=np.float64).reshape(-1, 2) / resolution
+        if not (np.isfinite(limits).all() and (limits[:, 0] <= limits[:, 1]).all()):
+            raise ValueError(f"masked is {list(masked)}; give pairs (low, high) in Hz")
+        # Two indices are one resolution cell, 1/duration.
+        excluded.append(np.stack([np.floor(limits[:, 0]) - 2, np.ceil(limits[:, 1]) + 3], axis=1))
+    if band is not None:
+        low, high = band
+        if not 0.0 <= low < high:
+            raise ValueError(f"band is {band}; give (low, high) in Hz with low below high")
+        top = min(high / resolution, samples)
+        excluded.append(
+            np.array([[0.0, math.ceil(low / resolution)], [math.floor(top) + 1.0, samples]])
+        )
+    ranges = np.clip(np.concatenate(excluded), 1, samples).astype(np.int64)
+    singles = np.arange(1, min(_SINGLE, samples) + 1, narrowest)
+    wide = spaced[(spaced <= samples) & (np.diff(spaced, prepend=0) >= narrowest)]
+    between = np.arange(singles[-1], wide[0] if wide.size else samples, narrowest)
+    edges = np.unique(np.concatenate([singles, between, wide, [samples], ranges.ravel()]))
+    starts, stops = edges[:-1], edges[1:]
+    blocked = np.zeros(samples + 1, dtype=np.int64)
+    np.add.at(blocked, ranges[:, 0], 1)
+    np.add.at(blocked, ranges[:, 1], -1)
+    keep = (np.cumsum(blocked)[starts] <= 0) & (stops - starts >= narrowest)
+    if np.count_nonzero(keep) < _LEAST_BINS:
+        raise RecordingError(
+            "masked and band leave too few frequencies to fit; mask less or record longer"
+        )
+    return _Bins(edges=starts, keep=keep, starts=starts[keep], stops=stops[keep])
+
+
+def _bin_basis(
+    bins: _Bins, samples: int, interval: float, names: Sequence[CoefficientName]
+) -> FloatArray:
+    """Mean over each bin of the expected squares, (bins, names)."""
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    centre = 0.5 * (bins.starts + bins.stops - 1.0)
+    # Half a step beyond the first and the last: a sum by the integral over its steps.
+    half = np.where(bins.count > 1.0, 0.5 * bins.count, 0.0)
+    index = centre[:, np.newaxis] + half[:, np.newaxis] * nodes
+    basis = cosine_power_basis(index.ravel(), samples, interval).reshape(*index.shape, -1)
+    columns = [STOCHASTIC_NAMES.index(name) for name in names]
+    return np.asarray(np.einsum("bnt,n->bt", basis, 0.5 * weights)[:, columns])
+
+
 def _cosine_spectrum(
     increments: FloatArray,
     *,
@@ -319,74 +384,25 @@ def _cosine_spectrum(
     ramp: bool,
 ) -> _Spectrum:
     samples = increments.size
-    if samples <= _LEAST_BINS:
-        raise RecordingError(f"{samples} increments are too few for a spectrum; record longer")
+    bins = _cosine_bins(samples, interval, masked, band)
     transform = dct(increments, type=2, norm="ortho")
-    resolution = 1.0 / (2.0 * samples * interval)
-    octaves = math.log2(samples / _SINGLE) if samples > _SINGLE else 0.0
-    steps = max(1, round(_PER_OCTAVE * octaves))
-    spaced = np.unique(np.round(np.geomspace(_SINGLE, samples, steps + 1)).astype(np.int64))
-    edges = [np.arange(1, min(_SINGLE, samples) + 1), spaced[spaced <= samples]]
-    excluded = np.zeros((0, 2), dtype=np.int64)
-    if len(masked):
-        # Two indices are one resolution cell, 1/duration.
-        limits = np.asarray(masked, dtype=np.float64).reshape(-1, 2) / resolution
-        if not (np.isfinite(limits).all() and (limits[:, 0] <= limits[:, 1]).all()):
-            raise ValueError(f"masked is {list(masked)}; give pairs (low, high) in Hz")
-        excluded = np.stack([np.floor(limits[:, 0]) - 2, np.ceil(limits[:, 1]) + 3], axis=1).astype(
-            np.int64
-        )
-    if band is not None:
-        low, high = band
-        if not 0.0 <= low < high:
-            raise ValueError(f"band is {band}; give (low, high) in Hz with low below high")
-        inside = [math.ceil(low / resolution), math.floor(min(high / resolution, samples)) + 1]
-        outside = np.array([[0, inside[0]], [inside[1], max(samples, inside[1])]])
-        excluded = np.concatenate([excluded, outside])
-    excluded = np.clip(excluded, 1, samples)
-    starts = np.unique(np.concatenate([*edges, excluded.ravel()]))
-    stops = starts[1:]
-    starts = starts[:-1]
-    blocked = np.zeros(samples + 1, dtype=np.int64)
-    np.add.at(blocked, excluded[:, 0], 1)
-    np.add.at(blocked, excluded[:, 1], -1)
-    keep = np.cumsum(blocked)[starts] == 0
-    if np.count_nonzero(keep) < _LEAST_BINS:
-        raise RecordingError(
-            "masked and band leave too few frequencies to fit; mask less or record longer"
-        )
-    power = np.add.reduceat(transform[1:] ** 2, starts - 1)
-    starts, stops = starts[keep], stops[keep]
-    count = (stops - starts).astype(np.float64)
-    power = power[keep] / count
+    power = bins.mean(transform**2)
     if not power.min() > 0.0:
         raise RecordingError("the values do not vary; a spectrum needs noise, check the channel")
-    single = count == 1.0
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    spread = 0.5 * count[:, np.newaxis] * nodes
-    index = np.where(
-        single[:, np.newaxis],
-        starts[:, np.newaxis],
-        0.5 * (starts + stops - 1.0)[:, np.newaxis] + spread,
-    )
-    basis = cosine_power_basis(index.ravel(), samples, interval).reshape(*index.shape, -1)
-    basis = np.einsum("bnt,n->bt", basis, 0.5 * weights)
-    columns = [STOCHASTIC_NAMES.index(name) for name in names]
-    half = 0.5 * np.pi * starts / samples
-    low_index = single & (starts < _SINGLE)
-    ramp_shape = np.where(
-        low_index & (starts % 2 == 1) & ramp,
-        -math.sqrt(2.0 / samples) * np.cos(half) / (2.0 * np.sin(half) ** 2),
-        0.0,
-    )
+    alone = (bins.count == 1.0) & (bins.starts < _SINGLE)
+    half = 0.5 * np.pi * bins.starts / samples
     return _Spectrum(
-        basis=basis[:, columns],
+        basis=_bin_basis(bins, samples, interval, names),
         power=power,
-        count=count,
-        weight=count,
-        transform=np.where(low_index, transform[starts], 0.0),
-        ramp=ramp_shape,
-        frequency=0.5 * (starts + stops - 1.0) * resolution,
+        count=bins.count,
+        weight=bins.count,
+        transform=np.where(alone, transform[bins.starts], 0.0),
+        ramp=np.where(
+            alone & (bins.starts % 2 == 1) & ramp,
+            -math.sqrt(2.0 / samples) * np.cos(half) / (2.0 * np.sin(half) ** 2),
+            0.0,
+        ),
+        frequency=np.asarray(0.25 * (bins.starts + bins.stops - 1.0) / (samples * interval)),
     )
 
 
@@ -835,7 +851,7 @@ class _CurveModel:
         """Chi-square of the points over its expectation, less one."""
         root = np.linalg.cholesky(self.covariance(squares))
         residual = solve_triangular(root, self.points.variance - self.basis @ squares, lower=True)
-        freedom = max(1, self.points.factors.size - self.basis.shape[1])
+        freedom = max(1, self.points.factors.size - len(self.names))
         return float(np.dot(residual, residual)) / freedom - 1.0
 
 
@@ -847,7 +863,7 @@ def _scaled_nnls(matrix: FloatArray, vector: FloatArray) -> FloatArray:
 def _curve_fit(
     method: FitName, points: _CurvePoints, gyros_differenced: int, confidence: float
 ) -> Fit:
-    _check(confidence, 1.0 / points.interval)
+    _check_confidence(confidence)
     per_gyro(1.0, gyros_differenced)
     size = points.factors.size
     if size < 2:
@@ -956,3 +972,200 @@ def _curve_interval(
     if not high < _alone(model.basis[:, column], model.basis @ reference):
         return _UNSEEN
     return high, 0.0, high, "upper bound"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Separation:
+    """Angle random walk of each of three gyros, from their differences alone.
+
+    Attributes
+    ----------
+    angle_random_walk
+        By gyro, rad/sqrt(s).
+    notes
+        What was noticed, a negative variance among it.
+    """
+
+    angle_random_walk: Mapping[str, Estimate]
+    notes: tuple[str, ...] = ()
+
+
+def three_cornered_hat(
+    gyros: Mapping[str, ArrayLike],
+    *,
+    kind: Kind,
+    sample_rate: float,
+    confidence: float = 0.95,
+    masked: Sequence[tuple[float, float]] = (),
+    band: tuple[float, float] | None = None,
+) -> Separation:
+    """Each gyro's own angle random walk from three that turn together.
+
+    What the gyros share (the table, the Earth) is in each of them and in no difference of
+    them, so only the differences are used: the first less the second and the second less
+    the third. Their spectra and cross spectrum are the sum of Q, N, B and K of three
+    independent gyros; all twelve squares are fitted at once by likelihood on the cosine
+    transforms, as in `likelihood_fit`. This is the three-cornered hat by covariances
+    (`sagnac.difference.groslambert_covariance`) with the weights that lose nothing.
+
+    A square may come out negative where a gyro is much quieter than the other two, or
+    where the gyros' noises are not independent. Then, and wherever the square is below
+    three standard deviations, an upper bound is given and a note says why.
+
+    Parameters
+    ----------
+    gyros
+        Three channels of one length by name, rad for ``angle`` and ``increment``, rad/s
+        for ``rate``; the share of common motion already alike, lines removed or masked.
+    kind
+        What one sample is.
+    sample_rate
+        Samples per second.
+    confidence
+        Of every interval and bound.
+    masked, band
+        As in `likelihood_fit`.
+
+    Returns
+    -------
+    Separation
+        By the names given.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite, the differences do not vary, or too little is left.
+    ValueError
+        If there are not three gyros of one length, or another argument makes no sense.
+    """
+    _check_confidence(confidence)
+    if len(gyros) != 3:
+        raise ValueError(f"gyros has {len(gyros)} channels; a three-cornered hat takes three")
+    channels = [
+        angle_increments(values, kind=kind, sample_rate=sample_rate) for values in gyros.values()
+    ]
+    sizes = {channel.size for channel in channels}
+    if len(sizes) != 1:
+        raise ValueError(f"gyros have {sorted(sizes)} increments; give one span of all three")
+    samples, interval = channels[0].size, 1.0 / sample_rate
+    # A ramp lives in the lowest indices, and least squares took what noise looks like one.
+    lowest = 4.0 / (samples * interval)
+    low, high = band if band is not None else (0.0, math.inf)
+    # One product of two transforms fits a singular matrix, at infinite likelihood.
+    bins = _cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
+    basis = _bin_basis(bins, samples, interval, STOCHASTIC_NAMES)
+    one, other = (
+        dct(_without_slope(first - second)[1], type=2, norm="ortho")
+        for first, second in pairwise(channels)
+    )
+    moments = np.stack([bins.mean(one**2), bins.mean(one * other), bins.mean(other**2)], axis=1)
+    if not min(moments[:, 0].min(), moments[:, 2].min()) > 0.0:
+        raise RecordingError(
+            f"two of the gyros {', '.join(gyros)} are the same; check the columns (--columns)"
+        )
+    squares, errors = _separate(basis, moments, bins.count)
+    column = STOCHASTIC_NAMES.index("angle_random_walk")
+    notes = []
+    estimates = {}
+    for gyro, name in enumerate(gyros):
+        square, error = float(squares[gyro, column]), float(errors[gyro, column])
+        reach = error * float(norm.ppf(0.5 + 0.5 * confidence))
+        if square > math.sqrt(_PRESENCE) * error and square > reach:
+            estimates[name] = _estimate(
+                (square, square - reach, square + reach, "estimated"), 1, confidence
+            )
+            continue
+        bound = max(square, 0.0) + error * float(norm.ppf(max(confidence, 0.5)))
+        estimates[name] = _estimate((bound, 0.0, bound, "upper bound"), 1, confidence)
+        what = "negative" if square < 0.0 else "within three standard deviations of zero"
+        notes.append(
+            f"the squared angle random walk of {name} alone came out {what}: it is much quieter "
+            "than the others, or their noises are not independent; an upper bound is given"
+        )
+    return Separation(angle_random_walk=estimates, notes=tuple(notes))
+
+
+# First less second and second less third, in terms of the three gyros.
+_DIFFERENCES: Final = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
+
+
+def _separate(
+    basis: FloatArray, moments: FloatArray, count: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Squares of each gyro and their errors, (3, terms) each, by Fisher scoring.
+
+    The spectral matrix of the two differences is linear in the squares; scoring is least
+    squares on its entries in the metric of their own covariance, repeated.
+    """
+    terms = basis.shape[1]
+
+    def solve(squares: FloatArray) -> tuple[float, FloatArray]:
+        """-2 log likelihood and the inverse spectral matrices, (bins, 2, 2)."""
+        density = basis @ squares.T
+        spectral = np.einsum("ig,bg,jg->bij", _DIFFERENCES, density, _DIFFERENCES)
+        determinant = spectral[:, 0, 0] * spectral[:, 1, 1] - spectral[:, 0, 1] ** 2
+        if not (determinant.min() > 0.0 and spectral[:, 0, 0].min() > 0.0):
+            return math.inf, spectral
+        inverse = spectral[:, ::-1, ::-1] / determinant[:, np.newaxis, np.newaxis]
+        inverse[:, 0, 1] *= -1.0
+        inverse[:, 1, 0] *= -1.0
+        trace = (
+            inverse[:, 0, 0] * moments[:, 0]
+            + 2.0 * inverse[:, 0, 1] * moments[:, 1]
+            + inverse[:, 1, 1] * moments[:, 2]
+        )
+        return float(count @ (np.log(determinant) + trace)), inverse
+
+    # The three spectra by covariances, averaged over all bins, start it as white noise.
+    total = moments.T @ count / count.sum()
+    start = np.maximum([total[0] + total[1], -total[1], total[2] + total[1]], 0.01 * total[0])
+    squares = np.zeros((3, terms))
+    squares[:, STOCHASTIC_NAMES.index("angle_random_walk")] = start / basis[0, 1]
+    deviance, inverse = solve(squares)
+    matrix = np.stack([moments[:, 0], moments[:, 1], moments[:, 1], moments[:, 2]], axis=1).reshape(
+        -1, 2, 2
+    )
+    for _ in range(100):
+        reach = inverse @ _DIFFERENCES
+        coupling = np.einsum("ig,bih->bgh", _DIFFERENCES, reach) ** 2
+        fisher = 0.5 * np.einsum("b,bs,bt,bgh->gsht", count, basis, basis, coupling)
+        observed = np.einsum("big,bij,bjg->bg", reach, matrix, reach)
+        score = 0.5 * np.einsum("b,bs,bg->gs", count, basis, observed)
+        target = _solve(fisher.reshape(3 * terms, -1), score.ravel()).reshape(3, terms)
+        share = 1.0
+        for _ in range(40):
+            trial = squares + share * (target - squares)
+            outcome, trial_inverse = solve(trial)
+            if outcome <= deviance:
+                break
+            share *= 0.5
+        else:
+            break
+        fall = deviance - outcome
+        squares, deviance, inverse = trial, outcome, trial_inverse
+        if fall < 1e-7:
+            break
+    fisher = fisher.reshape(3 * terms, -1)
+    scale = 1.0 / np.sqrt(np.diag(fisher))
+    covariance = np.linalg.pinv(fisher * scale * scale[:, np.newaxis], rcond=1e-12)
+    return squares, (np.sqrt(np.diag(covariance)) * scale).reshape(3, terms)
+
+
+def in_units(name: CoefficientName, value: float) -> dict[str, float]:
+    """One coefficient in every unit that it is written in.
+
+    Parameters
+    ----------
+    name
+        Of the coefficient.
+    value
+        SI.
+
+    Returns
+    -------
+    dict
+        By unit, the field's first. Angle random walk as a noise density is per root hertz
+        of a two-sided spectrum, as the IEEE standards define it: 1 deg/sqrt(h) is
+        60 deg/h/sqrt(Hz), and rad/sqrt(s) and rad/s/sqrt(Hz) are the same number.
+    """
+    return {unit: value / size for unit, size in COEFFICIENT_UNITS[name].items()}

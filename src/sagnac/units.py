@@ -44,6 +44,23 @@ DEGREE_PER_HOUR_PER_ROOT_HERTZ: Final = DEGREE / HOUR  # rate noise density, rad
 DEGREE_PER_HOUR_PER_ROOT_HOUR: Final = DEGREE / HOUR / math.sqrt(HOUR)  # rate random walk
 DEGREE_PER_HOUR_PER_HOUR: Final = DEGREE / HOUR / HOUR  # rate ramp, rad/s^2
 
+# Every unit a coefficient is written in, the field's own first: the size of one in SI.
+COEFFICIENT_UNITS: Final[dict[str, dict[str, float]]] = {
+    "quantization": {"arcsec": ARCSECOND, "deg": DEGREE, "rad": 1.0},
+    "angle_random_walk": {
+        "deg/sqrt(h)": DEGREE_PER_ROOT_HOUR,
+        "deg/h/sqrt(Hz)": DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+        "rad/s/sqrt(Hz)": 1.0,
+        "rad/sqrt(s)": 1.0,
+    },
+    "bias_instability": {"deg/h": DEGREE_PER_HOUR, "rad/s": 1.0},
+    "rate_random_walk": {
+        "deg/h/sqrt(h)": DEGREE_PER_HOUR_PER_ROOT_HOUR,
+        "rad/s/sqrt(s)": 1.0,
+    },
+    "rate_ramp": {"deg/h/h": DEGREE_PER_HOUR_PER_HOUR, "rad/s^2": 1.0},
+}
+
 _ALIASES: Final[dict[str, str]] = {
     "″": "arcsec",
     '"': "arcsec",
