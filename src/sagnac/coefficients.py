@@ -33,6 +33,9 @@ FitName = Literal["paper", "weighted", "likelihood"]
 # alarm of 0.13 % for each term that is not there.
 _PRESENCE: Final = 9.0
 
+# Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
+_CONVERGED: Final = 1e-3
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
@@ -445,7 +448,7 @@ def _maximize(
     fixed: tuple[int, float] | None = None,
     ramp: float | None = None,
 ) -> _Optimum:
-    """Fisher scoring over the squared coefficients, one of them or the ramp held if asked.
+    """Most likely squared coefficients, one of them or the ramp held if asked.
 
     With the ramp held the squares are kept from falling below zero: a ramp that meets the
     lowest frequency exactly would leave its variance free to vanish, at infinite likelihood.
@@ -476,11 +479,16 @@ def _maximize(
     for _ in range(100):
         if not squares.size:
             break
-        weight = spectrum.weight / mean**2
+        # Newton's curvature where it is one, which squares of one degree of freedom leave in
+        # doubt far from the maximum; else its expectation (scoring).
+        expected = spectrum.weight / mean**2
+        gradient = columns.T @ (expected * (mean - power))
+        observed = expected * (2.0 * power / mean - 1.0)
+        curvature = columns.T @ (observed[:, np.newaxis] * columns)
+        if not _is_positive(curvature):
+            curvature = columns.T @ (expected[:, np.newaxis] * columns)
         solve = _solve if ramp is None else _solve_non_negative
-        target = solve(
-            columns.T @ (weight[:, np.newaxis] * columns), columns.T @ (weight * (power - offset))
-        )
+        target = solve(curvature, curvature @ squares - gradient)
         share = 1.0
         for _ in range(40):
             trial = squares + share * (target - squares)
@@ -495,7 +503,7 @@ def _maximize(
         fall = deviance - outcome[0]
         squares, mean = trial, trial_mean
         deviance, slope, information, power = outcome
-        if fall < 1e-7:
+        if fall < _CONVERGED:
             break
     weight = spectrum.weight / mean**2
     return _Optimum(
@@ -515,6 +523,19 @@ def _joined(
     if fixed is not None:
         whole[fixed[0]] = fixed[1]
     return whole
+
+
+def _is_positive(matrix: FloatArray) -> bool:
+    diagonal = np.diag(matrix)
+    if not diagonal.min() > 0.0:
+        return False
+    scale = 1.0 / np.sqrt(diagonal)
+    try:
+        # With room for rounding: nearly collinear terms are not a direction to trust.
+        np.linalg.cholesky(matrix * scale * scale[:, np.newaxis] - 1e-9 * np.eye(scale.size))
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _solve(matrix: FloatArray, vector: FloatArray) -> FloatArray:
@@ -604,7 +625,7 @@ def _crossing(
     else:
         return math.copysign(math.inf, step)
     for _ in range(60):
-        if abs(high_value) < 1e-4:
+        if abs(high_value) < _CONVERGED:
             return high
         share = low_value / (low_value - high_value)
         middle = low + min(max(share, 0.02), 0.98) * (high - low)
@@ -1143,7 +1164,7 @@ def _separate(
             break
         fall = deviance - outcome
         squares, deviance, inverse = trial, outcome, trial_inverse
-        if fall < 1e-7:
+        if fall < _CONVERGED:
             break
     fisher = fisher.reshape(3 * terms, -1)
     scale = 1.0 / np.sqrt(np.diag(fisher))
