@@ -158,10 +158,14 @@ def filter_degrees_of_freedom(weights, terms):
 
 
 def power_law_rates(generator, samples, alpha):
-    """Rates of spectrum f^alpha by fractional differencing of white noise (Kasdin 1995)."""
-    response = np.ones(samples)
-    for k in range(1, samples):
-        response[k] = response[k - 1] * (k - 1 - alpha / 2) / k
-    size = 2 * samples
-    white = generator.standard_normal(samples)
-    return np.fft.irfft(np.fft.rfft(white, size) * np.fft.rfft(response, size), size)[:samples]
+    """Rates of spectrum f^alpha by fractional differencing of white noise (Kasdin 1995).
+
+    The first half of what is made is let go, so that the filter does not start from rest.
+    """
+    made = 2 * samples
+    response = np.ones(made)
+    k = np.arange(1, made)
+    response[1:] = np.cumprod((k - 1 - alpha / 2) / k)
+    white = generator.standard_normal(made)
+    rates = np.fft.irfft(np.fft.rfft(white, 2 * made) * np.fft.rfft(response, 2 * made), 2 * made)
+    return rates[samples:made]

@@ -696,37 +696,63 @@ def _noise_types(
     """Power law of the rate noise at each cluster, by lag-1 autocorrelation.
 
     Angles a cluster apart lose a parabola and are differenced until they are stationary.
-    Where fewer than 30 are left, the type at the longest cluster with enough stands.
+    From short clusters to long, on octaves at least, the type found before stands as long as
+    the reading is within its scatter of it; and it stands for good where fewer than 30
+    angles are left.
     """
     starts, lengths = _whole_stretches(track)
-    noise = np.zeros(clusters.size, dtype=np.int64)
-    known: int | None = None
-    longest_known = 0
-    carried = 0
-    for i, m in enumerate(map(int, clusters)):
-        counts = (lengths - 1) // m + 1
-        long_enough = counts >= _FEWEST_FOR_NOISE
-        if long_enough.any():
-            first, count = _sample_stretches(starts[long_enough], counts[long_enough], m)
-            level = _kernels.lag_one_order(track.angle, first, count, m, order)
-            if math.isfinite(level):
-                bounds = _NOISE_BOUNDS if m == 1 else _NOISE_BOUNDS_APART
-                nearest = 2 - sum(2.0 - 2.0 * level < bound for bound in bounds)
-                known = max(nearest, -2 if order == 2 else -4)
-                longest_known = m
-        else:
-            carried += 1
-        noise[i] = 0 if known is None else known
-    if carried and known is not None:
-        notes.append(
-            f"noise type of the {carried} longest taus is that found at {longest_known} samples"
-        )
-    elif known is None:
+    longest = int(lengths.max(initial=1)) - 1
+    usable = longest // (_FEWEST_FOR_NOISE - 1)
+    anchor = max(1, min(int(clusters[0]), longest // _SURE_OF_NOISE))
+    octaves = anchor * 2 ** np.arange(int(clusters[-1]).bit_length(), dtype=np.int64)
+    ladder = np.unique(np.concatenate((octaves[octaves <= clusters[-1]], clusters)))
+    ladder = ladder[ladder <= usable]
+    found: list[int] = []
+    for m in map(int, ladder):
+        reading, scatter = _read_noise(track.angle, starts, lengths, m, order)
+        previous = found[-1] if found else None
+        if math.isnan(reading):
+            break
+        lowest = -2 if order == 2 else -4
+        nearest = max(_nearest_type(reading, m), lowest)
+        above = max(_nearest_type(reading + scatter, m), lowest)
+        below = max(_nearest_type(reading - scatter, m), lowest)
+        stands = previous is not None and below <= previous <= above
+        found.append(previous if previous is not None and stands else nearest)
+    if not found:
         notes.append(
             "noise type taken as 0 (angle random walk) for the intervals: "
-            f"under {_FEWEST_FOR_NOISE} clusters, or no noise, to tell it from"
+            f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from"
         )
-    return noise
+        return np.zeros(clusters.size, dtype=np.int64)
+    ladder = ladder[: len(found)]
+    carried = int((clusters > usable).sum())
+    if carried:
+        notes.append(
+            f"noise type of the {carried} longest taus is that found at {ladder[-1]} samples"
+        )
+    place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)
+    return np.array(found, dtype=np.int64)[place]
+
+
+def _read_noise(
+    angle: FloatArray,
+    starts: NDArray[np.int64],
+    lengths: NDArray[np.int64],
+    cluster: int,
+    order: int,
+) -> tuple[float, float]:
+    """Exponent as read, not rounded, and about its standard deviation times 1.3."""
+    counts = (lengths - 1) // cluster + 1
+    enough = counts >= _FEWEST_FOR_NOISE
+    first, count = _sample_stretches(starts[enough], lengths[enough], cluster)
+    level = float(_kernels.lag_one_order(angle, first, count, cluster, order))
+    return 2.0 - 2.0 * level, 2.0 / math.sqrt(min(int(counts[enough].sum()), int(count.sum())))
+
+
+def _nearest_type(reading: float, cluster: int) -> int:
+    bounds = _NOISE_BOUNDS if cluster == 1 else _NOISE_BOUNDS_APART
+    return 2 - sum(reading < bound for bound in bounds)
 
 
 def _whole_stretches(track: _Track) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -744,16 +770,24 @@ def _whole_stretches(track: _Track) -> tuple[NDArray[np.int64], NDArray[np.int64
 
 
 def _sample_stretches(
-    starts: NDArray[np.int64], counts: NDArray[np.int64], cluster: int
+    starts: NDArray[np.int64], lengths: NDArray[np.int64], cluster: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """At most a few blocks of at most a few thousand clusters, spread over the record.
+    """Where to read angles a cluster apart, and how many: some 32 000 in all at most.
 
-    They fix the autocorrelation to half a percent, far inside the width of a noise type.
+    They fix the autocorrelation to half a percent, far inside the width of a noise type. A
+    short record is read up to eight times, each time starting elsewhere in the cluster.
     """
     length, most = 4096, 8
-    if counts.sum() <= length * most:
-        return starts, counts
+    counts = (lengths - 1) // cluster + 1
     places, sizes = [], []
+    if counts.sum() <= length * most:
+        readings = min(cluster, most, int(length * most // counts.sum()))
+        for start, size in zip(starts, lengths, strict=True):
+            for k in range(readings):
+                offset = k * cluster // readings
+                places.append(int(start) + offset)
+                sizes.append((int(size) - 1 - offset) // cluster + 1)
+        return np.array(places), np.array(sizes)
     for start, count in zip(starts, counts, strict=True):
         pieces = max(1, int(count) // length)
         for k in range(pieces):
@@ -773,16 +807,35 @@ def _degrees_of_freedom(
         return _greenhall_riley(estimator, noise_type, cluster, windows)
     ratio = (samples - 1) / cluster
     alpha = max(noise_type, -2)
+    # The published fits are for long clusters and run past what one-sample clusters have.
+    shortest = _greenhall_riley("oadev", alpha, 1, samples - 2)
     if estimator == "totdev":
-        if alpha > 0 and 2 * cluster < samples:
-            # SP1065 has no total coefficients for angle noise; the ends add next to nothing.
-            return _greenhall_riley("oadev", alpha, cluster, samples - 2 * cluster)
-        slope, offset = _TOTAL_COEFFICIENTS[min(alpha, 0)]
-        return max(slope * ratio - offset, _SMALLEST_EDF)
+        if alpha > 0:
+            return _total_of_angle_noise(cluster, samples)
+        slope, offset = _TOTAL_COEFFICIENTS[alpha]
+        edf = slope * ratio - offset
+        if alpha == 0:
+            # The table is for long clusters; Stein's factor for white rate leads up to them.
+            edf *= 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0)
+        return min(max(edf, _SMALLEST_EDF), shortest)
     if estimator == "mtotdev":
         slope, offset = _MODIFIED_TOTAL_COEFFICIENTS[alpha]
-        return max(slope * ratio - offset, _SMALLEST_EDF)
+        return min(max(slope * ratio - offset, _SMALLEST_EDF), shortest)
     return max(_theo1_degrees_of_freedom(alpha, _THEO1_EFFECTIVE * cluster, samples), 1.0)
+
+
+def _total_of_angle_noise(cluster: int, samples: int) -> float:
+    """White angle noise, of which SP1065 gives none: (tr Q)^2 / tr Q^2 of the total variance.
+
+    Counted to leading order: each reflected difference holds an end of the record twice, and
+    that one angle, met in every reflected difference, is what rules long clusters.
+    """
+    n, m = float(samples), float(cluster)
+    if 2 * cluster < samples:
+        inner = n - 2.0 * m
+        return (6.0 * inner + 20.0 * m) ** 2 / (70.0 * inner + 32.0 * m * m + 340.0 * m)
+    one, both = n - m, 2.0 * m - n  # differences that hold one end, and both
+    return (20.0 * one + 14.0 * both) ** 2 / (32.0 * one**2 + 64.0 * both**2 + 64.0 * one * both)
 
 
 @lru_cache(maxsize=4096)
@@ -871,6 +924,7 @@ _THEOH_SMALLEST: Final = 90  # the first ratio needs 0.1 N / 3 - 3 >= 0
 _BIAS_RATIOS: Final = 48
 _POINTS_PER_DECADE: Final = 20
 _FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
+_SURE_OF_NOISE: Final = 200  # angles that leave no doubt between one type and the next
 _NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
 # Angles taken a cluster apart stay correlated after differencing where they are integrals of
 # a random walk: the method reads -2.4, -3.9 and -4.6 for -2, -3 and -4.

@@ -1,0 +1,17 @@
+"""Run every benchmark module in turn, with the arguments given."""
+
+import importlib
+import pkgutil
+import sys
+
+import benchmarks
+
+
+def main(arguments: list[str]) -> None:
+    for module in pkgutil.iter_modules(benchmarks.__path__):
+        if not module.name.startswith("_"):
+            importlib.import_module(f"benchmarks.{module.name}").main(arguments)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

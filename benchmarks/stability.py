@@ -1,0 +1,156 @@
+"""Stability curves beside allantools, and their cost against the number of samples.
+
+The same rates and the same clusters, in one process on one thread, the two libraries in
+turn, medians of five. Ours includes the noise types, degrees of freedom and intervals.
+"""
+
+import argparse
+import contextlib
+import io
+import os
+import platform
+import resource
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import allantools
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from sagnac import stability_curve
+from sagnac.stability import Estimator
+
+REPEATS = 5
+LONG, SHORT = 3_600_000, 3_600
+LARGEST = {"oadev": 2, "mdev": 3, "ohdev": 3, "totdev": 1, "mtotdev": 3, "theo1": 1}
+FAST: tuple[Estimator, ...] = ("oadev", "mdev", "ohdev", "totdev")
+SLOW: tuple[Estimator, ...] = ("mtotdev", "theo1")
+
+
+def rates(samples: int) -> NDArray[np.float64]:
+    return np.random.default_rng(1).standard_normal(samples)
+
+
+def clusters(estimator: Estimator, samples: int, points: int) -> NDArray[np.float64]:
+    first = 10 if estimator == "theo1" else 1
+    grid = np.geomspace(first, (samples - 1) // LARGEST[estimator], points)
+    if estimator == "theo1":
+        return np.unique(2.0 * np.floor(grid / 2.0))
+    return np.unique(np.floor(grid))
+
+
+def ours(values: NDArray[np.float64], estimator: Estimator, taus: NDArray[np.float64]) -> None:
+    stability_curve(values, kind="rate", sample_rate=1.0, estimator=estimator, taus=taus)
+
+
+def theirs(values: NDArray[np.float64], estimator: Estimator, taus: NDArray[np.float64]) -> None:
+    with contextlib.redirect_stdout(io.StringIO()):
+        getattr(allantools, estimator)(values, rate=1.0, data_type="freq", taus=taus)
+
+
+def seconds(call: Callable[..., None], *arguments: object) -> float:
+    start = time.perf_counter()
+    call(*arguments)
+    return time.perf_counter() - start
+
+
+def beside(estimator: Estimator, samples: int, points: int, bar: int) -> str:
+    values, taus = rates(samples), clusters(estimator, samples, points)
+    ours(values[:500], estimator, clusters(estimator, 500, 5))
+    pairs = [
+        (seconds(ours, values, estimator, taus), seconds(theirs, values, estimator, taus))
+        for _ in range(REPEATS)
+    ]
+    our, their = (statistics.median(column) for column in zip(*pairs, strict=True))
+    return (
+        f"| {estimator} | {samples:.1e} | {taus.size} | {our:.4f} | {their:.3f} "
+        f"| {their / our:.1f} | {bar} |"
+    )
+
+
+def peak_above_data(estimator: Estimator, samples: int) -> float:
+    """MB above the array of values, in a process of its own."""
+    command = [sys.executable, "-m", "benchmarks.stability", "--memory", estimator, str(samples)]
+    return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def print_memory(estimator: Estimator, samples: int) -> None:
+    ours(rates(1000), estimator, clusters(estimator, 1000, 5))
+    values = rates(samples)
+    taus = clusters(estimator, samples, 60)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    ours(values, estimator, taus)
+    print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / 1e6)
+
+
+def cost(estimator: Estimator, samples: int) -> float:
+    values, taus = rates(samples), clusters(estimator, samples, 60)
+    ours(values[:500], estimator, clusters(estimator, 500, 5))
+    repeats = REPEATS if samples <= 1e6 else 1
+    return statistics.median(seconds(ours, values, estimator, taus) for _ in range(repeats))
+
+
+def report(largest: int) -> str:
+    lines = [
+        "# Stability curves: speed and memory",
+        "",
+        f"`python -m benchmarks.stability --write`; {platform.machine()}, {os.cpu_count()} cores, "
+        f"one thread, Python {platform.python_version()}, numpy {np.__version__}, "
+        f"numba {numba.__version__}, allantools {allantools.__version__}; white rates, seed 1.",
+        "",
+        "## Beside allantools",
+        "",
+        f"Seconds, medians of {REPEATS}, the two in turn in one process. Ours includes noise "
+        "types, degrees of freedom and intervals.",
+        "",
+        "| estimator | samples | clusters | ours | allantools | ratio | bar |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    lines += [beside(name, LONG, 60, 10 if name == "totdev" else 8) for name in FAST]
+    lines += [beside(name, SHORT, 8, 100) for name in SLOW]
+    lines += ["", "## Peak memory above the values", "", "| estimator | samples | MB |"]
+    lines += ["|---|---|---|"]
+    lines += [f"| {name} | {LONG:.1e} | {peak_above_data(name, LONG):.0f} |" for name in FAST]
+    sizes = [10**k for k in range(4, 9) if 10**k <= largest]
+    lines += [
+        "",
+        "## Cost against the number of samples",
+        "",
+        "Seconds for 60 log-spaced clusters up to the longest. Above some 20 000 samples "
+        "`mtotdev` and `theo1` average every k-th window, as the notes of their curves state.",
+        "",
+        "| samples | " + " | ".join((*FAST, *SLOW)) + " |",
+        "|---|" + "---|" * len((*FAST, *SLOW)),
+    ]
+    for size in sizes:
+        names = (*FAST, *SLOW) if size <= 1e7 else FAST
+        cells = [f"{cost(name, size):.4f}" if name in names else "–" for name in (*FAST, *SLOW)]
+        lines.append(f"| {size:.0e} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str]) -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.stability", description=__doc__)
+    parser.add_argument("--write", action="store_true", help="write docs/benchmarks_stability.md")
+    parser.add_argument("--largest", type=float, default=1e7, help="samples, up to 1e8")
+    parser.add_argument("--memory", nargs=2, metavar=("ESTIMATOR", "SAMPLES"))
+    options = parser.parse_args(arguments)
+    if options.memory:
+        print_memory(options.memory[0], int(options.memory[1]))
+        return
+    text = report(int(options.largest))
+    print(text)
+    if options.write:
+        target = Path(__file__).parents[1] / "docs" / "benchmarks_stability.md"
+        draft = target.with_suffix(".part")
+        draft.write_text(text, encoding="utf-8")
+        os.replace(draft, target)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
