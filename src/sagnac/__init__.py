@@ -22,8 +22,25 @@ Kinds
     sample) or ``rate``. There is no default.
 """
 
-from sagnac.stability import StabilityCurve, stability_curve
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from sagnac.stability import StabilityCurve, stability_curve
 
 __version__ = "0.1.0"
 
 __all__ = ["StabilityCurve", "__version__", "stability_curve"]
+
+_HOME: Final = {
+    "StabilityCurve": "sagnac.stability",
+    "stability_curve": "sagnac.stability",
+}
+
+
+def __getattr__(name: str) -> Any:
+    # Imported at first use: the compiled kernels take half a second, which the command
+    # line's --help and its usage errors must not wait for.
+    if name in _HOME:
+        return getattr(import_module(_HOME[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

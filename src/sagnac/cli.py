@@ -251,12 +251,15 @@ def analyze(files: Files, /, *, options: Options = _NO_OPTIONS, output: Folder =
     statement = _statement(options)
     _settings(options, ("x",))
     folders = _folders(files, output, options)
+    for folder in folders:
+        _require_writable(folder)
     done: list[Analysis] = []
     failed = DONE
     for file, folder in zip(files, folders, strict=True):
         try:
             written: list[Path] = []
-            with _progress(file.name if len(files) > 1 else "") as progress:
+            named = file.name if len(files) > 1 else ""
+            with _naming(file), _progress(named) as progress:
                 recording, seconds = _read(file, statement, progress)
                 settings = _settings(options, _gyros(options, recording))
                 from sagnac.analysis import analyze as run
@@ -292,10 +295,11 @@ def avar(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = None
     """
     statement = _statement(options)
     _settings(options, ("x",), method="none", interval=None)
+    _require_writable(output)
     analyses: list[Analysis] = []
     cleaned: list[Analysis] = []
     written: list[Path] = []
-    with _progress() as progress:
+    with _naming(file), _progress() as progress:
         recording, seconds = _read(file, statement, progress)
         if recording.table is not None:
             recording = replace(recording, table=None, null_pulse=None)
@@ -344,7 +348,7 @@ def lines(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
     """The periodic components found, strongest first."""
     statement = _statement(options)
     _settings(options, ("x",))
-    with _progress() as progress:
+    with _naming(file), _progress() as progress:
         recording, seconds = _read(file, statement, progress)
         from sagnac.analysis import analyze as run
 
@@ -366,10 +370,11 @@ def compare(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = N
     """
     statement = _statement(options)
     _settings(options, ("x",))
+    _require_writable(output)
     analyses: dict[str, Analysis] = {}
     refused: dict[str, str] = {}
     written: list[Path] = []
-    with _progress() as progress:
+    with _naming(file), _progress() as progress:
         recording, seconds = _read(file, statement, progress)
         from sagnac.analysis import analyze as run
         from sagnac.recording import RecordingError
@@ -395,7 +400,7 @@ def compare(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = N
         print(to_json(comparison_document(analyses, refused)))
         return DONE
     one = next(iter(analyses.values()))
-    print(f"{file}: gyros {_subject(one)}\n")
+    print(f"{file}: {_subject(one)}\n")
     rows = [
         (
             method,
@@ -413,9 +418,12 @@ def compare(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = N
     )
     for method, why in refused.items():
         print(f"{method}: {why}")
-    print()
-    for note in dict.fromkeys(note for each in analyses.values() for note in each.notes):
+    for note in one.recording.notes:
         print(f"note: {note}")
+    for method, analysis in analyses.items():
+        for note in analysis.notes:
+            if note not in one.recording.notes:
+                print(f"note: {method}: {note}")
     _print_paths(written)
     return DONE
 
@@ -427,7 +435,7 @@ def check(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
     Exit status 1 where an error was found.
     """
     statement = _statement(options)
-    with _progress() as progress:
+    with _naming(file), _progress() as progress:
         recording, _ = _read(file, statement, progress, verify=False)
         from sagnac.recording import check as findings_of
 
@@ -677,9 +685,34 @@ def _read(
     return recording, {"read": time.perf_counter() - began}
 
 
+@contextmanager
+def _naming(file: Path) -> Iterator[None]:
+    """Put the file before a data error of a stage that knows nothing of files."""
+    from sagnac.recording import RecordingError
+
+    try:
+        yield
+    except RecordingError as error:
+        if str(file) in str(error):
+            raise
+        raise RecordingError(f"{file}: {error}") from error
+
+
 def _with_seconds(analysis: "Analysis", before: Mapping[str, float]) -> "Analysis":
     """The analysis with the time of what was done before it in front."""
     return replace(analysis, seconds={**before, **analysis.seconds})
+
+
+def _require_writable(folder: Path | None) -> None:
+    """Refuse a folder that cannot be written to before the work, and make nothing yet."""
+    from sagnac.recording import RecordingError
+
+    if folder is None:
+        return
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        why = "is no folder" if not there.is_dir() else "may not be written to"
+        raise RecordingError(f"{folder}: {there} {why}; choose another folder (-o)")
 
 
 def _folder(folder: Path) -> Path:
@@ -914,7 +947,7 @@ def _print_lines(analysis: "Analysis") -> None:
             "table angle" if line.scale == "angle" else "time",
             line_position(line),
             *line_amplitude(line),
-            f"{line.significance:.0f}",
+            f"{line.significance:.4g}",
             line.channel,
             line.name,
         )

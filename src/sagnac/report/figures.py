@@ -83,22 +83,23 @@ def stability_figure(analysis: Analysis) -> Figure:
     with _styled() as (figure, axes):
         before = per_gyro_curve(analysis.curve_before, analysis.gyros_differenced)
         after = per_gyro_curve(analysis.curve, analysis.gyros_differenced)
-        axes.plot(
-            before.tau,
-            before.deviation / DEGREE_PER_HOUR,
-            color=QUIET,
-            marker="s",
-            markersize=2.8,
-            linewidth=0.9,
-            label="before removal",
-        )
+        if _removed(analysis):
+            axes.plot(
+                before.tau,
+                before.deviation / DEGREE_PER_HOUR,
+                color=QUIET,
+                marker="s",
+                markersize=2.8,
+                linewidth=0.9,
+                label="before removal",
+            )
         axes.plot(
             after.tau,
             after.deviation / DEGREE_PER_HOUR,
             color=BLUE,
             marker="o",
             linestyle="none",
-            label="after removal",
+            label=_after(analysis),
         )
         axes.fill_between(
             after.tau,
@@ -123,8 +124,9 @@ def spectrum_figure(analysis: Analysis) -> Figure:
             _decimated(spectrum, analysis.gyros_differenced)
             for spectrum in (analysis.spectrum_before, analysis.spectrum)
         )
-        axes.plot(*before, color=QUIET, linewidth=0.8, label="before removal")
-        axes.plot(*after, color=BLUE, linewidth=0.6, alpha=0.55, label="after removal")
+        if _removed(analysis):
+            axes.plot(*before, color=QUIET, linewidth=0.8, label="before removal")
+        axes.plot(*after, color=BLUE, linewidth=0.8, alpha=0.7, label=_after(analysis))
         _logarithmic(axes, "frequency (Hz)", f"rate noise density, {_of(analysis)} (°/h/√Hz)")
         axes.margins(x=0.01)
         if analysis.angle_random_walk.status == "estimated":
@@ -224,6 +226,14 @@ def _styled() -> Iterator[tuple[Figure, Axes]]:
 def _of(analysis: Analysis) -> str:
     readable = analysis.channel.replace("-", " − ")
     return f"{readable} per gyro" if analysis.gyros_differenced > 1 else readable
+
+
+def _removed(analysis: Analysis) -> bool:
+    return analysis.settings.method != "none"
+
+
+def _after(analysis: Analysis) -> str:
+    return "after removal" if _removed(analysis) else "as recorded"
 
 
 def _short_answer(analysis: Analysis) -> str:

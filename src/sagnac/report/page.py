@@ -21,6 +21,7 @@ from sagnac.report.wording import (
     kalman_figures,
     line_amplitude,
     line_position,
+    number,
     reading_cells,
     subject,
 )
@@ -59,24 +60,26 @@ def page(analysis: Analysis) -> str:
             for name, estimate in analysis.per_gyro.items()
         ],
         differenced=analysis.gyros_differenced > 1,
+        removed=analysis.settings.method != "none",
         stability=Markup(
             svg(
                 stability_figure(analysis),
                 "stability",
-                "Allan deviation against cluster time before and after removal, with the fit",
+                "Allan deviation against cluster time, with the fit",
             )
         ),
         spectrum=Markup(
             svg(
                 spectrum_figure(analysis),
                 "spectrum",
-                "Rate spectrum before and after removal, with the removed lines marked",
+                "Rate spectrum, with the periodic components marked",
             )
         ),
         fit=FIT_TITLES[fit.method] if fit else "",
         fits=[(FIT_TITLES[fit.method], fit is headline_fit(analysis)) for fit in _fits(analysis)],
         coefficients=_coefficient_rows(analysis),
         lines=_line_rows(analysis),
+        names=any(line.name for line in analysis.lines),
         facts=_facts(analysis),
         seconds=[(stage, f"{spent:.2f}") for stage, spent in analysis.seconds.items()],
         total=f"{sum(analysis.seconds.values()):.2f}",
@@ -178,7 +181,7 @@ def _line_rows(analysis: Analysis) -> list[dict[str, str]]:
                 "position": line_position(line),
                 "amplitude": amplitude,
                 "error": error,
-                "significance": f"{line.significance:.0f}",
+                "significance": number(line.significance),
                 "channel": line.channel.replace("-", " − "),
                 "name": line.name,
             }

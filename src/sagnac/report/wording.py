@@ -39,9 +39,9 @@ TITLES: Final[Mapping[CoefficientName, str]] = {
     "rate_ramp": "Rate ramp",
 }
 FIT_TITLES: Final[Mapping[FitName, str]] = {
-    "paper": "Least squares on Eq. 3 (paper)",
-    "weighted": "Weighted, non-negative",
     "likelihood": "Likelihood on the spectrum",
+    "weighted": "Weighted, non-negative",
+    "paper": "Least squares on Eq. 3 (paper)",
 }
 _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
