@@ -220,26 +220,39 @@ def sum_squared_reflected_differences(angle: FloatArray, lags: IntegerArray) -> 
     """Sum of squared second differences centred on every inner sample, for each lag.
 
     Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``,
-    reached by its index and never stored.
+    reached in a mirrored copy of the record, so that both are read forwards.
     """
     sums = sum_squared_second_differences(angle, lags)
+    mirrored = angle[::-1].copy()
     last = angle.size - 1
     for j in range(lags.size):
         lag = lags[j]
+        partial = 0.0
         right = last - lag  # last centre whose right arm stays inside
-        for i in range(1, min(lag, right + 1)):
-            difference = 2.0 * (angle[0] - angle[i]) + (angle[i + lag] - angle[lag - i])
-            sums[j] += difference * difference
-        for i in range(max(right + 1, 1), lag):
-            difference = 2.0 * (angle[0] + angle[last] - angle[i]) - (
-                angle[lag - i] + angle[2 * last - i - lag]
-            )
-            sums[j] += difference * difference
-        for i in range(max(lag, right + 1), last):
-            difference = 2.0 * (angle[last] - angle[i]) - (
-                angle[2 * last - i - lag] - angle[i - lag]
-            )
-            sums[j] += difference * difference
+        begin, count = 1, min(lag, right + 1) - 1
+        centre = angle[begin : begin + count]
+        ahead = angle[begin + lag : begin + lag + count]
+        behind = mirrored[begin + right : begin + right + count]
+        for k in range(count):
+            difference = 2.0 * (angle[0] - centre[k]) + (ahead[k] - behind[k])
+            partial += difference * difference
+        begin = max(right + 1, 1)
+        count = lag - begin
+        centre = angle[begin : begin + count]
+        ahead = mirrored[begin - right : begin - right + count]
+        behind = mirrored[begin + right : begin + right + count]
+        for k in range(count):
+            difference = 2.0 * (angle[0] + angle[last] - centre[k]) - (behind[k] + ahead[k])
+            partial += difference * difference
+        begin = max(lag, right + 1)
+        count = last - begin
+        centre = angle[begin : begin + count]
+        ahead = mirrored[begin - right : begin - right + count]
+        behind = angle[begin - lag : begin - lag + count]
+        for k in range(count):
+            difference = 2.0 * (angle[last] - centre[k]) - (ahead[k] - behind[k])
+            partial += difference * difference
+        sums[j] += partial
     return sums
 
 
@@ -936,7 +949,7 @@ def overlapped_covariances(
     """
     points = factors.size
     out = np.zeros((5, 5, points, points))
-    breaks = np.empty(22)
+    breaks = np.empty(27)
     panels = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
     covariance = np.empty(5)
     total = np.empty((5, 5))
@@ -952,12 +965,12 @@ def overlapped_covariances(
             breaks[11], breaks[12] = lowest, highest
             count = 13
             reach = 1.0 * max(first, second)
-            for k in range(4):
+            for k in range(7):
                 breaks[count] = 2.0 * second + (2.0 ** (k + 1) - 1.0) * reach
                 breaks[count + 1] = -2.0 * first - (2.0 ** (k + 1) - 1.0) * reach
                 count += 2
             # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
-            limit_low, limit_high = max(lowest, breaks[20]), min(highest, breaks[19])
+            limit_low, limit_high = max(lowest, breaks[26]), min(highest, breaks[25])
             ordered = np.sort(np.minimum(np.maximum(breaks[:count], limit_low), limit_high))
             covariance[4] = 1.0 * first * first * second * second
             total[:] = 0.0

@@ -929,7 +929,7 @@ _NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
 # Angles taken a cluster apart stay correlated after differencing where they are integrals of
 # a random walk: the method reads -2.4, -3.9 and -4.6 for -2, -3 and -4.
 _NOISE_BOUNDS_APART: Final = (1.5, 0.5, -0.5, -1.5, -3.1, -4.25)
-_LARGEST_WORK: Final = 1e8  # squares at one tau before windows are skipped
+_LARGEST_WORK: Final = 3e7  # squares at one tau before windows are skipped
 _SMALLEST_EDF: Final = 0.5
 _ONE: Final = np.ones(1, dtype=np.int64)
 _LONGEST_FILTERED: Final = 100  # lags beyond which Greenhall and Riley let F grow to infinity
