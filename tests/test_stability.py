@@ -727,6 +727,7 @@ GAPPED = np.where(np.arange(100) == 42, np.nan, np.arange(100) % 7)
         ({"values": np.arange(50.0), "estimator": "theoh"}, "too few for theoh"),
         ({"values": GAPPED}, r"sample 42 \(21 s\) is missing, 1 in all; use gaps='omit'"),
         ({"values": [1.0, math.inf, 2.0], "gaps": "omit"}, r"sample 1 \(0.5 s\) is infinite"),
+        ({"values": [1.0, math.inf, -math.inf]}, r"sample 1 \(0.5 s\) is infinite, 2 in all"),
         ({"values": [1.0, math.nan, math.nan], "gaps": "omit"}, "1 of 3 samples are present"),
         *(
             ({"values": GAPPED, "gaps": "omit", "estimator": name}, f"{name} needs a whole record")

@@ -221,7 +221,13 @@ def equivalent_degrees_of_freedom(
     """Equivalent degrees of freedom of a stability variance over a whole record.
 
     Finite-difference estimators by the exact sum of Greenhall and Riley; the total and Theo1
-    families by the formulas of SP1065, section 5.4.
+    families by the formulas of SP1065, section 5.4, and by counting for total variances of
+    angle noise, which it leaves out.
+
+    Greenhall and Riley average the angle over each sample interval. White rate samples are
+    not like that at m = 1, where overlapped terms have 2 (N - 2)/3 degrees of freedom and the
+    paper has 15 % more: a 95 % interval covers 93 % there. At m = 2 and beyond it covers 95 to
+    96 %.
 
     Parameters
     ----------
@@ -277,7 +283,9 @@ def _track(
             f"values has {samples.size} samples; an Allan variance takes {smallest} or more"
         )
     # One sum tells a clean record without a second array of its size.
-    if math.isfinite(float(samples.sum())):
+    with np.errstate(over="ignore", invalid="ignore"):
+        clean = math.isfinite(float(samples.sum()))
+    if clean:
         missing = np.zeros(0, dtype=np.bool_)
     else:
         missing = _find_gaps(samples, sample_rate, gaps, estimator)
