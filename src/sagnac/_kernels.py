@@ -369,7 +369,7 @@ def lag_one_order(
         for k in range(n):
             t = k - centre
             row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
-    mean_count = counts.mean()
+    mean_count = float(counts.mean())
     for order in range(maximum_order + 1):
         product = 0.0
         square = 0.0
