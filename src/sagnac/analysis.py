@@ -30,6 +30,9 @@ from sagnac.stability import StabilityCurve, stability_curve
 Method = Literal["fos", "fos-paper", "fris", "none"]
 Progress = Callable[[str, float], None]
 
+# The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
+# and still far below the frequencies where readout and bearing noise rule.
+_LIKELIHOOD_FINER: Final = 10
 # A curve of fewer points than this has no cluster time whose deviation means anything.
 _LEAST_POINTS: Final = 32
 
@@ -179,6 +182,11 @@ def analyze(
             before, kind="angle", sample_rate=before_rate, confidence=settings.confidence
         )
     with stage("coefficients"):
+        fine, fine_rate = points, point_rate
+        if removal.residual is not None and settings.interval is not None:
+            fine, fine_rate = _at_interval(
+                removal.residual, recording.sample_rate, settings.interval / _LIKELIHOOD_FINER
+            )
         fits: dict[FitName, Fit] = {
             "paper": paper_fit(
                 curve, gyros_differenced=differenced, confidence=settings.confidence
@@ -187,9 +195,9 @@ def analyze(
                 curve, gyros_differenced=differenced, confidence=settings.confidence
             ),
             "likelihood": likelihood_fit(
-                points,
+                fine,
                 kind="angle",
-                sample_rate=point_rate,
+                sample_rate=fine_rate,
                 gyros_differenced=differenced,
                 confidence=settings.confidence,
                 masked=removal.masked,
@@ -213,8 +221,8 @@ def analyze(
         table_rate=None if table is None else rotation.mean_rate(table, recording.sample_rate),
         angle_random_walk=answer,
         source=(
-            f"likelihood fit of the spectrum of {points.size} angles of {channel} "
-            f"at {1.0 / point_rate:g} s"
+            f"likelihood fit of the spectrum of {fine.size} angles of {channel} "
+            f"at {1.0 / fine_rate:.4g} s"
         ),
         fits=fits,
         lines=removal.lines,

@@ -16,6 +16,7 @@ from sagnac import _kernels, regression, rotation, spectrum
 from sagnac.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
 from sagnac.recording import FloatArray
 from sagnac.regression import ComponentFit, Components
+from sagnac.units import ARCSECOND
 
 Scale = Literal["angle", "time"]
 
@@ -24,6 +25,8 @@ _LOWEST_CYCLES: Final = 4
 # Integer orders that count as the table's own; a higher one is a line in time until the
 # table's unsteadiness shows otherwise.
 _MOST_ORDERS: Final = 128
+# Periodic error that an encoder may have, rad.
+_ENCODER_ERROR: Final = 5.0 * ARCSECOND
 # Candidates of Step 1 as published: whole orders up to this one.
 _PUBLISHED_ORDERS: Final = 64
 _MOST_LINES: Final = 300
@@ -159,11 +162,15 @@ def remove_lines(
         found += tones.size
         if found == 0 and not first:
             break
-        # Table motion was fitted with these lines for noise; they are out of it now.
-        rest, alpha = _without_motion(angle, turning, components, sample_rate, notes)
         if components.size:
             fit = _refitted(rest, alpha, components)
             components = _significant(fit, alpha, floor, threshold)
+        if turning is not None:
+            # Table motion was fitted with these lines for noise; they are out of it now. And
+            # chance orders, which would hide Earth rate from it, are gone.
+            rest, alpha = _without_motion(angle, turning, components, sample_rate, notes)
+            if components.size:
+                components = _refitted(rest, alpha, components).components
         residual = regression.removed(rest, alpha, components)
         floor = _floor(residual)
         if components.size > _MOST_LINES:
@@ -300,7 +307,7 @@ def _without_motion(
         without = regression.removed(angle, table, components.select(in_time))
         harmonics = components.orders
     motion = rotation.follow_table(without, table, sample_rate, harmonics=harmonics)
-    if motion.lag != 0.0:
+    if abs(motion.lag) * sample_rate > 0.05:
         note = (
             f"the encoder is {1e3 * motion.lag:+.2f} ms from the gyro in time; "
             "the table angle was shifted by that"
@@ -400,9 +407,9 @@ def _new_tones(
     leakage = np.zeros(peaks.size)
     blocked = np.zeros(peaks.size, dtype=bool)
     for at in np.argsort(power[peaks])[::-1]:
-        # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; four times that leaves
-        # room for several of them adding up.
-        if blocked[at] or power[peaks[at]] < 4.0 * leakage[at]:
+        # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
+        # for several of them adding up. What waits is found in the next round.
+        if blocked[at] or power[peaks[at]] < 10.0 * leakage[at]:
             continue
         chosen.append(int(peaks[at]))
         if len(chosen) == _PEAKS_A_ROUND:
@@ -607,6 +614,13 @@ def _described(
 def _name(line: Line, stronger: list[Line], turn_rate: float, resolution: float) -> str:
     """What a line is, where its frequency beside a stronger one's says so."""
     if line.scale == "angle":
+        # Harmonics are removed in the angle that the encoder reports. Its periodic error, some
+        # arcseconds at a low order, leaves sidebands of order * error / 2 beside each of them.
+        for other in stronger:
+            apart = abs(line.frequency - other.frequency)
+            reach = other.amplitude * max(other.frequency, 1.0) * _ENCODER_ERROR
+            if other.scale == "angle" and 0.5 < apart < 2.5 and line.amplitude < reach:
+                return f"sideband of order {other.frequency:g} (encoder error)"
         whole = line.frequency == np.rint(line.frequency)
         return "" if whole else "non-integer order"
     if turn_rate == 0.0:

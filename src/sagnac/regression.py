@@ -166,7 +166,7 @@ def fit(
     span = 1.0 if table is None else max(float(np.ptp(table)), 1.0)
     for start, values in _blocks(samples, table, components, extra=tuned.size):
         count = values.shape[1]
-        for row, index in enumerate(tuned, start=2 * components.size):
+        for row, index in enumerate(tuned.tolist(), start=2 * components.size):
             lag = (
                 (table[start : start + count] - middle) / span  # type: ignore[index]
                 if index < angles

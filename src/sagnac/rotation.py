@@ -21,6 +21,11 @@ _NUISANCE_ORDERS: Final = 128
 _EARTH_PRIOR: Final = 2.0 * EARTH_RATE  # rad/s
 # The table is at rest below this motion over the whole record.
 _AT_REST: Final = np.radians(0.1)
+# Rate variation, over averages of 1 s, above which drift and share are told apart by it. At a
+# steadier table only jitter would, and encoder noise in it makes the share too small by as much as
+# jitter then stays in the residual; taking the share from the mean rate instead puts the drift
+# into it: 0.01 deg/h at 40 deg/s is 1e-7.
+_WANDERING: Final = 1e-3
 # A time shift between gyro and encoder shows only where the rate changes by this share.
 _VARYING: Final = 0.2
 
@@ -120,7 +125,8 @@ class TableMotion:
     share
         e of the gyro (e_x - e_z of a difference): rad per rad of table angle.
     drift
-        Constant rate, rad/s: bias and the Earth's vertical share.
+        Constant rate, rad/s: bias and the Earth's vertical share; 0 at a steady table, where
+        it is in `share`.
     earth
         Coefficients of the integrals of cos and sin of table angle, rad/s.
     lag
@@ -165,21 +171,24 @@ def follow_table(
     harmonics
         Orders present in `angle`; None where that is not known: all are allowed for.
     """
-    block = max(1, round(sample_rate / _KINEMATIC_RATE))
     lag = 0.0
-    rates = np.diff(_averages(table, block)) * (sample_rate / block)
-    varies = float(np.std(rates)) > _VARYING * float(np.sqrt(np.mean(rates**2)))
+    rates = np.diff(_averages(table, max(1, round(sample_rate))))
+    variation = float(np.std(rates)) / float(np.sqrt(np.mean(rates**2)))
+    drifting = variation > _WANDERING
+    varies = variation > _VARYING
     if varies:
         # Gauss-Newton in the shift: its derivative is the table rate, known only in blocks.
         for _ in range(4):
             shifted = _shifted(table, lag * sample_rate)
-            step = _kinematic_fit(angle, shifted, sample_rate, block, harmonics, with_lag=True)[4]
+            step = _kinematic_fit(
+                angle, shifted, sample_rate, harmonics, with_drift=True, with_lag=True
+            )[4]
             if abs(step) * sample_rate < 1e-4:
                 break
             lag += step
     shifted = _shifted(table, lag * sample_rate)
     share, drift, cosine, sine, _ = _kinematic_fit(
-        angle, shifted, sample_rate, block, harmonics, with_lag=False
+        angle, shifted, sample_rate, harmonics, with_drift=drifting, with_lag=False
     )
     residual = angle - share * shifted
     residual -= (drift / sample_rate) * np.arange(angle.size)
@@ -195,19 +204,21 @@ def _kinematic_fit(
     angle: FloatArray,
     table: FloatArray,
     sample_rate: float,
-    block: int,
     harmonics: FloatArray | None,
     *,
+    with_drift: bool,
     with_lag: bool,
 ) -> tuple[float, float, float, float, float]:
     """share, drift, cosine, sine and lag by ridge regression on increments of averages."""
     dt = 1.0 / sample_rate
+    block = max(1, round(sample_rate / _KINEMATIC_RATE))
     mean_table = _averages(table, block)
     interval = block * dt
     rate = np.gradient(mean_table, interval)
+    time = np.arange(mean_table.size) * interval
     columns = [
         mean_table,
-        np.arange(mean_table.size) * interval,
+        time if with_drift else np.zeros_like(time),
         _averages(cumulative_trapezoid(np.cos(table), dx=dt, initial=0.0), block),
         _averages(cumulative_trapezoid(np.sin(table), dx=dt, initial=0.0), block),
     ]
@@ -239,10 +250,19 @@ def _kinematic_fit(
 
     free = solve(np.zeros(size))
     leftover = target - free @ design
-    # The level of the noise, not of lines that are still in: a median over frequency.
-    power = np.abs(np.fft.rfft(leftover)[1:]) ** 2 / leftover.size
-    noise = np.sqrt(float(np.median(power)) / np.log(2.0))
-    solution = solve(noise / (np.array(prior) * scale))
+    if harmonics is None:
+        # Lines in time are still in and count as noise: they would otherwise buy any Earth rate
+        # that lowers them a little.
+        noise = float(np.sqrt(np.mean(leftover**2)))
+    else:
+        power = np.abs(np.fft.rfft(leftover)[1:]) ** 2 / leftover.size
+        noise = float(np.sqrt(np.median(power) / np.log(2.0)))
+    penalty = noise / (np.array(prior) * scale)
+    solution = solve(penalty)
+    while np.abs(solution[2:4]).max() > _EARTH_PRIOR:
+        # Not noise but encoder error speaks here, and no amount of it makes the Earth turn faster.
+        penalty *= 3.0
+        solution = solve(penalty)
     lag = 0.0
     if with_lag:
         # angle = share * alpha(t - lag): the column's coefficient is share * lag.
@@ -260,4 +280,4 @@ def _shifted(values: FloatArray, samples: float) -> FloatArray:
     if samples == 0.0:
         return values
     at = np.arange(values.size) - samples
-    return np.interp(at, np.arange(values.size), values)
+    return np.asarray(np.interp(at, np.arange(values.size), values))
