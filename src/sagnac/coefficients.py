@@ -174,7 +174,9 @@ def likelihood_fit(
     rate random walk are exactly uncorrelated at every length, and the expected square of
     each term is that of the finite record (`sagnac.noise.cosine_power_basis`), so that
     there is no window and no bias of a window. The rate ramp is a straight line in the
-    increments and is fitted as one, with the others (restricted likelihood).
+    increments. For the other terms it is taken off by least squares, and what that takes of
+    each term is taken off its expected squares; for its own interval it is fitted as a line
+    in noise of the terms.
 
     Squared coefficients may come out negative inside the fit: holding them at zero would
     push what they share with N into N (a third of a standard error for white noise).
@@ -228,30 +230,32 @@ def likelihood_fit(
     names = tuple(name for name in STOCHASTIC_NAMES if name in terms)
     interval = 1.0 / sample_rate
     increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
+    straight = "rate_ramp" in terms
     slope = 0.0
-    if "rate_ramp" in terms:
+    if straight:
         slope, increments = _without_slope(increments)
-    spectrum = _cosine_spectrum(
-        increments,
-        interval=interval,
-        names=names,
-        masked=masked,
-        band=band,
-        ramp="rate_ramp" in terms,
+    bins = _cosine_bins(increments.size, interval, masked, band)
+    transform = dct(increments, type=2, norm="ortho")
+    whole = _Spectrum(
+        basis=_bin_basis(bins, increments.size, interval, names),
+        power=bins.mean(transform**2),
+        count=bins.count,
+        weight=bins.count,
+        frequency=np.asarray(
+            0.25 * (bins.starts + bins.stops - 1.0) / (increments.size * interval)
+        ),
     )
+    if not whole.power.min() > 0.0:
+        raise RecordingError("the values do not vary; a spectrum needs noise, check the channel")
+    spectrum = _less_slope(whole, bins, increments.size, interval, names) if straight else whole
     spectrum, notes = _with_departure(spectrum)
     best = _maximize(spectrum)
     squares: dict[CoefficientName, tuple[float, float, float, Status]] = {
         name: _profile(spectrum, best, column, confidence) for column, name in enumerate(names)
     }
-    if "rate_ramp" in terms:
-        ramp = _ramp(spectrum, best, slope, confidence)
-        squares["rate_ramp"] = (
-            ramp[0] / interval**4,
-            ramp[1] / interval**4,
-            ramp[2] / interval**4,
-            ramp[3],
-        )
+    if straight and names:
+        value, low, high, status = _ramp(whole, bins, transform, slope, confidence)
+        squares["rate_ramp"] = (*(np.array([value, low, high]) / interval**4), status)
     estimates = {
         name: _estimate(squares.get(name, _UNSEEN), gyros_differenced, confidence)
         for name in COEFFICIENT_NAMES
@@ -276,17 +280,13 @@ class _Spectrum:
     """Squares of the cosine transform, averaged over bins.
 
     `power` (bins,) is the mean of `count` squares whose mean is ``basis @ squares``;
-    `weight` is the number of degrees of freedom granted to a bin. Below the first
-    averaged bin `transform` and `ramp` are the transform itself and that of a unit ramp,
-    elsewhere 0: a ramp falls as 1/k^2 and is long gone there.
+    `weight` is the number of degrees of freedom granted to a bin.
     """
 
     basis: FloatArray
     power: FloatArray
     count: FloatArray
     weight: FloatArray
-    transform: FloatArray
-    ramp: FloatArray
     frequency: FloatArray
 
 
@@ -377,68 +377,53 @@ def _bin_basis(
     return np.asarray(np.einsum("bnt,n->bt", basis, 0.5 * weights)[:, columns])
 
 
-def _cosine_spectrum(
-    increments: FloatArray,
-    *,
+def _slope_transform(index: FloatArray, samples: int) -> FloatArray:
+    """Cosine transform (DCT-II, orthonormal) of 0, 1, 2, …, at k > 0."""
+    half = 0.5 * np.pi * index / samples
+    shape = -math.sqrt(2.0 / samples) * np.cos(half) / (2.0 * np.sin(half) ** 2)
+    return np.asarray(np.where(index % 2 == 1, shape, 0.0))
+
+
+def _less_slope(
+    spectrum: _Spectrum,
+    bins: _Bins,
+    samples: int,
     interval: float,
     names: Sequence[CoefficientName],
-    masked: Sequence[tuple[float, float]],
-    band: tuple[float, float] | None,
-    ramp: bool,
 ) -> _Spectrum:
-    samples = increments.size
-    bins = _cosine_bins(samples, interval, masked, band)
-    transform = dct(increments, type=2, norm="ortho")
-    power = bins.mean(transform**2)
-    if not power.min() > 0.0:
-        raise RecordingError("the values do not vary; a spectrum needs noise, check the channel")
-    alone = (bins.count == 1.0) & (bins.starts < _SINGLE)
-    half = 0.5 * np.pi * bins.starts / samples
+    """`spectrum` of increments less their slope by least squares, expected as such.
+
+    With d the transform of a unit slope, D its square, the squares have the mean
+    ``A_k (1 - 2 d_k^2/D) + d_k^2 sum(d_j^2 A_j)/D^2`` in place of A_k. The first is left
+    out: nearly all of it is the slope.
+    """
+    index = np.arange(1.0, min(_SINGLE, samples), 2.0)
+    shape = _slope_transform(index, samples) ** 2
+    shape /= shape.sum()
+    columns = [STOCHASTIC_NAMES.index(name) for name in names]
+    expected = cosine_power_basis(index, samples, interval)[:, columns]
+    share = np.zeros((spectrum.power.size, 1))
+    low = (bins.count == 1.0) & (bins.starts < _SINGLE) & (bins.starts % 2 == 1)
+    share[low, 0] = shape[bins.starts[low] // 2]
+    basis = spectrum.basis * (1.0 - 2.0 * share) + share * (shape @ expected)
+    rest = bins.starts > 1
     return _Spectrum(
-        basis=_bin_basis(bins, samples, interval, names),
-        power=power,
-        count=bins.count,
-        weight=bins.count,
-        transform=np.where(alone, transform[bins.starts], 0.0),
-        ramp=np.where(
-            alone & (bins.starts % 2 == 1) & ramp,
-            -math.sqrt(2.0 / samples) * np.cos(half) / (2.0 * np.sin(half) ** 2),
-            0.0,
-        ),
-        frequency=np.asarray(0.25 * (bins.starts + bins.stops - 1.0) / (samples * interval)),
+        basis=basis[rest],
+        power=spectrum.power[rest],
+        count=spectrum.count[rest],
+        weight=spectrum.weight[rest],
+        frequency=spectrum.frequency[rest],
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Optimum:
-    """Squared coefficients at a maximum, -2 log likelihood, ramp and its information."""
+    """Squared coefficients at a maximum, -2 log likelihood, Fisher information, mean."""
 
     squares: FloatArray
     deviance: float
-    ramp: float
-    information: float
     fisher: FloatArray
-
-
-def _deviance(
-    spectrum: _Spectrum, mean: FloatArray, ramp: float | None
-) -> tuple[float, float, float, FloatArray]:
-    """-2 log likelihood, the ramp, its information, and the squares less the ramp."""
-    inverse = 1.0 / mean
-    information = float(spectrum.ramp**2 @ inverse)
-    restricted = ramp is None and information > 0.0
-    if restricted:
-        ramp = float((spectrum.transform * spectrum.ramp) @ inverse) / information
-    ramp = ramp or 0.0
-    power = spectrum.power
-    if information > 0.0:
-        power = power + ramp * spectrum.ramp * (ramp * spectrum.ramp - 2.0 * spectrum.transform)
-    total = float(spectrum.weight @ (np.log(mean) + power * inverse))
-    if restricted:
-        total += math.log(information)
-        # The square of a residual is short by the variance that the fitted ramp took.
-        power = power + spectrum.ramp**2 / information
-    return total, ramp, information, power
+    mean: FloatArray
 
 
 def _maximize(
@@ -446,13 +431,9 @@ def _maximize(
     *,
     start: FloatArray | None = None,
     fixed: tuple[int, float] | None = None,
-    ramp: float | None = None,
+    limited: bool = False,
 ) -> _Optimum:
-    """Most likely squared coefficients, one of them or the ramp held if asked.
-
-    With the ramp held the squares are kept from falling below zero: a ramp that meets the
-    lowest frequency exactly would leave its variance free to vanish, at infinite likelihood.
-    """
+    """Most likely squared coefficients, one of them held if asked, or all kept above zero."""
     basis = spectrum.basis
     free = np.ones(basis.shape[1], dtype=np.bool_)
     offset = np.zeros(spectrum.power.size)
@@ -461,58 +442,48 @@ def _maximize(
         offset = basis[:, fixed[0]] * fixed[1]
     columns = basis[:, free]
     squares = np.zeros(columns.shape[1]) if start is None else start[free]
-    if ramp is not None:
+    if limited:
         squares = np.maximum(squares, 0.0)
     mean = offset + columns @ squares
     if not mean.min() > 0.0:
         squares = _non_negative_start(spectrum, columns)
         mean = offset + columns @ squares
-    if not mean.min() > 0.0:
-        return _Optimum(
-            squares=_joined(squares, free, fixed),
-            deviance=math.inf,
-            ramp=0.0,
-            information=0.0,
-            fisher=np.zeros((basis.shape[1],) * 2),
-        )
-    deviance, slope, information, power = _deviance(spectrum, mean, ramp)
-    for _ in range(100):
-        if not squares.size:
-            break
+    deviance = _deviance(spectrum, mean)
+    while squares.size and math.isfinite(deviance):
         # Newton's curvature where it is one, which squares of one degree of freedom leave in
         # doubt far from the maximum; else its expectation (scoring).
         expected = spectrum.weight / mean**2
-        gradient = columns.T @ (expected * (mean - power))
-        observed = expected * (2.0 * power / mean - 1.0)
+        gradient = columns.T @ (expected * (mean - spectrum.power))
+        observed = expected * (2.0 * spectrum.power / mean - 1.0)
         curvature = columns.T @ (observed[:, np.newaxis] * columns)
         if not _is_positive(curvature):
             curvature = columns.T @ (expected[:, np.newaxis] * columns)
-        solve = _solve if ramp is None else _solve_non_negative
-        target = solve(curvature, curvature @ squares - gradient)
-        share = 1.0
-        for _ in range(40):
-            trial = squares + share * (target - squares)
+        solve = _solve_non_negative if limited else _solve
+        move = solve(curvature, curvature @ squares - gradient) - squares
+        before = deviance
+        for halvings in range(40):
+            trial = squares + 0.5**halvings * move
             trial_mean = offset + columns @ trial
-            if trial_mean.min() > 0.0:
-                outcome = _deviance(spectrum, trial_mean, ramp)
-                if outcome[0] <= deviance:
-                    break
-            share *= 0.5
-        else:
+            outcome = _deviance(spectrum, trial_mean)
+            if outcome < deviance:
+                squares, mean, deviance = trial, trial_mean, outcome
+                break
+        if before - deviance < _CONVERGED:
             break
-        fall = deviance - outcome[0]
-        squares, mean = trial, trial_mean
-        deviance, slope, information, power = outcome
-        if fall < _CONVERGED:
-            break
-    weight = spectrum.weight / mean**2
+    weight = spectrum.weight / mean**2 if math.isfinite(deviance) else np.zeros(mean.size)
     return _Optimum(
         squares=_joined(squares, free, fixed),
         deviance=deviance,
-        ramp=slope,
-        information=information,
         fisher=0.5 * basis.T @ (weight[:, np.newaxis] * basis),
+        mean=mean,
     )
+
+
+def _deviance(spectrum: _Spectrum, mean: FloatArray) -> float:
+    """-2 log likelihood of the squares, infinite where their mean is not positive."""
+    if not mean.min() > 0.0:
+        return math.inf
+    return float(spectrum.weight @ (np.log(mean) + spectrum.power / mean))
 
 
 def _joined(
@@ -670,7 +641,7 @@ def _profile(
         return math.sqrt(max(deviance(square) - reference, 0.0)) - math.sqrt(one_sided)
 
     high = _crossing(rise_above, origin, error * math.sqrt(one_sided))
-    if not high < _alone(spectrum.basis[:, column], spectrum.basis @ best.squares):
+    if not high < _alone(spectrum.basis[:, column], best.mean):
         return math.nan, math.nan, math.nan, "not observable"
     return high, 0.0, high, "upper bound"
 
@@ -685,31 +656,48 @@ def _threshold(confidence: float) -> float:
 
 
 def _ramp(
-    spectrum: _Spectrum, best: _Optimum, slope: float, confidence: float
+    spectrum: _Spectrum, bins: _Bins, transform: FloatArray, slope: float, confidence: float
 ) -> tuple[float, float, float, Status]:
     """Square of the ramp per sample: value, low, high and status by profile likelihood.
 
-    `slope` was taken off before; the spectrum holds the rest.
+    The spectrum is of increments that `slope` was taken off; a further slope takes its
+    share from each square. The squared coefficients are kept from falling below zero here:
+    a line that meets the lowest frequency exactly would leave its variance free to vanish.
     """
-    if best.information == 0.0:
-        return math.nan, math.nan, math.nan, "not observable"
-    total = slope + best.ramp
+    low = (bins.count == 1.0) & (bins.starts < _SINGLE)
+    shape = np.where(low, _slope_transform(bins.starts.astype(np.float64), transform.size), 0.0)
+    cosine = np.where(low, transform[bins.starts], 0.0)
+    if not shape.any():
+        return _UNSEEN
+
+    def fitted(further: float) -> _Optimum:
+        less = spectrum.power + further * shape * (further * shape - 2.0 * cosine)
+        return _maximize(replace(spectrum, power=less), start=start, limited=True)
+
+    start = np.zeros(spectrum.basis.shape[1])
+    further, error = 0.0, math.inf
+    for _ in range(20):
+        best = fitted(further)
+        start = best.squares
+        information = float(shape**2 @ (1.0 / best.mean))
+        error = 1.0 / math.sqrt(information)
+        moved = float(shape @ (cosine / best.mean)) / information
+        if abs(moved - further) < _CONVERGED * error:
+            break
+        further = moved
+    total = slope + further
     sign = math.copysign(1.0, total)
     threshold = _threshold(confidence)
 
-    def deviance(size: float) -> float:
-        return _maximize(spectrum, start=best.squares, ramp=sign * size - slope).deviance
-
-    lowest = deviance(abs(total))
-
     def rise(size: float) -> float:
-        return math.sqrt(max(deviance(size) - lowest, 0.0)) - math.sqrt(threshold)
+        excess = fitted(sign * size - slope).deviance - best.deviance
+        return math.sqrt(max(excess, 0.0)) - math.sqrt(threshold)
 
-    step = math.sqrt(threshold / best.information)
+    step = error * math.sqrt(threshold)
     high = _crossing(rise, abs(total), step)
     if not math.isfinite(high):
-        return math.nan, math.nan, math.nan, "not observable"
-    if deviance(0.0) - lowest > max(_PRESENCE, threshold):
+        return _UNSEEN
+    if fitted(-slope).deviance - best.deviance > max(_PRESENCE, threshold):
         return total**2, _crossing(rise, abs(total), -step, 0.0) ** 2, high**2, "estimated"
     return high**2, 0.0, high**2, "upper bound"
 
@@ -817,9 +805,9 @@ class _CurveModel:
             # Plain clusters share less: the correlation is kept, the spread is theirs.
             scale = mean * np.sqrt(2.0 / points.edf / np.diag(covariance))
         covariance = covariance * scale * scale[:, np.newaxis]
-        # A hundred-thousandth of each variance is its own, which leaves the matrix invertible
+        # A few hundred-thousandths of each variance are its own, which leaves the matrix invertible
         # whatever rounding and the far lags of 1/f do.
-        own = 1e-5 * np.diag(covariance) + (self.departure**2 + 1e-10) * mean**2
+        own = 3e-5 * np.diag(covariance) + (self.departure**2 + 1e-10) * mean**2
         return np.asarray(covariance + np.diag(own))
 
     def relative(self) -> FloatArray:
@@ -842,9 +830,10 @@ class _CurveModel:
         squares = start.copy()
         free = np.arange(squares.size) != held
         rest = self.points.variance - self.basis[:, ~free] @ squares[~free]
+        if not squares.any():
+            scale = self.points.variance
+            squares[free] = _scaled_nnls(self.basis[:, free] / scale[:, np.newaxis], rest / scale)
         for _ in range(20):
-            if not squares.any():
-                squares[free] = 1.0 / self.basis[:, free].max(axis=0)
             root = np.linalg.cholesky(self.covariance(squares))
             solution = _scaled_nnls(
                 solve_triangular(root, self.basis[:, free], lower=True),

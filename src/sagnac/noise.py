@@ -241,7 +241,7 @@ def cosine_power_basis(index: FloatArray, samples: int, interval: float) -> Floa
 def _overlapped_covariance_tensor(
     factors: tuple[int, ...], angles: int, interval: float
 ) -> FloatArray:
-    nodes, weights = np.polynomial.legendre.leggauss(6)
+    nodes, weights = np.polynomial.legendre.leggauss(8)
     tensor = np.asarray(
         _kernels.overlapped_covariances(np.array(factors, dtype=np.int64), angles, nodes, weights)
     )
