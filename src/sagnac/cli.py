@@ -217,6 +217,7 @@ def demo(
         config = replace(config, duration_s=_QUICK_S)
     from sagnac.analysis import Settings, analyze
     from sagnac.formats import read
+    from sagnac.report import text
 
     began = time.perf_counter()
     with _progress() as progress:
@@ -233,11 +234,10 @@ def demo(
         analysis, written = _write_all(analysis, folder)
     truth = json.loads(truth_path.read_text(encoding="utf-8"))
     put_in = float(truth["pairs"][analysis.channel]["arw_deg_per_sqrt_h"])
-    _print_answer(analysis)
-    _print_truth(analysis, put_in)
-    print()
+    print(text.answer(analysis))
+    print(text.beside_truth(analysis, put_in), end="\n\n")
     _print_paths([path, truth_path, *written])
-    _print_seconds(analysis)
+    print(text.seconds(analysis))
     return DONE
 
 
@@ -276,11 +276,21 @@ def analyze(files: Files, /, *, options: Options = _NO_OPTIONS, output: Folder =
             continue
         done.append(analysis)
         if not options.as_json:
+            from sagnac.report import text
+
             if len(files) > 1:
-                print(f"{file}\n")
-            _print_analysis(analysis, written)
-            if file != files[-1]:
-                print("\n")
+                print(file, end="\n\n")
+            print(
+                text.blocks(
+                    text.answer(analysis),
+                    text.coefficients(analysis),
+                    text.lines(analysis),
+                    text.notes(analysis.notes),
+                ),
+                end="\n\n",
+            )
+            _print_paths(written)
+            print(text.seconds(analysis), end="\n\n\n" if file != files[-1] else "\n")
     if options.as_json and done:
         _print_documents(done, single=len(files) == 1)
     return failed
@@ -323,22 +333,24 @@ def avar(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = None
     if options.as_json:
         _print_documents(analyses, single=len(analyses) == 1)
         return DONE
-    for analysis, searched in zip(analyses, cleaned, strict=True):
-        _print_answer(analysis)
-        if searched is not analysis and searched.lines:
-            from sagnac.report.wording import sentence
+    from sagnac.report import text
 
-            print(
-                "With the lines below removed  "
-                + sentence("angle_random_walk", searched.angle_random_walk, plain=True)
-            )
+    for analysis, searched in zip(analyses, cleaned, strict=True):
+        changed = searched is not analysis and bool(searched.lines)
+        print(text.answer(analysis))
+        if changed:
+            print(text.without_lines(searched))
         print()
-        _print_curve(analysis)
-        _print_coefficients(analysis)
-        _print_lines(analysis)
-        _print_notes(analysis)
-        _print_seconds(analysis)
-        print()
+        print(
+            text.blocks(
+                text.curve(analysis),
+                text.coefficients(analysis),
+                text.lines(analysis),
+                text.notes(analysis.notes),
+                text.seconds(analysis),
+            ),
+            end="\n\n",
+        )
     _print_paths(written)
     return DONE
 
@@ -357,8 +369,9 @@ def lines(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
     if options.as_json:
         _print_documents([analysis], single=True)
         return DONE
-    _print_lines(analysis)
-    _print_notes(analysis)
+    from sagnac.report import text
+
+    print(text.blocks(text.lines(analysis, most=None), text.notes(analysis.notes)))
     return DONE
 
 
@@ -393,37 +406,13 @@ def compare(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = N
         if output is not None:
             progress("report", 0.0)
             written = _write_comparison(analyses, refused, _folder(output))
-    from sagnac.report.document import comparison_document, residual_peaks, to_json
-    from sagnac.report.wording import reading_cells
+    from sagnac.report import text
+    from sagnac.report.document import comparison_document, to_json
 
     if options.as_json:
         print(to_json(comparison_document(analyses, refused)))
         return DONE
-    one = next(iter(analyses.values()))
-    print(f"{file}: {_subject(one)}\n")
-    rows = [
-        (
-            method,
-            *reading_cells("angle_random_walk", analysis.angle_random_walk),
-            str(len(analysis.lines)),
-            str(residual_peaks(analysis)),
-            f"{sum(analysis.seconds.values()):.1f}",
-        )
-        for method, analysis in analyses.items()
-    ]
-    _print_table(
-        ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s"),
-        rows,
-        right=(1, 4, 5, 6),
-    )
-    for method, why in refused.items():
-        print(f"{method}: {why}")
-    for note in one.recording.notes:
-        print(f"note: {note}")
-    for method, analysis in analyses.items():
-        for note in analysis.notes:
-            if note not in one.recording.notes:
-                print(f"note: {method}: {note}")
+    print(f"{file}: {text.comparison(analyses, refused)}")
     _print_paths(written)
     return DONE
 
@@ -462,15 +451,13 @@ def check(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
         }
         print(json.dumps(document, allow_nan=False, indent=1))
     else:
-        _print_recording(recording)
-        _print_table(
-            ("level", "channel", "finding"),
-            [(item.level, item.channel, item.message) for item in findings],
+        from sagnac.report import text
+
+        print(
+            text.blocks(
+                text.recording(recording), text.findings(findings), text.notes(recording.notes)
+            )
         )
-        if not findings:
-            print("Nothing was found wrong.")
-        for note in recording.notes:
-            print(f"note: {note}")
     if errors:
         where = f"{errors[0].channel}: " if errors[0].channel else ""
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
@@ -547,9 +534,9 @@ def convert(
 
         progress("write", 0.0)
         written = write(recording, target)
-    _print_recording(recording)
-    for note in recording.notes:
-        print(f"note: {note}")
+    from sagnac.report import text
+
+    print(text.blocks(text.recording(recording), text.notes(recording.notes)))
     _print_paths([written])
     return DONE
 
@@ -844,12 +831,6 @@ def _one_line(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _subject(analysis: "Analysis") -> str:
-    from sagnac.report.wording import subject
-
-    return subject(analysis.channel, analysis.gyros_differenced)
-
-
 def _print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:
     from sagnac.report.document import analysis_document, many_document, to_json
 
@@ -857,153 +838,6 @@ def _print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:
     print(to_json(document))
 
 
-def _print_analysis(analysis: "Analysis", written: Sequence[Path]) -> None:
-    _print_answer(analysis)
-    print()
-    _print_coefficients(analysis)
-    _print_lines(analysis)
-    _print_notes(analysis)
-    _print_paths(written)
-    _print_seconds(analysis)
-
-
-def _print_answer(analysis: "Analysis") -> None:
-    from sagnac.report.wording import kalman_figures, sentence
-
-    estimate = analysis.angle_random_walk
-    print(
-        f"ARW of {_subject(analysis)}  "
-        f"{sentence('angle_random_walk', estimate, plain=True)}   {analysis.source}"
-    )
-    if analysis.per_gyro:
-        for name, own in analysis.per_gyro.items():
-            print(f"ARW of gyro {name}  {sentence('angle_random_walk', own, plain=True)}")
-    filter_figures = kalman_figures(estimate)
-    if filter_figures:
-        bound = " (the bound)" if estimate.status == "upper bound" else ""
-        shown = " = ".join(f"{figure} {unit}" for figure, unit in filter_figures)
-        print(f"For a filter{bound}: {shown}")
-
-
-def _print_truth(analysis: "Analysis", put_in: float) -> None:
-    from sagnac.report.wording import in_field_unit
-
-    shown = in_field_unit("angle_random_walk", analysis.angle_random_walk)
-    holds = shown.low <= put_in <= shown.high
-    print(
-        f"The truth put in: {put_in:.4g} °/√h; the answer is off by "
-        f"{100.0 * (shown.value / put_in - 1.0):+.2f} % and its interval "
-        f"{'holds' if holds else 'does not hold'} it"
-    )
-
-
-def _print_coefficients(analysis: "Analysis") -> None:
-    from sagnac.noise import COEFFICIENT_NAMES
-    from sagnac.report.wording import FIELD_UNITS, FIT_TITLES, SYMBOLS, TITLES, reading
-
-    fits = [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
-    rows = [
-        (
-            f"{SYMBOLS[name]} {TITLES[name].lower()}",
-            FIELD_UNITS[name][2],
-            *(reading(name, fit.coefficients[name]) for fit in fits),
-        )
-        for name in COEFFICIENT_NAMES
-    ]
-    _print_table(("coefficient", "unit", *(f"{fit.method} fit" for fit in fits)), rows)
-
-
-def _print_curve(analysis: "Analysis") -> None:
-    from sagnac.report.document import per_gyro_curve
-    from sagnac.units import DEGREE_PER_HOUR
-
-    curve = per_gyro_curve(analysis.curve, analysis.gyros_differenced)
-    rows = [
-        tuple(
-            f"{value:.4g}"
-            for value in (
-                curve.tau[index],
-                curve.deviation[index] / DEGREE_PER_HOUR,
-                curve.low[index] / DEGREE_PER_HOUR,
-                curve.high[index] / DEGREE_PER_HOUR,
-                curve.edf[index],
-            )
-        )
-        for index in range(curve.tau.size)
-    ]
-    _print_table(
-        ("τ s", f"{curve.estimator} °/h", "low", "high", "edf"), rows, right=(0, 1, 2, 3, 4)
-    )
-
-
-def _print_lines(analysis: "Analysis") -> None:
-    from sagnac.report.wording import line_amplitude, line_position
-
-    if not analysis.lines:
-        print(f"No periodic component was found in {analysis.channel}.\n")
-        return
-    rows = [
-        (
-            "table angle" if line.scale == "angle" else "time",
-            line_position(line),
-            *line_amplitude(line),
-            f"{line.significance:.4g}",
-            line.channel,
-            line.name,
-        )
-        for line in analysis.lines
-    ]
-    _print_table(
-        ("periodic in", "position", "amplitude ″", "± ″", "significance", "channel", "known as"),
-        rows,
-        right=(2, 3, 4),
-    )
-
-
-def _print_notes(analysis: "Analysis") -> None:
-    for note in analysis.notes:
-        print(f"note: {note}")
-    if analysis.notes:
-        print()
-
-
-def _print_recording(recording: "Recording") -> None:
-    gyros = ", ".join(
-        f"{channel.name} ({channel.kind}, {channel.unit})" for channel in recording.gyros
-    )
-    table = "with a table encoder" if recording.table is not None else "no table encoder"
-    print(
-        f"{recording.samples} samples at {recording.sample_rate:g} Hz, "
-        f"{recording.duration:g} s; gyros {gyros}; {table}\n"
-    )
-
-
 def _print_paths(paths: Sequence[Path]) -> None:
     for path in paths:
         print(f"wrote {path}")
-
-
-def _print_seconds(analysis: "Analysis") -> None:
-    stages = ", ".join(f"{stage} {spent:.2f}" for stage, spent in analysis.seconds.items())
-    print(f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}")
-
-
-def _print_table(
-    header: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()
-) -> None:
-    """Aligned columns and an empty line; nothing where there are no rows."""
-    from rich.cells import cell_len
-
-    if not rows:
-        return
-    table = [header, *rows]
-    widths = [max(cell_len(row[column]) for row in table) for column in range(len(header))]
-    for number, row in enumerate(table):
-        cells = []
-        for column, (text, width) in enumerate(zip(row, widths, strict=True)):
-            space = " " * (width - cell_len(text))
-            cells.append(space + text if column in right else text + space)
-        print("  ".join(cells).rstrip())
-        if number == 0:
-            print("  ".join("─" * width for width in widths))
-    print()

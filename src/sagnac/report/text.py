@@ -1,0 +1,206 @@
+"""What a terminal shows of an analysis: the answer first, then tables. Nothing is printed here."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from rich.cells import cell_len
+
+from sagnac.analysis import Analysis
+from sagnac.noise import COEFFICIENT_NAMES
+from sagnac.recording import Finding, Recording
+from sagnac.report.document import per_gyro_curve, residual_peaks
+from sagnac.report.wording import (
+    FIELD_UNITS,
+    FIT_TITLES,
+    SYMBOLS,
+    TITLES,
+    in_field_unit,
+    kalman_figures,
+    line_amplitude,
+    line_position,
+    reading,
+    reading_cells,
+    sentence,
+    subject,
+)
+from sagnac.units import DEGREE_PER_HOUR
+
+_MOST_LINES: Final = 20
+
+
+def answer(analysis: Analysis) -> str:
+    """The angle random walk in one line, each gyro's own, and what to set a filter to."""
+    estimate = analysis.angle_random_walk
+    rows = [
+        f"ARW of {subject(analysis.channel, analysis.gyros_differenced)}  "
+        f"{sentence('angle_random_walk', estimate, plain=True)}   {analysis.source}"
+    ]
+    rows += [
+        f"ARW of gyro {name}  {sentence('angle_random_walk', own, plain=True)}"
+        for name, own in analysis.per_gyro.items()
+    ]
+    densities = kalman_figures(estimate)
+    if densities:
+        bound = " (the bound)" if estimate.status == "upper bound" else ""
+        shown = " = ".join(f"{figure} {unit}" for figure, unit in densities)
+        rows.append(f"For a filter{bound}: {shown}")
+    return "\n".join(rows)
+
+
+def beside_truth(analysis: Analysis, truth: float) -> str:
+    """The answer against the ARW that was put in, `truth` in deg/sqrt(h)."""
+    shown = in_field_unit("angle_random_walk", analysis.angle_random_walk)
+    holds = "holds" if shown.low <= truth <= shown.high else "does not hold"
+    return (
+        f"The truth put in: {truth:.4g} °/√h; the answer is off by "
+        f"{100.0 * (shown.value / truth - 1.0):+.2f} % and its interval {holds} it"
+    )
+
+
+def without_lines(analysis: Analysis) -> str:
+    """What the answer would be with the lines removed."""
+    said = sentence("angle_random_walk", analysis.angle_random_walk, plain=True)
+    return f"With the lines below removed  {said}"
+
+
+def coefficients(analysis: Analysis) -> str:
+    """Q, N, B, K, R by each fit, in the field's units."""
+    fits = [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
+    return table(
+        ("coefficient", "unit", *(f"{fit.method} fit" for fit in fits)),
+        [
+            (
+                f"{SYMBOLS[name]} {TITLES[name].lower()}",
+                FIELD_UNITS[name][2],
+                *(reading(name, fit.coefficients[name]) for fit in fits),
+            )
+            for name in COEFFICIENT_NAMES
+        ],
+    )
+
+
+def curve(analysis: Analysis) -> str:
+    """The stability curve per gyro."""
+    shown = per_gyro_curve(analysis.curve, analysis.gyros_differenced)
+    columns = (
+        shown.tau,
+        shown.deviation / DEGREE_PER_HOUR,
+        shown.low / DEGREE_PER_HOUR,
+        shown.high / DEGREE_PER_HOUR,
+        shown.edf,
+    )
+    rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
+    return table(
+        ("τ s", f"{shown.estimator} °/h", "low", "high", "edf"), rows, right=range(len(columns))
+    )
+
+
+def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
+    """The strongest periodic components; None shows all."""
+    if not analysis.lines:
+        return f"No periodic component was found in {analysis.channel}."
+    shown = table(
+        ("periodic in", "position", "amplitude ″", "± ″", "significance", "channel", "known as"),
+        [
+            (
+                "table angle" if line.scale == "angle" else "time",
+                line_position(line),
+                *line_amplitude(line),
+                f"{line.significance:.4g}",
+                line.channel,
+                line.name,
+            )
+            for line in analysis.lines[:most]
+        ],
+        right=(2, 3, 4),
+    )
+    if most is None or len(analysis.lines) <= most:
+        return shown
+    return f"{shown}\n… and {len(analysis.lines) - most} weaker ones: sagnac lines shows all"
+
+
+def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
+    """The methods side by side; why, of each that the recording does not allow."""
+    one = next(iter(analyses.values()))
+    shown = table(
+        ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s"),
+        [
+            (
+                method,
+                *reading_cells("angle_random_walk", analysis.angle_random_walk),
+                str(len(analysis.lines)),
+                str(residual_peaks(analysis)),
+                f"{sum(analysis.seconds.values()):.1f}",
+            )
+            for method, analysis in analyses.items()
+        ],
+        right=(1, 4, 5, 6),
+    )
+    read = one.recording.notes
+    noticed = [f"note: {note}" for note in read] + [
+        f"note: {method}: {note}"
+        for method, analysis in analyses.items()
+        for note in analysis.notes
+        if note not in read
+    ]
+    heading = subject(one.channel, one.gyros_differenced)
+    reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
+    return blocks(heading, shown, reasons, "\n".join(noticed))
+
+
+def findings(found: Sequence[Finding]) -> str:
+    """What a check of the data found."""
+    if not found:
+        return "Nothing was found wrong."
+    return table(
+        ("level", "channel", "finding"),
+        [(item.level, item.channel, item.message) for item in found],
+    )
+
+
+def recording(read: Recording) -> str:
+    """What was read, in one line."""
+    gyros = ", ".join(f"{channel.name} ({channel.kind}, {channel.unit})" for channel in read.gyros)
+    encoder = "with a table encoder" if read.table is not None else "no table encoder"
+    return (
+        f"{read.samples} samples at {read.sample_rate:g} Hz, {read.duration:g} s; "
+        f"gyros {gyros}; {encoder}"
+    )
+
+
+def notes(noticed: Sequence[str]) -> str:
+    """One line each."""
+    return "\n".join(f"note: {note}" for note in noticed)
+
+
+def seconds(analysis: Analysis) -> str:
+    """Time by stage."""
+    stages = ", ".join(f"{stage} {spent:.2f}" for stage, spent in analysis.seconds.items())
+    return f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}"
+
+
+def table(
+    header: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()
+) -> str:
+    """Aligned columns under a rule; the columns numbered in `right` stand to the right.
+
+    A column that is empty in every row is left out.
+    """
+    filled = [
+        column for column in range(len(header)) if not rows or any(row[column] for row in rows)
+    ]
+    widths = {column: max(cell_len(row[column]) for row in (header, *rows)) for column in filled}
+    shown = []
+    for row in (header, *rows):
+        cells = []
+        for column, width in widths.items():
+            space = " " * (width - cell_len(row[column]))
+            cells.append(space + row[column] if column in right else row[column] + space)
+        shown.append("  ".join(cells).rstrip())
+    shown.insert(1, "  ".join("─" * width for width in widths.values()))
+    return "\n".join(shown)
+
+
+def blocks(*parts: str) -> str:
+    """The parts that are not empty, with an empty line between."""
+    return "\n\n".join(part for part in parts if part)
