@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sagnac.recording import RecordingError
-from sagnac.report import document, figures, page, wording
+from sagnac.report import document, figures, page, text, wording
 from tests import handmade
 from tests.handmade import SHA256, N, analysis, estimate
 
@@ -135,6 +135,46 @@ def test_filter_figures_are_one_density_in_three_units():
     assert float(root_hertz) == pytest.approx(60.0 * 2.5e-5, rel=1e-3)
     assert float(si) == pytest.approx(2.5e-5 * math.pi / 180.0 / 60.0, rel=1e-3)
     assert wording.kalman_figures(estimate(0.0, status="not observable")) == ()
+
+
+@pytest.mark.parametrize(
+    ("answer", "truth", "said"),
+    [
+        (estimate(N), 2.5e-5, "off by +0.00 % and its interval holds it"),
+        (estimate(N), 2.0e-5, "off by +25.00 % and its interval does not hold it"),
+        (estimate(N, status="upper bound"), 2.4e-5, "the bound holds it"),
+        (estimate(N, status="upper bound"), 2.6e-5, "the bound does not hold it"),
+        (estimate(N, status="not observable"), 2.5e-5, "the recording does not show it"),
+    ],
+)
+def test_beside_the_truth(answer, truth, said):
+    assert text.beside_truth(analysis(answer=answer), truth).endswith(said)
+
+
+def test_table_is_aligned_by_what_a_terminal_shows():
+    shown = text.table(("N̄ °/√h", "b", ""), [("1", "left", ""), ("12345678", "x", "")], right=(0,))
+    # The macron stands over its letter and takes no column.
+    assert [row.replace("\u0304", "").find("b") for row in shown.splitlines()][:1] == [10]
+    assert shown.splitlines()[1] == "────────  ────"
+    assert shown.splitlines()[2] == "       1  left"
+    assert text.table(("a", "b"), []) == "a  b\n─  ─"
+
+
+def test_terminal_shows_the_strongest_lines_and_says_how_many_more():
+    lines = tuple(handmade.line("time", 1.0 + n, 0.5 - 0.01 * n) for n in range(30))
+    shown = text.lines(analysis(lines=lines))
+    assert shown.endswith("… and 10 weaker ones: sagnac lines shows all")
+    assert len(text.lines(analysis(lines=lines), most=None).splitlines()) == 32
+    assert "No periodic component" in text.lines(analysis(lines=()))
+
+
+def test_answer_says_value_interval_and_filter_figures():
+    first, *others = text.answer(analysis(gyros=("x", "y", "z"))).splitlines()
+    assert first == (
+        "ARW of gyros x − z, per gyro (N̄)  2.500e-05 °/√h  [2.450e-05, 2.550e-05] 95 %   "
+        "likelihood fit of the spectrum, 0.0006 to 0.5 Hz"
+    )
+    assert [line[:12] for line in others] == ["ARW of gyro "] * 3 + ["For a filter"]
 
 
 # ---- document ------------------------------------------------------------------------

@@ -64,7 +64,8 @@ _STYLE: Final[dict[Any, Any]] = {
     "path.simplify_threshold": 0.3,
 }
 _SIZE: Final = (6.6, 4.5)
-_FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115, "top": 0.9}
+_FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
+_LEGEND_ROW: Final = 0.036  # of the height
 # How the Allan deviation of each term rises with tau on a log-log plot.
 _SLOPES: Final[Mapping[CoefficientName, str]] = {
     "quantization": "−1",
@@ -80,7 +81,7 @@ _LABELLED_LINES: Final = 8
 
 def stability_figure(analysis: Analysis) -> Figure:
     """Allan deviation before and after removal, the five-term fit, and its slopes."""
-    with _styled() as (figure, axes):
+    with _styled(legend_rows=1) as (figure, axes):
         before = per_gyro_curve(analysis.curve_before, analysis.gyros_differenced)
         after = per_gyro_curve(analysis.curve, analysis.gyros_differenced)
         if _removed(analysis):
@@ -119,7 +120,7 @@ def stability_figure(analysis: Analysis) -> Figure:
 
 def spectrum_figure(analysis: Analysis) -> Figure:
     """Rate spectrum before and after removal, with the lines that were removed marked."""
-    with _styled() as (figure, axes):
+    with _styled(legend_rows=2) as (figure, axes):
         before, after = (
             _decimated(spectrum, analysis.gyros_differenced)
             for spectrum in (analysis.spectrum_before, analysis.spectrum)
@@ -151,7 +152,7 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     analyses
         By method, all of one recording.
     """
-    with _styled() as (figure, axes):
+    with _styled(legend_rows=2) as (figure, axes):
         for method, analysis in analyses.items():
             curve = per_gyro_curve(analysis.curve, analysis.gyros_differenced)
             axes.errorbar(
@@ -215,11 +216,11 @@ def write_png(figure: Figure, path: Path) -> None:
 
 
 @contextmanager
-def _styled() -> Iterator[tuple[Figure, Axes]]:
+def _styled(legend_rows: int) -> Iterator[tuple[Figure, Axes]]:
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=_SIZE)
         axes = figure.add_subplot()
-        figure.subplots_adjust(**_FRAME)
+        figure.subplots_adjust(**_FRAME, top=0.98 - legend_rows * _LEGEND_ROW)
         yield figure, axes
 
 

@@ -50,11 +50,14 @@ def answer(analysis: Analysis) -> str:
 def beside_truth(analysis: Analysis, truth: float) -> str:
     """The answer against the ARW that was put in, `truth` in deg/sqrt(h)."""
     shown = in_field_unit("angle_random_walk", analysis.angle_random_walk)
+    put_in = f"The truth put in: {truth:.4g} °/√h"
+    if shown.status == "not observable":
+        return f"{put_in}; the recording does not show it"
     holds = "holds" if shown.low <= truth <= shown.high else "does not hold"
-    return (
-        f"The truth put in: {truth:.4g} °/√h; the answer is off by "
-        f"{100.0 * (shown.value / truth - 1.0):+.2f} % and its interval {holds} it"
-    )
+    if shown.status == "upper bound":
+        return f"{put_in}; the bound {holds} it"
+    off = 100.0 * (shown.value / truth - 1.0)
+    return f"{put_in}; the answer is off by {off:+.2f} % and its interval {holds} it"
 
 
 def without_lines(analysis: Analysis) -> str:
