@@ -29,12 +29,9 @@ _MOST_ORDERS: Final = 128
 _ENCODER_ERROR: Final = 5.0 * ARCSECOND
 # Candidates of Step 1 as published: whole orders up to this one.
 _PUBLISHED_ORDERS: Final = 64
-_MOST_LINES: Final = 300
-_ROUNDS: Final = 12
+_MOST_LINES: Final = 250
+_ROUNDS: Final = 6
 _PEAKS_A_ROUND: Final = 64
-# A table with fewer turns than this does not tell neighbouring orders apart at a glance: they
-# are taken one a round, the strongest first, as orthogonal search does.
-_FEW_TURNS: Final = 4.0
 # Bins on each side of a line whose noise the fit takes with the line.
 _TAKEN_BINS: Final = 2.0
 
@@ -131,6 +128,7 @@ def remove_lines(
     """
     report = progress or (lambda _: None)
     turning = table if rotation.is_turning(table) else None
+    turns = 0.0 if turning is None else rotation.full_turns(turning)
     notes: list[str] = []
     threshold = detection_threshold(angle.size // 2, false_alarm)
     components = regression.no_components(angle.size)
@@ -141,7 +139,7 @@ def remove_lines(
         report(number / _ROUNDS)
         first = number == 0
         found = 0
-        if alpha is not None:
+        while alpha is not None and (first or turns >= rotation.FEW_TURNS):
             orders = _new_orders(
                 residual,
                 alpha,
@@ -151,12 +149,15 @@ def remove_lines(
                 threshold=threshold,
                 beyond_earth_rate=first,
             )
-            if orders.size:
-                components = regression.joined(components, orders)
-                components = _refitted(rest, alpha, components).components
-                residual = regression.removed(rest, alpha, components)
-                floor = _floor(residual)
-                found += orders.size
+            if orders.size == 0:
+                break
+            components = regression.joined(components, orders)
+            components = _refitted(rest, alpha, components).components
+            residual = regression.removed(rest, alpha, components)
+            floor = _floor(residual)
+            found += orders.size
+            if turns >= rotation.FEW_TURNS:
+                break
         tones = _new_tones(residual, None if not first else alpha, components, floor, threshold)
         components = regression.joined(components, tones)
         found += tones.size
@@ -165,7 +166,8 @@ def remove_lines(
         if components.size:
             fit = _refitted(rest, alpha, components)
             components = _significant(fit, alpha, floor, threshold)
-        if turning is not None:
+        # Over part of a turn harmonics and table motion trade with each other: one fit of motion.
+        if turning is not None and turns >= rotation.FEW_TURNS:
             # Table motion was fitted with these lines for noise; they are out of it now. And
             # chance orders, which would hide Earth rate from it, are gone.
             rest, alpha = _without_motion(angle, turning, components, sample_rate, notes)
@@ -178,6 +180,11 @@ def remove_lines(
                 f"the search stopped at {components.size} lines; more peaks stand above the floor"
             )
             break
+    else:
+        notes.append(
+            f"the search stopped after {_ROUNDS} rounds; weaker peaks may still stand "
+            "above the floor"
+        )
     components = _rescaled(residual, alpha, components, floor)
     lines: tuple[Line, ...] = ()
     masked: tuple[tuple[float, float], ...] = ()
@@ -348,7 +355,11 @@ def _new_orders(
     length = residual.size * _mean_square_step(orders, speed) / 2.0
     ratio = np.abs(sums) ** 2 / length / (2.0 * _floor_of_orders(orders, speed, floor))
     ratio[np.isin(orders, known.orders[~known.free])] = 0.0
-    cycles = orders * rotation.full_turns(alpha)
+    turns = rotation.full_turns(alpha)
+    # Orders closer than one cycle over the whole range, or fewer cycles than one from table motion
+    # itself, are not told apart.
+    for order in known.orders:
+        ratio[np.abs(orders - order) * turns < 0.99] = 0.0
     if beyond_earth_rate:
         reach = np.zeros(highest)
         for projection in (np.cos, np.sin):
@@ -357,8 +368,9 @@ def _new_orders(
             )
         # Order 1 is Earth rate and the harmonic in one (Eq. 16).
         ratio[1:][np.abs(sums[1:]) < 2.0 * rotation.EARTH_RATE / sample_rate * reach[1:]] = 0.0
-    chosen = np.flatnonzero((ratio > threshold) & (cycles >= 0.4))
-    if rotation.full_turns(alpha) < _FEW_TURNS and chosen.size:
+    chosen = np.flatnonzero((ratio > threshold) & (orders * turns > 0.99))
+    if turns < rotation.FEW_TURNS and chosen.size:
+        # One a round, the strongest first, as orthogonal search does.
         chosen = chosen[[int(np.argmax(ratio[chosen]))]]
     return replace(
         regression.no_components(residual.size),
@@ -490,8 +502,18 @@ def _significant(
     """The components that stand above the floor with all others fitted beside them."""
     levels = _floors(fit.components, alpha, floor)
     lowest = _LOWEST_CYCLES / (2.0 * (floor.size - 1))
-    keep = _significances(fit, levels) > 2.0 * threshold
-    keep[fit.components.orders.size :] &= fit.components.frequencies >= 0.75 * lowest
+    significance = _significances(fit, levels)
+    keep = significance > 2.0 * threshold
+    in_time = slice(fit.components.orders.size, None)
+    frequencies = fit.components.frequencies
+    keep[in_time] &= frequencies >= 0.75 * lowest
+    # Two that moved to one frequency share one line between them, with amplitudes that mean
+    # nothing: the stronger takes it.
+    order = np.argsort(frequencies)
+    close = np.flatnonzero(np.diff(frequencies[order]) * fit.components.center * 2.0 < 0.5)
+    for first, second in zip(order[close], order[close + 1], strict=True):
+        weaker = min(first, second, key=lambda index: float(significance[in_time][index]))
+        keep[fit.components.orders.size + weaker] = False
     return fit.components.select(keep)
 
 
@@ -508,7 +530,9 @@ def _rescaled(
         return components
     number = np.arange(alpha.size) - components.center
     rate = float(number @ (alpha - alpha.mean())) / float(number @ number)
-    if rate == 0.0:
+    path = float(np.abs(np.diff(alpha[:: max(1, alpha.size // 4000)])).sum())
+    if abs(rate) * alpha.size < 0.5 * path:
+        # A table that goes back and forth has no rate that a tone could be an order of.
         return components
     wander = alpha - alpha.mean() - rate * number
     levels = _floors(components, alpha, floor)[components.orders.size :]

@@ -20,6 +20,8 @@ from sagnac.recording import FloatArray
 
 # Samples a block: the rows of a hundred components stay in the second-level cache.
 _BLOCK: Final = 8192
+# Up to this order the cosines come from multiplying up; single ones beyond are quicker outright.
+_MOST_MULTIPLIED: Final = 256
 # Eigenvalues below this share of the largest (of the scaled normal matrix) are directions that
 # the data do not distinguish; nothing is fitted along them.
 _COLLINEAR: Final = 1e-9
@@ -238,7 +240,9 @@ def _blocks(
     Consecutive blocks share one sample. The last `extra` rows are left to the caller.
     """
     angles = components.orders.size
-    whole = components.orders == np.rint(components.orders)
+    whole = (components.orders == np.rint(components.orders)) & (
+        components.orders <= _MOST_MULTIPLIED
+    )
     fixed = np.flatnonzero(whole & ~components.free)
     loose = np.flatnonzero(~(whole & ~components.free))
     harmonics = np.rint(components.orders[fixed]).astype(np.int64)

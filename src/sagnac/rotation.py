@@ -21,6 +21,8 @@ _NUISANCE_ORDERS: Final = 128
 _EARTH_PRIOR: Final = 2.0 * EARTH_RATE  # rad/s
 # The table is at rest below this motion over the whole record.
 _AT_REST: Final = np.radians(0.1)
+# A table with fewer turns than this does not tell neighbouring orders apart.
+FEW_TURNS: Final = 4.0
 # Rate variation, over averages of 1 s, above which drift and share are told apart by it. At a
 # steadier table only jitter would, and encoder noise in it makes the share too small by as much as
 # jitter then stays in the residual; taking the share from the mean rate instead puts the drift
@@ -171,6 +173,9 @@ def follow_table(
     harmonics
         Orders present in `angle`; None where that is not known: all are allowed for.
     """
+    if full_turns(table) < FEW_TURNS:
+        # Over part of a turn harmonics can make the table angle itself: share and drift first.
+        harmonics = np.empty(0)
     lag = 0.0
     rates = np.diff(_averages(table, max(1, round(sample_rate))))
     variation = float(np.std(rates)) / float(np.sqrt(np.mean(rates**2)))
@@ -250,7 +255,7 @@ def _kinematic_fit(
 
     free = solve(np.zeros(size))
     leftover = target - free @ design
-    if harmonics is None:
+    if harmonics is None or harmonics.size == 0:
         # Lines in time are still in and count as noise: they would otherwise buy any Earth rate
         # that lowers them a little.
         noise = float(np.sqrt(np.mean(leftover**2)))
