@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.linalg import toeplitz
 
+from sagnac import _kernels
 from sagnac.noise import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
@@ -15,6 +16,7 @@ from sagnac.noise import (
     cosine_power_basis,
     increment_spectrum_basis,
     markov_allan_variance,
+    markov_cosine_power,
     overlapped_allan_covariance,
     rate_density,
     sinusoid_allan_variance,
@@ -211,3 +213,51 @@ def test_covariance_far_lags_against_the_sum_over_every_lag():
 def test_covariance_refuses_a_cluster_longer_than_the_record_allows():
     with pytest.raises(ValueError, match="give 1 to 5"):
         overlapped_allan_covariance([1, 6], {"angle_random_walk": 1.0}, angles=12, interval=1.0)
+
+
+@pytest.mark.parametrize("correlation", [0.3, 3.0, 30.0, 300.0])
+def test_markov_terms_against_dense_matrices(correlation):
+    samples, interval = 200, 0.5
+    lags = np.arange(samples + 1)
+
+    def structure(lag):
+        x = np.abs(lag) * interval / correlation
+        return -0.5 * correlation**3 * (np.exp(-x) + x - 1.0)
+
+    # The spectrum of increments, in the cosine transform.
+    index = np.arange(1.0, samples)
+    rows = np.sqrt(2.0 / samples) * np.cos(
+        np.pi * index[:, np.newaxis] * (np.arange(samples) + 0.5) / samples
+    )
+    steps = lags[:-1]
+    covariance = toeplitz(2.0 * structure(steps) - structure(steps + 1) - structure(steps - 1))
+    expected = np.einsum("ki,ij,kj->k", rows, covariance, rows)
+    measured = markov_cosine_power(index, samples, interval, correlation)
+    assert measured[:60] == pytest.approx(expected[:60], rel=1e-3)
+    assert measured == pytest.approx(expected, rel=2e-2)
+
+    # The covariance of the overlapped variances.
+    factors = [1, 3, 20, 80]
+    angle = toeplitz(structure(lags))
+    operators = []
+    for factor in factors:
+        operator = np.zeros((lags.size - 2 * factor, lags.size))
+        for row in range(operator.shape[0]):
+            operator[row, [row, row + factor, row + 2 * factor]] = (1.0, -2.0, 1.0)
+        operators.append(operator / (factor * interval))
+    expected = np.array(
+        [[0.5 * np.mean((one @ angle @ other.T) ** 2) for other in operators] for one in operators]
+    )
+    measured = overlapped_allan_covariance(
+        factors, {}, angles=lags.size, interval=interval, markov=(1.0, correlation)
+    )
+    scale = np.sqrt(np.diag(expected))
+    assert np.abs((measured - expected) / np.outer(scale, scale)).max() < 1e-3
+
+
+def test_compiled_covariance_is_the_interpreted_one():
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    arguments = (np.array([1, 9, 130], dtype=np.int64), 601, 12.5, nodes, weights)
+    compiled = _kernels.overlapped_covariances(*arguments)
+    interpreted = _kernels.overlapped_covariances.py_func(*arguments)
+    assert compiled == pytest.approx(interpreted, rel=1e-9, abs=1e-12)

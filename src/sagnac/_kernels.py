@@ -916,13 +916,32 @@ def orthogonal_products(
 
 
 @numba.njit(cache=True)
-def _second_difference_covariances(lag: float, first: int, second: int, out: FloatArray) -> None:
+def _markov_structure(t: float, correlation: float, near: bool) -> float:
+    """Generalized autocovariance of the angle for a Markov rate of q_c = 1.
+
+    -(T^3/2) (e^-x + x - 1), x = t/T; `near` takes off a parabola, which no second difference
+    sees and which would cost the digits where all of x is small.
+    """
+    x = t / correlation
+    if not near:
+        return float(-0.5 * correlation**3 * (np.expm1(-x) + x))
+    series = 1.0
+    for k in range(18, 3, -1):
+        series = 1.0 - series * x / k
+    return correlation**3 * series * x * x * x / 12.0
+
+
+@numba.njit(cache=True)
+def _second_difference_covariances(
+    lag: float, first: int, second: int, correlation: float, out: FloatArray
+) -> None:
     """Covariance at `lag` of second angle differences over `first` and `second` samples.
 
     From the generalized autocovariance of the angle: a delta, -|t|/2, t^2 ln|t|/(2 pi) and
-    |t|^3/12 for Q, N, B and K at one and a sample interval of one.
+    |t|^3/12 for Q, N, B and K at one and a sample interval of one; then a Markov rate.
     """
-    out[:4] = 0.0
+    out[:5] = 0.0
+    near = abs(lag) + 2.0 * (first + second) < correlation
     for p in range(3):
         for q in range(3):
             weight = (-2.0 if p == 1 else 1.0) * (-2.0 if q == 1 else 1.0)
@@ -933,26 +952,33 @@ def _second_difference_covariances(lag: float, first: int, second: int, out: Flo
                 out[1] -= weight * 0.5 * t
                 out[2] += weight * t * t * np.log(t) / (2.0 * np.pi)
                 out[3] += weight * t * t * t / 12.0
+                if correlation > 0.0:
+                    out[4] += weight * _markov_structure(t, correlation, near)
 
 
 @numba.njit(cache=True)
 def overlapped_covariances(
-    factors: IntegerArray, angles: int, nodes: FloatArray, weights: FloatArray
+    factors: IntegerArray,
+    angles: int,
+    correlation: float,
+    nodes: FloatArray,
+    weights: FloatArray,
 ) -> FloatArray:
     """Covariance of overlapped Allan variances by pairs of terms, for a sample interval of one.
 
-    ``(terms, terms, points, points)`` with the terms Q, N, B, K and the ramp R: contracted
-    twice with the squared coefficients it is the covariance. All lags between two second
+    ``(terms, terms, points, points)`` with the terms Q, N, B, K, a Markov rate of time
+    `correlation` in samples (0: none) and the ramp R: contracted twice with the squared
+    coefficients it is the covariance. All lags between two second
     differences are summed, weighted by how often the record holds them; between the lags
     where a law breaks (whole sums of the two clusters) far ones go by Gauss-Legendre panels
     (`nodes` and `weights` on [-1, 1]) that are finer towards the breaks.
     """
     points = factors.size
-    out = np.zeros((5, 5, points, points))
+    out = np.zeros((6, 6, points, points))
     breaks = np.empty(27)
     panels = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
-    covariance = np.empty(5)
-    total = np.empty((5, 5))
+    covariance = np.empty(6)
+    total = np.empty((6, 6))
     for i in range(points):
         for j in range(i, points):
             first, second = factors[i], factors[j]
@@ -972,7 +998,7 @@ def overlapped_covariances(
             # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
             limit_low, limit_high = max(lowest, breaks[26]), min(highest, breaks[25])
             ordered = np.sort(np.minimum(np.maximum(breaks[:count], limit_low), limit_high))
-            covariance[4] = 1.0 * first * first * second * second
+            covariance[5] = 1.0 * first * first * second * second
             total[:] = 0.0
             for k in range(count):
                 lag = ordered[k]
@@ -980,7 +1006,9 @@ def overlapped_covariances(
                     continue
                 span = (ordered[k + 1] - lag - 1.0) if k + 1 < count else 0.0
                 exact = span <= 64.0
-                inner = int(span) if exact else 7 * nodes.size
+                # Beyond the clusters' own span all is smooth, and the breaks double.
+                tail = lag >= 2.0 * second or lag < -2.0 * first
+                inner = int(span) if exact else (1 if tail else 7) * nodes.size
                 for node in range(inner + 1):
                     weight = 1.0
                     if node == 0:
@@ -989,18 +1017,21 @@ def overlapped_covariances(
                         at = lag + node
                     else:
                         panel, place = (node - 1) // nodes.size, (node - 1) % nodes.size
-                        half = 0.5 * span * (panels[panel + 1] - panels[panel])
-                        at = lag + 0.5 + span * panels[panel] + half * (1.0 + nodes[place])
+                        start, stop = panels[panel], panels[panel + 1]
+                        if tail:
+                            start, stop = 0.0, 1.0
+                        half = 0.5 * span * (stop - start)
+                        at = lag + 0.5 + span * start + half * (1.0 + nodes[place])
                         weight = half * weights[place]
                     weight *= min(first_terms, second_terms + at) - max(0.0, at)
-                    _second_difference_covariances(at, first, second, covariance)
-                    for a in range(5):
-                        for b in range(5):
+                    _second_difference_covariances(at, first, second, correlation, covariance)
+                    for a in range(6):
+                        for b in range(6):
                             total[a, b] += weight * covariance[a] * covariance[b]
-            total[4, 4] = 0.0  # a ramp does not vary
+            total[5, 5] = 0.0  # a ramp does not vary
             scale = 0.5 / (1.0 * first * first * second * second * first_terms * second_terms)
-            for a in range(5):
-                for b in range(5):
+            for a in range(6):
+                for b in range(6):
                     out[a, b, i, j] = scale * total[a, b]
                     out[a, b, j, i] = scale * total[a, b]
     return out

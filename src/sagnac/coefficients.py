@@ -2,16 +2,16 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Final, Literal
+from typing import Final, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import dct
 from scipy.linalg import solve_triangular
-from scipy.optimize import nnls
-from scipy.stats import chi2, norm
+from scipy.optimize import minimize_scalar, nnls
+from scipy.stats import chi2, ncx2, norm
 
 from sagnac.difference import angle_increments, per_gyro
 from sagnac.noise import (
@@ -20,7 +20,10 @@ from sagnac.noise import (
     CoefficientName,
     allan_variance_basis,
     cosine_power_basis,
+    markov_allan_variance,
+    markov_cosine_power,
     overlapped_allan_covariance,
+    sinusoid_allan_variance,
 )
 from sagnac.recording import FloatArray, Kind, RecordingError
 from sagnac.stability import StabilityCurve, ieee_relative_error
@@ -28,10 +31,14 @@ from sagnac.units import COEFFICIENT_UNITS
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
+OptionalName = Literal["markov_driving_noise", "markov_correlation_time", "sinusoid_amplitude"]
 
 # A term is called present where leaving it out costs three standard deviations: a false
 # alarm of 0.13 % for each term that is not there.
 _PRESENCE: Final = 9.0
+
+# The same probability for two parameters.
+_PRESENCE_OF_TWO: Final = 11.83
 
 # Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
 _CONVERGED: Final = 1e-3
@@ -65,11 +72,15 @@ class Fit:
         By name; per gyro (the factor for a difference is already taken out).
     notes
         What was noticed.
+    optional
+        Terms beside the five that were asked for: q_c in rad/s/sqrt(s) and T_c in s of a
+        Markov rate, the peak rate of a sinusoid in rad/s.
     """
 
     method: FitName
     coefficients: Mapping[CoefficientName, Estimate]
     notes: tuple[str, ...] = ()
+    optional: Mapping[OptionalName, Estimate] = field(default_factory=dict)
 
 
 def paper_fit(
@@ -112,7 +123,12 @@ def paper_fit(
 
 
 def weighted_fit(
-    curve: StabilityCurve, *, gyros_differenced: int = 1, confidence: float = 0.95
+    curve: StabilityCurve,
+    *,
+    gyros_differenced: int = 1,
+    confidence: float = 0.95,
+    markov: bool = False,
+    sinusoid: float | None = None,
 ) -> Fit:
     """Fit Q, N, B, K, R to the overlapped Allan variance by generalized least squares.
 
@@ -139,21 +155,32 @@ def weighted_fit(
         1, or 2 where the curve is of a difference of two gyros.
     confidence
         Of every interval and bound.
+    markov
+        Fit a first-order Markov rate besides. Its time is the most likely one of the
+        curve; what is unknown of it is in the errors of all.
+    sinusoid
+        Frequency in Hz of a sinusoidal rate to fit besides: of Eq. 3's kind, but its
+        beating with the noise is not in the covariance. Of a difference of two the
+        amplitude is the root mean square of the gyros'.
 
     Returns
     -------
     Fit
-        With all five names.
+        With all five names, and the optional terms asked for.
 
     Raises
     ------
     RecordingError
         If the curve has fewer than two points.
     ValueError
-        If the curve is of another estimator.
+        If the curve is of another estimator, or `sinusoid` is not above zero.
     """
     points = _curve_points(curve, ("oadev",))
-    return _curve_fit("weighted", points, gyros_differenced, confidence)
+    if sinusoid is not None and not sinusoid > 0.0:
+        raise ValueError(f"sinusoid is {sinusoid}; give its frequency in Hz, above zero")
+    return _curve_fit(
+        "weighted", points, gyros_differenced, confidence, markov=markov, sinusoid=sinusoid
+    )
 
 
 def likelihood_fit(
@@ -166,6 +193,8 @@ def likelihood_fit(
     masked: Sequence[tuple[float, float]] = (),
     band: tuple[float, float] | None = None,
     terms: Sequence[CoefficientName] = COEFFICIENT_NAMES,
+    markov: bool = False,
+    sinusoid: float | None = None,
 ) -> Fit:
     """Fit Q, N, B, K, R to the spectrum by likelihood.
 
@@ -209,11 +238,19 @@ def likelihood_fit(
     terms
         The terms to fit; the others are taken to be absent and come back as
         ``not observable``.
+    markov
+        Look for a first-order Markov rate besides. It is kept where it lowers twice the
+        log likelihood by more than 11.8 (three standard deviations of two parameters);
+        the uncertainty of its time is then in the intervals of the others, and its own
+        intervals are of the Fisher information.
+    sinusoid
+        Frequency in Hz of a sinusoidal rate to fit besides and take off. Of a difference
+        of two the amplitude is the root mean square of the gyros'.
 
     Returns
     -------
     Fit
-        With all five names.
+        With all five names, and the optional terms asked for.
 
     Raises
     ------
@@ -230,37 +267,131 @@ def likelihood_fit(
     names = tuple(name for name in STOCHASTIC_NAMES if name in terms)
     interval = 1.0 / sample_rate
     increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
-    straight = "rate_ramp" in terms
+    optional: dict[OptionalName, Estimate] = {}
+    wave = None
+    if sinusoid is not None:
+        wave, increments = _without_sinusoid(increments, sinusoid * interval)
+        masked = [*masked, (sinusoid, sinusoid)]
     slope = 0.0
-    if straight:
+    if "rate_ramp" in terms:
         slope, increments = _without_slope(increments)
-    bins = _cosine_bins(increments.size, interval, masked, band)
+    samples = increments.size
+    bins = _cosine_bins(samples, interval, masked, band)
     transform = dct(increments, type=2, norm="ortho")
-    whole = _Spectrum(
-        basis=_bin_basis(bins, increments.size, interval, names),
-        power=bins.mean(transform**2),
-        count=bins.count,
-        weight=bins.count,
-        frequency=np.asarray(
-            0.25 * (bins.starts + bins.stops - 1.0) / (increments.size * interval)
-        ),
-    )
-    if not whole.power.min() > 0.0:
+    power = bins.mean(transform**2)
+    if not power.min() > 0.0:
         raise RecordingError("the values do not vary; a spectrum needs noise, check the channel")
-    spectrum = _less_slope(whole, bins, increments.size, interval, names) if straight else whole
-    spectrum, notes = _with_departure(spectrum)
+    columns = [STOCHASTIC_NAMES.index(name) for name in names]
+
+    def spectrum_of(more: Callable[[FloatArray], FloatArray] | None, whole: bool) -> _Spectrum:
+        def expected(index: FloatArray) -> FloatArray:
+            basis = cosine_power_basis(index, samples, interval)[:, columns]
+            return basis if more is None else np.concatenate([basis, more(index)], axis=1)
+
+        spectrum = _Spectrum(
+            basis=_bin_means(bins, expected),
+            power=power,
+            count=bins.count,
+            weight=bins.count,
+            frequency=np.asarray(0.25 * (bins.starts + bins.stops - 1.0) / (samples * interval)),
+        )
+        if whole or "rate_ramp" not in terms:
+            return spectrum
+        return _less_slope(spectrum, bins, samples, expected)
+
+    def markov_power(index: FloatArray, time: float) -> FloatArray:
+        return markov_cosine_power(index, samples, interval, time)[:, np.newaxis]
+
+    more = more_whole = None
+    if markov:
+        found = _markov_time(
+            lambda time: _maximize(
+                spectrum_of(
+                    None if time is None else (lambda index: markov_power(index, time)), False
+                )
+            ),
+            interval,
+            samples,
+        )
+        optional["markov_driving_noise"] = optional["markov_correlation_time"] = _estimate(
+            _UNSEEN, gyros_differenced, confidence
+        )
+        if found is not None:
+            time, driving = found
+
+            def more_whole(index: FloatArray) -> FloatArray:
+                return markov_power(index, time)
+
+            def more(index: FloatArray) -> FloatArray:
+                # The second column is how the first changes with the logarithm of its time.
+                change = markov_power(index, 1.01 * time) - markov_power(index, time / 1.01)
+                return np.concatenate(
+                    [markov_power(index, time), driving * change / (2.0 * math.log(1.01))], axis=1
+                )
+
+    spectrum, notes = _with_departure(spectrum_of(more, False))
     best = _maximize(spectrum)
+    if more is not None:
+        optional |= _markov_estimates(best, time, gyros_differenced, confidence)
+    if wave is not None and sinusoid is not None:
+        density = float(np.interp(sinusoid, spectrum.frequency, best.mean))
+        # The rate is averaged over each interval, which takes sinc off the amplitude.
+        gain = float(np.sinc(sinusoid * interval)) * interval
+        optional["sinusoid_amplitude"] = _estimate(
+            _sinusoid(wave / gain**2, 2.0 * density / samples / gain**2, confidence),
+            gyros_differenced,
+            confidence,
+        )
     squares: dict[CoefficientName, tuple[float, float, float, Status]] = {
         name: _profile(spectrum, best, column, confidence) for column, name in enumerate(names)
     }
-    if straight and names:
-        value, low, high, status = _ramp(whole, bins, transform, slope, confidence)
+    if "rate_ramp" in terms and names:
+        value, low, high, status = _ramp(
+            spectrum_of(more_whole, True), bins, transform, slope, confidence
+        )
         squares["rate_ramp"] = (*(np.array([value, low, high]) / interval**4), status)
     estimates = {
         name: _estimate(squares.get(name, _UNSEEN), gyros_differenced, confidence)
         for name in COEFFICIENT_NAMES
     }
-    return Fit(method="likelihood", coefficients=estimates, notes=notes)
+    return Fit(method="likelihood", coefficients=estimates, notes=notes, optional=optional)
+
+
+def _without_sinusoid(increments: FloatArray, cycles: float) -> tuple[float, FloatArray]:
+    """Squared amplitude of a sinusoid of `cycles` per sample, and the increments less it."""
+    if not 0.0 < cycles < 0.5:
+        raise ValueError(
+            f"sinusoid is at {cycles:g} of the sample rate; give a frequency below one half of it"
+        )
+    phase = 2.0 * np.pi * cycles * np.arange(increments.size)
+    waves = np.stack([np.cos(phase), np.sin(phase)])
+    centred = increments - increments.mean()
+    amplitudes = np.linalg.solve(waves @ waves.T, waves @ centred)
+    return float(amplitudes @ amplitudes), centred - amplitudes @ waves
+
+
+def _sinusoid(
+    square: float, variance: float, confidence: float
+) -> tuple[float, float, float, Status]:
+    """Squared amplitude from the measured one, whose two parts have `variance` each.
+
+    Over the variance it is a non-central chi-square of two degrees of freedom.
+    """
+    seen = square / variance
+
+    def limit(probability: float) -> float:
+        # The non-centrality at which what was seen stands at `probability`.
+        return variance * _crossing(
+            lambda centre: probability - float(ncx2.cdf(seen, 2, max(centre, 1e-12))),
+            0.0,
+            seen + 1.0,
+        )
+
+    tail = 0.5 - 0.5 * confidence
+    if seen > _PRESENCE_OF_TWO and float(chi2.sf(seen, 2)) < tail:
+        return max(square - 2.0 * variance, 0.0), limit(1.0 - tail), limit(tail), "estimated"
+    high = limit(1.0 - confidence) if float(chi2.cdf(seen, 2)) > 1.0 - confidence else variance
+    return high, 0.0, high, "upper bound"
 
 
 def _check_confidence(confidence: float) -> None:
@@ -363,18 +494,15 @@ def _cosine_bins(
     return _Bins(edges=starts, keep=keep, starts=starts[keep], stops=stops[keep])
 
 
-def _bin_basis(
-    bins: _Bins, samples: int, interval: float, names: Sequence[CoefficientName]
-) -> FloatArray:
-    """Mean over each bin of the expected squares, (bins, names)."""
+def _bin_means(bins: _Bins, expected: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Mean over each bin of expected squares by index, (bins, terms)."""
     nodes, weights = np.polynomial.legendre.leggauss(4)
     centre = 0.5 * (bins.starts + bins.stops - 1.0)
     # Half a step beyond the first and the last: a sum by the integral over its steps.
     half = np.where(bins.count > 1.0, 0.5 * bins.count, 0.0)
     index = centre[:, np.newaxis] + half[:, np.newaxis] * nodes
-    basis = cosine_power_basis(index.ravel(), samples, interval).reshape(*index.shape, -1)
-    columns = [STOCHASTIC_NAMES.index(name) for name in names]
-    return np.asarray(np.einsum("bnt,n->bt", basis, 0.5 * weights)[:, columns])
+    basis = expected(index.ravel()).reshape(*index.shape, -1)
+    return np.asarray(np.einsum("bnt,n->bt", basis, 0.5 * weights))
 
 
 def _slope_transform(index: FloatArray, samples: int) -> FloatArray:
@@ -388,8 +516,7 @@ def _less_slope(
     spectrum: _Spectrum,
     bins: _Bins,
     samples: int,
-    interval: float,
-    names: Sequence[CoefficientName],
+    expected: Callable[[FloatArray], FloatArray],
 ) -> _Spectrum:
     """`spectrum` of increments less their slope by least squares, expected as such.
 
@@ -400,12 +527,10 @@ def _less_slope(
     index = np.arange(1.0, min(_SINGLE, samples), 2.0)
     shape = _slope_transform(index, samples) ** 2
     shape /= shape.sum()
-    columns = [STOCHASTIC_NAMES.index(name) for name in names]
-    expected = cosine_power_basis(index, samples, interval)[:, columns]
     share = np.zeros((spectrum.power.size, 1))
     low = (bins.count == 1.0) & (bins.starts < _SINGLE) & (bins.starts % 2 == 1)
     share[low, 0] = shape[bins.starts[low] // 2]
-    basis = spectrum.basis * (1.0 - 2.0 * share) + share * (shape @ expected)
+    basis = spectrum.basis * (1.0 - 2.0 * share) + share * (shape @ expected(index))
     rest = bins.starts > 1
     return _Spectrum(
         basis=basis[rest],
@@ -702,6 +827,55 @@ def _ramp(
     return high**2, 0.0, high**2, "upper bound"
 
 
+def _markov_time(
+    fit: Callable[[float | None], _Optimum], interval: float, samples: int
+) -> tuple[float, float] | None:
+    """Correlation time and squared driving noise of a Markov rate, where there is one.
+
+    `fit` is the maximum with such a rate of a given time as the last term, or without.
+    """
+    grid = np.geomspace(3.0 * interval, samples * interval / 8.0, 25)
+    deviances = [fit(float(time)).deviance for time in grid]
+    at = int(np.argmin(deviances))
+    refined = minimize_scalar(
+        lambda logarithm: fit(math.exp(logarithm)).deviance,
+        bounds=np.log(grid[[max(at - 1, 0), min(at + 1, grid.size - 1)]]),
+        method="bounded",
+        options={"xatol": 1e-3},
+    )
+    time = math.exp(refined.x)
+    best = fit(time)
+    if best.squares[-1] > 0.0 and fit(None).deviance - best.deviance > _PRESENCE_OF_TWO:
+        return time, float(best.squares[-1])
+    return None
+
+
+def _markov_estimates(
+    best: _Optimum, time: float, gyros_differenced: int, confidence: float
+) -> dict[OptionalName, Estimate]:
+    """q_c and T_c from the last two terms: the square, and the logarithm of the time."""
+    scale = 1.0 / np.sqrt(np.diag(best.fisher))
+    covariance = np.linalg.pinv(best.fisher * scale * scale[:, np.newaxis], rcond=1e-12)
+    errors = np.sqrt(np.diag(covariance)) * scale
+    deviations = float(norm.ppf(0.5 + 0.5 * confidence))
+    square, shift = float(best.squares[-2]), float(best.squares[-1])
+    spread = math.exp(deviations * float(errors[-2]) / square)
+    length = math.exp(deviations * float(errors[-1]))
+    middle = time * math.exp(shift)
+    return {
+        "markov_driving_noise": _estimate(
+            (square, square / spread, square * spread, "estimated"), gyros_differenced, confidence
+        ),
+        "markov_correlation_time": Estimate(
+            value=middle,
+            low=middle / length,
+            high=middle * length,
+            confidence=confidence,
+            status="estimated",
+        ),
+    }
+
+
 def _estimate(
     squares: tuple[float, float, float, Status], gyros_differenced: int, confidence: float
 ) -> Estimate:
@@ -783,27 +957,36 @@ _FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _CurveModel:
-    """Eq. 3 with some of its terms, on the points of a curve."""
+    """Eq. 3 with some of its terms, on the points of a curve.
+
+    `nuisance` (points,) is a direction, of either sign, that the errors allow for: how the
+    curve changes with the logarithm of a Markov rate's time.
+    """
 
     points: _CurvePoints
-    names: tuple[CoefficientName, ...]
+    names: tuple[CoefficientName | OptionalName, ...]
     basis: FloatArray
     departure: float = 0.0
+    correlation_time: float = 0.0
+    nuisance: FloatArray | None = None
 
     def covariance(self, squares: FloatArray) -> FloatArray:
         """Covariance of the points if `squares` were true, (points, points)."""
         points = self.points
+        sizes = dict(zip(self.names, np.sqrt(squares), strict=True))
         covariance = overlapped_allan_covariance(
             points.factors.tolist(),
-            dict(zip(self.names, np.sqrt(squares), strict=True)),
+            {name: sizes.get(name, 0.0) for name in COEFFICIENT_NAMES},
             angles=points.angles,
             interval=points.interval,
+            markov=(sizes.get("markov_driving_noise", 0.0), self.correlation_time),
         )
         mean = self.basis @ squares
         scale = points.shortfall
         if points.edf is not None:
             # Plain clusters share less: the correlation is kept, the spread is theirs.
-            scale = mean * np.sqrt(2.0 / points.edf / np.diag(covariance))
+            known = np.maximum(np.diag(covariance), 1e-12 * mean**2)
+            scale = mean * np.sqrt(2.0 / points.edf / known)
         covariance = covariance * scale * scale[:, np.newaxis]
         # A few hundred-thousandths of each variance are its own, which leaves the matrix invertible
         # whatever rounding and the far lags of 1/f do.
@@ -851,27 +1034,52 @@ class _CurveModel:
         # The paper's residuals are relative, whatever their errors.
         metric = np.diag((self.basis @ squares) ** 2) if method == "paper" else covariance
         root = np.linalg.cholesky(metric)
-        whitened = solve_triangular(root, self.basis, lower=True)
-        scale = 1.0 / np.linalg.norm(whitened, axis=0)
+        basis = self.basis
+        if self.nuisance is not None:
+            basis = np.column_stack([basis, self.nuisance])
+        whitened = solve_triangular(root, basis, lower=True)
+        scale = 1.0 / np.maximum(np.linalg.norm(whitened, axis=0), 1e-300)
         inverse = np.linalg.pinv(whitened * scale, rcond=1e-10)[column] * scale[column]
         row = solve_triangular(root, inverse, lower=True, trans="T")
         return float(row @ self.points.variance), math.sqrt(float(row @ covariance @ row))
 
-    def misfit(self, squares: FloatArray) -> float:
-        """Chi-square of the points over its expectation, less one."""
+    def with_markov(self, time: float) -> "_CurveModel":
+        """The same model with a Markov rate of that correlation time for one more term."""
+        return replace(
+            self,
+            names=(*self.names, "markov_driving_noise"),
+            basis=np.column_stack([self.basis, markov_allan_variance(self.points.tau, 1.0, time)]),
+            correlation_time=time,
+        )
+
+    def residual(self, squares: FloatArray) -> tuple[float, float]:
+        """Chi-square of the points, and the log determinant of their covariance."""
         root = np.linalg.cholesky(self.covariance(squares))
         residual = solve_triangular(root, self.points.variance - self.basis @ squares, lower=True)
+        return float(np.dot(residual, residual)), 2.0 * float(np.log(np.diag(root)).sum())
+
+    def misfit(self, squares: FloatArray) -> float:
+        """Chi-square of the points over its expectation, less one."""
         freedom = max(1, self.points.factors.size - len(self.names))
-        return float(np.dot(residual, residual)) / freedom - 1.0
+        return self.residual(squares)[0] / freedom - 1.0
 
 
 def _scaled_nnls(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    if matrix.shape[1] == 0:
+        # scipy 1.17 frees memory twice, and the process with it, on a matrix without columns.
+        return np.empty(0)
     scale = 1.0 / np.linalg.norm(matrix, axis=0)
     return np.asarray(nnls(matrix * scale, vector)[0] * scale)
 
 
 def _curve_fit(
-    method: FitName, points: _CurvePoints, gyros_differenced: int, confidence: float
+    method: FitName,
+    points: _CurvePoints,
+    gyros_differenced: int,
+    confidence: float,
+    *,
+    markov: bool = False,
+    sinusoid: float | None = None,
 ) -> Fit:
     _check_confidence(confidence)
     per_gyro(1.0, gyros_differenced)
@@ -881,43 +1089,93 @@ def _curve_fit(
             f"{size} points of the curve can be fitted and Eq. 3 needs 2 or more; record longer"
         )
     notes = []
-    names = tuple(
+    names: tuple[CoefficientName | OptionalName, ...] = tuple(
         name for name in COEFFICIENT_NAMES if name in _FIRST_TERMS[: max(1, min(5, size - 1))]
     )
     if len(names) < len(COEFFICIENT_NAMES):
         notes.append(f"{size} points of the curve are enough for {', '.join(names)} only")
-    basis = allan_variance_basis(points.tau)
-    model = _CurveModel(
-        points=points,
-        names=names,
-        basis=basis[:, [COEFFICIENT_NAMES.index(name) for name in names]],
-    )
+    basis = allan_variance_basis(points.tau)[
+        :, [column for column, name in enumerate(COEFFICIENT_NAMES) if name in names]
+    ]
+    if sinusoid is not None:
+        names = (*names, "sinusoid_amplitude")
+        basis = np.column_stack([basis, sinusoid_allan_variance(points.tau, 1.0, sinusoid)])
+    model = _CurveModel(points=points, names=names, basis=basis)
+    optional: dict[OptionalName, Estimate] = {}
+    if markov:
+        model = _with_curve_markov(model)
     squares = model.relative()
     reference = model.generalized(squares)
-    freedom = max(1, size - len(names))
+    freedom = max(1, size - len(model.names))
     if model.misfit(reference) * freedom > 6.0 * math.sqrt(2.0 * freedom) + 12.0:
         model, reference = _with_curve_departure(model, squares)
         notes.append(
-            f"the curve departs from the five terms by {100.0 * model.departure:.2g} % of the "
+            f"the curve departs from the fitted terms by {100.0 * model.departure:.2g} % of the "
             f"variance at a point; the {method} intervals allow for it"
         )
     if method == "weighted":
         squares = reference
-    estimates = {name: _estimate(_UNSEEN, gyros_differenced, confidence) for name in _FIRST_TERMS}
-    for column, name in enumerate(names):
-        interval = _curve_interval(
-            model,
-            method,
-            column=column,
-            value=float(squares[column]),
-            reference=reference,
-            confidence=confidence,
+    unseen = _estimate(_UNSEEN, gyros_differenced, confidence)
+    estimates = dict.fromkeys(COEFFICIENT_NAMES, unseen)
+    for column, name in enumerate(model.names):
+        estimate = _estimate(
+            _curve_interval(
+                model,
+                method,
+                column=column,
+                value=float(squares[column]),
+                reference=reference,
+                confidence=confidence,
+            ),
+            gyros_differenced,
+            confidence,
         )
-        estimates[name] = _estimate(interval, gyros_differenced, confidence)
-    return Fit(
-        method=method,
-        coefficients={name: estimates[name] for name in COEFFICIENT_NAMES},
-        notes=tuple(notes),
+        if name in estimates:
+            estimates[name] = estimate
+        else:
+            optional[cast(OptionalName, name)] = estimate
+    if markov:
+        seen = optional["markov_driving_noise"].status == "estimated"
+        optional["markov_correlation_time"] = (
+            _curve_markov_time(model, reference, confidence) if seen else unseen
+        )
+    return Fit(method=method, coefficients=estimates, notes=tuple(notes), optional=optional)
+
+
+def _with_curve_markov(model: _CurveModel) -> _CurveModel:
+    """`model` with a Markov rate of the most likely correlation time besides."""
+    tau = model.points.tau
+
+    def deviance(logarithm: float) -> float:
+        trial = model.with_markov(math.exp(logarithm))
+        return sum(trial.residual(trial.generalized(trial.relative())))
+
+    grid = np.log(np.geomspace(tau[0], tau[-1], 17))
+    at = int(np.argmin([deviance(float(logarithm)) for logarithm in grid]))
+    refined = minimize_scalar(
+        deviance,
+        bounds=(grid[max(at - 1, 0)], grid[min(at + 1, grid.size - 1)]),
+        method="bounded",
+        options={"xatol": 0.01},
+    )
+    time = math.exp(float(refined.x))
+    model = model.with_markov(time)
+    square = model.generalized(model.relative())[-1]
+    change = markov_allan_variance(tau, 1.0, 1.01 * time) - markov_allan_variance(
+        tau, 1.0, time / 1.01
+    )
+    return replace(model, nuisance=square * change / (2.0 * math.log(1.01)))
+
+
+def _curve_markov_time(model: _CurveModel, reference: FloatArray, confidence: float) -> Estimate:
+    _, error = model.unlimited("weighted", reference, reference.size)
+    spread = math.exp(error * float(norm.ppf(0.5 + 0.5 * confidence)))
+    return Estimate(
+        value=model.correlation_time,
+        low=model.correlation_time / spread,
+        high=model.correlation_time * spread,
+        confidence=confidence,
+        status="estimated",
     )
 
 
@@ -1063,7 +1321,7 @@ def three_cornered_hat(
     low, high = band if band is not None else (0.0, math.inf)
     # One product of two transforms fits a singular matrix, at infinite likelihood.
     bins = _cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
-    basis = _bin_basis(bins, samples, interval, STOCHASTIC_NAMES)
+    basis = _bin_means(bins, lambda index: cosine_power_basis(index, samples, interval))
     one, other = (
         dct(_without_slope(first - second)[1], type=2, norm="ortho")
         for first, second in pairwise(channels)

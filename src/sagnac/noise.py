@@ -237,16 +237,66 @@ def cosine_power_basis(index: FloatArray, samples: int, interval: float) -> Floa
     return basis
 
 
+def markov_cosine_power(
+    index: FloatArray, samples: int, interval: float, correlation_time: float
+) -> FloatArray:
+    """Expected squares of the cosine transform of increments of a Markov rate of q_c = 1.
+
+    Sampled increments of a Markov rate are exactly a first-order autoregression with a
+    first-order moving average; its spectrum is multiplied by what the finite record makes
+    of the continuous one, ``2 int_0^1 e^(-c u) ((1 - u) cos(a u) - sin(a u)/a) du`` over
+    ``2 c/(c^2 + a^2)`` with c the record in correlation times and a = pi k.
+
+    Parameters
+    ----------
+    index, samples, interval
+        As in `cosine_power_basis`.
+    correlation_time
+        T_c, s.
+
+    Returns
+    -------
+    FloatArray
+        (bins,), rad^2.
+    """
+    index = np.asarray(index, dtype=np.float64)
+    ratio = interval / correlation_time
+    decay = np.exp(-ratio)
+    # r - 1 + e^-r without cancellation.
+    excess = (
+        ratio**2 / 2.0 - ratio**3 / 6.0 + ratio**4 / 24.0 - ratio**5 / 120.0
+        if ratio < 0.01
+        else ratio + np.expm1(-ratio)
+    )
+    cosine = np.cos(np.pi * index / samples)
+    one_apart = np.expm1(-ratio) ** 2
+    spectrum = 2.0 * excess + 2.0 * one_apart * (cosine - decay) / (
+        1.0 - 2.0 * decay * cosine + decay**2
+    )
+    length = samples * ratio
+    angle = np.pi * index
+    z = length - 1j * angle
+    # As in the 1/f term: beyond a few tens the parity of k is averaged out.
+    last = np.where(index < 32.0, np.exp(-length) * np.cos(angle), 0.0)
+    zeroth, first = (1.0 - last) / z, (1.0 - last * (1.0 + z)) / z**2
+    finite = (zeroth - first).real - zeroth.imag / angle
+    return np.asarray(
+        0.5 * correlation_time**3 * spectrum * finite * (length**2 + angle**2) / length
+    )
+
+
 @lru_cache(maxsize=8)
 def _overlapped_covariance_tensor(
-    factors: tuple[int, ...], angles: int, interval: float
+    factors: tuple[int, ...], angles: int, interval: float, correlation_time: float
 ) -> FloatArray:
     nodes, weights = np.polynomial.legendre.leggauss(8)
     tensor = np.asarray(
-        _kernels.overlapped_covariances(np.array(factors, dtype=np.int64), angles, nodes, weights)
+        _kernels.overlapped_covariances(
+            np.array(factors, dtype=np.int64), angles, correlation_time / interval, nodes, weights
+        )
     )
     # From a sample interval of one: each Allan variance is a covariance over interval^2.
-    unit = np.array([1.0, interval, interval**2, interval**3, interval**4]) / interval**2
+    unit = interval ** np.array([-2.0, -1.0, 0.0, 1.0, 1.0, 2.0])
     tensor *= (unit[:, np.newaxis] * unit)[:, :, np.newaxis, np.newaxis]
     tensor.setflags(write=False)
     return tensor
@@ -258,6 +308,7 @@ def overlapped_allan_covariance(
     *,
     angles: int,
     interval: float,
+    markov: tuple[float, float] = (0.0, 0.0),
 ) -> FloatArray:
     """Covariance between the points of an overlapped Allan variance, for Gaussian noise.
 
@@ -276,6 +327,8 @@ def overlapped_allan_covariance(
         Number of angle samples (increments plus one).
     interval
         Sample interval, s.
+    markov
+        q_c in rad/s/sqrt(s) and T_c in s of a Markov rate besides; (0, 0) for none.
 
     Returns
     -------
@@ -288,6 +341,7 @@ def overlapped_allan_covariance(
             f"factors run from {min(whole)} to {max(whole)}; give 1 to {(angles - 1) // 2} for "
             f"{angles} angles"
         )
-    tensor = _overlapped_covariance_tensor(whole, angles, interval)
+    tensor = _overlapped_covariance_tensor(whole, angles, interval, markov[1])
     squares = np.array([coefficients.get(name, 0.0) ** 2 for name in COEFFICIENT_NAMES])
+    squares = np.insert(squares, 4, markov[0] ** 2)
     return np.asarray(np.einsum("a,b,abij->ij", squares, squares, tensor))
