@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntegerArray = NDArray[np.int64]
+BooleanArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 
 # --- stability: sums of squared differences of the accumulated angle -----------------------
@@ -595,7 +596,7 @@ MIX_BLOCK = 50
 
 
 @numba.njit(cache=True, fastmath=True)
-def mixed_down(values, frequency, center):
+def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
     """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
     blocks = values.size // MIX_BLOCK
     mixed = np.empty(blocks, dtype=np.complex128)
@@ -621,7 +622,13 @@ def mixed_down(values, frequency, center):
 
 
 @numba.njit(cache=True)
-def rig_earth_in_table(alpha, earth, order, amplitude, phase):
+def rig_earth_in_table(
+    alpha: float,
+    earth: FloatArray,
+    order: FloatArray,
+    amplitude: FloatArray,
+    phase: FloatArray,
+) -> tuple[float, float, float]:
     """Earth rate along b when the shaft is tilted by the wobble at this angle."""
     tilt_x = 0.0
     tilt_y = 0.0
@@ -637,7 +644,12 @@ def rig_earth_in_table(alpha, earth, order, amplitude, phase):
 
 
 @numba.njit(cache=True)
-def rig_table_angle(drive, order, fraction, phase):
+def rig_table_angle(
+    drive: float,
+    order: FloatArray,
+    fraction: FloatArray,
+    phase: FloatArray,
+) -> float:
     """Table angle at a drive angle: ripple of the rate at orders of the drive."""
     angle = drive
     for j in range(order.size):
@@ -647,21 +659,21 @@ def rig_table_angle(drive, order, fraction, phase):
 
 @numba.njit(cache=True)
 def rig_motion(
-    drive,
-    rate,
-    step,
-    substeps,
-    ripple_order,
-    ripple_fraction,
-    ripple_phase,
-    earth,
-    wobble_order,
-    wobble_amplitude,
-    wobble_phase,
-    state,
-    alpha,
-    turned,
-):
+    drive: FloatArray,
+    rate: FloatArray,
+    step: float,
+    substeps: int,
+    ripple_order: FloatArray,
+    ripple_fraction: FloatArray,
+    ripple_phase: FloatArray,
+    earth: FloatArray,
+    wobble_order: FloatArray,
+    wobble_amplitude: FloatArray,
+    wobble_phase: FloatArray,
+    state: FloatArray,
+    alpha: FloatArray,
+    turned: FloatArray,
+) -> None:
     """Integrate the rate along b over the nodes; keep every `substeps`-th.
 
     `drive` and `rate` are node values after each step; between nodes the drive is the
@@ -708,7 +720,14 @@ def rig_motion(
 
 
 @numba.njit(cache=True)
-def rig_jitter(normals, transition, spread, state, angle, rate):
+def rig_jitter(
+    normals: FloatArray,
+    transition: FloatArray,
+    spread: FloatArray,
+    state: FloatArray,
+    angle: FloatArray,
+    rate: FloatArray,
+) -> None:
     """Position-servo jitter: a damped oscillator driven by white noise, stepped exactly."""
     for n in range(normals.shape[0]):
         x = transition[0, 0] * state[0] + transition[0, 1] * state[1]
@@ -720,7 +739,16 @@ def rig_jitter(normals, transition, spread, state, angle, rate):
 
 
 @numba.njit(cache=True)
-def rig_wander(normals, decay, spread, scale, step, state, angle, rate):
+def rig_wander(
+    normals: FloatArray,
+    decay: float,
+    spread: float,
+    scale: FloatArray,
+    step: float,
+    state: FloatArray,
+    angle: FloatArray,
+    rate: FloatArray,
+) -> None:
     """Slow relative wander of the rate: first-order Markov, integrated by trapezoids."""
     for n in range(normals.size):
         state[0] = decay * state[0] + spread * normals[n]
@@ -732,7 +760,14 @@ def rig_wander(normals, decay, spread, scale, step, state, angle, rate):
 
 
 @numba.njit(cache=True)
-def rig_markov(normals, decay, spread, weight, state, out):
+def rig_markov(
+    normals: FloatArray,
+    decay: FloatArray,
+    spread: FloatArray,
+    weight: float,
+    state: FloatArray,
+    out: FloatArray,
+) -> None:
     """Sum of independent first-order Markov processes plus a random walk (the last column)."""
     terms = decay.size
     for n in range(out.size):
@@ -745,7 +780,13 @@ def rig_markov(normals, decay, spread, weight, state, out):
 
 
 @numba.njit(cache=True)
-def rig_harmonics(alpha, orders, in_phase, quadrature, out):
+def rig_harmonics(
+    alpha: FloatArray,
+    orders: FloatArray,
+    in_phase: FloatArray,
+    quadrature: FloatArray,
+    out: FloatArray,
+) -> None:
     """Add ``in_phase * cos(k alpha) + quadrature * sin(k alpha)`` per channel, ascending k."""
     length = 1024
     cosine = np.empty(length)
@@ -782,7 +823,13 @@ def rig_harmonics(alpha, orders, in_phase, quadrature, out):
 
 
 @numba.njit(cache=True)
-def rig_time_lines(first, cycles_per_sample, in_phase, quadrature, out):
+def rig_time_lines(
+    first: int,
+    cycles_per_sample: FloatArray,
+    in_phase: FloatArray,
+    quadrature: FloatArray,
+    out: FloatArray,
+) -> None:
     """Add ``in_phase * cos(2 pi f n) + quadrature * sin(2 pi f n)`` per channel."""
     length = 256
     for j in range(cycles_per_sample.size):
@@ -802,7 +849,13 @@ def rig_time_lines(first, cycles_per_sample, in_phase, quadrature, out):
 
 
 @numba.njit(cache=True)
-def rig_null_pulse(alpha, errors, margin, state, pulse):
+def rig_null_pulse(
+    alpha: FloatArray,
+    errors: FloatArray,
+    margin: float,
+    state: FloatArray,
+    pulse: BooleanArray,
+) -> None:
     """Mark the first sample past each null, each passage with its own error.
 
     `state`: turns completed, passages so far (both whole numbers), the null just passed
@@ -829,7 +882,15 @@ def rig_null_pulse(alpha, errors, margin, state, pulse):
 
 
 @numba.njit(cache=True)
-def rig_readout(true, noise, drift, step, quantum, state, out):
+def rig_readout(
+    true: FloatArray,
+    noise: FloatArray,
+    drift: FloatArray,
+    step: float,
+    quantum: float,
+    state: FloatArray,
+    out: FloatArray,
+) -> None:
     """Add true angle and walk to the disturbances in `out`, and round to the readout step.
 
     `noise` and `drift` are a sample's random angle and its slow rate; `state` the walk.
@@ -846,7 +907,18 @@ def rig_readout(true, noise, drift, step, quantum, state, out):
 
 
 @numba.njit(cache=True)
-def lock_in_steps(lock_in, rate, peaks, steps, halves, step, strength, normals, state, excess):
+def lock_in_steps(
+    lock_in: float,
+    rate: FloatArray,
+    peaks: FloatArray,
+    steps: int,
+    halves: int,
+    step: float,
+    strength: float,
+    normals: FloatArray,
+    state: FloatArray,
+    excess: FloatArray,
+) -> None:
     """Runge-Kutta steps of the lock-in equation for the phase in excess of the input's.
 
     Each entry of `peaks` is one half cycle of dither (or, at zero, just a stretch) of

@@ -142,7 +142,7 @@ def _power_laws(frequency: FloatArray, power: FloatArray) -> FloatArray:
         solution, _ = nnls(design * weight[:, None], level * weight)
         model = np.maximum(design @ solution, 1e-12 * float(np.max(level)))
         keep = level < model * (1.0 + _LINE_RATIO / np.sqrt(counts))
-    return np.maximum(basis(frequency) @ (solution / size), 1e-12) * scale
+    return np.asarray(np.maximum(basis(frequency) @ (solution / size), 1e-12) * scale)
 
 
 def density(power: FloatArray, sample_rate: float) -> FloatArray:
