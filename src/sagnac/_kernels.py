@@ -908,7 +908,7 @@ def rig_readout(
 
 @numba.njit(cache=True)
 def lock_in_steps(
-    lock_in: float,
+    lock_in: FloatArray,
     rate: FloatArray,
     peaks: FloatArray,
     steps: int,

@@ -634,6 +634,25 @@ def _is_positive(matrix: FloatArray) -> bool:
     return True
 
 
+def _cholesky(covariance: FloatArray) -> FloatArray:
+    """Lower factor of a covariance that may be positive only to rounding.
+
+    Neighbouring points of an overlapped curve are nearly copies of each other where one noise
+    rules, so that the smallest eigenvalue of their correlation can come out below zero. A share
+    of it, the least that makes it positive, is added to the diagonal.
+    """
+    scale = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(scale, scale)
+    nugget = 0.0
+    while True:
+        try:
+            root = np.linalg.cholesky(correlation + nugget * np.eye(scale.size))
+        except np.linalg.LinAlgError:
+            nugget = max(10.0 * nugget, 1e-13)
+            continue
+        return np.asarray(root * scale[:, np.newaxis])
+
+
 def _solve(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     """Solve normal equations; directions that the data cannot see stay at zero."""
     scale = 1.0 / np.sqrt(np.diag(matrix))
@@ -1017,7 +1036,7 @@ class _CurveModel:
             scale = self.points.variance
             squares[free] = _scaled_nnls(self.basis[:, free] / scale[:, np.newaxis], rest / scale)
         for _ in range(20):
-            root = np.linalg.cholesky(self.covariance(squares))
+            root = _cholesky(self.covariance(squares))
             solution = _scaled_nnls(
                 solve_triangular(root, self.basis[:, free], lower=True),
                 solve_triangular(root, rest, lower=True),
@@ -1033,7 +1052,7 @@ class _CurveModel:
         covariance = self.covariance(squares)
         # The paper's residuals are relative, whatever their errors.
         metric = np.diag((self.basis @ squares) ** 2) if method == "paper" else covariance
-        root = np.linalg.cholesky(metric)
+        root = _cholesky(metric)
         basis = self.basis
         if self.nuisance is not None:
             basis = np.column_stack([basis, self.nuisance])
@@ -1054,7 +1073,7 @@ class _CurveModel:
 
     def residual(self, squares: FloatArray) -> tuple[float, float]:
         """Chi-square of the points, and the log determinant of their covariance."""
-        root = np.linalg.cholesky(self.covariance(squares))
+        root = _cholesky(self.covariance(squares))
         residual = solve_triangular(root, self.points.variance - self.basis @ squares, lower=True)
         return float(np.dot(residual, residual)), 2.0 * float(np.log(np.diag(root)).sum())
 
