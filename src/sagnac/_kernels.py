@@ -908,13 +908,13 @@ def rig_readout(
 
 @numba.njit(cache=True)
 def lock_in_steps(
-    lock_in: FloatArray,
-    rate: FloatArray,
+    lock_in: float,
+    rate: float,
     peaks: FloatArray,
     steps: int,
     halves: int,
     step: float,
-    strength: float,
+    strength: FloatArray,
     normals: FloatArray,
     state: FloatArray,
     excess: FloatArray,

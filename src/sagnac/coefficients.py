@@ -648,6 +648,8 @@ def _cholesky(covariance: FloatArray) -> FloatArray:
         try:
             root = np.linalg.cholesky(correlation + nugget * np.eye(scale.size))
         except np.linalg.LinAlgError:
+            if not nugget < 1e-3:
+                raise
             nugget = max(10.0 * nugget, 1e-13)
             continue
         return np.asarray(root * scale[:, np.newaxis])
