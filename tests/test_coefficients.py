@@ -1,6 +1,7 @@
 """Fits of Q, N, B, K, R: exact on laws, honest on noise, one line on refusal."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -236,9 +237,13 @@ def test_a_band_takes_only_what_is_inside():
 
 
 def test_a_spectrum_unlike_the_terms_widens_the_interval_and_says_so():
+    generator = np.random.default_rng(12)
     rate = white(100_000, 11)
     transform = dct(rate, type=2, norm="ortho")
-    transform[20_000:30_000] *= 2.0
+    # Stretches of 2 % of their frequency, each up or down by a fifth of its power.
+    edges = np.unique(np.geomspace(50, rate.size, 400).astype(int))
+    for start, stop in pairwise(edges):
+        transform[start:stop] *= math.sqrt(generator.uniform(0.65, 1.35))
     odd = likelihood_fit(idct(transform, type=2, norm="ortho"), kind="rate", sample_rate=1.0)
     plain = likelihood_fit(rate, kind="rate", sample_rate=1.0)
     assert plain.notes == ()
@@ -247,8 +252,22 @@ def test_a_spectrum_unlike_the_terms_widens_the_interval_and_says_so():
         fit.coefficients["angle_random_walk"].high - fit.coefficients["angle_random_walk"].low
         for fit in (odd, plain)
     ]
-    assert widths[0] > 5.0 * widths[1]
-    assert odd.coefficients["angle_random_walk"].low < 1.1
+    assert widths[0] > 2.0 * widths[1]
+    assert odd.coefficients["angle_random_walk"].low < 1.0
+    assert odd.coefficients["angle_random_walk"].high > 1.0
+
+
+def test_a_line_or_a_resonance_that_is_left_is_left_out_and_named():
+    rate = white(100_000, 11)
+    transform = dct(rate, type=2, norm="ortho")
+    transform[20_000:30_000] *= 2.0
+    wave = 0.3 * np.cos(0.8 * np.arange(rate.size))
+    odd = likelihood_fit(idct(transform, type=2, norm="ortho") + wave, kind="rate", sample_rate=1.0)
+    assert "stand far above the fitted terms" in odd.notes[0]
+    assert len(odd.notes) == 1
+    estimate = odd.coefficients["angle_random_walk"]
+    assert estimate.low < 1.0 < estimate.high
+    assert estimate.high - estimate.low < 0.03
 
 
 def test_a_curve_unlike_eq_3_widens_the_interval_and_says_so():

@@ -40,6 +40,10 @@ _PRESENCE: Final = 9.0
 # The same probability for two parameters.
 _PRESENCE_OF_TWO: Final = 11.83
 
+# How far above the terms a bin has to be to be called something else, where chance (one in
+# ten million) does not put it there. Less is taken for a departure of the terms.
+_STANDS_OUT: Final = 1.5
+
 # Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
 _CONVERGED: Final = 1e-3
 
@@ -75,11 +79,15 @@ class Fit:
     optional
         Terms beside the five that were asked for: q_c in rad/s/sqrt(s) and T_c in s of a
         Markov rate, the peak rate of a sinusoid in rad/s.
+    departure
+        Of a likelihood fit: relative departure of the spectrum from the terms that chance does
+        not explain, 1 or more where bins had to be left out; 0 where the terms suffice.
     """
 
     method: FitName
     coefficients: Mapping[CoefficientName, Estimate]
     notes: tuple[str, ...] = ()
+    departure: float = 0.0
     optional: Mapping[OptionalName, Estimate] = field(default_factory=dict)
 
 
@@ -215,8 +223,10 @@ def likelihood_fit(
     the one-sided limit at `confidence`. ``not observable``: at that limit the
     term alone would lie above the fitted spectrum in half of the bins or more.
 
-    Where the spectrum departs from the five terms by more than chance, the common
-    relative departure of the bins is estimated and enters the weights and intervals.
+    Bins that stand out above the terms by half or more and by more than chance (one in
+    ten million) are left out, and said so: a line that is left, or a resonance. Where the
+    rest departs from the terms by more than chance, the common relative departure of the
+    bins is estimated and enters the weights and intervals.
 
     Parameters
     ----------
@@ -329,7 +339,7 @@ def likelihood_fit(
                     [markov_power(index, time), driving * change / (2.0 * math.log(1.01))], axis=1
                 )
 
-    spectrum, notes = _with_departure(spectrum_of(more, False))
+    spectrum, departure, notes = _with_departure(spectrum_of(more, False))
     best = _maximize(spectrum)
     if more is not None:
         optional |= _markov_estimates(best, time, gyros_differenced, confidence)
@@ -346,15 +356,27 @@ def likelihood_fit(
         name: _profile(spectrum, best, column, confidence) for column, name in enumerate(names)
     }
     if "rate_ramp" in terms and names:
+        weight = bins.count.copy()
+        weight[bins.starts > 1] = spectrum.weight
         value, low, high, status = _ramp(
-            spectrum_of(more_whole, True), bins, transform, slope, confidence
+            replace(spectrum_of(more_whole, True), weight=weight),
+            bins,
+            transform,
+            slope,
+            confidence,
         )
         squares["rate_ramp"] = (*(np.array([value, low, high]) / interval**4), status)
     estimates = {
         name: _estimate(squares.get(name, _UNSEEN), gyros_differenced, confidence)
         for name in COEFFICIENT_NAMES
     }
-    return Fit(method="likelihood", coefficients=estimates, notes=notes, optional=optional)
+    return Fit(
+        method="likelihood",
+        coefficients=estimates,
+        notes=notes,
+        departure=departure,
+        optional=optional,
+    )
 
 
 def _without_sinusoid(increments: FloatArray, cycles: float) -> tuple[float, FloatArray]:
@@ -677,49 +699,80 @@ def _non_negative_start(spectrum: _Spectrum, columns: FloatArray) -> FloatArray:
         return np.zeros(0)
     # Single squares have a chi-square of one degree of freedom: smooth before weighting.
     kernel = np.ones(min(9, spectrum.power.size))
-    weight = spectrum.count
-    smooth = np.convolve(spectrum.power * weight, kernel, "same") / np.convolve(
-        weight, kernel, "same"
+    count = spectrum.count
+    smooth = np.convolve(spectrum.power * count, kernel, "same") / np.convolve(
+        count, kernel, "same"
     )
-    root = np.sqrt(weight) / smooth
+    root = np.sqrt(spectrum.weight) / smooth
     scale = 1.0 / np.maximum(np.linalg.norm(columns * root[:, np.newaxis], axis=0), 1e-300)
     solution, _ = nnls(columns * root[:, np.newaxis] * scale, spectrum.power * root)
     return np.asarray(solution * scale)
 
 
-def _with_departure(spectrum: _Spectrum) -> tuple[_Spectrum, tuple[str, ...]]:
-    """Weights that allow for what the terms do not describe, where that is significant."""
-    averaged = spectrum.count >= 8.0
+def _with_departure(spectrum: _Spectrum) -> tuple[_Spectrum, float, tuple[str, ...]]:
+    """`spectrum` with weights that allow for what the terms do not describe, how much, and notes.
 
-    def excess(departure: float) -> tuple[_Spectrum, float, float]:
-        weight = 1.0 / (1.0 / spectrum.count + 0.5 * departure**2)
+    Bins that stand far above the terms (a line left, a resonance) weigh nothing; for the
+    rest a common relative departure is estimated where it is significant.
+    """
+    if np.count_nonzero(spectrum.count >= 8.0) < 3 * _LEAST_BINS:
+        return spectrum, 0.0, ()
+    notes = []
+    trial, departure = _departure(spectrum)
+    standing = np.zeros(spectrum.power.size, dtype=np.bool_)
+    while departure > 0.0:
+        ratio = spectrum.power / _maximize(trial).mean
+        chance = chi2.sf(spectrum.count * ratio, spectrum.count)
+        more = ~standing & (ratio > _STANDS_OUT) & (chance < 1e-7)
+        if not more.any() or np.count_nonzero(standing | more) > 0.5 * standing.size:
+            break
+        standing |= more
+        trial, departure = _departure(
+            replace(spectrum, weight=np.where(standing, 0.0, spectrum.weight))
+        )
+    if standing.any():
+        frequency = spectrum.frequency[standing]
+        notes.append(
+            f"{frequency.size} of {standing.size} bins of the spectrum, from {frequency[0]:.4g} to "
+            f"{frequency[-1]:.4g} Hz, stand far above the fitted terms (a line or a resonance is "
+            "left) and are left out of the likelihood fit"
+        )
+    if departure > 0.0:
+        ratio = spectrum.power / _maximize(trial).mean
+        worst = int(np.argmax(trial.weight * (ratio - 1.0) ** 2))
+        notes.append(
+            f"the spectrum departs from the fitted terms by {100.0 * departure:.2g} % of the power "
+            f"in a bin, most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the "
+            "likelihood intervals allow for it"
+        )
+    return trial, departure + float(standing.any()), tuple(notes)
+
+
+def _departure(spectrum: _Spectrum) -> tuple[_Spectrum, float]:
+    """Weights with the relative departure of the bins that explains their scatter, or 0."""
+    used = (spectrum.count >= 8.0) & (spectrum.weight > 0.0)
+    freedom = max(1, np.count_nonzero(used) - spectrum.basis.shape[1])
+
+    def weighted(departure: float) -> tuple[_Spectrum, float]:
+        weight = np.where(
+            spectrum.weight > 0.0, 1.0 / (1.0 / spectrum.count + 0.5 * departure**2), 0.0
+        )
         trial = replace(spectrum, weight=weight)
-        best = _maximize(trial)
-        ratio = spectrum.power / (spectrum.basis @ best.squares) - 1.0
-        pearson = 0.5 * weight[averaged] @ ratio[averaged] ** 2
-        freedom = max(1, np.count_nonzero(averaged) - spectrum.basis.shape[1])
-        spread = math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[averaged]))
-        return trial, float(pearson - freedom), spread
+        ratio = spectrum.power / _maximize(trial).mean - 1.0
+        return trial, float(0.5 * weight[used] @ ratio[used] ** 2) - freedom
 
-    if np.count_nonzero(averaged) < 3 * _LEAST_BINS:
-        return spectrum, ()
-    _, surplus, spread = excess(0.0)
-    if surplus < 5.0 * spread:
-        return spectrum, ()
+    trial, surplus = weighted(0.0)
+    if surplus < 5.0 * math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[used])):
+        return trial, 0.0
     low, high = math.log(1e-4), math.log(10.0)
     for _ in range(12):
-        middle = 0.5 * (low + high)
-        trial, surplus, _ = excess(math.exp(middle))
-        low, high = (middle, high) if surplus > 0.0 else (low, middle)
-    departure = math.exp(0.5 * (low + high))
-    trial, _, _ = excess(departure)
-    ratio = spectrum.power / (spectrum.basis @ _maximize(trial).squares)
-    worst = int(np.argmax(np.where(averaged, trial.weight * (ratio - 1.0) ** 2, 0.0)))
-    return trial, (
-        f"the spectrum departs from the fitted terms by {100.0 * departure:.2g} % of the power in "
-        f"a bin, most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the likelihood "
-        "intervals allow for it",
-    )
+        trial, surplus = weighted(math.exp(0.5 * (low + high)))
+        if surplus > 0.0:
+            low = 0.5 * (low + high)
+        else:
+            high = 0.5 * (low + high)
+    departure = math.exp(high)
+    return weighted(departure)[0], departure
 
 
 def _crossing(
