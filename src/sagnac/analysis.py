@@ -17,6 +17,7 @@ from sagnac.coefficients import (
     paper_fit,
     weighted_fit,
 )
+from sagnac.difference import per_gyro
 from sagnac.lines import Line, Removal, remove_lines, remove_lines_as_published
 from sagnac.recording import (
     FloatArray,
@@ -187,6 +188,9 @@ def analyze(
             fine, fine_rate = _at_interval(
                 removal.residual, recording.sample_rate, settings.interval / _LIKELIHOOD_FINER
             )
+        likelihood, highest = _likelihood(
+            fine, fine_rate, differenced, settings.confidence, removal.masked
+        )
         fits: dict[FitName, Fit] = {
             "paper": paper_fit(
                 curve, gyros_differenced=differenced, confidence=settings.confidence
@@ -194,19 +198,32 @@ def analyze(
             "weighted": weighted_fit(
                 curve, gyros_differenced=differenced, confidence=settings.confidence
             ),
-            "likelihood": likelihood_fit(
-                fine,
-                kind="angle",
-                sample_rate=fine_rate,
-                gyros_differenced=differenced,
-                confidence=settings.confidence,
-                masked=removal.masked,
-            ),
+            "likelihood": likelihood,
         }
         for fit in fits.values():
             notes += [note for note in fit.notes if note not in notes]
     notes += curve.notes
-    answer = fits["likelihood"].coefficients["angle_random_walk"]
+    source = (
+        f"likelihood fit of the spectrum of {fine.size} angles of {channel} at "
+        f"{1.0 / fine_rate:.4g} s, to {highest:.4g} Hz"
+    )
+    answer = likelihood.coefficients["angle_random_walk"]
+    bound, cluster = _highest_allowed(curve, differenced)
+    if answer.status == "not observable" or answer.low > bound:
+        if answer.status != "not observable":
+            notes.append(
+                f"the likelihood fit of {channel} asks for more angle random walk than the curve "
+                f"shows at {cluster:.4g} s: the five terms do not describe this spectrum, and "
+                "only an upper bound is given"
+            )
+        source = f"lowest point of the curve of {channel} against the slope of the ARW"
+        answer = Estimate(
+            value=bound,
+            low=0.0,
+            high=bound,
+            confidence=settings.confidence,
+            status="upper bound",
+        )
     with stage("spectrum"):
         spectrum_after = (
             _spectrum(removal.residual, recording.sample_rate)
@@ -220,10 +237,7 @@ def analyze(
         gyros_differenced=differenced,
         table_rate=None if table is None else rotation.mean_rate(table, recording.sample_rate),
         angle_random_walk=answer,
-        source=(
-            f"likelihood fit of the spectrum of {fine.size} angles of {channel} "
-            f"at {1.0 / fine_rate:.4g} s"
-        ),
+        source=source,
         fits=fits,
         lines=removal.lines,
         curve=curve,
@@ -341,6 +355,48 @@ def _at_interval(
     """Every so-many-th angle (Step 4), and their rate; the nearest whole number of samples."""
     step = 1 if interval is None else max(1, round(interval * sample_rate))
     return angle[::step], sample_rate / step
+
+
+def _likelihood(
+    angle: FloatArray,
+    sample_rate: float,
+    differenced: int,
+    confidence: float,
+    masked: tuple[tuple[float, float], ...],
+) -> tuple[Fit, float]:
+    """Likelihood fit over the widest band that the five terms describe, and its upper edge, Hz.
+
+    Vibration and resonances at high frequency are no gyro noise; the band is halved until
+    chance explains what is left, and where it never does, the band with the least is taken.
+    """
+    best: tuple[Fit, float] | None = None
+    highest = 0.5 * sample_rate
+    while best is None or highest * angle.size / sample_rate > 2 * _LEAST_POINTS:
+        fit = likelihood_fit(
+            angle,
+            kind="angle",
+            sample_rate=sample_rate,
+            gyros_differenced=differenced,
+            confidence=confidence,
+            masked=masked,
+            band=None if best is None else (0.0, highest),
+        )
+        if best is None or fit.departure < best[0].departure:
+            best = fit, highest
+        if fit.departure == 0.0:
+            break
+        highest *= 0.5
+    return best
+
+
+def _highest_allowed(curve: StabilityCurve, differenced: int) -> tuple[float, float]:
+    """Largest N that the curve allows, per gyro, and the cluster time that limits it.
+
+    Every other term only adds to N^2 / tau, so N lies below the curve at every point.
+    """
+    highest = curve.high * np.sqrt(curve.tau)
+    index = int(np.nanargmin(highest))
+    return per_gyro(float(highest[index]) ** 2, differenced), float(curve.tau[index])
 
 
 def _require_length(
