@@ -24,6 +24,8 @@ Stop = Literal["korenberg", "false-alarm", "none"]
 
 # A candidate of which less than this share is new beside the chosen terms is rejected.
 _DEPENDENT: Final = 1e-6
+# And one of less mean square than this: the Fourier sums are good to a hundredth of it.
+_LEAST_POWER: Final = 1e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,7 +180,8 @@ class _State:
         self.own_cosine = 0.5 * (1.0 + double.real)
         self.own_sine = 0.5 * (1.0 - double.real)
         self.cross = 0.5 * double.imag
-        self.whole = np.stack([self.own_cosine, self.own_sine])
+        whole = np.stack([self.own_cosine, self.own_sine])
+        self.least = np.maximum(_DEPENDENT * whole, _LEAST_POWER)
         self.candidates = candidates
         self.chosen: list[int] = []
         self.rows: list[FloatArray] = []  # orthogonal functions
@@ -197,8 +200,8 @@ class _State:
         c, s = self.data.real, self.data.imag
         joint = self.own_sine * c**2 + self.own_cosine * s**2 - 2.0 * self.cross * c * s
         usable = (
-            (self.own_cosine > _DEPENDENT * self.whole[0])
-            & (self.own_sine > _DEPENDENT * self.whole[1])
+            (self.own_cosine > self.least[0])
+            & (self.own_sine > self.least[1])
             & (determinant > _DEPENDENT * self.own_cosine * self.own_sine)
         )
         merit = np.where(usable, joint / np.where(usable, determinant, 1.0), 0.0)
