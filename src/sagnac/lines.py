@@ -273,13 +273,22 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
 
     The maximum of a periodogram over continuous frequency, not over its bins alone:
     ``bins * sqrt(pi p / 3) * exp(-p) = false_alarm``, the mean number of upcrossings of
-    level p by a chi-square field of two degrees of freedom (Rice's formula).
+    level p by a chi-square field of two degrees of freedom (Rice's formula). Where the floor
+    is only known with a relative error s, as `spectrum.noise_floor` knows it, exp(-p)
+    averages to exp(-p + (s p)^2 / 2), which for a few thousand bins is a third more.
     """
+    scatter = spectrum.floor_scatter(bins)
     return float(
         brentq(
-            lambda p: np.log(bins) + 0.5 * np.log(np.pi * p / 3.0) - p - np.log(false_alarm),
+            lambda p: (
+                np.log(bins)
+                + 0.5 * np.log(np.pi * p / 3.0)
+                - p
+                + 0.5 * (scatter * p) ** 2
+                - np.log(false_alarm)
+            ),
             1.0,
-            200.0,
+            100.0,
         )
     )
 
@@ -407,7 +416,11 @@ def _new_tones(
     steps = _increments(residual)
     sums = spectrum.transform(steps, padding=2)
     power = (np.square(sums.real) + np.square(sums.imag)) / steps.size
-    ratio = power / np.interp(np.arange(power.size), 2.0 * np.arange(floor.size), floor)
+    level = np.interp(np.arange(power.size), 2.0 * np.arange(floor.size), floor)
+    # In red noise the jump from the record's end to its start leaks with one sign into whole
+    # bins and with the other into the halves between, whose floor may be twice as high.
+    halves = spectrum.noise_floor(np.append(power[1::2], power[-2]))
+    ratio = power / np.maximum(level, np.repeat(halves, 2)[: power.size])
     ratio[: 2 * _LOWEST_CYCLES] = 0.0
     inner = ratio[1:-1]
     # A peak midway between padded bins shows 0.9 of its height: one below the threshold by

@@ -114,6 +114,15 @@ def noise_floor(power: FloatArray) -> FloatArray:
     return floor
 
 
+def floor_scatter(bins: int) -> float:
+    """Relative standard error of `noise_floor` at the middle of a periodogram of `bins`.
+
+    That of the median of as many exponential variates as its window holds.
+    """
+    half = np.clip(0.05 * bins, _FLOOR_HALF_WIDTH, _FLOOR_MOST_HALF_WIDTH)
+    return float(1.0 / (np.log(2.0) * np.sqrt(2.0 * half)))
+
+
 def _power_laws(frequency: FloatArray, power: FloatArray) -> FloatArray:
     """Non-negative sum of power laws fitted to `power` by iterated Gamma weights."""
     edges = np.unique(

@@ -1,0 +1,194 @@
+"""Periodograms, sums over table angle, and the noise floor, against sums and laws."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sagnac import spectrum
+
+SAMPLES = 40_000
+
+
+def fractional_noise(exponent, samples, generator):
+    """Gaussian noise of density f^-exponent: white noise shaped on eight times the length."""
+    frequency = np.fft.rfftfreq(8 * samples)
+    frequency[0] = frequency[1]
+    parts = generator.standard_normal((2, frequency.size))
+    shaped = (parts[0] + 1j * parts[1]) * frequency ** (-exponent / 2.0)
+    return np.fft.irfft(shaped)[:samples]
+
+
+def angle_random_walk(generator):
+    return generator.standard_normal(SAMPLES)
+
+
+def quantization(generator):
+    return np.diff(generator.standard_normal(SAMPLES + 1))
+
+
+def rate_random_walk(generator):
+    steps = np.cumsum(generator.standard_normal(SAMPLES))
+    return steps - steps.mean()
+
+
+def flicker(generator):
+    steps = fractional_noise(1.0, SAMPLES, generator)
+    return steps - steps.mean()
+
+
+def everything(generator):
+    steps = (
+        generator.standard_normal(SAMPLES)
+        + 3.0 * np.diff(generator.standard_normal(SAMPLES + 1))
+        + 0.01 * np.cumsum(generator.standard_normal(SAMPLES))
+    )
+    return steps - steps.mean()
+
+
+NOISES = (angle_random_walk, quantization, rate_random_walk, flicker, everything)
+
+
+def mean_ratios(noise, added, seeds=6):
+    """Mean of power over floor in four octave-wide bands and over all, averaged over seeds."""
+    edges = np.array([8, 200, 1000, 5000, SAMPLES // 2])
+    total = np.zeros(edges.size)
+    for seed in range(seeds):
+        clean = noise(np.random.default_rng([seed, 7]))
+        floor = spectrum.noise_floor(spectrum.periodogram(clean + added))
+        ratio = spectrum.periodogram(clean) / floor
+        bands = [ratio[low:high].mean() for low, high in pairwise(edges)]
+        total += [*bands, ratio[8:].mean()]
+    return total / seeds
+
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_floor_is_the_expected_power(noise):
+    *bands, whole = mean_ratios(noise, 0.0)
+    # The median of 513 ordinates scatters by 6 %; six records and several windows a band.
+    assert bands == pytest.approx(np.ones(4), abs=0.08)
+    # The jump between the ends of a random walk leaks into every bin with the same phase; those
+    # ordinates are no longer exponential, and their mean is not their median over ln 2.
+    assert whole == pytest.approx(1.0, abs=0.05 if noise is rate_random_walk else 0.02)
+
+
+@pytest.mark.parametrize("noise", [angle_random_walk, everything])
+def test_strong_lines_do_not_lift_the_floor(noise):
+    number = np.arange(SAMPLES)
+    # 40 dB above white noise, between bins and on them.
+    lines = sum(
+        np.cos(2.0 * np.pi * (bin_ / SAMPLES) * number + 1.0)
+        for bin_ in (60.25, 1284.5, 4000.0, 10_000.3)
+    )
+    *_, whole = mean_ratios(noise, lines)
+    # Sidelobes, (pi bins)^-2 of a line, stand above noise for some thirty bins beside each.
+    assert whole == pytest.approx(1.0, abs=0.03)
+
+
+def test_floor_scatter_is_what_white_noise_shows():
+    floors = [
+        spectrum.noise_floor(spectrum.periodogram(angle_random_walk(np.random.default_rng(seed))))
+        for seed in range(40)
+    ]
+    middle = np.array(floors)[:, 8000:12_000:200]
+    # Between two windows the floor is their mean: a little better than one window.
+    assert np.sqrt(np.mean((middle - 1.0) ** 2)) == pytest.approx(
+        spectrum.floor_scatter(floors[0].size), rel=0.35
+    )
+
+
+def test_a_level_that_no_power_law_follows_is_followed():
+    # A resonance a tenth of the band wide.
+    generator = np.random.default_rng(3)
+    frequency = np.fft.rfftfreq(SAMPLES)
+    gain = 1.0 + 8.0 / (1.0 + ((frequency - 0.2) / 0.03) ** 2)
+    steps = np.fft.irfft(np.fft.rfft(generator.standard_normal(SAMPLES)) * np.sqrt(gain), SAMPLES)
+    power = spectrum.periodogram(steps)
+    truth = 1.0 + 8.0 / (1.0 + ((np.arange(power.size) / SAMPLES - 0.2) / 0.03) ** 2)
+    floor = spectrum.noise_floor(power)
+    assert np.mean(floor[8:] / truth[8:]) == pytest.approx(1.0, abs=0.03)
+    assert np.std(floor[8:] / truth[8:]) < 0.1
+
+
+def test_floor_scales_with_the_power():
+    power = spectrum.periodogram(everything(np.random.default_rng(0)))
+    floor = spectrum.noise_floor(power)
+    assert spectrum.noise_floor(1e-18 * power) == pytest.approx(1e-18 * floor, rel=1e-6)
+
+
+@pytest.mark.parametrize("samples", [4, 20, 60, 70, 200])
+def test_floor_of_a_short_record_is_finite_and_positive(samples):
+    power = spectrum.periodogram(np.random.default_rng(samples).standard_normal(samples))
+    floor = spectrum.noise_floor(power)
+    assert floor.shape == power.shape
+    assert np.all(np.isfinite(floor))
+    assert np.all(floor > 0.0)
+
+
+@settings(deadline=None)
+@given(st.integers(2, 3_000_000))
+def test_transform_length_is_even_and_long_enough(samples):
+    length = spectrum.transform_length(samples)
+    assert length % 2 == 0
+    assert samples <= length <= 1.1 * samples + 8
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(2, 60), st.integers(1, 3), st.integers(0, 2**32 - 1))
+def test_transform_is_the_fourier_sum(samples, padding, seed):
+    steps = np.random.default_rng(seed).standard_normal(samples)
+    sums = spectrum.transform(steps, padding)
+    length = padding * spectrum.transform_length(samples)
+    assert sums.size == length // 2 + 1
+    number = np.arange(samples)
+    direct = [
+        np.sum(steps * np.exp(-2j * np.pi * bin_ * number / length)) for bin_ in range(sums.size)
+    ]
+    assert sums == pytest.approx(np.array(direct), abs=1e-11)
+    assert spectrum.periodogram(steps, padding) == pytest.approx(
+        np.abs(direct) ** 2 / samples, abs=1e-11
+    )
+
+
+def test_periodogram_keeps_the_variance():
+    # Parseval: twice the power of all bins but the first and the last is the sum of squares.
+    steps = np.random.default_rng(2).standard_normal(1000)
+    power = spectrum.periodogram(steps)
+    length = spectrum.transform_length(steps.size)
+    total = power[0] + power[-1] + 2.0 * power[1:-1].sum()
+    assert total * steps.size / length == pytest.approx(np.sum(steps**2), rel=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 40), st.integers(1, 30), st.integers(0, 2**32 - 1))
+def test_angle_sums_are_the_direct_sums(samples, orders, seed):
+    generator = np.random.default_rng(seed)
+    # Any number of turns, in either direction.
+    phase = generator.uniform(-300.0, 300.0, samples)
+    strengths = generator.standard_normal(samples)
+    sums = spectrum.angle_sums(phase, strengths, orders)
+    direct = [np.sum(strengths * np.exp(-1j * k * phase)) for k in range(orders + 1)]
+    # The transform is good to 1e-9 of the strengths' sum.
+    assert sums == pytest.approx(np.array(direct), abs=3e-9 * np.abs(strengths).sum())
+
+
+def test_density_of_white_rate_noise_is_one_sided():
+    # Angle increments of a rate with density N^2 (two-sided) have variance N^2 / rate; the
+    # one-sided density is twice N^2.
+    n, rate = 2.5e-9, 250.0
+    assert spectrum.density(np.array([n**2 / rate]), rate)[0] == pytest.approx(2.0 * n**2)
+
+
+def test_smoothed_keeps_power_and_peaks():
+    power = np.ones(SAMPLES // 2 + 1)
+    power[12_345] = 1e6
+    frequency, mean = spectrum.smoothed(power)
+    assert np.all(np.diff(frequency) > 0.0)
+    assert frequency.size <= 2000
+    at = np.argmax(mean)
+    assert frequency[at] == pytest.approx(12_345 / SAMPLES, rel=5e-3)
+    assert np.delete(mean, at) == pytest.approx(1.0)
+    # Narrow at the low end: the first bins are the periodogram's own.
+    assert frequency[:5] * SAMPLES == pytest.approx([1, 2, 3, 4, 5])
