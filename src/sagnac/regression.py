@@ -201,6 +201,13 @@ def fit(
         members = np.array([2 * index, 2 * index + 1, row])
         scale = np.array([1.0, 1.0, unit])
         covariance[index] = inverse[np.ix_(members, members)] * np.outer(scale, scale)
+        if index < angles:
+            # And the order's error moves that origin's phase with it.
+            c, s = np.cos(step * middle), np.sin(step * middle)
+            moved = np.array(
+                [[c, -s, -middle * sine[index]], [s, c, middle * cosine[index]], [0.0, 0.0, 1.0]]
+            )
+            covariance[index] = moved @ covariance[index] @ moved.T
     return ComponentFit(
         components=replace(
             components, orders=orders, frequencies=frequencies, cosine=cosine, sine=sine
