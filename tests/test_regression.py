@@ -83,7 +83,9 @@ def test_fit_is_the_least_squares_of_increments(refine):
         turn = np.array([[np.cos(step * middle), -np.sin(step * middle)]])
         turn = np.vstack([turn, [[-turn[0, 1], turn[0, 0]]]])
         expected[4:6] = turn @ expected[4:6]
-        assert found.components.orders == pytest.approx(start.orders + [0, 0, step, 0], rel=1e-12)
+        assert found.components.orders == pytest.approx(
+            [*start.orders[:2], start.orders[2] + step, 300.0], rel=1e-12
+        )
         assert found.components.frequencies == pytest.approx(
             start.frequencies + solution[amplitudes + 1 :], rel=1e-12
         )
@@ -117,7 +119,7 @@ def test_gauss_newton_converges_to_what_was_put_in():
     # A third of a cycle a record off, as a search on a grid of half a cycle may leave it.
     now = replace(
         MIXED,
-        orders=MIXED.orders + [0.0, 0.0, 0.3 / 30.0, 0.0],
+        orders=MIXED.orders + np.array([0.0, 0.0, 0.3 / 30.0, 0.0]),
         frequencies=MIXED.frequencies + np.array([0.3, -0.3, 0.2]) / SAMPLES,
     )
     now = fit(increments, table, now, refine=False).components
