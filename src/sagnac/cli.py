@@ -170,6 +170,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status.
     """
     tokens = list(sys.argv[1:] if arguments is None else arguments)
+    # The fits are thousands of small factorizations, which linear algebra on several threads
+    # only slows: tenfold where other work shares the cores. Read when numpy is first imported.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("MKL_NUM_THREADS", "1")
     for stream in (sys.stdout, sys.stderr):
         # A terminal that lacks ″ or √ shows a ? there rather than failing.
         if hasattr(stream, "reconfigure"):

@@ -13,6 +13,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from sagnac.analysis import Analysis, Spectrum
 from sagnac.difference import per_gyro
@@ -321,6 +322,7 @@ def _below(axes: Axes, tau: FloatArray, level: FloatArray, text: str) -> None:
         va="top",
         fontsize=8,
         color="#4a4a4a",
+        path_effects=[withStroke(linewidth=2.2, foreground="white")],
     )
 
 
