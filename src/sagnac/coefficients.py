@@ -780,9 +780,12 @@ def _crossing(
 ) -> float:
     """Where `rise`, negative at `inside`, crosses zero towards `step`, not beyond `limit`.
 
-    Infinite where it does not within a million steps.
+    Infinite where it does not within a million steps; `inside` itself where `rise` is not
+    negative there, as when weights that differ between two trial values put it beyond.
     """
     low, low_value = inside, rise(inside)
+    if low_value >= 0.0:
+        return inside
     for _ in range(26):
         high = inside + step
         if abs(high - inside) >= abs(limit - inside):
