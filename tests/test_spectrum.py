@@ -112,6 +112,22 @@ def test_a_level_that_no_power_law_follows_is_followed():
     assert np.std(floor[8:] / truth[8:]) < 0.1
 
 
+@pytest.mark.parametrize("quantized", [3.0, 10.0])
+def test_a_law_that_rules_few_bins_is_seen(quantized):
+    # Readout noise rules all but the lowest bins, where the angle random walk does; a floor that
+    # fell on as f^2 there would call all of it lines.
+    bins = np.arange(8, 200)
+    ratio = []
+    for seed in range(10):
+        generator = np.random.default_rng([seed, 9])
+        steps = generator.standard_normal(SAMPLES)
+        steps += quantized * np.diff(generator.standard_normal(SAMPLES + 1))
+        floor = spectrum.noise_floor(spectrum.periodogram(steps))
+        ratio.append(floor[bins] / (1.0 + (2.0 * quantized * np.sin(np.pi * bins / SAMPLES)) ** 2))
+    assert np.mean(ratio) == pytest.approx(1.0, abs=0.1)
+    assert np.min(ratio) > 0.6
+
+
 def test_floor_scales_with_the_power():
     power = spectrum.periodogram(everything(np.random.default_rng(0)))
     floor = spectrum.noise_floor(power)

@@ -14,14 +14,16 @@ from scipy.optimize import nnls
 
 from sagnac.recording import FloatArray
 
-# Two threads is all the machines this runs on have, and FFTs are memory-bound beyond that.
-THREADS: Final = 2
+# One thread for transforms: they are bound by memory, and a second one waits for the first
+# wherever the machine has other work.
+THREADS: Final = 1
 
 _FLOOR_HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
 _FLOOR_MOST_HALF_WIDTH: Final = 4096
 _NUFFT_TOLERANCE: Final = 1e-9
 # An ordinate this many floors high in a narrow bin is a line, not noise: exp(-9) of them by chance.
 _LINE_RATIO: Final = 9.0
+_LAW_ROUNDS: Final = 16
 
 
 def transform_length(samples: int) -> int:
@@ -144,13 +146,19 @@ def _power_laws(frequency: FloatArray, power: FloatArray) -> FloatArray:
     size = np.linalg.norm(design, axis=0)
     design = design / size
     model = np.maximum(level, 1e-12)
-    keep = np.ones(level.size, dtype=bool)
-    for _ in range(12):
+    target, keep = level, np.ones(level.size, dtype=bool)
+    for round_ in range(_LAW_ROUNDS):
         # Maximum likelihood for Gamma ordinates is least squares with weights n / model^2.
         weight = np.where(keep, np.sqrt(counts) / model, 0.0)
-        solution, _ = nnls(design * weight[:, None], level * weight)
+        solution, _ = nnls(design * weight[:, None], target * weight)
         model = np.maximum(design @ solution, 1e-12 * float(np.max(level)))
-        keep = level < model * (1.0 + _LINE_RATIO / np.sqrt(counts))
+        highest = model * (1.0 + _LINE_RATIO / np.sqrt(counts))
+        if round_ < _LAW_ROUNDS // 2:
+            # What stands above the law may be a line or a law not seen yet: it pulls, but no
+            # harder than a line may. Left out at once, a law could never come in.
+            target = np.minimum(level, highest)
+        else:
+            target, keep = level, level < highest
     return np.asarray(np.maximum(basis(frequency) @ (solution / size), 1e-12) * scale)
 
 
