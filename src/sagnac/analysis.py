@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from sagnac import rotation, spectrum
 from sagnac.coefficients import (
@@ -31,6 +32,8 @@ from sagnac.stability import StabilityCurve, stability_curve
 Method = Literal["fos", "fos-paper", "fris", "none"]
 Progress = Callable[[str, float], None]
 
+# Many small products, a few large ones: threads would spend their time waiting for each other.
+_BLAS: Final = ThreadpoolController()
 # The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
 # and still far below the frequencies where readout and bearing noise rule.
 _LIKELIHOOD_FINER: Final = 10
@@ -149,6 +152,11 @@ def analyze(
     RecordingError
         If the recording cannot give what `settings` ask for; one line, with the remedy.
     """
+    with _BLAS.limit(limits=1, user_api="blas"):
+        return _analyze(recording, settings, progress)
+
+
+def _analyze(recording: Recording, settings: Settings, progress: Progress | None) -> Analysis:
     report = progress or (lambda _stage, _fraction: None)
     seconds: dict[str, float] = {}
 

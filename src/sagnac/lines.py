@@ -135,6 +135,7 @@ def remove_lines(
     rest, alpha = _without_motion(angle, turning, None, sample_rate, notes)
     residual = rest
     floor = _floor(residual)
+    reach = None if alpha is None else _earth_amplitudes(alpha, sample_rate)
     for number in range(_ROUNDS):
         report(number / _ROUNDS)
         first = number == 0
@@ -147,7 +148,7 @@ def remove_lines(
                 sample_rate=sample_rate,
                 floor=floor,
                 threshold=threshold,
-                beyond_earth_rate=first,
+                reach=reach if first else None,
             )
             if orders.size == 0:
                 break
@@ -166,6 +167,12 @@ def remove_lines(
         if components.size:
             fit = _refitted(rest, alpha, components)
             components = _significant(fit, alpha, floor, threshold)
+            if first and reach is not None:
+                keep = np.ones(components.size, dtype=bool)
+                angles = components.orders.size
+                own = reach[components.orders.astype(np.int64) - 1]
+                keep[:angles] = components.amplitude[:angles] > own
+                components = components.select(keep)
         # Over part of a turn harmonics and table motion trade with each other: one fit of motion.
         if turning is not None and turns >= rotation.FEW_TURNS:
             # Table motion was fitted with these lines for noise; they are out of it now. And
@@ -191,8 +198,10 @@ def remove_lines(
     if components.size:
         components = _refitted(rest, alpha, components).components
         fit = _refitted(rest, alpha, components)
-        components = _significant(fit, alpha, floor, threshold)
-        fit = _refitted(rest, alpha, components)
+        # A line on its right scale takes from its neighbours, which then stand out no more.
+        while (kept := _significant(fit, alpha, floor, threshold)).size < fit.components.size:
+            fit = _refitted(rest, alpha, kept)
+        fit = _refitted(rest, alpha, fit.components)
         residual = regression.removed(rest, alpha, fit.components)
         floor = _floor(residual)
         lines = _described(fit, alpha, floor, sample_rate, channel)
@@ -347,12 +356,12 @@ def _new_orders(
     sample_rate: float,
     floor: FloatArray,
     threshold: float,
-    beyond_earth_rate: bool,
+    reach: FloatArray | None,
 ) -> Components:
     """Integer orders of table angle that stand above the floor and are not known yet.
 
-    With `beyond_earth_rate` only those larger than Earth rate and an unsteady table could
-    make together; the others wait until Earth rate is fitted beside the known ones.
+    With `reach`, of `_earth_amplitudes`, only those larger than Earth rate could make; the
+    others wait until Earth rate is fitted beside the known ones.
     """
     speed = _speeds(alpha)
     fastest = float(speed.max())
@@ -369,14 +378,8 @@ def _new_orders(
     # itself, are not told apart.
     for order in known.orders:
         ratio[np.abs(orders - order) * turns < 0.99] = 0.0
-    if beyond_earth_rate:
-        reach = np.zeros(highest)
-        for projection in (np.cos, np.sin):
-            reach = np.maximum(
-                reach, np.abs(_order_sums(np.cumsum(projection(alpha)), alpha, highest))
-            )
-        # Order 1 is Earth rate and the harmonic in one (Eq. 16).
-        ratio[1:][np.abs(sums[1:]) < 2.0 * rotation.EARTH_RATE / sample_rate * reach[1:]] = 0.0
+    if reach is not None:
+        ratio[np.abs(sums) / length < reach[:highest]] = 0.0
     chosen = np.flatnonzero((ratio > threshold) & (orders * turns > 0.99))
     if turns < rotation.FEW_TURNS and chosen.size:
         # One a round, the strongest first, as orthogonal search does.
@@ -388,6 +391,21 @@ def _new_orders(
         cosine=sums.real[chosen] / length[chosen],
         sine=-sums.imag[chosen] / length[chosen],
     )
+
+
+def _earth_amplitudes(alpha: FloatArray, sample_rate: float) -> FloatArray:
+    """(orders,) largest amplitude, rad, that Earth rate on an unsteady table puts into each order.
+
+    0 for order 1, in which Earth rate and the harmonic are one at a steady table (Eq. 16).
+    """
+    orders = np.arange(1.0, _MOST_ORDERS + 1.0)
+    length = alpha.size * _mean_square_step(orders, _speeds(alpha)) / 2.0
+    largest = np.zeros(_MOST_ORDERS)
+    for projection in (np.cos, np.sin):
+        sums = _order_sums(np.cumsum(projection(alpha)) / sample_rate, alpha, _MOST_ORDERS)
+        largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
+    largest[0] = 0.0
+    return 2.0 * rotation.EARTH_RATE * largest
 
 
 def _order_sums(angle: FloatArray, alpha: FloatArray, highest: int) -> NDArray[np.complex128]:

@@ -14,10 +14,14 @@ from typing import Final
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
 
 from sagnac import _kernels
 from sagnac.recording import FloatArray
 
+# Products of thin blocks, thousands of them: threads would spend their time waiting for each
+# other, and all of it where the machine has other work.
+_BLAS: Final = ThreadpoolController()
 # Samples a block: the rows of a hundred components stay in the second-level cache.
 _BLOCK: Final = 8192
 # Up to this order the cosines come from multiplying up; single ones beyond are quicker outright.
@@ -166,22 +170,23 @@ def fit(
     # Frequencies in units of one cycle per record, so that the normal matrix is well scaled.
     turn = 2.0 * np.pi / samples
     span = 1.0 if table is None else max(float(np.ptp(table)), 1.0)
-    for start, values in _blocks(samples, table, components, extra=tuned.size):
-        count = values.shape[1]
-        for row, index in enumerate(tuned.tolist(), start=2 * components.size):
-            lag = (
-                (table[start : start + count] - middle) / span  # type: ignore[index]
-                if index < angles
-                else (np.arange(start, start + count) - components.center) * turn
-            )
-            values[row] = lag * (
-                components.sine[index] * values[2 * index]
-                - components.cosine[index] * values[2 * index + 1]
-            )
-        steps = np.diff(values, axis=1)
-        normal += steps @ steps.T
-        right += steps @ increments[start : start + count - 1]
-    inverse, collinear = _inverse(normal)
+    with _BLAS.limit(limits=1, user_api="blas"):
+        for start, values in _blocks(samples, table, components, extra=tuned.size):
+            count = values.shape[1]
+            for row, index in enumerate(tuned.tolist(), start=2 * components.size):
+                lag = (
+                    (table[start : start + count] - middle) / span  # type: ignore[index]
+                    if index < angles
+                    else (np.arange(start, start + count) - components.center) * turn
+                )
+                values[row] = lag * (
+                    components.sine[index] * values[2 * index]
+                    - components.cosine[index] * values[2 * index + 1]
+                )
+            steps = np.diff(values, axis=1)
+            normal += steps @ steps.T
+            right += steps @ increments[start : start + count - 1]
+        inverse, collinear = _inverse(normal)
     solution = inverse @ right
     cosine, sine = solution[0 : 2 * components.size : 2], solution[1 : 2 * components.size : 2]
     orders, frequencies = components.orders.copy(), components.frequencies.copy()

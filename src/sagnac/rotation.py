@@ -266,7 +266,7 @@ def _kinematic_fit(
     solution = solve(penalty)
     while np.abs(solution[2:4]).max() > _EARTH_PRIOR:
         # Not noise but encoder error speaks here, and no amount of it makes the Earth turn faster.
-        penalty *= 3.0
+        penalty *= 1.3
         solution = solve(penalty)
     lag = 0.0
     if with_lag:
