@@ -164,7 +164,13 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
     def stage(name: str) -> Iterator[Callable[[float], None]]:
         began = time.perf_counter()
         report(name, 0.0)
-        yield lambda fraction: report(name, fraction)
+        try:
+            yield lambda fraction: report(name, fraction)
+        except RecordingError as error:
+            # The stages know the data, not the file they are from.
+            if str(error).startswith(where):
+                raise
+            raise RecordingError(f"{where}: {error}") from None
         report(name, 1.0)
         seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - began
 
