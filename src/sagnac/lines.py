@@ -328,8 +328,10 @@ def _without_motion(
         return angle, None
     without, harmonics = angle, None
     if components is not None:
-        in_time = np.arange(components.size) >= components.orders.size
-        without = regression.removed(angle, table, components.select(in_time))
+        taken = np.ones(components.size, dtype=bool)
+        highest = rotation.highest_harmonic(table, sample_rate)
+        taken[: components.orders.size] = components.orders > highest
+        without = regression.removed(angle, table, components.select(taken))
         harmonics = components.orders
     motion = rotation.follow_table(without, table, sample_rate, harmonics=harmonics)
     if abs(motion.lag) * sample_rate > 0.05:
@@ -401,8 +403,14 @@ def _earth_amplitudes(alpha: FloatArray, sample_rate: float) -> FloatArray:
     orders = np.arange(1.0, _MOST_ORDERS + 1.0)
     length = alpha.size * _mean_square_step(orders, _speeds(alpha)) / 2.0
     largest = np.zeros(_MOST_ORDERS)
-    for projection in (np.cos, np.sin):
-        sums = _order_sums(np.cumsum(projection(alpha)) / sample_rate, alpha, _MOST_ORDERS)
+    # Order 1 is what a steady table would make of it; it goes first, since with ripple in the rate
+    # neighbouring orders are not orthogonal to it and would not show beside it.
+    rate = float(alpha[-1] - alpha[0]) / (alpha.size - 1) * sample_rate
+    path = rotation.mean_rate(alpha, sample_rate)
+    steady = 1.0 / rate if abs(rate) > 0.5 * abs(path) else 0.0
+    for projection, whole in ((np.cos, np.sin(alpha)), (np.sin, -np.cos(alpha))):
+        integral = np.cumsum(projection(alpha)) / sample_rate
+        sums = _order_sums(integral - steady * whole, alpha, _MOST_ORDERS)
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0
     return 2.0 * rotation.EARTH_RATE * largest
