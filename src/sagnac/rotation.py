@@ -118,6 +118,16 @@ def full_rotation_samples(angle: FloatArray, table: FloatArray) -> tuple[FloatAr
     return times, angle[first] + fraction * (angle[first + 1] - angle[first])
 
 
+def highest_harmonic(table: FloatArray, sample_rate: float) -> float:
+    """Highest order that `follow_table` can fit beside table motion.
+
+    Above 0.4 of the averages' rate harmonics are averaged away, and alias where they are not.
+    """
+    block = max(1, round(sample_rate / _KINEMATIC_RATE))
+    step = np.abs(np.diff(table[::block]))
+    return 0.4 * 2.0 * np.pi / max(float(np.percentile(step, 95)), 1e-12)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableMotion:
     """What of a gyro angle, or of a difference of two, is table motion and Earth rate.
@@ -171,7 +181,8 @@ def follow_table(
     sample_rate
         Hz.
     harmonics
-        Orders present in `angle`; None where that is not known: all are allowed for.
+        Orders present in `angle`; None where that is not known: all are allowed for. Those
+        above `highest_harmonic` are not fitted: take them out before.
     """
     if full_turns(table) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
@@ -219,7 +230,6 @@ def _kinematic_fit(
     block = max(1, round(sample_rate / _KINEMATIC_RATE))
     mean_table = _averages(table, block)
     interval = block * dt
-    rate = np.gradient(mean_table, interval)
     time = np.arange(mean_table.size) * interval
     columns = [
         mean_table,
@@ -229,11 +239,9 @@ def _kinematic_fit(
     ]
     prior = [np.inf, np.inf, _EARTH_PRIOR, _EARTH_PRIOR]
     if with_lag:
-        columns.append(-rate)
+        columns.append(-np.gradient(mean_table, interval))
         prior.append(np.inf)
-    fastest = max(float(np.percentile(np.abs(rate), 95)), 1e-9)
-    # Orders above 0.4 of the averages' rate are averaged away, and alias where they are not.
-    highest = 0.4 / interval * 2.0 * np.pi / fastest
+    highest = highest_harmonic(table, sample_rate)
     orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
     for order in orders[orders <= highest]:
         columns += [np.cos(order * mean_table), np.sin(order * mean_table)]
