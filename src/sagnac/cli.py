@@ -545,6 +545,36 @@ def convert(
     return DONE
 
 
+@app.command
+def reproduce(
+    *,
+    output: Folder = None,
+    quick: Annotated[
+        bool, Parameter(negative="", show_default=False, help="Tables of ten minutes, not 2 h.")
+    ] = False,
+    debug: Debug = False,
+) -> int:
+    """The paper's Figures 2 to 6 and Tables 1 and 2 on the simulated rig, truth beside.
+
+    Page, pictures and tables go into DIR, by default reproduction. Started again in the
+    same folder it goes on where it stopped.
+    """
+    del debug
+    folder = _folder(output or Path("reproduction"))
+    _require_writable(folder)
+    from sagnac import paper
+    from sagnac.report import reproduction as pages
+
+    with _progress() as progress:
+        made = paper.reproduce(folder, paper.QUICK if quick else paper.Scope(), progress=progress)
+        progress("page", 0.0)
+        written = pages.write(made, folder)
+    print(pages.summary(made), end="\n\n")
+    print(f"{made.computed} of {len(made.outcomes)} runs made, the others were there")
+    _print_paths(written)
+    return DONE
+
+
 # ---- from what was typed -------------------------------------------------------------
 
 
