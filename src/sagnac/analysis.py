@@ -3,10 +3,11 @@
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
+from scipy.stats import chi2
 from threadpoolctl import ThreadpoolController
 
 from sagnac import rotation, spectrum
@@ -16,10 +17,12 @@ from sagnac.coefficients import (
     FitName,
     likelihood_fit,
     paper_fit,
+    three_cornered_hat,
     weighted_fit,
 )
 from sagnac.difference import per_gyro
 from sagnac.lines import Line, Removal, remove_lines, remove_lines_as_published
+from sagnac.noise import COEFFICIENT_NAMES
 from sagnac.recording import (
     FloatArray,
     Recording,
@@ -48,7 +51,8 @@ class Settings:
     Attributes
     ----------
     gyros
-        Names: one gyro, a pair to difference, or a triad.
+        Names: one gyro, a pair to difference, or a triad: the first less the last gives the
+        curve and the answer, and with the second each gyro's own N is told apart.
     method
         How the periodic parts are removed.
     interval
@@ -186,6 +190,14 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             angle, table, recording, settings, channel=channel, where=where, progress=fraction
         )
         notes += removal.notes
+        second = None
+        if len(settings.gyros) == 3:
+            pair = replace(settings, gyros=settings.gyros[:2])
+            name, other, _ = _measured(recording, pair, where)
+            second = _removal(
+                other, table, recording, pair, channel=name, where=where, progress=fraction
+            )
+            notes += second.notes
     points, point_rate = removal.points, removal.point_rate
     _require_length(points, point_rate, recording, where)
     with stage("stability"):
@@ -206,14 +218,31 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             fine, fine_rate, differenced, settings.confidence, removal.masked
         )
         fits: dict[FitName, Fit] = {
-            "paper": paper_fit(
-                curve, gyros_differenced=differenced, confidence=settings.confidence
-            ),
-            "weighted": weighted_fit(
-                curve, gyros_differenced=differenced, confidence=settings.confidence
-            ),
+            "paper": _curve_fit("paper", curve, differenced, settings.confidence),
+            "weighted": _curve_fit("weighted", curve, differenced, settings.confidence),
             "likelihood": likelihood,
         }
+        per_gyro_estimates: Mapping[str, Estimate] = {}
+        if second is not None and second.residual is not None and removal.residual is not None:
+            # The hat uses differences only, so the first gyro may stand at zero.
+            first_name, middle, last = settings.gyros
+            step = max(1, round(recording.sample_rate / fine_rate))
+            separation = three_cornered_hat(
+                {
+                    middle: -second.residual[::step],
+                    first_name: np.zeros(fine.size),
+                    last: -removal.residual[::step],
+                },
+                kind="angle",
+                sample_rate=fine_rate,
+                confidence=settings.confidence,
+                masked=removal.masked + second.masked,
+                band=(0.0, highest),
+            )
+            per_gyro_estimates = {
+                name: separation.angle_random_walk[name] for name in settings.gyros
+            }
+            notes += separation.notes
         for fit in fits.values():
             notes += [note for note in fit.notes if note not in notes]
     notes += curve.notes
@@ -253,12 +282,12 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         angle_random_walk=answer,
         source=source,
         fits=fits,
-        lines=removal.lines,
+        lines=removal.lines + (second.lines if second is not None else ()),
         curve=curve,
         curve_before=curve_before,
         spectrum=spectrum_after,
         spectrum_before=spectrum_before,
-        per_gyro={},
+        per_gyro=per_gyro_estimates,
         notes=tuple(dict.fromkeys(notes)),
         seconds=seconds,
     )
@@ -371,6 +400,24 @@ def _at_interval(
     return angle[::step], sample_rate / step
 
 
+def _curve_fit(
+    method: Literal["paper", "weighted"], curve: StabilityCurve, differenced: int, confidence: float
+) -> Fit:
+    """One of the two fits to the curve; a curve too short for it observes nothing, and says so."""
+    fit = paper_fit if method == "paper" else weighted_fit
+    try:
+        return fit(curve, gyros_differenced=differenced, confidence=confidence)
+    except RecordingError as error:
+        nothing = Estimate(
+            value=np.nan, low=np.nan, high=np.nan, confidence=confidence, status="not observable"
+        )
+        return Fit(
+            method=method,
+            coefficients=dict.fromkeys(COEFFICIENT_NAMES, nothing),
+            notes=(f"no {method} fit: {error}",),
+        )
+
+
 def _likelihood(
     angle: FloatArray,
     sample_rate: float,
@@ -408,7 +455,10 @@ def _highest_allowed(curve: StabilityCurve, differenced: int) -> tuple[float, fl
 
     Every other term only adds to N^2 / tau, so N lies below the curve at every point.
     """
-    highest = curve.high * np.sqrt(curve.tau)
+    # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
+    chance = (1.0 - curve.confidence) / curve.tau.size
+    high = curve.deviation * np.sqrt(curve.edf / chi2.ppf(chance, curve.edf))
+    highest = high * np.sqrt(curve.tau)
     index = int(np.nanargmin(highest))
     return per_gyro(float(highest[index]) ** 2, differenced), float(curve.tau[index])
 
