@@ -579,19 +579,26 @@ def _rescaled(
     steps = _increments(residual)
     moved = np.zeros(components.size, dtype=bool)
     orders: list[float] = []
+    block = _kernels.MIX_BLOCK
+    middles = np.arange(steps.size // block) * block + 0.5 * (block - 1) - components.center
+    in_time = slice(components.orders.size, None)
+    # Increments of the components: step n leads from sample n - 1 to n.
+    phasors = components.cosine[in_time] - 1j * components.sine[in_time]
+    phasors = phasors * (1.0 - np.exp(-2j * np.pi * components.frequencies))
     for index, frequency in enumerate(components.frequencies, start=components.orders.size):
         order = 2.0 * np.pi * frequency / abs(rate)
         level = levels[index - components.orders.size]
-        gain = 2.0 * np.sin(np.pi * frequency)
-        strength = components.amplitude[index] * gain * np.sqrt(steps.size / (2.0 * level))
+        own = np.abs(phasors[index - components.orders.size])
+        strength = own * np.sqrt(steps.size / (2.0 * level))
         if order * spread * strength < 6.0:
             continue
-        own = components.amplitude[index] * gain
-        phase = np.arctan2(-components.sine[index], components.cosine[index])
-        phase += np.pi / 2.0 + np.pi * frequency
         mixed = _kernels.mixed_down(steps, frequency, components.center)
-        block = _kernels.MIX_BLOCK
-        mixed += 0.5 * own * np.exp(1j * phase)
+        # Neighbours too are put back: sidebands that the table's wander makes of one order.
+        for other in np.flatnonzero(
+            np.abs(components.frequencies - frequency) < min(0.1 * frequency, 0.25 / block)
+        ):
+            apart = components.frequencies[other] - frequency
+            mixed += 0.5 * phasors[other] * np.exp(2j * np.pi * apart * middles)
         mean_wander = wander[: mixed.size * block].reshape(-1, block).mean(axis=1)
         turned = mixed * np.exp(-1j * np.sign(rate) * order * mean_wander)
         if np.abs(turned.mean()) ** 2 > np.abs(mixed.mean()) ** 2 + 10.0 * level / steps.size:
