@@ -550,7 +550,7 @@ def reproduce(
     *,
     output: Folder = None,
     quick: Annotated[
-        bool, Parameter(negative="", show_default=False, help="Tables of ten minutes, not 2 h.")
+        bool, Parameter(negative="", show_default=False, help="Tables of half an hour, not 2 h.")
     ] = False,
     debug: Debug = False,
 ) -> int:

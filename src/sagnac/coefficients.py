@@ -1093,6 +1093,9 @@ class _CurveModel:
         if not squares.any():
             scale = self.points.variance
             squares[free] = _scaled_nnls(self.basis[:, free] / scale[:, np.newaxis], rest / scale)
+        if not squares.any():
+            # Without noise there is no covariance to weigh with, and nothing to weigh.
+            return squares
         for _ in range(20):
             root = _cholesky(self.covariance(squares))
             solution = _scaled_nnls(

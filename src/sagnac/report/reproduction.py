@@ -1,7 +1,7 @@
 """The paper's figures and tables beside ours: one page, pictures and tables of numbers."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -187,7 +187,11 @@ def page(reproduction: Reproduction, figures: dict[str, Figure] | None = None) -
     drawn = _figures(reproduction) if figures is None else figures
     outcomes = reproduction.outcomes
     fris = [outcomes[f"figure2-day{day}"] for day in range(1, reproduction.scope.days + 1)]
-    stationary = [outcome for rate, _, _, outcome in _cells(reproduction, "table1") if rate == 0.0]
+    stationary = [
+        outcome.value
+        for rate, _, _, outcome in _cells(reproduction, "table1")
+        if rate == 0.0 and outcome.status == "estimated"
+    ]
     slowest = paper.adequate_rate(reproduction.prediction) / DEGREE
     return _render(
         "reproduction.html",
@@ -217,12 +221,10 @@ def page(reproduction: Reproduction, figures: dict[str, Figure] | None = None) -
             )
         ],
         tables=[_table(reproduction, table, size) for table, size in _TABLES],
-        stationary=_spread([outcome.value for outcome in stationary]),
+        stationary=_spread(stationary),
         ratio=number(
-            _mean(outcome.value for _, _, _, outcome in _cells(reproduction, "table1"))
-            / _mean(
-                outcome.value for rate, _, _, outcome in _cells(reproduction, "table2") if rate > 20
-            )
+            _mean(_estimated(reproduction, "table1", above=-1.0))
+            / _mean(_estimated(reproduction, "table2", above=20.0))
         ),
         paper_ratio=number(
             _mean(value for days in paper.TABLE_1.values() for value in days)
@@ -340,20 +342,23 @@ def _rate_figure(reproduction: Reproduction) -> Figure:
             axes.plot(
                 rates, values / DEGREE_PER_ROOT_HOUR, color=color, linestyle=style, label=label
             )
-        for published, outcomes in (
-            ("ours, Table 2", False),
-            ("paper, Table 2", True),
+        cells = _cells(reproduction, "table2")
+        for label, color, marker, points in (
+            (
+                "ours, Table 2",
+                BLUE,
+                "o",
+                [(rate, one.value) for rate, _, _, one in cells if one.status == "estimated"],
+            ),
+            ("paper, Table 2", ORANGE, "x", [(rate, value) for rate, _, value, _ in cells]),
         ):
-            points = [
-                (rate, value if outcomes else outcome.value)
-                for rate, _, value, outcome in _cells(reproduction, "table2")
-            ]
             axes.plot(
-                *zip(*points, strict=True),
+                [rate for rate, _ in points],
+                [value for _, value in points],
                 linestyle="none",
-                marker="x" if outcomes else "o",
-                color=ORANGE if outcomes else BLUE,
-                label=published,
+                marker=marker,
+                color=color,
+                label=label,
             )
         _logarithmic(axes, "table rate (°/s)", "N̄ (°/√h)")
         _legend(axes, columns=3)
@@ -385,11 +390,25 @@ def _cells(
     return list(paper.outcomes_of_table(reproduction, table))
 
 
-def _mean(values: Any) -> float:
-    return float(np.nanmean(list(values)))
+def _estimated(
+    reproduction: Reproduction, table: Literal["table1", "table2"], above: float
+) -> list[float]:
+    """Estimates of a table above a table rate, without bounds."""
+    return [
+        outcome.value
+        for rate, _, _, outcome in _cells(reproduction, table)
+        if rate > above and outcome.status == "estimated"
+    ]
+
+
+def _mean(values: Iterable[float]) -> float:
+    found = list(values)
+    return sum(found) / len(found) if found else math.nan
 
 
 def _spread(values: Sequence[float]) -> str:
+    if not values:
+        return "–"
     return " … ".join(number(value) for value in sorted({min(values), max(values)}))
 
 
@@ -480,7 +499,13 @@ def _day_spread(days: Sequence[Sequence[tuple[float, Outcome]]], *, ours: bool) 
     """Root mean square over the rates of the days' standard deviation over their mean."""
     spreads = []
     for cells in days:
-        values = np.array([outcome.value if ours else published for published, outcome in cells])
+        values = np.array(
+            [
+                outcome.value if ours else published
+                for published, outcome in cells
+                if not ours or outcome.status == "estimated"
+            ]
+        )
         if values.size > 1:
             spreads.append(float(values.std(ddof=1) / values.mean()))
     return math.sqrt(float(np.mean(np.square(spreads)))) if spreads else math.nan
