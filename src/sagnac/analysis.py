@@ -40,6 +40,8 @@ _BLAS: Final = ThreadpoolController()
 # The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
 # and still far below the frequencies where readout and bearing noise rule.
 _LIKELIHOOD_FINER: Final = 10
+# Samples over which a gyro's low-pass filter may still lower the curve.
+_FILTERED: Final = 10.0
 # A curve of fewer points than this has no cluster time whose deviation means anything.
 _LEAST_POINTS: Final = 32
 
@@ -251,7 +253,7 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         f"{1.0 / fine_rate:.4g} s, to {highest:.4g} Hz"
     )
     answer = likelihood.coefficients["angle_random_walk"]
-    bound, cluster = _highest_allowed(curve, differenced)
+    bound, cluster = _highest_allowed(curve, differenced, recording.sample_rate)
     if answer.status == "not observable" or answer.low > bound:
         if answer.status != "not observable":
             notes.append(
@@ -450,15 +452,24 @@ def _likelihood(
     return best
 
 
-def _highest_allowed(curve: StabilityCurve, differenced: int) -> tuple[float, float]:
+def _highest_allowed(
+    curve: StabilityCurve, differenced: int, sample_rate: float
+) -> tuple[float, float]:
     """Largest N that the curve allows, per gyro, and the cluster time that limits it.
 
-    Every other term only adds to N^2 / tau, so N lies below the curve at every point.
+    Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's own
+    low-pass filter takes away at the shortest cluster times, which are left out.
     """
     # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
     chance = (1.0 - curve.confidence) / curve.tau.size
-    high = curve.deviation * np.sqrt(curve.edf / chi2.ppf(chance, curve.edf))
-    highest = high * np.sqrt(curve.tau)
+    # The point asks what N could be if it ruled there, so the degrees of freedom are those of
+    # white rate (Greenhall's fit for the overlapping estimator), whatever noise was identified.
+    cluster = curve.tau * curve.sample_rate
+    white = 1.5 * (curve.samples - 1) / cluster - 2.0 * (curve.samples - 2) / curve.samples
+    white *= 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0)
+    edf = np.clip(white, 1.0, curve.edf)
+    high = curve.deviation * np.sqrt(edf / chi2.ppf(chance, edf))
+    highest = np.where(curve.tau * sample_rate < _FILTERED, np.inf, high * np.sqrt(curve.tau))
     index = int(np.nanargmin(highest))
     return per_gyro(float(highest[index]) ** 2, differenced), float(curve.tau[index])
 
