@@ -140,6 +140,7 @@ def remove_lines(
         report(number / _ROUNDS)
         first = number == 0
         found = 0
+        before = components
         while alpha is not None and (first or turns >= rotation.FEW_TURNS):
             orders = _new_orders(
                 residual,
@@ -182,6 +183,9 @@ def remove_lines(
                 components = _refitted(rest, alpha, components).components
         residual = regression.removed(rest, alpha, components)
         floor = _floor(residual)
+        if not first and _same(before, components):
+            # What was found did not stand once fitted with the rest, and would not next time.
+            break
         if components.size > _MOST_LINES:
             notes.append(
                 f"the search stopped at {components.size} lines; more peaks stand above the floor"
@@ -200,8 +204,7 @@ def remove_lines(
         fit = _refitted(rest, alpha, components)
         # A line on its right scale takes from its neighbours, which then stand out no more.
         while (kept := _significant(fit, alpha, floor, threshold)).size < fit.components.size:
-            fit = _refitted(rest, alpha, kept)
-        fit = _refitted(rest, alpha, fit.components)
+            fit = _refitted(rest, alpha, _refitted(rest, alpha, kept).components)
         residual = regression.removed(rest, alpha, fit.components)
         floor = _floor(residual)
         lines = _described(fit, alpha, floor, sample_rate, channel)
@@ -298,6 +301,21 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
             ),
             1.0,
             100.0,
+        )
+    )
+
+
+def _same(first: Components, second: Components) -> bool:
+    """Whether both hold the same lines, to within a bin."""
+    return (
+        np.array_equal(first.orders, second.orders)
+        and first.frequencies.size == second.frequencies.size
+        and bool(
+            np.all(
+                np.abs(np.sort(first.frequencies) - np.sort(second.frequencies))
+                * (2.0 * first.center)
+                < 1.0
+            )
         )
     )
 
