@@ -99,9 +99,15 @@ def curve(analysis: Analysis) -> str:
 
 
 def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
-    """The strongest periodic components; None shows all."""
+    """Periodic components: the table's by order, then those in time, the strongest first.
+
+    At most `most` of each, the strongest; None shows all.
+    """
     if not analysis.lines:
         return f"No periodic component was found in {analysis.channel}."
+    of_table = [line for line in analysis.lines if line.scale == "angle"][:most]
+    of_table.sort(key=lambda line: line.frequency)
+    listed = of_table + [line for line in analysis.lines if line.scale == "time"][:most]
     shown = table(
         ("periodic in", "position", "amplitude ″", "± ″", "significance", "channel", "known as"),
         [
@@ -113,13 +119,13 @@ def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
                 line.channel,
                 line.name,
             )
-            for line in analysis.lines[:most]
+            for line in listed
         ],
         right=(2, 3, 4),
     )
-    if most is None or len(analysis.lines) <= most:
+    if len(listed) == len(analysis.lines):
         return shown
-    return f"{shown}\n… and {len(analysis.lines) - most} weaker ones: sagnac lines shows all"
+    return f"{shown}\n… and {len(analysis.lines) - len(listed)} weaker ones: sagnac lines shows all"
 
 
 def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
