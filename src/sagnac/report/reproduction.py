@@ -489,6 +489,7 @@ def _table(reproduction: Reproduction, table: str, size: float) -> dict[str, Any
         "days": range(1, reproduction.scope.days + 1),
         "worst": f"{100.0 * max(errors):.1f} %" if errors else "–",
         "held": held,
+        "without": len(cells) - len(errors),
         "count": len(cells),
         "spread": f"{100.0 * _day_spread(list(by_rate.values()), ours=True):.1f} %",
         "paper_spread": f"{100.0 * _day_spread(list(by_rate.values()), ours=False):.0f} %",
