@@ -705,8 +705,8 @@ def _noise_types(
 
     Angles a cluster apart lose a parabola and are differenced until they are stationary.
     From short clusters to long, on octaves at least, the type found before stands as long as
-    the reading is within its scatter of it; and it stands for good where fewer than 30
-    angles are left.
+    the reading is within its scatter of it, or less red; and it stands for good where fewer than
+    30 angles are left.
     """
     starts, lengths = _whole_stretches(track)
     longest = int(lengths.max(initial=1)) - 1
@@ -725,7 +725,9 @@ def _noise_types(
         nearest = max(_nearest_type(reading, m), lowest)
         above = max(_nearest_type(reading + scatter, m), lowest)
         below = max(_nearest_type(reading - scatter, m), lowest)
-        stands = previous is not None and below <= previous <= above
+        # Noise only gets redder with the cluster time: of a sum of power laws the redder rules
+        # the longer, and a reading that says otherwise is scatter, or a line.
+        stands = previous is not None and (below <= previous <= above or nearest > previous)
         found.append(previous if previous is not None and stands else nearest)
     if not found:
         notes.append(
