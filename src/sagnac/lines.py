@@ -196,11 +196,12 @@ def remove_lines(
             f"the search stopped after {_ROUNDS} rounds; weaker peaks may still stand "
             "above the floor"
         )
-    components = _rescaled(residual, alpha, components, floor)
+    rescaled = _rescaled(residual, alpha, components, floor)
     lines: tuple[Line, ...] = ()
     masked: tuple[tuple[float, float], ...] = ()
     if components.size:
-        components = _refitted(rest, alpha, components).components
+        if rescaled is not components:
+            components = _refitted(rest, alpha, rescaled).components
         fit = _refitted(rest, alpha, components)
         # A line on its right scale takes from its neighbours, which then stand out no more.
         while (kept := _significant(fit, alpha, floor, threshold)).size < fit.components.size:
@@ -419,6 +420,11 @@ def _earth_amplitudes(alpha: FloatArray, sample_rate: float) -> FloatArray:
     0 for order 1, in which Earth rate and the harmonic are one at a steady table (Eq. 16).
     """
     orders = np.arange(1.0, _MOST_ORDERS + 1.0)
+    # The table turns slowly beside the samples: every so-many-th angle tells the same.
+    stride = max(1, int(1.0 / (_MOST_ORDERS * float(_speeds(alpha).max()) + 1e-9)))
+    stride = min(stride, max(1, alpha.size // 10_000))
+    alpha = alpha[::stride]
+    sample_rate = sample_rate / stride
     length = alpha.size * _mean_square_step(orders, _speeds(alpha)) / 2.0
     largest = np.zeros(_MOST_ORDERS)
     # Order 1 is what a steady table would make of it; it goes first, since with ripple in the rate
