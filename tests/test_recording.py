@@ -12,8 +12,10 @@ from sagnac.recording import (
     angle_of,
     check,
     integrity,
+    longest_whole_stretch,
     require_encoder_follows,
     unwrapped,
+    with_gaps_marked,
 )
 
 DEGREE = np.pi / 180.0
@@ -200,3 +202,58 @@ def test_angle_of_keeps_the_noise_of_a_fast_table():
 def test_a_gyro_that_is_not_there_is_named_with_those_that_are():
     with pytest.raises(RecordingError, match=r"no gyro 'q'; it has x"):
         Recording(gyros=(rate_gyro(noise(1.0)),), sample_rate=RATE).gyro("q")
+
+
+@pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
+def test_gaps_are_marked_where_the_stamps_jump(kind):
+    values = noise(1.0)
+    there = np.ones(SAMPLES, dtype=bool)
+    there[5000:5200] = there[9000:9007] = False
+    # Stamps off their place by a fifth of a step, as of a busy host.
+    stamps = SECONDS + 0.2 / RATE * np.random.default_rng(6).uniform(-1.0, 1.0, SAMPLES)
+    channel = Channel(name="x", kind=kind, unit="rad", values=values[there])
+    times = stamps[there] - stamps[0]
+    made = with_gaps_marked(Recording(gyros=(channel,), sample_rate=98.9, times=times))
+    np.testing.assert_array_equal(made.gyros[0].values, np.where(there, values, np.nan))
+    assert made.sample_rate == pytest.approx(RATE, rel=1e-4)
+    assert made.times is None
+    assert any("2 gaps, 207 samples missing" in note for note in made.notes)
+
+
+def test_even_stamps_and_none_stay_as_they_are():
+    recording = Recording(gyros=(rate_gyro(noise(1.0)),), sample_rate=RATE)
+    assert with_gaps_marked(recording) == recording
+    stamped = Recording(gyros=recording.gyros, sample_rate=RATE, times=SECONDS)
+    assert with_gaps_marked(stamped).times is SECONDS
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"values": (300, np.inf)}, "1 sample infinite, the first at 3.000 s"),
+        ({"values": (slice(300, 900), 0.5)}, "is stuck at one value for 600 samples"),
+        ({"times": (slice(300, None), SECONDS[300:] - 9.0)}, "runs backwards"),
+        ({"times": (slice(300, None), SECONDS[300:] + 1e6)}, "1 gap would hold"),
+    ],
+)
+def test_what_is_no_gap_is_refused_beside_gaps(change, words):
+    values, times = noise(1.0), SECONDS.copy()
+    values[100] = np.nan
+    for name, (place, value) in change.items():
+        {"values": values, "times": times}[name][place] = value
+    with pytest.raises(RecordingError, match=words) as caught:
+        with_gaps_marked(Recording(gyros=(rate_gyro(values),), sample_rate=RATE, times=times))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("missing", "first", "last"),
+    [([], 0, 20), ([3], 4, 20), ([15, 18], 0, 15), ([0, 8, 19], 9, 19), (range(20), 0, 0)],
+)
+def test_the_longest_stretch_holds_no_missing_sample(missing, first, last):
+    values = np.arange(20.0)
+    values[list(missing)] = np.nan
+    channel = Channel(name="x", kind="angle", unit="rad", values=values)
+    stretch, start = longest_whole_stretch(Recording(gyros=(channel,), sample_rate=RATE), "x")
+    assert stretch.gyros[0].values.tolist() == list(range(first, last))
+    assert start == pytest.approx(first / RATE if last else 0.0)

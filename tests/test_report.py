@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sagnac.analysis import Spectrum
 from sagnac.recording import RecordingError
 from sagnac.report import document, figures, page, text, wording
 from tests import handmade
@@ -212,7 +213,9 @@ def test_document_has_the_schema():
     assert set(made["estimates"]) == {"paper", "weighted", "likelihood"}
     for estimates in made["estimates"].values():
         for item in estimates.values():
-            assert set(item) == {"value", "low", "high", "confidence", "unit", "status"}
+            assert set(item) == {
+                "value", "low", "high", "confidence", "unit", "status", "units"
+            }  # fmt: skip
     assert made["curve"]["estimator"] == "oadev"
     assert len({len(made["curve"][key]) for key in ("tau_s", "deviation_deg_per_h", "low")}) == 1
 
@@ -223,6 +226,59 @@ def test_document_units_of_every_coefficient():
     assert made["quantization"]["value"] == pytest.approx(3e-4)
     assert made["bias_instability"]["high"] == pytest.approx(2e-11 / degree * hour)
     assert made["rate_random_walk"]["value"] == pytest.approx(1e-11 / degree * hour * 60.0)
+
+
+def test_document_and_tables_have_every_unit():
+    made = document.analysis_document(analysis())["coefficients"]["angle_random_walk"]["units"]
+    # 2.5e-5 deg/sqrt(h) by hand: 60 deg/h/sqrt(Hz) to each, pi/180/60 rad/sqrt(s) to each.
+    assert made["deg/sqrt(h)"]["value"] == pytest.approx(2.5e-5)
+    assert made["deg/h/sqrt(Hz)"]["value"] == pytest.approx(1.5e-3)
+    assert made["rad/sqrt(s)"] == made["rad/s/sqrt(Hz)"]
+    assert made["rad/sqrt(s)"]["low"] == pytest.approx(2.45e-5 * math.pi / 180.0 / 60.0)
+    shown = text.units(analysis())
+    for unit in made:
+        assert f"  {unit}\n" in shown
+    assert "1.500e-03" in shown or "0.00150" in shown
+    assert "rate ramp" not in shown  # not observable
+    html = page.page(analysis())
+    assert "deg/h/sqrt(Hz)" in html
+
+
+def test_family_of_curves_and_their_spectrum():
+    plain = analysis()
+    spectrum = Spectrum(frequency=np.array([1.0, 2.0, 4.0]), density=np.array([4.0, 2.0, 1.0]))
+    tdev = dataclasses.replace(plain.curve, estimator="tdev")
+    made = dataclasses.replace(plain, family=(plain.curve, tdev), density=spectrum)
+    shown = strict(document.to_json(document.analysis_document(made)))
+    first, second = shown["curves"]
+    assert first["deviation"] == shown["curve"]["deviation_deg_per_h"]
+    assert (first["unit"], second["unit"]) == ("deg/h", "arcsec")
+    arcsec = 3600.0 * 180.0 / math.pi
+    # The deviation of one gyro of a pair is less by root two, its density by two.
+    assert second["high"][0] == pytest.approx(tdev.high[0] * arcsec / math.sqrt(2.0))
+    assert shown["spectrum"]["density"] == pytest.approx([2 * arcsec**2, arcsec**2, arcsec**2 / 2])
+    rows = list(csv.DictReader(io.StringIO(document.family_table(made))))
+    assert [row["estimator"] for row in rows] == ["oadev"] * len(first["tau_s"]) + ["tdev"] * len(
+        second["tau_s"]
+    )
+    assert float(rows[0]["deviation"]) == pytest.approx(first["deviation"][0])
+    rows = list(csv.DictReader(io.StringIO(document.density_table(made))))
+    assert [float(row["frequency[Hz]"]) for row in rows] == [1.0, 2.0, 4.0]
+    assert "tdev ″" in text.curve(made, tdev)
+    assert "PSD" in text.density(made)
+    assert text.density(plain) == ""
+    assert {"curves", "spectrum"}.isdisjoint(document.analysis_document(plain))
+
+
+def test_a_coarser_spectrum_keeps_its_power():
+    frequency = np.arange(1.0, 1001.0)
+    density = np.random.default_rng(3).exponential(size=1000)
+    made = document.coarser(Spectrum(frequency=frequency, density=density), 20)
+    assert made.frequency.size <= 20
+    assert np.all(np.diff(made.frequency) > 0.0)
+    edges = np.searchsorted(frequency, np.geomspace(1.0, 1000.0, 21)[:-1])
+    starts = np.unique(edges)
+    assert made.density == pytest.approx([part.mean() for part in np.split(density, starts[1:])])
 
 
 def test_what_was_not_observed_is_null():

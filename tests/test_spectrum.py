@@ -208,3 +208,30 @@ def test_smoothed_keeps_power_and_peaks():
     assert np.delete(mean, at) == pytest.approx(1.0)
     # Narrow at the low end: the first bins are the periodogram's own.
     assert frequency[:5] * SAMPLES == pytest.approx([1, 2, 3, 4, 5])
+
+
+def test_multitaper_is_the_mean_over_orthonormal_tapers():
+    values = np.random.default_rng(11).standard_normal(90)
+    size = values.size
+    length = spectrum.transform_length(size)
+    n, frequency = np.arange(size), np.arange(length // 2 + 1) / length
+    wave = np.exp(-2j * np.pi * np.outer(frequency, n))
+    tapers = [
+        np.sqrt(2.0 / (size + 1)) * np.sin(np.pi * k * (n + 1) / (size + 1)) for k in (1, 2, 3)
+    ]
+    np.testing.assert_allclose(np.array(tapers) @ np.array(tapers).T, np.eye(3), atol=1e-12)
+    expected = np.mean([np.abs(wave @ (taper * values)) ** 2 for taper in tapers], axis=0)
+    np.testing.assert_allclose(spectrum.multitaper(values, 3), expected, rtol=1e-9)
+
+
+def test_multitaper_of_a_walk_has_no_leakage_where_a_periodogram_has():
+    generator = np.random.default_rng(12)
+    frequency = np.fft.rfftfreq(spectrum.transform_length(SAMPLES))
+    law = 1.0 / (4.0 * np.sin(np.pi * frequency[200:]) ** 2)
+    ratios = {"multitaper": [], "periodogram": []}
+    for _ in range(20):
+        walk = np.cumsum(generator.standard_normal(SAMPLES))
+        for name, ratio in ratios.items():
+            ratio.append(np.mean(getattr(spectrum, name)(walk - walk.mean())[200:] / law))
+    assert np.mean(ratios["multitaper"]) == pytest.approx(1.0, abs=0.01)
+    assert np.mean(ratios["periodogram"]) > 1.3

@@ -25,12 +25,13 @@ from sagnac.lines import Line, Removal, remove_lines, remove_lines_as_published
 from sagnac.noise import COEFFICIENT_NAMES
 from sagnac.recording import (
     FloatArray,
+    Kind,
     Recording,
     RecordingError,
     angle_of,
     require_encoder_follows,
 )
-from sagnac.stability import StabilityCurve, stability_curve
+from sagnac.stability import Estimator, Gaps, StabilityCurve, stability_curve
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
 Progress = Callable[[str, float], None]
@@ -62,12 +63,16 @@ class Settings:
         None for every sample.
     confidence
         Of every interval.
+    estimators
+        Which of the Allan family to make of the same angles, with the power spectral density,
+        beside the overlapping Allan deviation that the coefficients rest on.
     """
 
     gyros: tuple[str, ...]
     method: Method = "fos"
     interval: float | None = 1.0
     confidence: float = 0.95
+    estimators: tuple[Estimator, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,6 +121,10 @@ class Analysis:
         Every repair, refusal and doubt, in words.
     seconds
         Time by stage.
+    family
+        One curve for each estimator that the settings ask for.
+    density
+        Multitaper rate spectrum of what the curves are of, where estimators are asked for.
     """
 
     recording: Recording
@@ -134,6 +143,8 @@ class Analysis:
     per_gyro: Mapping[str, Estimate]
     notes: tuple[str, ...]
     seconds: Mapping[str, float]
+    family: tuple[StabilityCurve, ...] = ()
+    density: Spectrum | None = None
 
 
 def analyze(
@@ -210,6 +221,7 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         curve_before = stability_curve(
             before, kind="angle", sample_rate=before_rate, confidence=settings.confidence
         )
+        family = stability_family(points, "angle", point_rate, settings)
     with stage("coefficients"):
         fine, fine_rate = points, point_rate
         if removal.residual is not None and settings.interval is not None:
@@ -248,6 +260,8 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         for fit in fits.values():
             notes += [note for note in fit.notes if note not in notes]
     notes += curve.notes
+    for one in family:
+        notes += [f"{one.estimator}: {note}" for note in one.notes if note not in curve.notes]
     source = (
         f"likelihood fit of the spectrum of {fine.size} angles of {channel} at "
         f"{1.0 / fine_rate:.4g} s, to {highest:.4g} Hz"
@@ -275,6 +289,12 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             if removal.residual is not None
             else _spectrum(points, point_rate)
         )
+        density = None
+        if settings.estimators:
+            density = multitaper_density(
+                np.diff(points if removal.residual is None else removal.residual),
+                point_rate if removal.residual is None else recording.sample_rate,
+            )
     return Analysis(
         recording=recording,
         settings=settings,
@@ -292,7 +312,42 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         per_gyro=per_gyro_estimates,
         notes=tuple(dict.fromkeys(notes)),
         seconds=seconds,
+        family=family,
+        density=density,
     )
+
+
+def stability_family(
+    values: FloatArray, kind: Kind, sample_rate: float, settings: Settings, gaps: Gaps = "reject"
+) -> tuple[StabilityCurve, ...]:
+    """The curve of each estimator that the settings ask for.
+
+    Raises
+    ------
+    RecordingError
+        If the record is too short for one of them, or has gaps that it cannot leave out.
+    """
+    curves = []
+    for estimator in settings.estimators:
+        try:
+            curve = stability_curve(
+                values,
+                kind=kind,
+                sample_rate=sample_rate,
+                estimator=estimator,
+                confidence=settings.confidence,
+                gaps=gaps,
+            )
+        except ValueError as error:
+            raise RecordingError(f"{estimator}: {error}") from None
+        curves.append(curve)
+    return tuple(curves)
+
+
+def multitaper_density(increments: FloatArray, sample_rate: float) -> Spectrum:
+    """Multitaper rate density of angle increments (rad), in log-spaced bins."""
+    frequency, power = spectrum.smoothed(spectrum.multitaper(increments - increments.mean()))
+    return Spectrum(frequency=frequency * sample_rate, density=spectrum.density(power, sample_rate))
 
 
 def _measured(recording: Recording, settings: Settings, where: str) -> tuple[str, FloatArray, int]:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TextIO, get_args
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sagnac.analysis import Analysis, Settings
     from sagnac.formats import Statement
     from sagnac.recording import Recording
+    from sagnac.stability import Estimator
 
 DONE: Final = 0
 DATA_ERROR: Final = 1
@@ -288,6 +289,7 @@ def analyze(files: Files, /, *, options: Options = _NO_OPTIONS, output: Folder =
                 text.blocks(
                     text.answer(analysis),
                     text.coefficients(analysis),
+                    text.units(analysis),
                     text.lines(analysis),
                     text.notes(analysis.notes),
                 ),
@@ -301,32 +303,56 @@ def analyze(files: Files, /, *, options: Options = _NO_OPTIONS, output: Folder =
 
 
 @app.command
-def avar(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = None) -> int:
-    """The still bench: curve and coefficients of each gyro as it is, and the lines in it.
+def avar(
+    file: File,
+    /,
+    *,
+    options: Options = _NO_OPTIONS,
+    estimator: Annotated[
+        list[str] | None,
+        Parameter(
+            group=_ANALYSIS,
+            metavar="NAME,…",
+            negative="",
+            help="Curves: oadev (unless stated), adev, mdev, tdev, hdev, ohdev, totdev, mtotdev, "
+            "theo1, theoh, haar; several with commas between, or given again.",
+        ),
+    ] = None,
+    gaps: Annotated[
+        Literal["reject", "omit"],
+        Parameter(
+            group=_ANALYSIS,
+            help="Missing samples (NaN, jumps of the time stamps): an error that says where, or "
+            "terms that touch one are left out, counted and noted.",
+        ),
+    ] = "reject",
+    output: Folder = None,
+) -> int:
+    """The still bench: curves and coefficients of each gyro as it is, and the lines in it.
 
     Coefficients are of the recording as it is unless --method says what to remove; the
     lines are listed either way. With -o, each gyro's report goes into a folder of its own.
     """
     statement = _statement(options)
     _settings(options, ("x",), method="none", interval=None)
+    estimators = _estimators(estimator)
     _require_writable(output)
     analyses: list[Analysis] = []
     cleaned: list[Analysis] = []
     written: list[Path] = []
     with _naming(file), _progress() as progress:
-        recording, seconds = _read(file, statement, progress)
-        if recording.table is not None:
-            recording = replace(recording, table=None, null_pulse=None)
-        from sagnac.analysis import analyze as run
+        recording, seconds = _read(file, statement, progress, verify=gaps == "reject")
+        from sagnac import bench
+        from sagnac.recording import with_gaps_marked
 
+        if gaps == "omit":
+            recording = with_gaps_marked(recording)
         for name in _gyros(options, recording):
             settings = _settings(options, (name,), method="none", interval=None)
             named = _prefixed(progress, name)
-            analysis = run(recording, settings, progress=named)
-            searched = analysis
-            if settings.method == "none":
-                searched = run(recording, replace(settings, method="fos"), progress=named)
-                analysis = replace(analysis, lines=searched.lines)
+            analysis, searched = bench.at_rest(
+                recording, replace(settings, estimators=estimators), progress=named
+            )
             analysis = _with_seconds(analysis, seconds)
             if output is not None:
                 named("report", 0.0)
@@ -340,15 +366,16 @@ def avar(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = None
     from sagnac.report import text
 
     for analysis, searched in zip(analyses, cleaned, strict=True):
-        changed = searched is not analysis and bool(searched.lines)
         print(text.answer(analysis))
-        if changed:
+        if analysis.settings.method == "none" and searched.lines:
             print(text.without_lines(searched))
         print()
         print(
             text.blocks(
-                text.curve(analysis),
+                *(text.curve(analysis, curve) for curve in analysis.family),
+                text.density(analysis),
                 text.coefficients(analysis),
+                text.units(analysis),
                 text.lines(analysis),
                 text.notes(analysis.notes),
                 text.seconds(analysis),
@@ -623,6 +650,17 @@ def _gyros(options: Reading, recording: "Recording") -> tuple[str, ...]:
     return stated or tuple(channel.name for channel in recording.gyros)
 
 
+def _estimators(stated: Sequence[str] | None) -> "tuple[Estimator, ...]":
+    from sagnac.stability import Estimator
+
+    known = get_args(Estimator)
+    names = [name for text in stated or ["oadev"] for name in _list("--estimator", text) or ()]
+    for name in names:
+        if name not in known:
+            raise UsageError(f"--estimator {name}: is not known; use {', '.join(known)}")
+    return tuple(name for name in known if name in names)
+
+
 def _list(option: str, text: str | None) -> tuple[str, ...] | None:
     if text is None:
         return None
@@ -762,7 +800,11 @@ def _write_all(analysis: "Analysis", folder: Path) -> tuple["Analysis", list[Pat
     analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
     text = document.to_json(document.analysis_document(analysis))
     document.write_text(folder / "analysis.json", text + "\n")
-    names = ("report.html", "analysis.json", "stability.csv", "lines.csv")
+    names = ["report.html", "analysis.json", "stability.csv", "lines.csv"]
+    if analysis.family:
+        document.write_text(folder / "family.csv", document.family_table(analysis))
+        document.write_text(folder / "psd.csv", document.density_table(analysis))
+        names += ["family.csv", "psd.csv"]
     return analysis, [folder / name for name in (*names, "stability.png", "spectrum.png")]
 
 

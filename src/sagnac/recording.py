@@ -1,7 +1,7 @@
 """A recording: gyro channels, the table encoder, sample times, and where they came from."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -22,6 +22,8 @@ MINIMUM_SAMPLES: Final = 16
 # guess. Shorter ones are a note.
 GAP_STEPS: Final = 5.0
 LATE_STEPS: Final = 1.5
+# Gaps that would hold this many times the samples there are belong to no one recording.
+LARGEST_GAPS: Final = 9
 
 # A run of one value is a stuck channel when it is this long, and this many times longer than
 # the tenth longest. A quantized quiet gyro repeats itself for long, but then it does so all
@@ -247,6 +249,97 @@ def integrity(recording: Recording) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: order[finding.level]))
 
 
+def with_gaps_marked(recording: Recording) -> Recording:
+    """The gyros at even times, NaN where a sample is missing; table and null pulse left out.
+
+    A jump of the time stamps by more than `GAP_STEPS` steps is filled with as many NaN as
+    samples fit into it; shorter ones are stamps that came late, as everywhere. The sample rate
+    is that between the gaps.
+
+    Parameters
+    ----------
+    recording
+        As read without verification.
+
+    Raises
+    ------
+    RecordingError
+        If anything but gaps is wrong: infinite samples, stamps that run backwards, a stuck
+        gyro, or gaps that hold far more samples than there are.
+    """
+    where = recording.provenance.path if recording.provenance else "recording"
+    recording = replace(recording, table=None, null_pulse=None)
+    findings: list[Finding] = []
+    for gyro in recording.gyros:
+        infinite = np.flatnonzero(np.isinf(gyro.values))
+        if infinite.size:
+            raise RecordingError(
+                f"{where}: {gyro.name}: {_counted(infinite.size, 'sample')} infinite, the first "
+                f"at {_second(recording, int(infinite[0])):.3f} s; mark bad samples as NaN"
+            )
+        findings += _stuck(recording, gyro)
+    times = recording.times
+    if times is not None:
+        findings += _time_findings(recording, times, omit_gaps=True)
+    notes = list(recording.notes)
+    for finding in sorted(findings, key=lambda finding: finding.level != "error"):
+        message = f"{finding.channel}: {finding.message}"
+        if finding.level == "error":
+            raise RecordingError(f"{where}: {message}")
+        notes.append(message)
+    if times is None or times.size < 2:
+        return replace(recording, notes=tuple(notes))
+
+    steps = np.diff(times)
+    jumps = steps > GAP_STEPS * np.median(steps)
+    if not jumps.any():
+        return replace(recording, notes=tuple(notes))
+    sample_rate = float(np.count_nonzero(~jumps) / steps[~jumps].sum())
+    places = np.concatenate(([0.0], np.cumsum(np.where(jumps, np.rint(steps * sample_rate), 1.0))))
+    samples = int(places[-1]) + 1
+    missing = samples - times.size
+    if missing > LARGEST_GAPS * times.size:
+        raise RecordingError(
+            f"{where}: time: its {_counted(int(jumps.sum()), 'gap')} would hold {missing} samples "
+            f"and there are {times.size}; {_longest_stretch(recording, np.flatnonzero(jumps) + 1)}"
+        )
+    notes.append(
+        f"time: {_counted(int(jumps.sum()), 'gap')}, {_counted(missing, 'sample')} missing, the "
+        f"first at {_second(recording, int(np.argmax(jumps))):.3f} s; {sample_rate:.9g} Hz between"
+    )
+    gyros = []
+    for gyro in recording.gyros:
+        values = np.full(samples, np.nan)
+        values[places.astype(np.intp)] = gyro.values
+        gyros.append(replace(gyro, values=values))
+    return replace(
+        recording, gyros=tuple(gyros), sample_rate=sample_rate, times=None, notes=tuple(notes)
+    )
+
+
+def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, float]:
+    """The longest stretch of one gyro without a missing sample.
+
+    Returns
+    -------
+    recording
+        Of that gyro alone, possibly of no sample.
+    start
+        Of the stretch, s from the first sample of the file.
+    """
+    gyro = recording.gyro(name)
+    edges = np.concatenate(([-1], np.flatnonzero(~np.isfinite(gyro.values)), [gyro.values.size]))
+    longest = int(np.argmax(np.diff(edges)))
+    first, last = int(edges[longest]) + 1, int(edges[longest + 1])
+    times = recording.times
+    if times is not None:
+        times = times[first:last] - times[first] if last > first else None
+    stretch = replace(
+        recording, gyros=(replace(gyro, values=gyro.values[first:last]),), times=times
+    )
+    return stretch, _second(recording, first) if last > first else 0.0
+
+
 def check(recording: Recording) -> tuple[Finding, ...]:
     """Everything that can be said about the quality of the data; errors come first.
 
@@ -337,7 +430,9 @@ def _not_finite(recording: Recording, name: str, values: FloatArray) -> list[Fin
     ]
 
 
-def _time_findings(recording: Recording, times: FloatArray) -> list[Finding]:
+def _time_findings(
+    recording: Recording, times: FloatArray, *, omit_gaps: bool = False
+) -> list[Finding]:
     not_finite = _not_finite(recording, "time", times)
     if not_finite:
         return not_finite
@@ -364,7 +459,7 @@ def _time_findings(recording: Recording, times: FloatArray) -> list[Finding]:
             )
         ]
     gaps = np.flatnonzero(steps > GAP_STEPS * nominal)
-    if gaps.size:
+    if gaps.size and not omit_gaps:
         first = int(gaps[0])
         return [
             Finding(
@@ -377,6 +472,7 @@ def _time_findings(recording: Recording, times: FloatArray) -> list[Finding]:
         ]
     findings: list[Finding] = []
     repeated = int(np.count_nonzero(steps == 0.0))
+    steps = np.delete(steps, gaps)
     late = int(np.count_nonzero(steps > LATE_STEPS * nominal))
     if repeated:
         findings.append(

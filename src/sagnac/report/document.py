@@ -14,14 +14,14 @@ from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
 from sagnac import __version__
-from sagnac.analysis import Analysis
-from sagnac.coefficients import Estimate, Fit
+from sagnac.analysis import Analysis, Spectrum
+from sagnac.coefficients import Estimate, Fit, in_units
 from sagnac.difference import per_gyro
 from sagnac.formats.source import replacing
 from sagnac.lines import Line
 from sagnac.noise import COEFFICIENT_NAMES, CoefficientName
 from sagnac.report.wording import FIELD_UNITS, in_field_unit
-from sagnac.stability import StabilityCurve
+from sagnac.stability import Estimator, StabilityCurve
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR
 
 SCHEMA: Final = "sagnac.analysis/1"
@@ -71,6 +71,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             "high": (curve.high / DEGREE_PER_HOUR).tolist(),
             "edf": curve.edf.tolist(),
         },
+        **_family(analysis),
         "notes": list(analysis.notes),
         "seconds": dict(analysis.seconds),
     }
@@ -115,12 +116,56 @@ def headline_fit(analysis: Analysis) -> Fit | None:
     return None
 
 
+def shown_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
+    """What was estimated or bounded: by the fit the answer rests on, else the answer alone."""
+    fit = headline_fit(analysis)
+    estimates: Mapping[CoefficientName, Estimate] = (
+        {"angle_random_walk": analysis.angle_random_walk} if fit is None else fit.coefficients
+    )
+    return {
+        name: estimates[name]
+        for name in COEFFICIENT_NAMES
+        if name in estimates and estimates[name].status != "not observable"
+    }
+
+
 def per_gyro_curve(curve: StabilityCurve, gyros_differenced: int) -> StabilityCurve:
     """The curve of one gyro, in root mean square, where `curve` is of a difference."""
     size = per_gyro(1.0, gyros_differenced)
     return replace(
         curve, deviation=size * curve.deviation, low=size * curve.low, high=size * curve.high
     )
+
+
+def per_gyro_density(analysis: Analysis) -> Spectrum:
+    """Frequency (Hz) and one-sided rate density of one gyro, (deg/h)^2/Hz."""
+    measured = analysis.density
+    if measured is None:
+        return Spectrum(frequency=np.empty(0), density=np.empty(0))
+    size = (per_gyro(1.0, analysis.gyros_differenced) / DEGREE_PER_HOUR) ** 2
+    return Spectrum(frequency=measured.frequency, density=size * measured.density)
+
+
+def coarser(spectrum: Spectrum, most: int) -> Spectrum:
+    """The spectrum in `most` log-spaced bins at most, each the mean of those it takes."""
+    if spectrum.frequency.size <= most:
+        return spectrum
+    edges = np.geomspace(spectrum.frequency[0], spectrum.frequency[-1], most + 1)[:-1]
+    starts = np.unique(np.searchsorted(spectrum.frequency, edges))
+    # Bins that were log-spaced before are wider at high frequency and count by their width.
+    width = np.gradient(spectrum.frequency)
+    total = np.add.reduceat(width, starts)
+    return Spectrum(
+        frequency=np.add.reduceat(width * spectrum.frequency, starts) / total,
+        density=np.add.reduceat(width * spectrum.density, starts) / total,
+    )
+
+
+def curve_unit(estimator: Estimator) -> tuple[float, str, str]:
+    """Unit that a curve is shown in: its size in SI, for a machine, for a person."""
+    if estimator == "tdev":
+        return ARCSECOND, "arcsec", "″"
+    return DEGREE_PER_HOUR, "deg/h", "°/h"
 
 
 def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:
@@ -169,6 +214,38 @@ def stability_table(analysis: Analysis) -> str:
         for index in range(longest)
     ]
     return _csv(list(columns), rows)
+
+
+def family_table(analysis: Analysis) -> str:
+    """CSV of every curve asked for, per gyro, one below the other."""
+    rows = []
+    for measured in analysis.family:
+        curve = per_gyro_curve(measured, analysis.gyros_differenced)
+        size, unit, _ = curve_unit(curve.estimator)
+        columns = (
+            curve.tau,
+            curve.deviation / size,
+            curve.low / size,
+            curve.high / size,
+            curve.edf,
+            curve.terms,
+            curve.noise_type,
+        )
+        rows += [
+            [curve.estimator, unit, *(_cell(value) for value in row)]
+            for row in zip(*(column.tolist() for column in columns), strict=True)
+        ]
+    header = ("estimator", "unit", "tau[s]", "deviation", "low", "high", "edf", "terms")
+    return _csv((*header, "noise_type"), rows)
+
+
+def density_table(analysis: Analysis) -> str:
+    """CSV of the multitaper rate spectrum, per gyro, one-sided."""
+    shown = per_gyro_density(analysis)
+    rows = zip(shown.frequency.tolist(), shown.density.tolist(), strict=True)
+    return _csv(
+        ("frequency[Hz]", "density[(deg/h)^2/Hz]"), ([_cell(cell) for cell in row] for row in rows)
+    )
 
 
 def line_table(analysis: Analysis) -> str:
@@ -237,6 +314,41 @@ def _input(analysis: Analysis) -> dict[str, Any]:
     }
 
 
+def _family(analysis: Analysis) -> dict[str, Any]:
+    """The curves asked for and their spectrum; nothing where none was."""
+    if not analysis.family:
+        return {}
+    curves = []
+    for measured in analysis.family:
+        curve = per_gyro_curve(measured, analysis.gyros_differenced)
+        size, unit, _ = curve_unit(curve.estimator)
+        curves.append(
+            {
+                "estimator": curve.estimator,
+                "unit": unit,
+                "confidence": curve.confidence,
+                "tau_s": curve.tau.tolist(),
+                "deviation": (curve.deviation / size).tolist(),
+                "low": (curve.low / size).tolist(),
+                "high": (curve.high / size).tolist(),
+                "edf": curve.edf.tolist(),
+                "terms": curve.terms.tolist(),
+                "noise_type": curve.noise_type.tolist(),
+                "notes": list(curve.notes),
+            }
+        )
+    density = per_gyro_density(analysis)
+    return {
+        "curves": curves,
+        "spectrum": {
+            "estimator": "multitaper",
+            "unit": "(deg/h)^2/Hz",
+            "frequency_hz": density.frequency.tolist(),
+            "density": density.density.tolist(),
+        },
+    }
+
+
 def _coefficients(fit: Fit) -> dict[str, Any]:
     return {
         name: _estimate(name, fit.coefficients[name])
@@ -254,6 +366,15 @@ def _estimate(name: CoefficientName, estimate: Estimate) -> dict[str, Any]:
         "confidence": shown.confidence,
         "unit": FIELD_UNITS[name][1],
         "status": shown.status,
+        "units": {
+            unit: {"value": value, "low": low, "high": high}
+            for (unit, value), low, high in zip(
+                in_units(name, estimate.value).items(),
+                in_units(name, estimate.low).values(),
+                in_units(name, estimate.high).values(),
+                strict=True,
+            )
+        },
     }
 
 

@@ -130,6 +130,11 @@ def spectrum_figure(analysis: Analysis) -> Figure:
             axes.plot(*before, color=QUIET, linewidth=0.8, label="before removal")
         axes.plot(*after, color=BLUE, linewidth=0.8, alpha=0.7, label=_after(analysis))
         _logarithmic(axes, "frequency (Hz)", f"rate noise density, {_of(analysis)} (°/h/√Hz)")
+        if not after[0].size:
+            # Logarithmic axes find no limits of their own without data.
+            axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
+            axes.text(0.5, 0.5, analysis.source, transform=axes.transAxes, ha="center")
+            return figure
         axes.margins(x=0.01)
         if analysis.angle_random_walk.status == "estimated":
             level = math.sqrt(2.0) * analysis.angle_random_walk.value

@@ -11,7 +11,7 @@ from sagnac import __version__
 from sagnac.analysis import Analysis
 from sagnac.coefficients import Fit
 from sagnac.noise import COEFFICIENT_NAMES
-from sagnac.report.document import headline_fit, residual_peaks, write_text
+from sagnac.report.document import headline_fit, residual_peaks, shown_estimates, write_text
 from sagnac.report.figures import comparison_figure, spectrum_figure, stability_figure, svg
 from sagnac.report.wording import (
     FIELD_UNITS,
@@ -24,6 +24,7 @@ from sagnac.report.wording import (
     number,
     reading_cells,
     subject,
+    unit_cells,
 )
 from sagnac.units import DEGREE
 
@@ -78,6 +79,11 @@ def page(analysis: Analysis) -> str:
         fit=FIT_TITLES[fit.method] if fit else "",
         fits=[(FIT_TITLES[fit.method], fit is headline_fit(analysis)) for fit in _fits(analysis)],
         coefficients=_coefficient_rows(analysis),
+        units=[
+            (SYMBOLS[name], *cells)
+            for name, estimate in shown_estimates(analysis).items()
+            for cells in unit_cells(name, estimate)
+        ],
         lines=_line_rows(analysis),
         names=any(line.name for line in analysis.lines),
         facts=_facts(analysis),

@@ -1,5 +1,6 @@
 """What a terminal shows of an analysis: the answer first, then tables. Nothing is printed here."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
@@ -8,7 +9,14 @@ from rich.cells import cell_len
 from sagnac.analysis import Analysis
 from sagnac.noise import COEFFICIENT_NAMES
 from sagnac.recording import Finding, Recording
-from sagnac.report.document import per_gyro_curve, residual_peaks
+from sagnac.report.document import (
+    coarser,
+    curve_unit,
+    per_gyro_curve,
+    per_gyro_density,
+    residual_peaks,
+    shown_estimates,
+)
 from sagnac.report.wording import (
     FIELD_UNITS,
     FIT_TITLES,
@@ -22,10 +30,12 @@ from sagnac.report.wording import (
     reading_cells,
     sentence,
     subject,
+    unit_cells,
 )
-from sagnac.units import DEGREE_PER_HOUR
+from sagnac.stability import StabilityCurve
 
 _MOST_LINES: Final = 20
+_DENSITY_ROWS: Final = 24
 
 
 def answer(analysis: Analysis) -> str:
@@ -69,6 +79,8 @@ def without_lines(analysis: Analysis) -> str:
 def coefficients(analysis: Analysis) -> str:
     """Q, N, B, K, R by each fit, in the field's units."""
     fits = [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
+    if not fits:
+        return ""
     return table(
         ("coefficient", "unit", *(f"{fit.method} fit" for fit in fits)),
         [
@@ -82,20 +94,47 @@ def coefficients(analysis: Analysis) -> str:
     )
 
 
-def curve(analysis: Analysis) -> str:
-    """The stability curve per gyro."""
-    shown = per_gyro_curve(analysis.curve, analysis.gyros_differenced)
+def units(analysis: Analysis) -> str:
+    """The coefficients of the answer's fit in every unit that they are written in."""
+    rows = [
+        (f"{SYMBOLS[name]} {TITLES[name].lower()}", *cells)
+        for name, estimate in shown_estimates(analysis).items()
+        for cells in unit_cells(name, estimate)
+    ]
+    return table(("coefficient", "value", "interval", "unit"), rows, right=(1,)) if rows else ""
+
+
+def curve(analysis: Analysis, of: StabilityCurve) -> str:
+    """A stability curve per gyro; `of` is one of the analysis."""
+    shown = per_gyro_curve(of, analysis.gyros_differenced)
+    size, _, unit = curve_unit(of.estimator)
     columns = (
         shown.tau,
-        shown.deviation / DEGREE_PER_HOUR,
-        shown.low / DEGREE_PER_HOUR,
-        shown.high / DEGREE_PER_HOUR,
+        shown.deviation / size,
+        shown.low / size,
+        shown.high / size,
         shown.edf,
+        shown.terms,
+        shown.noise_type,
     )
     rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
     return table(
-        ("τ s", f"{shown.estimator} °/h", "low", "high", "edf"), rows, right=range(len(columns))
+        ("τ s", f"{shown.estimator} {unit}", "low", "high", "edf", "terms", "noise f^"),
+        rows,
+        right=range(len(columns)),
     )
+
+
+def density(analysis: Analysis) -> str:
+    """The power spectral density per gyro, averaged into few bins; the table has them all."""
+    if analysis.density is None or not analysis.density.frequency.size:
+        return ""
+    shown = coarser(per_gyro_density(analysis), _DENSITY_ROWS)
+    rows = [
+        (f"{place:.4g}", f"{value:.4g}", f"{math.sqrt(value):.4g}")
+        for place, value in zip(shown.frequency, shown.density, strict=True)
+    ]
+    return table(("f Hz", "PSD, one-sided (°/h)²/Hz", "its root °/h/√Hz"), rows, right=(0, 1, 2))
 
 
 def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
@@ -103,6 +142,9 @@ def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
 
     At most `most` of each, the strongest; None shows all.
     """
+    if not analysis.fits:
+        # Between gaps too close together for any fit, none was looked for.
+        return ""
     if not analysis.lines:
         return f"No periodic component was found in {analysis.channel}."
     of_table = [line for line in analysis.lines if line.scale == "angle"][:most]

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 from sagnac.coefficients import Estimate, FitName
@@ -9,6 +10,7 @@ from sagnac.lines import Line
 from sagnac.noise import CoefficientName
 from sagnac.units import (
     ARCSECOND,
+    COEFFICIENT_UNITS,
     DEGREE_PER_HOUR,
     DEGREE_PER_HOUR_PER_HOUR,
     DEGREE_PER_HOUR_PER_ROOT_HERTZ,
@@ -121,6 +123,23 @@ def reading_cells(
     if estimate.status == "upper bound":
         return f"< {number(shown.high, plain=plain)}", "", estimate.status
     return (*figures(shown, plain=plain), estimate.status)
+
+
+def unit_cells(name: CoefficientName, estimate: Estimate) -> list[tuple[str, str, str]]:
+    """Value, interval and unit of an estimate in SI, in each unit that it is written in."""
+    cells = []
+    for unit, size in COEFFICIENT_UNITS[name].items():
+        shown = replace(
+            estimate,
+            value=estimate.value / size,
+            low=estimate.low / size,
+            high=estimate.high / size,
+        )
+        if estimate.status == "upper bound":
+            cells.append((f"< {number(shown.high, plain=True)}", "", unit))
+        else:
+            cells.append((*figures(shown, plain=True), unit))
+    return cells
 
 
 def reading(name: CoefficientName, estimate: Estimate) -> str:
