@@ -31,7 +31,13 @@ from sagnac.recording import (
     angle_of,
     require_encoder_follows,
 )
-from sagnac.stability import Estimator, Gaps, StabilityCurve, stability_curve
+from sagnac.stability import (
+    Estimator,
+    Gaps,
+    StabilityCurve,
+    equivalent_degrees_of_freedom,
+    stability_curve,
+)
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
 Progress = Callable[[str, float], None]
@@ -41,6 +47,8 @@ _BLAS: Final = ThreadpoolController()
 # The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
 # and still far below the frequencies where readout and bearing noise rule.
 _LIKELIHOOD_FINER: Final = 10
+# Chance at which the curve, against a sound likelihood fit, calls it impossible.
+_VETO: Final = 1e-4
 # Samples over which a gyro's low-pass filter may still lower the curve.
 _FILTERED: Final = 10.0
 # A curve of fewer points than this has no cluster time whose deviation means anything.
@@ -267,8 +275,13 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         f"{1.0 / fine_rate:.4g} s, to {highest:.4g} Hz"
     )
     answer = likelihood.coefficients["angle_random_walk"]
-    bound, cluster = _highest_allowed(curve, differenced, recording.sample_rate)
-    if answer.status == "not observable" or answer.low > bound:
+    # A fit that is known not to describe its spectrum yields to the curve much sooner.
+    doubt = _VETO if likelihood.departure == 0.0 else 1.0 - settings.confidence
+    veto, cluster = _highest_allowed(curve, differenced, recording.sample_rate, doubt)
+    if answer.status == "not observable" or answer.low > veto:
+        bound, _ = _highest_allowed(
+            curve, differenced, recording.sample_rate, 1.0 - settings.confidence
+        )
         if answer.status != "not observable":
             notes.append(
                 f"the likelihood fit of {channel} asks for more angle random walk than the curve "
@@ -508,22 +521,27 @@ def _likelihood(
 
 
 def _highest_allowed(
-    curve: StabilityCurve, differenced: int, sample_rate: float
+    curve: StabilityCurve, differenced: int, sample_rate: float, chance: float
 ) -> tuple[float, float]:
-    """Largest N that the curve allows, per gyro, and the cluster time that limits it.
+    """Largest N that the curve allows but by `chance`, per gyro, and the cluster time of it.
 
     Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's own
     low-pass filter takes away at the shortest cluster times, which are left out.
     """
+    angles = curve.samples + (curve.kind != "angle")
     # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
-    chance = (1.0 - curve.confidence) / curve.tau.size
+    share = chance / curve.tau.size
     # The point asks what N could be if it ruled there, so the degrees of freedom are those of
-    # white rate (Greenhall's fit for the overlapping estimator), whatever noise was identified.
-    cluster = curve.tau * curve.sample_rate
-    white = 1.5 * (curve.samples - 1) / cluster - 2.0 * (curve.samples - 2) / curve.samples
-    white *= 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0)
-    edf = np.clip(white, 1.0, curve.edf)
-    high = curve.deviation * np.sqrt(edf / chi2.ppf(chance, edf))
+    # white rate, whatever noise was identified.
+    edf = np.array(
+        [
+            equivalent_degrees_of_freedom(
+                curve.estimator, 0, round(tau * curve.sample_rate), angles
+            )
+            for tau in curve.tau
+        ]
+    )
+    high = curve.deviation * np.sqrt(edf / chi2.ppf(share, edf))
     highest = np.where(curve.tau * sample_rate < _FILTERED, np.inf, high * np.sqrt(curve.tau))
     index = int(np.nanargmin(highest))
     return per_gyro(float(highest[index]) ** 2, differenced), float(curve.tau[index])
