@@ -19,11 +19,15 @@ from pathlib import Path
 import allantools
 import numba
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from sagnac import stability_curve
 from sagnac.stability import Estimator
 
+PAGE = Path(__file__).parents[1] / "docs" / "benchmarks_stability.md"
+FIGURE = PAGE.with_name("cost_stability.png")
+COST_HEADING = "## Cost against the number of samples"
 REPEATS = 5
 LONG, SHORT = 3_600_000, 3_600
 LARGEST = {"oadev": 2, "mdev": 3, "ohdev": 3, "totdev": 1, "mtotdev": 3, "theo1": 1}
@@ -125,10 +129,13 @@ def report(largest: int) -> str:
     sizes = [10**k for k in range(4, 9) if 10**k <= largest]
     lines += [
         "",
-        "## Cost against the number of samples",
+        COST_HEADING,
+        "",
+        f"![Seconds against samples, by estimator]({FIGURE.name})",
         "",
         "Seconds for 60 log-spaced clusters up to the longest. Above some 10 000 samples "
-        "`mtotdev` and `theo1` average every k-th window, as the notes of their curves state.",
+        "`mtotdev` and `theo1` average every k-th window, as the notes of their curves state. "
+        "Dotted in the figure: in proportion to the samples, through the last of `oadev`.",
         "",
         "| samples | " + " | ".join((*FAST, *SLOW)) + " |",
         "|---|" + "---|" * len((*FAST, *SLOW)),
@@ -140,22 +147,57 @@ def report(largest: int) -> str:
     return "\n".join(lines) + "\n"
 
 
+def cost_table(text: str) -> tuple[list[str], NDArray[np.float64]]:
+    """Names of the columns and (sizes, columns) seconds, NaN where not measured; sizes first."""
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in text.partition(COST_HEADING)[2].splitlines()
+        if line.startswith("|")
+    ]
+    cells = [[float("nan") if cell == "–" else float(cell) for cell in row] for row in rows[2:]]
+    return rows[0], np.array(cells)
+
+
+def draw_cost(text: str, target: Path) -> None:
+    """Figure of the cost table in `text`; written whole or not at all."""
+    names, table = cost_table(text)
+    samples = table[:, 0]
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    axes = figure.subplots()
+    for name, seconds_taken, marker in zip(names[1:], table[:, 1:].T, "os^Dvx", strict=True):
+        axes.loglog(samples, seconds_taken, marker=marker, linewidth=1.2, label=name)
+    allan = table[:, names.index("oadev")]
+    linear = allan[-1] * samples / samples[-1]
+    axes.loglog(samples, linear, color="0.4", linestyle=":", label="∝ samples")
+    axes.set_xlabel("samples")
+    axes.set_ylabel("seconds for 60 clusters")
+    axes.grid(which="major", color="0.9")
+    axes.legend(frameon=False, ncols=2)
+    draft = target.with_suffix(".part")
+    figure.savefig(draft, format="png", dpi=150)
+    os.replace(draft, target)
+
+
 def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.stability", description=__doc__)
-    parser.add_argument("--write", action="store_true", help="write docs/benchmarks_stability.md")
+    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name} and its figure")
+    parser.add_argument("--figure", action="store_true", help=f"draw what {PAGE.name} says again")
     parser.add_argument("--largest", type=float, default=1e7, help="samples, up to 1e8")
     parser.add_argument("--memory", nargs=2, metavar=("ESTIMATOR", "SAMPLES"))
     options = parser.parse_args(arguments)
     if options.memory:
         print_memory(options.memory[0], int(options.memory[1]))
         return
+    if options.figure:
+        draw_cost(PAGE.read_text(encoding="utf-8"), FIGURE)
+        return
     text = report(int(options.largest))
     print(text)
     if options.write:
-        target = Path(__file__).parents[1] / "docs" / "benchmarks_stability.md"
-        draft = target.with_suffix(".part")
+        draw_cost(text, FIGURE)
+        draft = PAGE.with_suffix(".part")
         draft.write_text(text, encoding="utf-8")
-        os.replace(draft, target)
+        os.replace(draft, PAGE)
 
 
 if __name__ == "__main__":
