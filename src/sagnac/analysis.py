@@ -429,7 +429,9 @@ def _removal(
         turn_rate = (times.size - 1) / (times[-1] - times[0]) * rate
         note = (
             f"full rotation interval sampling: {times.size} angles, one a turn, every "
-            f"{1.0 / turn_rate:.4g} s; the interval asked for plays no part"
+            f"{1.0 / turn_rate:.4g} s; the interval asked for plays no part. Lines in time are "
+            "still in, folded at that interval: value and bounds may be wrong either way (use "
+            "--method fos)"
         )
         return _Removed(points=values, point_rate=turn_rate, residual=None, notes=(note,))
     if settings.method == "fos-paper":
@@ -445,10 +447,20 @@ def _removal(
             residual=rest,
             lines=tuple(line for part in parts for line in part.lines),
             masked=tuple(band for part in parts for band in part.masked),
-            notes=tuple(note for part in parts for note in part.notes),
+            notes=(
+                "fos-paper lowers the mean square of an angle, and so takes the random walk's slow "
+                "wander with the lines: value and bounds may lie below the truth (use --method fos)",
+                *(note for part in parts for note in part.notes),
+            ),
         )
     elif settings.method == "none":
-        removal = Removal(residual=angle, lines=(), masked=(), notes=())
+        left_in = (
+            "no line was removed: on a turning table the value and its bounds are of table motion "
+            "and lines, not of the gyro (use --method fos)"
+        )
+        removal = Removal(
+            residual=angle, lines=(), masked=(), notes=() if table is None else (left_in,)
+        )
     else:
         removal = remove_lines(angle, table, rate, channel=channel, progress=progress)
     points, point_rate = _at_interval(removal.residual, rate, settings.interval)
