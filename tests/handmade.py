@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from sagnac.analysis import Analysis, Settings, Spectrum
-from sagnac.coefficients import Estimate, Fit
+from sagnac.estimates import Estimate, Fit
 from sagnac.lines import Line
 from sagnac.recording import Channel, Provenance, Recording
 from sagnac.stability import StabilityCurve

@@ -8,13 +8,9 @@ import pytest
 from scipy.fft import dct, idct
 from scipy.signal import lfilter
 
-from sagnac.coefficients import (
-    in_units,
-    likelihood_fit,
-    paper_fit,
-    three_cornered_hat,
-    weighted_fit,
-)
+from sagnac.coefficients import paper_fit, weighted_fit
+from sagnac.estimates import in_units
+from sagnac.likelihood import likelihood_fit, three_cornered_hat
 from sagnac.recording import RecordingError
 from sagnac.stability import StabilityCurve, stability_curve
 

@@ -12,7 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from sagnac.coefficients import Fit, likelihood_fit, three_cornered_hat, weighted_fit
+from sagnac.coefficients import weighted_fit
+from sagnac.estimates import Fit
+from sagnac.likelihood import likelihood_fit, three_cornered_hat
 from sagnac.stability import stability_curve
 
 SEED = 20130227

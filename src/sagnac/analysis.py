@@ -11,16 +11,10 @@ from scipy.stats import chi2
 from threadpoolctl import ThreadpoolController
 
 from sagnac import rotation, spectrum
-from sagnac.coefficients import (
-    Estimate,
-    Fit,
-    FitName,
-    likelihood_fit,
-    paper_fit,
-    three_cornered_hat,
-    weighted_fit,
-)
+from sagnac.coefficients import paper_fit, weighted_fit
 from sagnac.difference import per_gyro
+from sagnac.estimates import Estimate, Fit, FitName
+from sagnac.likelihood import likelihood_fit, three_cornered_hat
 from sagnac.lines import Line, Removal, remove_lines, remove_lines_as_published
 from sagnac.noise import COEFFICIENT_NAMES
 from sagnac.recording import (

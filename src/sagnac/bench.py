@@ -15,7 +15,7 @@ from sagnac.analysis import (
     multitaper_density,
     stability_family,
 )
-from sagnac.coefficients import Estimate
+from sagnac.estimates import Estimate
 from sagnac.recording import (
     Channel,
     FloatArray,

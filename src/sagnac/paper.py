@@ -20,8 +20,8 @@ from scipy.optimize import nnls
 
 from sagnac import __version__, rig
 from sagnac.analysis import Analysis, Method, Settings, analyze
-from sagnac.coefficients import Status
 from sagnac.difference import per_gyro
+from sagnac.estimates import Status
 from sagnac.formats.source import replacing
 from sagnac.recording import Channel, FloatArray, Recording
 from sagnac.rig import GYRO_NAMES, RigConfig

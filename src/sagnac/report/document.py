@@ -15,8 +15,8 @@ from scipy.stats import gamma
 
 from sagnac import __version__
 from sagnac.analysis import Analysis, Spectrum
-from sagnac.coefficients import Estimate, Fit, in_units
 from sagnac.difference import per_gyro
+from sagnac.estimates import Estimate, Fit, in_units
 from sagnac.formats.source import replacing
 from sagnac.lines import Line
 from sagnac.noise import COEFFICIENT_NAMES, CoefficientName

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from sagnac import __version__
 from sagnac.analysis import Analysis
-from sagnac.coefficients import Fit
+from sagnac.estimates import Fit
 from sagnac.noise import COEFFICIENT_NAMES
 from sagnac.report.document import headline_fit, residual_peaks, shown_estimates, write_text
 from sagnac.report.figures import comparison_figure, spectrum_figure, stability_figure, svg

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from sagnac.coefficients import Estimate, FitName
+from sagnac.estimates import Estimate, FitName
 from sagnac.lines import Line
 from sagnac.noise import CoefficientName
 from sagnac.units import (
