@@ -443,7 +443,8 @@ def _removal(
             masked=tuple(band for part in parts for band in part.masked),
             notes=(
                 "fos-paper lowers the mean square of an angle, and so takes the random walk's slow "
-                "wander with the lines: value and bounds may lie below the truth (use --method fos)",
+                "wander with the lines: value and bounds may lie below the truth (use --method "
+                "fos)",
                 *(note for part in parts for note in part.notes),
             ),
         )
