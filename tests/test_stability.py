@@ -416,6 +416,33 @@ def test_hadamard_identifies_steeper_noise(alpha):
     assert curve.noise_type.tolist() == [alpha] * 3
 
 
+@pytest.mark.parametrize("walks", [0, 1, 2, 3])
+@pytest.mark.parametrize(("cluster", "counts"), [(1, [400]), (3, [90, 60])])
+def test_lag_one_order_is_its_definition(walks, cluster, counts):
+    """Riley and Greenhall: less a parabola, differenced until r1/(1 + r1) < 1/4."""
+    angle = np.random.default_rng(26).standard_normal(500)
+    for _ in range(walks):
+        angle = np.cumsum(angle)
+    starts, total = np.array([7, 300])[: len(counts)], sum(counts)
+    stretches = []
+    for start, count in zip(starts, counts, strict=True):
+        taken = angle[start : start + cluster * count : cluster]
+        place = np.linspace(-1.0, 1.0, count)
+        stretches.append(taken - np.polyval(np.polyfit(place, taken, 2), place))
+    expected = None
+    for order in range(4):
+        centred = [stretch - stretch.mean() for stretch in stretches]
+        r1 = sum(part[:-1] @ part[1:] for part in centred) / sum(part @ part for part in centred)
+        # The parabola's parameters that differencing has not undone pull r1 down.
+        r1 += max(3 - order, 1) / (total / len(counts))
+        expected = order + r1 / (1.0 + r1)
+        if expected - order < 0.25:
+            break
+        stretches = [np.diff(stretch) for stretch in stretches]
+    found = _kernels.lag_one_order(angle, starts, np.array(counts), cluster, 3)
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
 def test_noise_is_mostly_identified_from_thirty_clusters():
     generator = np.random.default_rng(22)
     right = 0
@@ -615,7 +642,7 @@ def test_intervals_are_chi_squared_at_any_confidence():
 @pytest.mark.statistics
 @pytest.mark.parametrize("estimator", ["oadev", "mdev", "ohdev", "totdev"])
 @pytest.mark.parametrize("alpha", [2, 0, -2])
-def test_intervals_cover_the_truth(estimator, alpha):
+def test_intervals_cover_the_truth(estimator, alpha, capsys):
     """95 % intervals over 1000 records of 10 000 samples; the truth is the mean over all.
 
     Seed 40. Clusters start at 2: at one sample the published degrees of freedom suppose
@@ -640,7 +667,9 @@ def test_intervals_cover_the_truth(estimator, alpha):
     truth = np.sqrt(np.mean([curve.deviation**2 for curve in curves], axis=0))
     inside = [(curve.low <= truth) & (truth <= curve.high) for curve in curves]
     coverage = np.mean(inside, axis=0)
-    print(f"\n{estimator} alpha={alpha:+d} m={clusters.tolist()} coverage={coverage.round(3)}")
+    with capsys.disabled():
+        cells = " | ".join(f"{100.0 * share:.1f} %" for share in coverage)
+        print(f"\n| {estimator} | {alpha:+d} | {cells} |", end="")
     assert np.all((coverage >= 0.93) & (coverage <= 0.97))
 
 
