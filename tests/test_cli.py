@@ -126,6 +126,8 @@ def test_version(capsys):
         ["lines", "a.csv", "--slice", "630"],
         ["lines", "a.csv", "--slice", "30:10"],
         ["lines", "a.csv", "--slice", "a:b"],
+        ["lines", "a.csv", "--interval", ""],
+        ["lines", "a.csv", "--columns", ""],
         ["compare", "a.csv", "--interval", "soon"],
         ["compare", "a.csv", "--interval", "0s"],
         ["check"],
@@ -273,6 +275,13 @@ def test_json_alone_is_on_standard_output_and_nothing_is_written(
     answer = made["angle_random_walk"]
     # 1.7 times the half width of a 95 % interval is that of a 99.9 % interval.
     assert abs(answer["value"] - put_in) < 1.7 * (answer["high"] - answer["low"]) / 2.0
+
+
+def test_an_interval_between_two_samples_is_said_to_be_rounded(bare, capsys):
+    assert cli.main(["analyze", str(bare), *STATED, "--interval", "14ms", "--json"]) == 0
+    made = strict(capsys.readouterr().out)
+    assert made["curve"]["tau_s"][0] == 0.01
+    assert any("0.014 s is no whole number" in note for note in made["notes"])
 
 
 def test_options_reach_the_analysis(recording, capsys):
@@ -493,6 +502,13 @@ def test_convert_states_what_was_stated(bare, capsys, tmp_path):
     assert again.gyros[0].kind == "rate"
     once = np.loadtxt(bare, skiprows=1) * np.pi / 180.0 / 3600.0
     np.testing.assert_allclose(again.gyros[0].values, once, rtol=1e-12)
+
+
+def test_convert_does_not_write_over_what_it_reads(bare, capsys):
+    before = bare.read_bytes()
+    assert cli.main(["convert", str(bare), str(bare.parent / "." / bare.name), *STATED]) == 2
+    assert "IN itself" in one_line(capsys)
+    assert bare.read_bytes() == before
 
 
 def test_simulate_takes_what_was_typed(capsys, tmp_path):

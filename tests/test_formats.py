@@ -452,6 +452,15 @@ def test_toml_that_cannot_be(tmp_path, content):
     refused(path, "run.csv.toml")
 
 
+@pytest.mark.parametrize("start", [1000.0, SAMPLES / 100.0 - 0.01])
+def test_a_slice_beyond_the_end_is_blamed_on_the_slice(tmp_path, start):
+    path = timed(tmp_path / "run.csv", walk())
+    said = "fewer than two samples"
+    refused(path, said, "--slice", statement=Statement(kind="angle", span=(start, None)))
+    options = {"time": "none", "sample_rate": 100.0, "span": (start, None)}
+    refused(path, said, "--slice", statement=Statement(kind="angle", **options))
+
+
 @pytest.mark.parametrize(
     ("statement", "option"),
     [

@@ -86,6 +86,10 @@ def test_rates_and_turns():
     assert rotation.mean_rate(table, 100.0) == pytest.approx(-TURN * 5.0 / 50.0)
     there_and_back = TURN * np.concatenate([np.linspace(0, 3, 3001), np.linspace(3, 0, 3001)[1:]])
     assert rotation.mean_rate(there_and_back, 100.0) == pytest.approx(TURN * 0.1, rel=1e-3)
+    # However many samples are left over after the last whole tenth of a second.
+    for samples in range(101, 112):
+        steady = TURN * np.arange(samples) / 1000.0
+        assert rotation.mean_rate(steady, 100.0) == pytest.approx(TURN * 0.1, rel=1e-12)
     assert rotation.is_turning(table)
     assert not rotation.is_turning(None)
     assert not rotation.is_turning(np.full(10, 3.0) + 1e-3 * np.arange(10) / 10)

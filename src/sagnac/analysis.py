@@ -214,6 +214,11 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             )
             notes += second.notes
     points, point_rate = removal.points, removal.point_rate
+    asked = settings.interval
+    if asked is not None and settings.method != "fris" and abs(asked * point_rate - 1.0) > 0.01:
+        notes.append(
+            f"interval {asked:g} s is no whole number of samples: {1.0 / point_rate:.4g} s taken"
+        )
     _require_length(points, point_rate, recording, where)
     with stage("stability"):
         curve = stability_curve(

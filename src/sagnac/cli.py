@@ -559,6 +559,8 @@ def convert(
 ) -> int:
     """Read a recording and write it so that reading it again needs no option."""
     statement = _statement(options)
+    if target.exists() and source.exists() and target.samefile(source):
+        raise UsageError(f"{target}: is IN itself, which would be lost; give OUT another name")
     with _progress() as progress:
         recording, _ = _read(source, statement, progress)
         from sagnac.formats import write
@@ -616,7 +618,7 @@ def _statement(options: Reading) -> "Statement":
         sample_rate=options.rate,
         time=options.time,
         table=options.table,
-        columns=_by_name("--columns", options.columns) if options.columns else {},
+        columns={} if options.columns is None else _by_name("--columns", options.columns),
         span=_span(options.slice),
         counter_bits=options.counter_bits,
         null_pulse=options.null_pulse,
@@ -640,7 +642,9 @@ def _settings(
     return Settings(
         gyros=gyros,
         method=options.method or method,  # type: ignore[arg-type]
-        interval=_seconds("--interval", options.interval) if options.interval else interval,
+        interval=(
+            interval if options.interval is None else _seconds("--interval", options.interval)
+        ),
         confidence=options.confidence,
     )
 

@@ -45,7 +45,9 @@ def full_turns(table: FloatArray) -> float:
 def mean_rate(table: FloatArray, sample_rate: float) -> float:
     """Mean speed of the table, rad/s, signed by its net direction where it has one."""
     net = float(table[-1] - table[0])
-    path = float(np.abs(np.diff(table[:: max(1, round(sample_rate / _KINEMATIC_RATE))])).sum())
+    # Quantization noise of the encoder would add to the path at every sample.
+    coarse = table[:: max(1, round(sample_rate / _KINEMATIC_RATE))]
+    path = float(np.abs(np.diff(coarse)).sum()) + abs(float(table[-1] - coarse[-1]))
     sign = -1.0 if net < 0.0 and abs(net) > 0.5 * path else 1.0
     return sign * path * sample_rate / (table.size - 1)
 

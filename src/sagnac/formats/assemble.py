@@ -126,11 +126,13 @@ class _Builder:
         statement_span = self.layers[0].span
         if time is not None and time_scale is not None and span[1] > 1:
             raw_times = self.seconds(arrays.pop(time[0].key), time_scale)
-            span = _span_of_times(raw_times, statement_span) if statement_span else span
+            if statement_span is not None:
+                span = self.filled(_span_of_times(raw_times, statement_span))
             times, rate = self.sampling(raw_times[span[0] : span[1]], rate)
-            start = float(raw_times[min(span[0], raw_times.size - 1)])
+            start = float(raw_times[span[0]])
         elif rate is not None:
-            span = _span_of_rate(span[1], rate, statement_span) if statement_span else span
+            if statement_span is not None:
+                span = self.filled(_span_of_rate(span[1], rate, statement_span))
             start = span[0] / rate
         else:
             raise self.error(
@@ -138,8 +140,6 @@ class _Builder:
             )
         span_s: tuple[float, float] | None = None
         if statement_span is not None:
-            if span[1] - span[0] < 1:
-                raise self.error("", "no sample lies in the slice", "widen --slice START:STOP")
             stop = start + (span[1] - span[0]) / rate
             span_s = (start, stop)
 
@@ -389,6 +389,14 @@ class _Builder:
     def seconds(self, raw: NDArray[Any], scale: float) -> FloatArray:
         """Stamps in s from the first; integers lose nothing by the size of the epoch."""
         return _scaled(np.asarray(raw - raw[0], dtype=np.float64), scale)
+
+    def filled(self, span: tuple[int, int]) -> tuple[int, int]:
+        """`span`, refused where it holds too few samples to tell a rate from their stamps."""
+        if span[1] - span[0] < 2:
+            raise self.error(
+                "", "fewer than two samples lie in the slice", "widen --slice START:STOP"
+            )
+        return span
 
     def sampling(
         self, stamps: FloatArray, stated_rate: float | None
