@@ -20,7 +20,7 @@ from cyclopts import App, CycloptsError, Group, Parameter
 from sagnac import __version__
 
 if TYPE_CHECKING:
-    from sagnac.analysis import Analysis, Settings
+    from sagnac.analysis import Analysis, Method, Settings
     from sagnac.formats import Statement
     from sagnac.recording import Recording
     from sagnac.stability import Estimator
@@ -424,7 +424,7 @@ def compare(file: File, /, *, options: Options = _NO_OPTIONS, output: Folder = N
         from sagnac.recording import RecordingError
 
         names = _gyros(options, recording)
-        chosen: Sequence[str] = (options.method,) if options.method else _METHODS
+        chosen: Sequence[Method] = (options.method,) if options.method else _METHODS
         for method in chosen:
             settings = _settings(options, names, method=method)
             try:
@@ -629,7 +629,7 @@ def _settings(
     options: Options,
     gyros: tuple[str, ...],
     *,
-    method: str = "fos",
+    method: "Method" = "fos",
     interval: float | None = 1.0,
 ) -> "Settings":
     """Settings with this command's own defaults for what was not typed."""
@@ -641,7 +641,7 @@ def _settings(
         )
     return Settings(
         gyros=gyros,
-        method=options.method or method,  # type: ignore[arg-type]
+        method=options.method or method,
         interval=(
             interval if options.interval is None else _seconds("--interval", options.interval)
         ),

@@ -174,6 +174,7 @@ def fit(
         for start, values in _blocks(samples, table, components, extra=tuned.size):
             count = values.shape[1]
             for row, index in enumerate(tuned.tolist(), start=2 * components.size):
+                # An order among the components implies a table, which mypy cannot know.
                 lag = (
                     (table[start : start + count] - middle) / span  # type: ignore[index]
                     if index < angles
@@ -263,6 +264,7 @@ def _blocks(
         count = min(_BLOCK + 1, samples - start)
         values = np.empty((2 * components.size + extra, count))
         if angles:
+            # As above: orders imply a table.
             alpha = table[start : start + count]  # type: ignore[index]
             if fixed.size:
                 rows = harmonic_rows[:, :count]

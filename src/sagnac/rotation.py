@@ -282,7 +282,8 @@ def _kinematic_fit(
     if with_lag:
         # angle = share * alpha(t - lag): the column's coefficient is share * lag.
         lag = float(solution[4] / solution[0]) if solution[0] else 0.0
-    return (*(float(value) for value in solution[:4]), lag)  # type: ignore[return-value]
+    share, drift, cosine, sine = (float(value) for value in solution[:4])
+    return share, drift, cosine, sine, lag
 
 
 def _averages(values: FloatArray, block: int) -> FloatArray:

@@ -136,7 +136,7 @@ class Writer:
     Examples
     --------
     >>> with Writer(path, kinds={"x": "angle"}, sample_rate=500.0, table=True) as out:
-    ...     out.append({"x": theta, "table": alpha})  # rad  # doctest: +SKIP
+    ...     out.append({"x": theta, "table": alpha})  # rad
     """
 
     def __init__(
