@@ -197,7 +197,7 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
     notes = list(recording.notes)
     with stage("difference"):
         channel, angle, differenced = _measured(recording, settings, where)
-        table = _table(recording, settings, where, notes)
+        table = _table(recording, settings, notes)
     with stage("spectrum"):
         spectrum_before = _spectrum(angle, recording.sample_rate)
     with stage("lines") as fraction:
@@ -377,9 +377,7 @@ def _measured(recording: Recording, settings: Settings, where: str) -> tuple[str
     return f"{names[0]}-{names[-1]}", first - second, 2
 
 
-def _table(
-    recording: Recording, settings: Settings, where: str, notes: list[str]
-) -> FloatArray | None:
+def _table(recording: Recording, settings: Settings, notes: list[str]) -> FloatArray | None:
     """Unwrapped table angle, or None where nothing turns."""
     if recording.table is None:
         return None

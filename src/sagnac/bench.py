@@ -47,6 +47,8 @@ def at_rest(
         Its table is not looked at.
     settings
         Of one gyro. With the method ``none`` the lines are searched for all the same.
+    progress
+        Called with the stage and the fraction of it done.
 
     Returns
     -------

@@ -334,6 +334,11 @@ def overlapped_allan_covariance(
     -------
     FloatArray
         (points, points), (rad/s)^4.
+
+    Raises
+    ------
+    ValueError
+        If a cluster time is below one sample interval or longer than half the record.
     """
     whole = tuple(int(factor) for factor in factors)
     if min(whole) < 1 or 2 * max(whole) >= angles:
