@@ -222,3 +222,32 @@ def test_joined_sorts_the_orders_and_select_takes_both_apart():
     assert kept.free.tolist() == [False, True]
     assert kept.frequencies.tolist() == [0.02]
     assert kept.cosine.tolist() == [1, 9, 2]
+
+
+def test_fits_that_take_over_what_did_not_change_reach_the_least_squares():
+    table = wandering_table()
+    increments = np.diff(angle_of(MIXED, table))
+    increments += 0.01 * np.random.default_rng(5).standard_normal(SAMPLES - 1)
+    keep = np.ones(MIXED.size, dtype=bool)
+    keep[[1, 4]] = False  # one order and one tone come in later
+    without = fit(increments, table, MIXED.select(keep))
+    found = fit(increments, table, joined(without.components, MIXED.select(~keep)), earlier=without)
+    for _ in range(6):
+        found = fit(increments, table, found.components, earlier=found)
+    at_end = found.components
+    number = np.arange(SAMPLES) - 0.5 * (SAMPLES - 1)
+    columns = []
+    phases = [(order * table, table - table.mean()) for order in at_end.orders]
+    phases += [(2.0 * np.pi * f * number, number) for f in at_end.frequencies]
+    tuned = [*at_end.free, *np.ones(at_end.frequencies.size, dtype=bool)]
+    for (phase, lag), cosine, sine, free in zip(
+        phases, at_end.cosine, at_end.sine, tuned, strict=True
+    ):
+        columns += [np.cos(phase), np.sin(phase)]
+        if free:
+            columns.append(lag * (sine * np.cos(phase) - cosine * np.sin(phase)))
+    design = np.diff(np.array(columns), axis=1)
+    design /= np.linalg.norm(design, axis=1, keepdims=True)
+    left = increments - np.diff(angle_of(at_end, table))
+    # At the least squares nothing that is left lies along any column; noise would put 0.01 there.
+    assert np.abs(design @ left).max() < 1e-6

@@ -132,6 +132,7 @@ def remove_lines(
     notes: list[str] = []
     threshold = detection_threshold(angle.size // 2, false_alarm)
     components = regression.no_components(angle.size)
+    fit: ComponentFit | None = None
     rest, alpha = _without_motion(angle, turning, None, sample_rate, notes)
     residual = rest
     floor = _floor(residual)
@@ -153,7 +154,8 @@ def remove_lines(
             if orders.size == 0:
                 break
             components = regression.joined(components, orders)
-            components = _refitted(rest, alpha, components).components
+            fit = _refitted(rest, alpha, components, fit)
+            components = fit.components
             residual = regression.removed(rest, alpha, components)
             floor = _floor(residual)
             found += orders.size
@@ -165,7 +167,7 @@ def remove_lines(
         if found == 0 and not first:
             break
         if components.size:
-            fit = _refitted(rest, alpha, components)
+            fit = _refitted(rest, alpha, components, fit)
             components = _significant(fit, alpha, floor, threshold)
             if first and reach is not None:
                 keep = np.ones(components.size, dtype=bool)
@@ -179,7 +181,8 @@ def remove_lines(
             # chance orders, which would hide Earth rate from it, are gone.
             rest, alpha = _without_motion(angle, turning, components, sample_rate, notes)
             if components.size:
-                components = _refitted(rest, alpha, components).components
+                fit = _refitted(rest, alpha, components, fit)
+                components = fit.components
         residual = regression.removed(rest, alpha, components)
         floor = _floor(residual)
         if not first and _same(before, components):
@@ -200,11 +203,13 @@ def remove_lines(
     masked: tuple[tuple[float, float], ...] = ()
     if components.size:
         if rescaled is not components:
-            components = _refitted(rest, alpha, rescaled).components
-        fit = _refitted(rest, alpha, components)
+            fit = _refitted(rest, alpha, rescaled, fit)
+            components = fit.components
+        fit = _refitted(rest, alpha, components, fit)
         # A line on its right scale takes from its neighbours, which then stand out no more.
         while (kept := _significant(fit, alpha, floor, threshold)).size < fit.components.size:
-            fit = _refitted(rest, alpha, _refitted(rest, alpha, kept).components)
+            again = _refitted(rest, alpha, kept, fit)
+            fit = _refitted(rest, alpha, again.components, again)
         residual = regression.removed(rest, alpha, fit.components)
         floor = _floor(residual)
         lines = _described(fit, alpha, floor, sample_rate, channel)
@@ -361,8 +366,13 @@ def _without_motion(
     return angle - (without - motion.residual), motion.table
 
 
-def _refitted(rest: FloatArray, alpha: FloatArray | None, components: Components) -> ComponentFit:
-    return regression.fit(_increments(rest)[1:], alpha, components)
+def _refitted(
+    rest: FloatArray,
+    alpha: FloatArray | None,
+    components: Components,
+    earlier: ComponentFit | None,
+) -> ComponentFit:
+    return regression.fit(_increments(rest)[1:], alpha, components, earlier=earlier)
 
 
 # --- candidates --------------------------------------------------------------------------

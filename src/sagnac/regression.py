@@ -23,12 +23,17 @@ from sagnac.recording import FloatArray
 # other, and all of it where the machine has other work.
 _BLAS: Final = ThreadpoolController()
 # Samples a block: the rows of a hundred components stay in the second-level cache.
-_BLOCK: Final = 8192
+_BLOCK: Final = 2048
 # Up to this order the cosines come from multiplying up; single ones beyond are quicker outright.
 _MOST_MULTIPLIED: Final = 256
 # Eigenvalues below this share of the largest (of the scaled normal matrix) are directions that
 # the data do not distinguish; nothing is fitted along them.
 _COLLINEAR: Final = 1e-9
+# Cycles over the record by which a frequency, and share by which an amplitude, may have moved
+# since the normal matrix was made. It then gives the step, not the solution: a step's error is
+# some per cent of a step that is itself small beside the uncertainty.
+_SAME_FREQUENCY: Final = 0.02
+_SAME_AMPLITUDE: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,11 +134,17 @@ class ComponentFit:
         third row is 0 where nothing was fitted there.
     collinear
         Directions in which the data do not tell the components apart.
+    normal
+        (rows, rows) normal matrix, and `start` and `table` the components and the table angle
+        it was made for; a later fit takes from it what has not changed.
     """
 
     components: Components
     covariance: FloatArray
     collinear: int
+    normal: FloatArray
+    start: Components
+    table: FloatArray | None
 
 
 def fit(
@@ -142,6 +153,7 @@ def fit(
     components: Components,
     *,
     refine: bool = True,
+    earlier: ComponentFit | None = None,
 ) -> ComponentFit:
     """Least squares of all components jointly; one Gauss-Newton step in frequency if `refine`.
 
@@ -154,6 +166,8 @@ def fit(
     components
         Where to start. With `refine` their amplitudes must be near the solution, since
         the derivative in frequency is proportional to them.
+    earlier
+        A fit with `refine` to the same samples, of which some components may be these.
 
     References
     ----------
@@ -170,6 +184,15 @@ def fit(
     # Frequencies in units of one cycle per record, so that the normal matrix is well scaled.
     turn = 2.0 * np.pi / samples
     span = 1.0 if table is None else max(float(np.ptp(table)), 1.0)
+    known, known_before, origin = _unchanged(components, table, earlier if refine else None)
+    fresh = np.setdiff1d(np.arange(size), known)
+    everything = fresh.size == size
+    weights = np.zeros(size)
+    if not everything:
+        # Of what is left of the data the solution is a small step, and errors of the matrix count
+        # by as much less.
+        weights[0 : 2 * components.size : 2] = components.cosine
+        weights[1 : 2 * components.size : 2] = components.sine
     with _BLAS.limit(limits=1, user_api="blas"):
         for start, values in _blocks(samples, table, components, extra=tuned.size):
             count = values.shape[1]
@@ -184,11 +207,22 @@ def fit(
                     components.sine[index] * values[2 * index]
                     - components.cosine[index] * values[2 * index + 1]
                 )
-            steps = np.diff(values, axis=1)
-            normal += steps @ steps.T
-            right += steps @ increments[start : start + count - 1]
+            data = increments[start : start + count - 1]
+            if not everything:
+                data = data - np.diff(weights @ values)
+            if fresh.size:
+                steps = np.diff(values, axis=1)
+                if everything:
+                    normal += steps @ steps.T
+                else:
+                    normal[fresh] += steps[fresh] @ steps.T
+            # Summed by parts: values against differences of the data's increments.
+            right -= values @ np.diff(data, prepend=0.0, append=0.0)
+        if earlier is not None and not everything:
+            normal[:, fresh] = normal[fresh].T
+            normal[np.ix_(known, known)] = earlier.normal[np.ix_(known_before, known_before)]
         inverse, collinear = _inverse(normal)
-    solution = inverse @ right
+    solution = weights + inverse @ right
     cosine, sine = solution[0 : 2 * components.size : 2], solution[1 : 2 * components.size : 2]
     orders, frequencies = components.orders.copy(), components.frequencies.copy()
     covariance = np.zeros((components.size, 3, 3))
@@ -220,7 +254,54 @@ def fit(
         ),
         covariance=covariance,
         collinear=collinear,
+        normal=normal,
+        start=origin,
+        table=table,
     )
+
+
+def _unchanged(
+    components: Components, table: FloatArray | None, earlier: ComponentFit | None
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Components]:
+    """Rows of the normal matrix that an earlier one has, which these are there, and a start.
+
+    The start is `components` with those that are the same as they were when their rows were
+    made, so that small moves do not add up unseen.
+    """
+    none = np.empty(0, dtype=np.int64)
+    if earlier is None or earlier.collinear or earlier.table is not table:
+        return none, none, components
+    before = earlier.start
+    rows: list[tuple[int, int]] = []
+    frequencies = components.frequencies.copy()
+    cosine, sine = components.cosine.copy(), components.sine.copy()
+    angles, angles_before = components.orders.size, before.orders.size
+    tuned = 2 * components.size + int(components.free.sum())
+    tuned_before = 2 * before.size + int(before.free.sum())
+    for index, order in enumerate(components.orders):
+        same = np.flatnonzero((before.orders == order) & ~before.free)
+        if same.size == 1 and not components.free[index]:
+            rows += [(2 * index + part, 2 * int(same[0]) + part) for part in (0, 1)]
+    unit = 1.0 / (2.0 * components.center + 1.0)
+    for index, frequency in enumerate(components.frequencies):
+        near = np.abs(before.frequencies - frequency) < _SAME_FREQUENCY * unit
+        at = angles + index
+        change = np.hypot(
+            before.cosine[angles_before:] - cosine[at], before.sine[angles_before:] - sine[at]
+        )
+        near &= change < _SAME_AMPLITUDE * np.hypot(cosine[at], sine[at])
+        if near.sum() == 1:
+            other = int(np.argmax(near))
+            was = angles_before + other
+            rows += [(2 * at + part, 2 * was + part) for part in (0, 1)]
+            rows.append((tuned + index, tuned_before + other))
+            frequencies[index] = before.frequencies[other]
+            cosine[at], sine[at] = before.cosine[was], before.sine[was]
+    if not rows:
+        return none, none, components
+    here, there = np.array(rows, dtype=np.int64).T
+    origin = replace(components, frequencies=frequencies, cosine=cosine, sine=sine)
+    return here, there, origin
 
 
 def _turned(cosine: float, sine: float, angle: float) -> tuple[float, float]:
