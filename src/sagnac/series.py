@@ -1,0 +1,88 @@
+"""Series longer than memory should hold: mapped from scratch files, worked through by spans.
+
+A series is a float64 array. Up to `IN_MEMORY` samples it is an ordinary one; beyond, it is mapped
+from a scratch file that has no name and is gone with it. Both are read and written alike; code that
+goes through them by `spans` and calls `release` on the way holds a few spans in memory at a time.
+Scratch files lie where temporary files do (``TMPDIR``).
+"""
+
+import mmap
+import tempfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Final, TypeVar
+
+import numpy as np
+
+from sagnac._kernels import FloatArray
+
+# Eight million samples are 64 MiB a series, and a search holds some ten.
+IN_MEMORY: Final = 2**23
+# A span of a quarter million samples is 2 MiB: it stays in cache, and a record has enough of them
+# to share out.
+SPAN: Final = 2**18
+# Spans worked on at once. Their sums are added in the order of the spans, so that the number
+# changes no result.
+THREADS: Final = 2
+
+_Result = TypeVar("_Result")
+
+
+def empty(size: int) -> FloatArray:
+    """A series of `size` samples to be filled, in memory or mapped."""
+    if size <= IN_MEMORY:
+        return np.empty(size)
+    with tempfile.TemporaryFile(prefix="sagnac-") as file:
+        file.truncate(8 * size)
+        # The mapping keeps the file when its handle is closed.
+        return np.frombuffer(mmap.mmap(file.fileno(), 8 * size), dtype=np.float64)
+
+
+def is_mapped(series: FloatArray) -> bool:
+    """Whether `series`, or what it is a view of, lies in a file."""
+    return _mapping(series) is not None
+
+
+def release(*several: FloatArray) -> None:
+    """Give back the memory of what was read and written of mapped series; their values stay."""
+    for series in several:
+        mapping = _mapping(series)
+        # Not every system takes advice; there the pages go when memory is short.
+        if mapping is not None and hasattr(mmap, "MADV_DONTNEED"):
+            mapping.madvise(mmap.MADV_DONTNEED)
+
+
+def spans(size: int, length: int = SPAN) -> Iterator[slice]:
+    """Slices that together cover `size` samples, each of `length` but the last."""
+    for start in range(0, size, length):
+        yield slice(start, min(start + length, size))
+
+
+def each(
+    work: Callable[[slice], _Result],
+    size: int,
+    length: int = SPAN,
+    *,
+    release_of: tuple[FloatArray, ...] = (),
+) -> Iterator[_Result]:
+    """Results of `work` on every one of `spans`, in their order, some worked on at once.
+
+    `release_of` names mapped series whose pages are given back on the way.
+    """
+    pieces = list(spans(size, length))
+    if len(pieces) <= 1:
+        yield from map(work, pieces)
+        return
+    with ThreadPoolExecutor(THREADS) as pool:
+        for first in range(0, len(pieces), 2 * THREADS):
+            yield from pool.map(work, pieces[first : first + 2 * THREADS])
+            release(*release_of)
+
+
+def _mapping(series: FloatArray) -> mmap.mmap | None:
+    owner: object = series
+    while isinstance(owner, np.ndarray):
+        owner = owner.base
+    if isinstance(owner, memoryview):
+        owner = owner.obj
+    return owner if isinstance(owner, mmap.mmap) else None

@@ -1,0 +1,47 @@
+"""Series in memory and mapped from a file read, write and give back memory alike."""
+
+import numpy as np
+import pytest
+
+from sagnac import series
+
+
+@pytest.fixture
+def mapped(monkeypatch):
+    monkeypatch.setattr(series, "IN_MEMORY", 1000)
+
+
+def test_a_short_series_is_in_memory():
+    assert not series.is_mapped(series.empty(1000))
+
+
+def test_a_long_series_keeps_its_values_when_its_memory_is_given_back(mapped):
+    long = series.empty(100_000)
+    assert series.is_mapped(long)
+    assert series.is_mapped(long[5:50])
+    long[:] = np.arange(100_000)
+    series.release(long[5:50], np.arange(3.0))
+    assert np.array_equal(long, np.arange(100_000))
+
+
+@pytest.mark.parametrize("size", [0, 1, 999, 1000, 1001, 12_345])
+def test_spans_cover_every_sample_once_in_order(size):
+    covered = [np.arange(size)[span] for span in series.spans(size, 1000)]
+    assert np.array_equal(np.concatenate([np.empty(0, int), *covered]), np.arange(size))
+    assert all(piece.size <= 1000 for piece in covered)
+
+
+def test_results_come_in_the_order_of_the_spans(mapped):
+    long = series.empty(50_000)
+    long[:] = np.arange(50_000)
+    firsts = list(series.each(lambda span: float(long[span][0]), 50_000, 700, release_of=(long,)))
+    assert firsts == list(np.arange(0.0, 50_000.0, 700.0))
+
+
+def test_an_error_in_a_span_reaches_the_caller():
+    def work(span):
+        if span.start == 2000:
+            raise ValueError("span 2000")
+
+    with pytest.raises(ValueError, match="span 2000"):
+        list(series.each(work, 5000, 1000))
