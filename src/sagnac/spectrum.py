@@ -13,6 +13,7 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from sagnac import series
 from sagnac.recording import FloatArray
 
 # One thread for transforms: they are bound by memory, and a second one waits for the first
@@ -22,6 +23,14 @@ THREADS: Final = 1
 _FLOOR_HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
 _FLOOR_MOST_HALF_WIDTH: Final = 4096
 _NUFFT_TOLERANCE: Final = 1e-9
+# Columns of the table of waves that products over samples are made with: 512 by a few hundred
+# frequencies stay in the last cache, and a span has as many rows.
+_TONE_WIDTH: Final = 512
+# Frequencies worked on at once: their tables take 12 MiB.
+_TONES_AT_ONCE: Final = 512
+# A frequency times a lag is exact where the first has 23 bits after the point and the second,
+# counted in halves of a sample, 29.
+_FREQUENCY_STEP: Final = 2.0**-23
 _TAPERS: Final = 5
 # An ordinate this many floors high in a narrow bin is a line, not noise: exp(-9) of them by chance.
 _LINE_RATIO: Final = 9.0
@@ -103,6 +112,125 @@ def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> NDArray
         nthreads=THREADS,
     )
     return np.asarray(modes[orders:])
+
+
+def tone_sums(
+    values: FloatArray, frequencies: FloatArray, center: float, *, lag_unit: float
+) -> NDArray[np.complex128]:
+    """Sums of ``values * lag**r * exp(2j * pi * f * (n - center))`` for r = 0, 1, exactly.
+
+    Here n is the sample number and ``lag = (n - center) * lag_unit``. The frequencies are any.
+    Every span is a product of the samples, in rows, with a table of the waves along a row, and
+    the rows are then brought into phase. Limit the BLAS to one thread around it: spans are shared
+    out among threads here.
+
+    Parameters
+    ----------
+    values
+        (samples,) in memory or mapped.
+    frequencies
+        (frequencies,) cycles per sample.
+    center
+        Sample number of the phase origin, whole or half.
+    lag_unit
+        Unit of the lag, per sample: ``1 / samples`` keeps it near one.
+
+    Returns
+    -------
+    (2, frequencies).
+    """
+    width = min(_TONE_WIDTH, max(values.size, 1))
+    rows = -(-min(series.SPAN, values.size) // width)
+    column = np.arange(width)[:, np.newaxis]
+    sums = np.zeros((2, frequencies.size), dtype=np.complex128)
+    for some in series.spans(frequencies.size, _TONES_AT_ONCE):
+        tones = frequencies[some]
+        waves = _waves(tones, width)
+        # Real and imaginary parts side by side: a complex table is a real one of twice the width.
+        table = np.hstack([waves, column * waves]).view(np.float64)
+        phases = _waves(tones * width, rows)
+        lagged = np.arange(rows)[:, np.newaxis] * width * phases
+
+        def span_sums(
+            span: slice,
+            tones: FloatArray = tones,
+            table: FloatArray = table,
+            phases: NDArray[np.complex128] = phases,
+            lagged: NDArray[np.complex128] = lagged,
+        ) -> NDArray[np.complex128]:
+            piece = values[span]
+            if piece.size % width:
+                piece = np.concatenate([piece, np.zeros(-piece.size % width)])
+            along = (piece.reshape(-1, width) @ table).view(np.complex128)
+            here = phases[: along.shape[0]]
+            plain, ramped = along[:, : tones.size], along[:, tones.size :]
+            total = np.einsum("ij,ij->j", plain, here)
+            tilted = np.einsum("ij,ij->j", plain, lagged[: along.shape[0]])
+            tilted += np.einsum("ij,ij->j", ramped, here)
+            tilted += (span.start - center) * total
+            origin = np.exp(2j * np.pi * _turns(tones, span.start - center))
+            return np.stack([total * origin, lag_unit * tilted * origin])
+
+        for found in series.each(span_sums, values.size, series.SPAN, release_of=(values,)):
+            sums[:, some] += found
+    return sums
+
+
+def tones(
+    start: int,
+    count: int,
+    center: float,
+    frequencies: FloatArray,
+    *,
+    cosine: FloatArray,
+    sine: FloatArray,
+) -> FloatArray:
+    """Sum of ``cosine * cos(c) + sine * sin(c)``, c = 2 pi f (n - center), over frequencies f.
+
+    Limit the BLAS to one thread where several threads call this.
+
+    Parameters
+    ----------
+    start, count
+        Sample numbers n = start ... start + count - 1.
+    center
+        Sample number of the phase origin, whole or half.
+    frequencies, cosine, sine
+        (frequencies,) cycles per sample, and amplitudes in any unit.
+
+    Returns
+    -------
+    (count,) in the unit of the amplitudes.
+    """
+    width = min(_TONE_WIDTH, max(count, 1))
+    total = np.zeros((-(-count // width), width))
+    for some in series.spans(frequencies.size, _TONES_AT_ONCE):
+        here = frequencies[some]
+        origin = np.exp(2j * np.pi * _turns(here, start - center))
+        # The real part of a product of complex numbers: the first one's conjugate stands beside
+        # the second, both as pairs of real ones.
+        rows = _waves(here * width, total.shape[0])
+        rows *= (cosine[some] - 1j * sine[some]) * origin
+        np.conjugate(rows, out=rows)
+        total += rows.view(np.float64) @ _waves(here, width).view(np.float64).T
+    return total.reshape(-1)[:count]
+
+
+def _turns(frequencies: FloatArray, lag: float) -> FloatArray:
+    """``frequencies * lag`` in cycles, without whole ones and without the rounding of many."""
+    coarse = np.rint(frequencies / _FREQUENCY_STEP) * _FREQUENCY_STEP
+    cycles = coarse * lag
+    return np.asarray((cycles - np.rint(cycles)) + (frequencies - coarse) * lag)
+
+
+def _waves(frequencies: FloatArray, count: int) -> NDArray[np.complex128]:
+    """(count, frequencies) values of ``exp(2j * pi * f * k)`` for k = 0 ... count - 1."""
+    # Products of two short tables: a product is a tenth of an exponential.
+    fine = 32
+    coarse = -(-count // fine)
+    near = np.exp(2j * np.pi * np.array([_turns(frequencies, k) for k in range(fine)]))
+    far = np.exp(2j * np.pi * np.array([_turns(frequencies, fine * k) for k in range(coarse)]))
+    return (far[:, np.newaxis] * near).reshape(coarse * fine, -1)[:count]
 
 
 def noise_floor(power: FloatArray) -> FloatArray:
