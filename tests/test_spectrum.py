@@ -191,6 +191,20 @@ def test_angle_sums_are_the_direct_sums(samples, orders, seed):
     assert sums == pytest.approx(np.array(direct), abs=3e-9 * np.abs(strengths).sum())
 
 
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 40), st.integers(0, 30), st.integers(0, 2**32 - 1))
+def test_angle_series_is_the_direct_series(samples, orders, seed):
+    generator = np.random.default_rng(seed)
+    phase = generator.uniform(-300.0, 300.0, samples)
+    sums = generator.standard_normal(orders + 1) + 1j * generator.standard_normal(orders + 1)
+    direct = sum((c * np.exp(1j * k * phase)).real for k, c in enumerate(sums))
+    total = np.abs(sums).sum()
+    made = spectrum.angle_series(phase, sums)
+    assert made == pytest.approx(direct, abs=3e-9 * total)
+    finer = spectrum.angle_series(phase, sums, tolerance=1e-13)
+    assert finer == pytest.approx(direct, abs=3e-11 * total)
+
+
 def exact_phase(frequency, numbers, center):
     """2 pi f (n - center) without whole turns; fractions do not round."""
     cycles = (Fraction(frequency) * (Fraction(int(n)) - Fraction(center)) for n in numbers)

@@ -91,7 +91,13 @@ def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
     return power
 
 
-def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> NDArray[np.complex128]:
+def angle_sums(
+    phase: FloatArray,
+    strengths: FloatArray,
+    orders: int,
+    *,
+    tolerance: float = _NUFFT_TOLERANCE,
+) -> NDArray[np.complex128]:
     """Sums of ``strengths * exp(-1j * k * phase)`` for k = 0 ... `orders`, by one NUFFT.
 
     Parameters
@@ -100,6 +106,8 @@ def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> NDArray
         (samples,) rad; any real number, folded into one turn here.
     strengths
         (samples,) real.
+    tolerance
+        Error of the sums, relative to the sum of all strengths' magnitudes.
     """
     # Real strengths make the sums at -k the conjugates of those at k, so half are thrown away;
     # FINUFFT has no one-sided transform.
@@ -107,11 +115,37 @@ def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> NDArray
         np.remainder(phase, 2.0 * np.pi),
         strengths.astype(np.complex128),
         2 * orders + 1,
-        eps=_NUFFT_TOLERANCE,
+        eps=tolerance,
         isign=-1,
         nthreads=THREADS,
     )
     return np.asarray(modes[orders:])
+
+
+def angle_series(
+    phase: FloatArray, sums: NDArray[np.complex128], *, tolerance: float = _NUFFT_TOLERANCE
+) -> FloatArray:
+    """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k, by one NUFFT.
+
+    Parameters
+    ----------
+    phase
+        (samples,) rad; any real number, folded into one turn here.
+    sums
+        (orders + 1,) for k = 0 ... orders, in any unit.
+    tolerance
+        Error of the series, relative to the sum of the sums' magnitudes.
+
+    Returns
+    -------
+    (samples,) in the unit of the sums.
+    """
+    modes = np.zeros(2 * sums.size - 1, dtype=np.complex128)
+    modes[sums.size - 1 :] = sums
+    values = finufft.nufft1d2(
+        np.remainder(phase, 2.0 * np.pi), modes, eps=tolerance, isign=1, nthreads=THREADS
+    )
+    return np.ascontiguousarray(values.real)
 
 
 def tone_sums(
