@@ -45,3 +45,27 @@ def test_an_error_in_a_span_reaches_the_caller():
 
     with pytest.raises(ValueError, match="span 2000"):
         list(series.each(work, 5000, 1000))
+
+
+@pytest.mark.parametrize("size", [1, 2, 999, 1000, 1001, 12_345])
+def test_values_by_spans_are_those_of_the_whole(mapped, monkeypatch, size):
+    monkeypatch.setattr(series, "SPAN", 700)
+    long = series.empty(size)
+    long[:] = np.random.default_rng(0).standard_normal(size)
+    assert series.extent(long) == (long.min(), long.max())
+    assert series.mean(long) == pytest.approx(long.mean(), rel=1e-12)
+    assert np.array_equal(series.differences(long), np.diff(long))
+    for step in (1, 3, 50, 699, 700, 701, 20_000):
+        assert np.array_equal(series.every(long, step), long[::step])
+    long[-1] = np.nan
+    assert np.isnan(series.extent(long)).all()
+
+
+def test_series_gone_through_are_given_back(mapped, monkeypatch):
+    given_back = []
+    monkeypatch.setattr(series, "SPAN", 1000)
+    monkeypatch.setattr(series, "release", lambda *several: given_back.append(several))
+    long = series.empty(10_000)
+    assert list(series.through(10_000, long)) == list(series.spans(10_000))
+    assert len(given_back) > 2
+    assert all(several[0] is long for several in given_back)

@@ -24,6 +24,8 @@ SPAN: Final = 2**18
 # Spans worked on at once. Their sums are added in the order of the spans, so that the number
 # changes no result.
 THREADS: Final = 2
+# Spans read or written before their memory is given back.
+_RELEASE_EVERY: Final = 4
 
 _Result = TypeVar("_Result")
 
@@ -52,16 +54,28 @@ def release(*several: FloatArray) -> None:
             mapping.madvise(mmap.MADV_DONTNEED)
 
 
-def spans(size: int, length: int = SPAN) -> Iterator[slice]:
-    """Slices that together cover `size` samples, each of `length` but the last."""
+def spans(size: int, length: int | None = None) -> Iterator[slice]:
+    """Slices that together cover `size` samples, each of `length` (`SPAN`) but the last."""
+    length = length or SPAN
     for start in range(0, size, length):
         yield slice(start, min(start + length, size))
+
+
+def through(size: int, *several: FloatArray) -> Iterator[slice]:
+    """`spans` one by one, the memory of `several` mapped series given back on the way."""
+    try:
+        for number, span in enumerate(spans(size), start=1):
+            yield span
+            if number % _RELEASE_EVERY == 0:
+                release(*several)
+    finally:
+        release(*several)
 
 
 def each(
     work: Callable[[slice], _Result],
     size: int,
-    length: int = SPAN,
+    length: int | None = None,
     *,
     release_of: tuple[FloatArray, ...] = (),
 ) -> Iterator[_Result]:
@@ -77,6 +91,37 @@ def each(
         for first in range(0, len(pieces), 2 * THREADS):
             yield from pool.map(work, pieces[first : first + 2 * THREADS])
             release(*release_of)
+
+
+def extent(values: FloatArray) -> tuple[float, float]:
+    """Smallest and largest value; NaN where there is one among them."""
+    ends = [(values[span].min(), values[span].max()) for span in through(values.size, values)]
+    return float(np.min([low for low, _ in ends])), float(np.max([high for _, high in ends]))
+
+
+def mean(values: FloatArray) -> float:
+    """Mean value."""
+    return sum(float(values[span].sum()) for span in through(values.size, values)) / values.size
+
+
+def differences(values: FloatArray) -> FloatArray:
+    """Each value less the one before, a new series one shorter."""
+    result = empty(max(values.size - 1, 0))
+    for span in through(result.size, values, result):
+        later = values[span.start + 1 : span.stop + 1]
+        np.subtract(later, values[span], out=result[span])
+    return result
+
+
+def every(values: FloatArray, step: int) -> FloatArray:
+    """Copy of every `step`-th value, from the first."""
+    result = empty(-(-values.size // step))
+    filled = 0
+    for span in through(values.size, values, result):
+        chosen = values[span][-span.start % step :: step]
+        result[filled : filled + chosen.size] = chosen
+        filled += chosen.size
+    return result
 
 
 def _mapping(series: FloatArray) -> mmap.mmap | None:
