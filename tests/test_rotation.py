@@ -71,6 +71,23 @@ def test_fris_reads_the_angle_at_each_full_turn():
     assert values == pytest.approx(without, abs=1e-5)
 
 
+@pytest.mark.parametrize("length", [1, 7, 100, 870, 871])
+def test_turns_are_the_same_by_spans_of_any_length(monkeypatch, length):
+    # A crossing on the border of two spans, and one passed again going back, count once.
+    legs = [np.linspace(0.0, 3.5, 351), np.linspace(3.49, 2.3, 120), np.linspace(2.31, 6.3, 400)]
+    table = TURN * np.concatenate(legs)
+    angle = np.random.default_rng(0).standard_normal(table.size)
+    whole = [*rotation.full_rotation_samples(angle, table), rotation.mean_rate(table, 100.0)]
+    whole += [rotation.full_turns(table), rotation.full_turn_times(-table, null_angle=0.3)]
+    monkeypatch.setattr(rotation.series, "IN_MEMORY", 0)
+    monkeypatch.setattr(rotation.series, "SPAN", length)
+    spans = [*rotation.full_rotation_samples(angle, table), rotation.mean_rate(table, 100.0)]
+    spans += [rotation.full_turns(table), rotation.full_turn_times(-table, null_angle=0.3)]
+    for one, other in zip(whole, spans, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert whole[0].size == 7
+
+
 @pytest.mark.parametrize("turns", [0.0, 0.4, 1.9, -1.9])
 def test_fris_refuses_fewer_than_two_turns(turns):
     table = TURN * np.linspace(0.05 * np.sign(turns), turns, 500)

@@ -57,6 +57,8 @@ def test_values_by_spans_are_those_of_the_whole(mapped, monkeypatch, size):
     assert np.array_equal(series.differences(long), np.diff(long))
     for step in (1, 3, 50, 699, 700, 701, 20_000):
         assert np.array_equal(series.every(long, step), long[::step])
+    places = np.sort(np.random.default_rng(1).integers(0, size, 40))
+    assert np.array_equal(series.at(long, places), long[places])
     long[-1] = np.nan
     assert np.isnan(series.extent(long)).all()
 

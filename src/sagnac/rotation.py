@@ -7,6 +7,7 @@ import numpy as np
 import scipy.linalg
 from scipy.integrate import cumulative_trapezoid
 
+from sagnac import series
 from sagnac.recording import FloatArray, RecordingError
 
 EARTH_RATE: Final = 7.292115e-5  # rad/s, IERS
@@ -34,19 +35,23 @@ _VARYING: Final = 0.2
 
 def is_turning(table: FloatArray | None) -> bool:
     """Whether the table angle, (samples,) rad, moves at all."""
-    return table is not None and float(np.ptp(table)) > _AT_REST
+    if table is None:
+        return False
+    lowest, highest = series.extent(table)
+    return bool(highest - lowest > _AT_REST)
 
 
 def full_turns(table: FloatArray) -> float:
     """Turns between the lowest and the highest table angle, (samples,) rad."""
-    return float(np.ptp(table)) / (2.0 * np.pi)
+    lowest, highest = series.extent(table)
+    return (highest - lowest) / (2.0 * np.pi)
 
 
 def mean_rate(table: FloatArray, sample_rate: float) -> float:
     """Mean speed of the table, rad/s, signed by its net direction where it has one."""
     net = float(table[-1] - table[0])
     # Quantization noise of the encoder would add to the path at every sample.
-    coarse = table[:: max(1, round(sample_rate / _KINEMATIC_RATE))]
+    coarse = series.every(table, max(1, round(sample_rate / _KINEMATIC_RATE)))
     path = float(np.abs(np.diff(coarse)).sum()) + abs(float(table[-1] - coarse[-1]))
     sign = -1.0 if net < 0.0 and abs(net) > 0.5 * path else 1.0
     return sign * path * sample_rate / (table.size - 1)
@@ -70,19 +75,23 @@ def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray
     -------
     (crossings,) ascending.
     """
-    turn = (table - null_angle) / (2.0 * np.pi)
-    if turn[-1] < turn[0]:
-        turn = -turn
+    sign = -1.0 if table[-1] < table[0] else 1.0
+    times: list[FloatArray] = [np.empty(0)]
     # The furthest turn reached so far: flat while the table goes back, so each whole turn
     # is crossed exactly once.
-    furthest = np.maximum.accumulate(turn)
-    whole = np.arange(np.ceil(furthest[0]), np.floor(furthest[-1]) + 1.0)
-    after = np.searchsorted(furthest, whole, side="left")
-    after = np.maximum(after, 1)
-    before = furthest[after - 1]
-    step = furthest[after] - before
-    fraction = np.where(step > 0.0, (whole - before) / np.where(step > 0.0, step, 1.0), 0.0)
-    return np.asarray(after - 1 + np.clip(fraction, 0.0, 1.0))
+    reached = -np.inf
+    for span in series.through(table.size - 1, table):
+        turn = sign * ((table[span.start : span.stop + 1] - null_angle) / (2.0 * np.pi))
+        furthest = np.maximum.accumulate(np.maximum(turn, reached))
+        lowest = np.ceil(turn[0]) if span.start == 0 else np.floor(reached) + 1.0
+        reached = furthest[-1]
+        whole = np.arange(lowest, np.floor(reached) + 1.0)
+        after = np.maximum(np.searchsorted(furthest, whole, side="left"), 1)
+        before = furthest[after - 1]
+        step = furthest[after] - before
+        fraction = np.where(step > 0.0, (whole - before) / np.where(step > 0.0, step, 1.0), 0.0)
+        times.append(span.start + after - 1 + np.clip(fraction, 0.0, 1.0))
+    return np.concatenate(times)
 
 
 def full_rotation_samples(angle: FloatArray, table: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -112,12 +121,13 @@ def full_rotation_samples(angle: FloatArray, table: FloatArray) -> tuple[FloatAr
     times = full_turn_times(table)
     if times.size < 3:
         raise RecordingError(
-            f"the table never completes two full turns (it covers {np.degrees(np.ptp(table)):.1f} "
+            f"the table never completes two full turns (it covers {360.0 * full_turns(table):.1f} "
             "deg), so full rotation interval sampling has nothing to sample; use --method fos"
         )
     first = np.minimum(times.astype(np.int64), angle.size - 2)
     fraction = times - first
-    return times, angle[first] + fraction * (angle[first + 1] - angle[first])
+    before = series.at(angle, first)
+    return times, before + fraction * (series.at(angle, first + 1) - before)
 
 
 def highest_harmonic(table: FloatArray, sample_rate: float) -> float:

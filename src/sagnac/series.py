@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Final, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sagnac._kernels import FloatArray
 
@@ -121,6 +122,15 @@ def every(values: FloatArray, step: int) -> FloatArray:
         chosen = values[span][-span.start % step :: step]
         result[filled : filled + chosen.size] = chosen
         filled += chosen.size
+    return result
+
+
+def at(values: FloatArray, places: NDArray[np.int64]) -> FloatArray:
+    """Values at `places`, which ascend, in memory."""
+    result = np.empty(places.size)
+    for span in through(values.size, values):
+        first, last = np.searchsorted(places, (span.start, span.stop))
+        result[first:last] = values[places[first:last]]
     return result
 
 
