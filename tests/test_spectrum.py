@@ -169,6 +169,43 @@ def test_transform_is_the_fourier_sum(samples, padding, seed):
     )
 
 
+def as_series(values):
+    copy = series.empty(values.size)
+    copy[:] = values
+    return copy
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+@pytest.mark.parametrize(
+    ("samples", "padding"), [(131_072, 1), (150_001, 1), (140_003, 2), (65_537, 2), (90_000, 3)]
+)
+def test_a_long_periodogram_is_that_of_one_transform(monkeypatch, samples, padding, mapped):
+    steps = np.random.default_rng(samples).standard_normal(samples)
+    if mapped:
+        monkeypatch.setattr(series, "IN_MEMORY", 1000)
+        monkeypatch.setattr(series, "SPAN", 7000)
+    power = spectrum.periodogram(as_series(steps), padding)
+    assert series.is_mapped(power) == mapped
+    length = padding * spectrum.transform_length(samples)
+    expected = np.abs(np.fft.rfft(steps, length)) ** 2 / samples
+    assert power.size == length // 2 + 1
+    np.testing.assert_allclose(power, expected, rtol=1e-11, atol=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(2, 3000), st.integers(1, 3), st.integers(2, 60), st.integers(0, 2**32 - 1))
+def test_a_factored_transform_of_any_length(samples, padding, columns, seed):
+    steps = np.random.default_rng(seed).standard_normal(samples)
+    length = padding * spectrum.transform_length(samples)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(spectrum, "_FACTORED", 0)
+        patch.setattr(spectrum, "_COLUMNS", columns)
+        patch.setattr(spectrum, "_COMBINED", 16)
+        power = spectrum.periodogram(steps, padding)
+    expected = np.abs(np.fft.rfft(steps, length)) ** 2 / samples
+    np.testing.assert_allclose(power, expected, rtol=1e-9, atol=1e-12)
+
+
 def test_periodogram_keeps_the_variance():
     # Parseval: twice the power of all bins but the first and the last is the sum of squares.
     steps = np.random.default_rng(2).standard_normal(1000)
@@ -243,9 +280,7 @@ def test_tone_sums_by_spans_and_of_a_mapped_series(monkeypatch):
     monkeypatch.setattr(series, "IN_MEMORY", 100)
     monkeypatch.setattr(series, "SPAN", 1500)
     monkeypatch.setattr(spectrum, "_TONES_AT_ONCE", 16)
-    mapped = series.empty(values.size)
-    mapped[:] = values
-    sums = spectrum.tone_sums(mapped, frequencies, 4499.5, lag_unit=1e-4)
+    sums = spectrum.tone_sums(as_series(values), frequencies, 4499.5, lag_unit=1e-4)
     np.testing.assert_allclose(sums, naive_tone_sums(values, frequencies, 4499.5, 1e-4), atol=1e-10)
 
 
@@ -297,6 +332,21 @@ def test_multitaper_is_the_mean_over_orthonormal_tapers():
     np.testing.assert_allclose(np.array(tapers) @ np.array(tapers).T, np.eye(3), atol=1e-12)
     expected = np.mean([np.abs(wave @ (taper * values)) ** 2 for taper in tapers], axis=0)
     np.testing.assert_allclose(spectrum.multitaper(values, 3), expected, rtol=1e-9)
+
+
+def test_multitaper_of_a_mapped_series(monkeypatch):
+    values = np.random.default_rng(13).standard_normal(135_000)
+    monkeypatch.setattr(series, "IN_MEMORY", 1000)
+    monkeypatch.setattr(series, "SPAN", 7000)
+    power = spectrum.multitaper(as_series(values), 2)
+    assert series.is_mapped(power)
+    size = values.size
+    place = np.pi * np.arange(1, size + 1) / (size + 1)
+    expected = sum(
+        np.abs(np.fft.rfft(values * np.sin(k * place), spectrum.transform_length(size))) ** 2
+        for k in (1, 2)
+    ) / (size + 1)
+    np.testing.assert_allclose(power, expected, rtol=1e-9, atol=1e-12)
 
 
 def test_multitaper_of_a_walk_has_no_leakage_where_a_periodogram_has():

@@ -4,8 +4,12 @@ Powers here are per sample: white increments of variance s^2 have an expected
 periodogram of s^2 at every frequency. `density` turns them into (rad/s)^2/Hz.
 """
 
-from collections.abc import Callable
-from typing import Final
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from threading import Lock
+from typing import Any, BinaryIO, Final
 
 import finufft
 import numpy as np
@@ -19,6 +23,14 @@ from sagnac.recording import FloatArray
 # One thread for transforms: they are bound by memory, and a second one waits for the first
 # wherever the machine has other work.
 THREADS: Final = 1
+
+# From this length on a transform is factored, in two rounds of short ones: they stay in cache,
+# two threads share them, and of a long series little is in memory at a time.
+_FACTORED: Final = 2**17
+# Transforms in the first round, about; each is that much shorter than the whole.
+_COLUMNS: Final = 256
+# Frequencies of each of them that are combined at once: 2 MiB.
+_COMBINED: Final = 512
 
 _FLOOR_HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
 _FLOOR_MOST_HALF_WIDTH: Final = 4096
@@ -51,15 +63,18 @@ def transform(increments: FloatArray, padding: int = 1) -> NDArray[np.complex128
 def periodogram(increments: FloatArray, padding: int = 1) -> FloatArray:
     """Power of the increments at the frequencies of `transform`.
 
+    Parameters
+    ----------
+    increments
+        (samples,) in memory or mapped; no more than some spans of them are held at a time.
+    padding
+        Frequencies for each one of the unpadded transform.
+
     Returns
     -------
-    (padding * transform_length(size) // 2 + 1,) in the unit of `increments` squared.
+    (padding * transform_length(size) // 2 + 1,) in the unit of `increments` squared, a series.
     """
-    sums = transform(increments, padding)
-    power = np.square(sums.real)
-    power += np.square(sums.imag)
-    power /= increments.size
-    return power
+    return _power(increments, padding * transform_length(increments.size), 1.0 / increments.size)
 
 
 def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
@@ -80,15 +95,153 @@ def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
     -------
     (transform_length(size) // 2 + 1,) in the unit of `increments` squared.
     """
-    place = np.arange(1, increments.size + 1) * (np.pi / (increments.size + 1))
-    power = np.zeros(transform_length(increments.size) // 2 + 1)
-    for order in range(1, tapers + 1):
-        sums = transform(increments * np.sin(order * place))
-        power += np.square(sums.real)
-        power += np.square(sums.imag)
+    length = transform_length(increments.size)
     # The squares of a sine taper sum to half of size + 1.
-    power *= 2.0 / ((increments.size + 1) * tapers)
+    scale = 2.0 / ((increments.size + 1) * tapers)
+    power = _power(increments, length, scale, 1)
+    for order in range(2, tapers + 1):
+        more = _power(increments, length, scale, order)
+        for span in series.spans(power.size, series.SPAN):
+            power[span] += more[span]
+            series.release(power, more)
     return power
+
+
+def _power(increments: FloatArray, length: int, scale: float, taper: int = 0) -> FloatArray:
+    """`scale` times the squares of Fourier sums at k / length, of a sine taper if `taper`.
+
+    Long transforms are factored (Bailey 1990, doi:10.1007/BF00162341): with the length N1 N2,
+    every N1-th sample goes into a transform of length N2, and the N1 results at one of their
+    frequencies k, brought into phase, into one of length N1, which gives the frequencies
+    k + N2 j of the whole.
+    """
+    samples = increments.size
+
+    def piece(span: slice) -> FloatArray:
+        if not taper:
+            return increments[span]
+        place = np.arange(span.start + 1.0, span.stop + 1.0)
+        place *= taper * np.pi / (samples + 1)
+        np.sin(place, out=place)
+        place *= increments[span]
+        return place
+
+    if length < _FACTORED:
+        sums = scipy.fft.rfft(piece(slice(0, samples)), length, workers=THREADS)
+        power = np.square(sums.real)
+        power += np.square(sums.imag)
+        power *= scale
+        return np.asarray(power)
+    count = _columns(length)
+    size = length // count
+    filled = -(-samples // count)
+    half = size // 2 + 1
+    with ExitStack() as stack:
+        spectra = stack.enter_context(_table(count, half, np.complex128))
+        with _table(count, filled, np.float64) as columns:
+
+            def split(rows: slice) -> None:
+                values = piece(slice(rows.start * count, min(rows.stop * count, samples)))
+                if values.size % count:
+                    values = np.append(values, np.zeros(-values.size % count))
+                columns.write(0, rows.start, values.reshape(-1, count).T)
+
+            def transformed(some: slice) -> None:
+                spectra.write(
+                    some.start, 0, scipy.fft.rfft(columns.read(some, slice(0, filled)), size)
+                )
+
+            _run(split, filled, max(1, 4 * series.SPAN // count), increments)
+            _run(transformed, count, max(1, series.SPAN // (2 * size)))
+        powers = stack.enter_context(_table(1, length // 2 + 1, np.float64))
+        number = np.arange(count)[:, np.newaxis] * (-2j * np.pi / length)
+        turns = np.exp(number * np.arange(min(_COMBINED, half)))
+
+        def combined(some: slice) -> None:
+            block = spectra.read(slice(0, count), some) * np.exp(number * some.start)
+            block *= turns[:, : some.stop - some.start]
+            block = scipy.fft.fft(block, axis=0, overwrite_x=True)
+            power = np.square(block.real)
+            power += np.square(block.imag)
+            power *= scale
+            for index, row in enumerate(power):
+                # Frequencies above half a cycle are those of the real series below, mirrored.
+                if 2 * index < count:
+                    powers.write(0, size * index + some.start, row[np.newaxis])
+                else:
+                    last = length - size * index - some.stop + 1
+                    powers.write(0, last, row[np.newaxis, ::-1])
+
+        _run(combined, half, _COMBINED)
+        return powers.first_row()
+
+
+def _columns(length: int) -> int:
+    """The divisor of `length`, which has no prime factors but 2, 3, 5, nearest `_COLUMNS`."""
+    divisors = np.arange(1, 5 * _COLUMNS)
+    divisors = divisors[length % divisors == 0]
+    return int(divisors[np.argmin(np.abs(np.log(divisors / _COLUMNS)))])
+
+
+def _run(work: Callable[[slice], None], size: int, length: int, *release_of: FloatArray) -> None:
+    for _ in series.each(work, size, length, release_of=release_of):
+        pass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Table:
+    """Scratch numbers in rows, in memory or in a file, written and read in blocks by threads.
+
+    A file is not mapped: writes to pages all over a mapping cost several times what plain ones
+    do, and each may map two megabytes around it.
+    """
+
+    width: int
+    values: NDArray[Any]
+    file: BinaryIO | None
+    lock: Lock
+
+    def write(self, row: int, column: int, block: NDArray[Any]) -> None:
+        """Store `block`, (rows, columns), from a row and a column on."""
+        if self.file is None:
+            self.values[row : row + block.shape[0], column : column + block.shape[1]] = block
+            return
+        block = np.ascontiguousarray(block)
+        with self.lock:
+            for index, line in enumerate(block, start=row):
+                self.file.seek((index * self.width + column) * block.itemsize)
+                self.file.write(line.view(np.uint8))
+
+    def read(self, rows: slice, columns: slice) -> NDArray[Any]:
+        """What is stored there, (rows, columns); not to be written to."""
+        if self.file is None:
+            return self.values[rows, columns]
+        block = np.empty((rows.stop - rows.start, columns.stop - columns.start), self.values.dtype)
+        with self.lock:
+            for index, line in enumerate(block, start=rows.start):
+                self.file.seek((index * self.width + columns.start) * block.itemsize)
+                self.file.readinto(line.view(np.uint8))  # type: ignore[attr-defined]
+        return block
+
+    def first_row(self) -> FloatArray:
+        """The first row, as a series."""
+        if self.file is None:
+            return np.asarray(self.values[0])
+        whole = series.empty(self.width)
+        for span in series.spans(whole.size, series.SPAN):
+            whole[span] = self.read(slice(0, 1), span)[0]
+            series.release(whole)
+        return whole
+
+
+@contextmanager
+def _table(rows: int, width: int, dtype: type) -> Iterator[_Table]:
+    itemsize = np.dtype(dtype).itemsize
+    if rows * width * itemsize <= 8 * series.IN_MEMORY:
+        yield _Table(width=width, values=np.empty((rows, width), dtype), file=None, lock=Lock())
+    else:
+        with tempfile.TemporaryFile(prefix="sagnac-") as file:
+            yield _Table(width=width, values=np.empty(0, dtype), file=file, lock=Lock())
 
 
 def angle_sums(
