@@ -135,6 +135,56 @@ def test_floor_scales_with_the_power():
     assert spectrum.noise_floor(1e-18 * power) == pytest.approx(1e-18 * floor, rel=1e-6)
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(1, 6000),
+    st.sampled_from(["exponential", "ties", "rising", "every eighth"]),
+    st.integers(0, 2**32 - 1),
+)
+def test_the_median_is_the_middle_value(size, kind, seed):
+    values = np.random.default_rng(seed).exponential(size=size)
+    if kind == "ties":
+        values = np.floor(2.0 * values)
+    elif kind == "rising":
+        values = np.sort(values)
+    elif kind == "every eighth":
+        values[::8] = 1e3
+    ordered = np.sort(values)
+    middle = 0.5 * (ordered[(size - 1) // 2] + ordered[size // 2])
+    assert spectrum._median(values) == middle
+
+
+def naive_floor(power, law):
+    """Running median over a law, window by window; `law` at bins 1, 2, ...."""
+    middles, ratios, start = [], [], 1
+    while start < power.size:
+        half = int(np.clip(0.1 * start, 256, 4096))
+        stop = min(start + 2 * half, power.size)
+        if stop - start < half and middles:
+            break
+        middles.append((start + stop) / 2)
+        ratios.append(np.median(power[start:stop] / law[start - 1 : stop - 1]) / np.log(2.0))
+        start += half
+    number = np.arange(1.0, power.size)
+    return law * np.interp(number, middles, ratios)
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+@pytest.mark.parametrize("step", [1, 2])
+def test_floor_by_spans_of_a_series_or_every_other_bin_of_one(monkeypatch, mapped, step):
+    power = np.random.default_rng(4).exponential(size=90_000)
+    # White noise has a law that is level; the floor is then the running median alone.
+    monkeypatch.setattr(spectrum, "_power_laws", lambda power: np.ones_like)
+    if mapped:
+        monkeypatch.setattr(series, "IN_MEMORY", 1000)
+        monkeypatch.setattr(series, "SPAN", 7000)
+    floor = spectrum.noise_floor(as_series(power)[::step])
+    assert series.is_mapped(floor) == mapped
+    part = power[::step]
+    np.testing.assert_allclose(floor[1:], naive_floor(part, np.ones(part.size - 1)), rtol=1e-12)
+    assert floor[0] == floor[1]
+
+
 @pytest.mark.parametrize("samples", [4, 20, 60, 70, 200])
 def test_floor_of_a_short_record_is_finite_and_positive(samples):
     power = spectrum.periodogram(np.random.default_rng(samples).standard_normal(samples))
@@ -318,6 +368,18 @@ def test_smoothed_keeps_power_and_peaks():
     assert np.delete(mean, at) == pytest.approx(1.0)
     # Narrow at the low end: the first bins are the periodogram's own.
     assert frequency[:5] * SAMPLES == pytest.approx([1, 2, 3, 4, 5])
+
+
+def test_smoothed_power_by_spans_is_the_mean_over_each_bin(monkeypatch):
+    monkeypatch.setattr(series, "IN_MEMORY", 1000)
+    monkeypatch.setattr(series, "SPAN", 700)
+    power = np.random.default_rng(6).exponential(size=9000)
+    frequency, mean = spectrum.smoothed(as_series(power), 300)
+    edges = np.unique(np.floor(np.geomspace(1, power.size, 301)).astype(int))
+    means = [power[low:high].mean() for low, high in pairwise(edges)]
+    centers = [np.mean(np.arange(low, high)) for low, high in pairwise(edges)]
+    np.testing.assert_allclose(mean, means, rtol=1e-12)
+    np.testing.assert_allclose(frequency, np.array(centers) / (2 * (power.size - 1)), rtol=1e-12)
 
 
 def test_multitaper_is_the_mean_over_orthonormal_tapers():

@@ -441,27 +441,70 @@ def noise_floor(power: FloatArray) -> FloatArray:
     bins = power.size
     if bins < 32:
         return np.full(bins, max(float(np.median(power[1:])) / np.log(2.0), np.finfo(float).tiny))
-    number = np.arange(1.0, bins)
     law = _power_laws(power[1:])
     # The law at points half a percent apart, and straight lines between them: a part in 1e5.
-    points = np.unique(np.concatenate([number[:400], np.geomspace(1.0, bins - 1.0, 3000)]))
-    smooth = np.interp(number, points, law(points))
-    knots: list[float] = []
-    ratios: list[float] = []
+    points = np.unique(
+        np.concatenate([np.arange(1.0, min(bins, 401)), np.geomspace(1.0, bins - 1, 3000)])
+    )
+    levels = law(points)
+    windows = _floor_windows(bins)
+    ratios = np.empty(len(windows))
+
+    def whitened(some: slice) -> None:
+        first = windows[some.start].start
+        stop = windows[some.stop - 1].stop
+        white = power[first:stop] / np.interp(np.arange(float(first), stop), points, levels)
+        for index in range(some.start, some.stop):
+            window = windows[index]
+            ratios[index] = _median(white[window.start - first : window.stop - first])
+
+    # Sixty-four of the widest windows cover a span.
+    _run(whitened, len(windows), 64, power)
+    ratios /= np.log(2.0)
+    knots = np.array([0.5 * (window.start + window.stop) for window in windows])
+    floor = series.empty(bins)
+
+    def filled(span: slice) -> None:
+        number = np.arange(float(span.start), span.stop)
+        np.multiply(
+            np.interp(number, points, levels), np.interp(number, knots, ratios), out=floor[span]
+        )
+
+    _run(filled, bins, series.SPAN, floor)
+    floor[0] = floor[1]
+    return floor
+
+
+def _floor_windows(bins: int) -> list[slice]:
+    """Bins of which medians are taken; each begins at the middle of the one before."""
+    windows: list[slice] = []
     start = 1
     while start < bins:
         half = int(min(max(0.1 * start, _FLOOR_HALF_WIDTH), _FLOOR_MOST_HALF_WIDTH))
         stop = min(start + 2 * half, bins)
-        if stop - start < half and ratios:
+        if stop - start < half and windows:
             break
-        whitened = power[start:stop] / smooth[start - 1 : stop - 1]
-        knots.append(0.5 * (start + stop))
-        ratios.append(float(np.median(whitened)) / np.log(2.0))
+        windows.append(slice(start, stop))
         start += half
-    floor = np.empty(bins)
-    np.multiply(smooth, np.interp(number, knots, ratios), out=floor[1:])
-    floor[0] = floor[1]
-    return floor
+    return windows
+
+
+def _median(values: FloatArray) -> float:
+    """The median, by partition of only those values that can be it (Floyd and Rivest 1975)."""
+    size = values.size
+    if size < 1024:
+        return float(np.median(values))
+    sample = np.sort(values[::8])
+    # Four standard errors of the sample's median; where it lies beyond, nothing is gained.
+    margin = int(2.0 * np.sqrt(sample.size))
+    low, high = sample[sample.size // 2 - margin], sample[sample.size // 2 + margin]
+    middle = values[(values >= low) & (values <= high)]
+    below = int(np.count_nonzero(values < low))
+    ranks = ((size - 1) // 2 - below, size // 2 - below)
+    if ranks[0] < 0 or ranks[1] >= middle.size:
+        return float(np.median(values))
+    middle.partition(ranks)
+    return 0.5 * float(middle[ranks[0]] + middle[ranks[1]])
 
 
 def floor_scatter(bins: int) -> float:
@@ -492,7 +535,14 @@ def _power_laws(power: FloatArray) -> Callable[[FloatArray], FloatArray]:
     counts = stops - starts
     # Median over mean of n exponential variates, to within 1 %: 1 at n = 1, ln 2 for many.
     shrink = np.log(2.0) + (1.0 - np.log(2.0)) / counts
-    level = np.array([np.median(power[a:b]) for a, b in zip(starts, stops, strict=True)]) / shrink
+    level = np.empty(counts.size)
+
+    def medians(some: slice) -> None:
+        for index in range(some.start, some.stop):
+            level[index] = _median(power[starts[index] : stops[index]])
+
+    _run(medians, counts.size, 4, power)
+    level /= shrink
     center = 0.5 * (starts + stops + 1.0)
     scale = max(float(np.median(level)), np.finfo(float).tiny)
     level = level / scale
@@ -540,7 +590,19 @@ def smoothed(power: FloatArray, points: int = 2000) -> tuple[FloatArray, FloatAr
     """
     bins = power.size
     edges = np.unique(np.geomspace(1, bins, points + 1).astype(np.int64))
-    counts = np.diff(edges)
-    mean = np.add.reduceat(power[: edges[-1]], edges[:-1]) / counts
+    total = np.zeros(edges.size - 1)
+
+    def sums(span: slice) -> tuple[slice, FloatArray]:
+        start, stop = edges[0] + span.start, edges[0] + span.stop
+        first = int(np.searchsorted(edges, start, "right")) - 1
+        last = int(np.searchsorted(edges, stop, "left"))
+        here = np.maximum(edges[first:last], start) - start
+        return slice(first, last), np.add.reduceat(power[start:stop], here)
+
+    for some, partial in series.each(
+        sums, int(edges[-1] - edges[0]), series.SPAN, release_of=(power,)
+    ):
+        total[some] += partial
+    mean = total / np.diff(edges)
     center = (edges[:-1] + edges[1:] - 1) / 2.0
     return center / (2.0 * (bins - 1)), mean
