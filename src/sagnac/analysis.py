@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import chi2
 from threadpoolctl import ThreadpoolController
 
-from sagnac import rotation, spectrum
+from sagnac import rotation, series, spectrum
 from sagnac.coefficients import paper_fit, weighted_fit
 from sagnac.difference import per_gyro
 from sagnac.estimates import Estimate, Fit, FitName
@@ -250,9 +250,9 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             step = max(1, round(recording.sample_rate / fine_rate))
             separation = three_cornered_hat(
                 {
-                    middle: -second.residual[::step],
+                    middle: -series.every(second.residual, step),
                     first_name: np.zeros(fine.size),
-                    last: -removal.residual[::step],
+                    last: -series.every(removal.residual, step),
                 },
                 kind="angle",
                 sample_rate=fine_rate,
@@ -304,7 +304,7 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         density = None
         if settings.estimators:
             density = multitaper_density(
-                np.diff(points if removal.residual is None else removal.residual),
+                series.differences(points if removal.residual is None else removal.residual),
                 point_rate if removal.residual is None else recording.sample_rate,
             )
     return Analysis(
@@ -358,7 +358,8 @@ def stability_family(
 
 def multitaper_density(increments: FloatArray, sample_rate: float) -> Spectrum:
     """Multitaper rate density of angle increments (rad), in log-spaced bins."""
-    frequency, power = spectrum.smoothed(spectrum.multitaper(increments - increments.mean()))
+    steps = series.less(increments, series.mean(increments))
+    frequency, power = spectrum.smoothed(spectrum.multitaper(steps))
     return Spectrum(frequency=frequency * sample_rate, density=spectrum.density(power, sample_rate))
 
 
@@ -374,7 +375,7 @@ def _measured(recording: Recording, settings: Settings, where: str) -> tuple[str
     if len(names) == 1:
         return names[0], first, 1
     second = angle_of(recording.gyro(names[-1]), recording.sample_rate)
-    return f"{names[0]}-{names[-1]}", first - second, 2
+    return f"{names[0]}-{names[-1]}", series.less(first, second), 2
 
 
 def _table(recording: Recording, settings: Settings, notes: list[str]) -> FloatArray | None:
@@ -439,7 +440,9 @@ def _removal(
             )
             for name in dict.fromkeys((settings.gyros[0], settings.gyros[-1]))
         ]
-        rest = parts[0].residual if len(parts) == 1 else parts[0].residual - parts[1].residual
+        rest = parts[0].residual
+        if len(parts) > 1:
+            rest = series.less(rest, parts[1].residual)
         removal = Removal(
             residual=rest,
             lines=tuple(line for part in parts for line in part.lines),
@@ -477,7 +480,7 @@ def _at_interval(
 ) -> tuple[FloatArray, float]:
     """Every so-many-th angle (Step 4), and their rate; the nearest whole number of samples."""
     step = 1 if interval is None else max(1, round(interval * sample_rate))
-    return angle[::step], sample_rate / step
+    return (angle if step == 1 else series.every(angle, step)), sample_rate / step
 
 
 def _curve_fit(
@@ -570,7 +573,9 @@ def _require_length(
 
 def _spectrum(angle: FloatArray, sample_rate: float) -> Spectrum:
     """One-sided rate spectrum of an angle, averaged into log-spaced bins for a figure."""
-    steps = np.diff(angle)
-    steps -= steps.mean()
+    steps = series.differences(angle)
+    mean = series.mean(steps)
+    for span in series.through(steps.size, steps):
+        steps[span] -= mean
     frequency, power = spectrum.smoothed(spectrum.periodogram(steps))
     return Spectrum(frequency=frequency * sample_rate, density=spectrum.density(power, sample_rate))

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from sagnac import series
 from sagnac.analysis import (
     Analysis,
     Progress,
@@ -29,7 +30,8 @@ from sagnac.stability import StabilityCurve, stability_curve
 
 def has_gaps(recording: Recording, gyro: str) -> bool:
     """Whether a sample of the gyro is missing."""
-    return bool(np.isnan(recording.gyro(gyro).values).any())
+    values = recording.gyro(gyro).values
+    return any(np.isnan(values[span]).any() for span in series.through(values.size, values))
 
 
 def at_rest(
@@ -101,7 +103,8 @@ def _with_gaps(
             stretch, replace(settings, estimators=()), progress=progress
         )
         density = multitaper_density(
-            np.diff(angle_of(stretch.gyro(name), stretch.sample_rate)), stretch.sample_rate
+            series.differences(angle_of(stretch.gyro(name), stretch.sample_rate)),
+            stretch.sample_rate,
         )
         note = (
             f"{name}: coefficients, lines and spectra are of the longest stretch without a gap, "

@@ -1,12 +1,16 @@
 """A recording: gyro channels, the table encoder, sample times, and where they came from."""
 
 import math
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sagnac import series
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
 FloatArray = NDArray[np.float64]
@@ -175,9 +179,19 @@ def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
     """
     if channel.kind == "angle":
         return channel.values
-    step = channel.values if channel.kind == "increment" else channel.values / sample_rate
-    mean = float(step.mean())
-    return np.cumsum(step - mean) + mean * np.arange(1, step.size + 1)
+    values = channel.values
+    per_step = 1.0 if channel.kind == "increment" else sample_rate
+    mean = series.mean(values) / per_step
+    angle = series.empty(values.size)
+    turned = 0.0
+    for span in series.through(values.size, values, angle):
+        steps = values[span] / per_step
+        steps -= mean
+        steps[0] += turned
+        np.cumsum(steps, out=angle[span])
+        turned = float(angle[span.stop - 1])
+        angle[span] += mean * np.arange(span.start + 1, span.stop + 1)
+    return angle
 
 
 def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
@@ -200,19 +214,78 @@ def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     wraps
         How often the reading started over.
     """
-    turns = np.diff(values)
-    turns /= period
-    np.rint(turns, out=turns)
-    at = np.flatnonzero(turns)
-    at = at[np.isfinite(turns[at])]
-    if at.size == 0:
+
+    def periods(span: slice) -> FloatArray:
+        """Whole periods between each sample of a span and the next."""
+        result = np.diff(values[span.start : span.stop + 1])
+        result /= period
+        np.rint(result, out=result)
+        result[~np.isfinite(result)] = 0.0
+        return result
+
+    steps = values.size - 1
+    if not any(periods(span).any() for span in series.through(steps, values)):
         return values, 0
-    # Whole periods between one wrap and the next: sums of integers, so nothing is lost.
-    lengths = np.diff(np.append(at + 1, values.size))
-    offset = np.repeat(np.cumsum(turns[at]) * period, lengths)
-    result = values.copy()
-    result[at[0] + 1 :] -= offset
-    return result, int(at.size)
+    result = series.empty(values.size)
+    result[0] = values[0]
+    wraps, total = 0, 0.0
+    for span in series.through(steps, values, result):
+        over = periods(span)
+        wraps += int(np.count_nonzero(over))
+        # Sums of integers, so nothing is lost.
+        over[0] += total
+        np.cumsum(over, out=over)
+        total = float(over[-1])
+        over *= period
+        later = slice(span.start + 1, span.stop + 1)
+        np.subtract(values[later], over, out=result[later])
+    return result, wraps
+
+
+def median_step(times: FloatArray, *, repeats: bool = True) -> float:
+    """Median interval of time stamps, of those that are finite and do not run backwards.
+
+    Parameters
+    ----------
+    times
+        (samples,) s.
+    repeats
+        Whether stamps that repeat the one before count.
+
+    Returns
+    -------
+    s, or NaN where there is no such interval.
+    """
+
+    def usable(span: slice) -> FloatArray:
+        steps = np.diff(times[span.start : span.stop + 1])
+        return steps[np.isfinite(steps) & ((steps >= 0.0) if repeats else (steps > 0.0))]
+
+    size = max(times.size - 1, 0)
+    if not series.is_mapped(times):
+        steps = usable(slice(0, size))
+        return float(np.median(steps)) if steps.size else math.nan
+
+    def ranked(rank: int) -> float:
+        # Floats that are not negative are ordered as the integers of the same bits; those are
+        # found sixteen at a time, by counting.
+        found = 0
+        for shift in (48, 32, 16, 0):
+            counts = np.zeros(2**16, dtype=np.int64)
+            for span in series.through(size, times):
+                bits = usable(span).view(np.int64)
+                bits = bits[bits >> (shift + 16) == found] if shift < 48 else bits
+                counts += np.bincount((bits >> shift) & 0xFFFF, minlength=2**16)
+            until = np.cumsum(counts)
+            digit = int(np.searchsorted(until, rank, side="right"))
+            rank -= int(until[digit] - counts[digit])
+            found = found << 16 | digit
+        return float(np.int64(found).view(np.float64))
+
+    number = sum(usable(span).size for span in series.through(size, times))
+    if number == 0:
+        return math.nan
+    return float(np.mean([ranked((number - 1) // 2), ranked(number // 2)]))
 
 
 def integrity(recording: Recording) -> tuple[Finding, ...]:
@@ -271,11 +344,11 @@ def with_gaps_marked(recording: Recording) -> Recording:
     recording = replace(recording, table=None, null_pulse=None)
     findings: list[Finding] = []
     for gyro in recording.gyros:
-        infinite = np.flatnonzero(np.isinf(gyro.values))
-        if infinite.size:
+        infinite, first = _tally(_places(gyro.values, np.isinf))
+        if infinite:
             raise RecordingError(
-                f"{where}: {gyro.name}: {_counted(infinite.size, 'sample')} infinite, the first "
-                f"at {_second(recording, int(infinite[0])):.3f} s; mark bad samples as NaN"
+                f"{where}: {gyro.name}: {counted(infinite, 'sample')} infinite, the first "
+                f"at {_second(recording, first):.3f} s; mark bad samples as NaN"
             )
         findings += _stuck(recording, gyro)
     times = recording.times
@@ -290,28 +363,46 @@ def with_gaps_marked(recording: Recording) -> Recording:
     if times is None or times.size < 2:
         return replace(recording, notes=tuple(notes))
 
-    steps = np.diff(times)
-    jumps = steps > GAP_STEPS * np.median(steps)
-    if not jumps.any():
+    longest = GAP_STEPS * median_step(times)
+
+    def jumps() -> Iterator[NDArray[np.int64]]:
+        return _places(times, lambda values: np.diff(values) > longest, following=1)
+
+    gaps, first = _tally(jumps())
+    if gaps == 0:
         return replace(recording, notes=tuple(notes))
-    sample_rate = float(np.count_nonzero(~jumps) / steps[~jumps].sum())
-    places = np.concatenate(([0.0], np.cumsum(np.where(jumps, np.rint(steps * sample_rate), 1.0))))
-    samples = int(places[-1]) + 1
+    between = 0.0
+    for span in series.through(times.size - 1, times):
+        steps = np.diff(times[span.start : span.stop + 1])
+        between += float(steps[steps <= longest].sum())
+    sample_rate = (times.size - 1 - gaps) / between
+
+    def advances(span: slice) -> FloatArray:
+        """Samples from each stamp of a span to the next."""
+        steps = np.diff(times[span.start : span.stop + 1])
+        return np.where(steps > longest, np.rint(steps * sample_rate), 1.0)
+
+    samples = 1 + int(sum(advances(s).sum() for s in series.through(times.size - 1, times)))
     missing = samples - times.size
     if missing > LARGEST_GAPS * times.size:
         raise RecordingError(
-            f"{where}: time: its {_counted(int(jumps.sum()), 'gap')} would hold {missing} samples "
-            f"and there are {times.size}; {_longest_stretch(recording, np.flatnonzero(jumps) + 1)}"
+            f"{where}: time: its {counted(gaps, 'gap')} would hold {missing} samples and there "
+            f"are {times.size}; {_longest_stretch(recording, (places + 1 for places in jumps()))}"
         )
     notes.append(
-        f"time: {_counted(int(jumps.sum()), 'gap')}, {_counted(missing, 'sample')} missing, the "
-        f"first at {_second(recording, int(np.argmax(jumps))):.3f} s; {sample_rate:.9g} Hz between"
+        f"time: {counted(gaps, 'gap')}, {counted(missing, 'sample')} missing, the first at "
+        f"{_second(recording, first):.3f} s; {sample_rate:.9g} Hz between"
     )
-    gyros = []
-    for gyro in recording.gyros:
-        values = np.full(samples, np.nan)
-        values[places.astype(np.intp)] = gyro.values
-        gyros.append(replace(gyro, values=values))
+    gyros = [replace(gyro, values=series.empty(samples)) for gyro in recording.gyros]
+    for marked, gyro in zip(gyros, recording.gyros, strict=True):
+        for span in series.through(samples, marked.values):
+            marked.values[span] = np.nan
+        marked.values[0] = gyro.values[0]
+        place = 0.0
+        for span in series.through(times.size - 1, times, gyro.values, marked.values):
+            places = place + np.cumsum(advances(span))
+            place = float(places[-1])
+            marked.values[places.astype(np.intp)] = gyro.values[span.start + 1 : span.stop + 1]
     return replace(
         recording, gyros=tuple(gyros), sample_rate=sample_rate, times=None, notes=tuple(notes)
     )
@@ -328,12 +419,10 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
         Of the stretch, s from the first sample of the file.
     """
     gyro = recording.gyro(name)
-    edges = np.concatenate(([-1], np.flatnonzero(~np.isfinite(gyro.values)), [gyro.values.size]))
-    longest = int(np.argmax(np.diff(edges)))
-    first, last = int(edges[longest]) + 1, int(edges[longest + 1])
+    first, last = _longest_between(gyro.values.size, _places(gyro.values, _is_not_finite))
     times = recording.times
     if times is not None:
-        times = times[first:last] - times[first] if last > first else None
+        times = series.less(times[first:last], times[first]) if last > first else None
     stretch = replace(
         recording, gyros=(replace(gyro, values=gyro.values[first:last]),), times=times
     )
@@ -356,7 +445,8 @@ def check(recording: Recording) -> tuple[Finding, ...]:
         findings += _table_findings(recording, gyro)
     if recording.table is not None:
         findings += _jumps(recording, recording.table)
-        turned = float(np.ptp(recording.table.values)) / (2.0 * math.pi)
+        lowest, highest = series.extent(recording.table.values)
+        turned = (highest - lowest) / (2.0 * math.pi)
         findings.append(
             Finding(level="note", channel="table", message=f"covers {turned:.2f} turns")
         )
@@ -396,18 +486,56 @@ def _second(recording: Recording, index: int) -> float:
     return offset + index / recording.sample_rate
 
 
-def _counted(count: int, noun: str) -> str:
+def counted(count: int, noun: str) -> str:
+    """``1 sample``, ``2 samples``."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def _longest_stretch(recording: Recording, cuts: NDArray[np.intp]) -> str:
+def _places(
+    values: FloatArray, test: Callable[[FloatArray], NDArray[np.bool_]], *, following: int = 0
+) -> Iterator[NDArray[np.int64]]:
+    """Where `test` holds, span by span, ascending.
+
+    It is given the values of a span, and of so many samples `following` it.
+    """
+    for span in series.through(values.size - following, values):
+        yield span.start + np.flatnonzero(test(values[span.start : span.stop + following]))
+
+
+def _is_not_finite(values: FloatArray) -> NDArray[np.bool_]:
+    return ~np.isfinite(values)
+
+
+def _tally(places: Iterable[NDArray[np.int64]]) -> tuple[int, int]:
+    """How many there are, and the first; -1 where there is none."""
+    count, first = 0, -1
+    for some in places:
+        if count == 0 and some.size:
+            first = int(some[0])
+        count += some.size
+    return count, first
+
+
+def _longest_between(samples: int, cuts: Iterable[NDArray[np.int64]]) -> tuple[int, int]:
+    """First sample, and the one after the last, of the longest stretch between `cuts`."""
+    first, last, edge = 0, -1, -1
+    for places in chain(cuts, (np.array([samples]),)):
+        edges = np.concatenate(([edge], places))
+        lengths = np.diff(edges) - 1
+        longest = int(np.argmax(lengths)) if lengths.size else 0
+        if lengths.size and lengths[longest] > last - first:
+            first, last = int(edges[longest]) + 1, int(edges[longest + 1])
+        edge = int(edges[-1])
+    return first, last
+
+
+def _longest_stretch(recording: Recording, cuts: Iterable[NDArray[np.int64]]) -> str:
     """``--slice START:STOP`` for the longest stretch of samples between those at `cuts`.
 
     Rounded inwards to ms, so that the stretch it names holds none of them.
     """
-    edges = np.concatenate(([-1], cuts, [recording.samples]))
-    longest = int(np.argmax(np.diff(edges)))
-    first, last = int(edges[longest]) + 1, int(edges[longest + 1]) - 1
+    first, after = _longest_between(recording.samples, cuts)
+    last = after - 1
     if last - first + 1 < MINIMUM_SAMPLES:
         return "get the file again from its source"
     start = 0.0 if first == 0 else math.ceil(_second(recording, first) * 1e3) / 1e3
@@ -416,16 +544,18 @@ def _longest_stretch(recording: Recording, cuts: NDArray[np.intp]) -> str:
 
 
 def _not_finite(recording: Recording, name: str, values: FloatArray) -> list[Finding]:
-    finite = np.isfinite(values)
-    if finite.all():
+    bad, first = _tally(_places(values, _is_not_finite))
+    if bad == 0:
         return []
-    bad = np.flatnonzero(~finite)
+    # Reading has interpolated what it could of a table.
+    beyond = ", more than can be interpolated" if name == "table" else ""
     return [
         Finding(
             level="error",
             channel=name,
-            message=f"{_counted(bad.size, 'sample')} NaN or infinite, the first at "
-            f"{_second(recording, int(bad[0])):.3f} s; {_longest_stretch(recording, bad)}",
+            message=f"{counted(bad, 'sample')} NaN or infinite{beyond}, the first at "
+            f"{_second(recording, first):.3f} s; "
+            f"{_longest_stretch(recording, _places(values, _is_not_finite))}",
         )
     ]
 
@@ -436,19 +566,18 @@ def _time_findings(
     not_finite = _not_finite(recording, "time", times)
     if not_finite:
         return not_finite
-    steps = np.diff(times)
-    backwards = np.flatnonzero(steps < 0.0)
-    if backwards.size:
+    backwards, first = _tally(_places(times, lambda some: np.diff(some) < 0.0, following=1))
+    if backwards:
         return [
             Finding(
                 level="error",
                 channel="time",
-                message=f"runs backwards {_counted(backwards.size, 'time')}, first at "
-                f"{_second(recording, int(backwards[0])):.3f} s; correct the stamps, or state "
+                message=f"runs backwards {counted(backwards, 'time')}, first at "
+                f"{_second(recording, first):.3f} s; correct the stamps, or state "
                 "--time none with --rate",
             )
         ]
-    nominal = float(np.median(steps))
+    nominal = median_step(times)
     if nominal <= 0.0:
         return [
             Finding(
@@ -458,28 +587,37 @@ def _time_findings(
                 "--time none with --rate",
             )
         ]
-    gaps = np.flatnonzero(steps > GAP_STEPS * nominal)
-    if gaps.size and not omit_gaps:
-        first = int(gaps[0])
+    longest = GAP_STEPS * nominal
+
+    def jumps() -> Iterator[NDArray[np.int64]]:
+        return _places(times, lambda some: np.diff(some) > longest, following=1)
+
+    gaps, first = _tally(jumps())
+    if gaps and not omit_gaps:
         return [
             Finding(
                 level="error",
                 channel="time",
-                message=f"has {_counted(gaps.size, 'gap')} of more than {GAP_STEPS:g} steps of "
-                f"{nominal:.6g} s, the first of {steps[first]:.6g} s at "
-                f"{_second(recording, first):.3f} s; {_longest_stretch(recording, gaps + 1)}",
+                message=f"has {counted(gaps, 'gap')} of more than {GAP_STEPS:g} steps of "
+                f"{nominal:.6g} s, the first of {times[first + 1] - times[first]:.6g} s at "
+                f"{_second(recording, first):.3f} s; "
+                f"{_longest_stretch(recording, (places + 1 for places in jumps()))}",
             )
         ]
     findings: list[Finding] = []
-    repeated = int(np.count_nonzero(steps == 0.0))
-    steps = np.delete(steps, gaps)
-    late = int(np.count_nonzero(steps > LATE_STEPS * nominal))
+    repeated, late, latest = 0, 0, 0.0
+    for span in series.through(times.size - 1, times):
+        steps = np.diff(times[span.start : span.stop + 1])
+        repeated += int(np.count_nonzero(steps == 0.0))
+        slow = steps[(steps > LATE_STEPS * nominal) & (steps <= longest)]
+        late += slow.size
+        latest = max(latest, float(slow.max(initial=0.0)))
     if repeated:
         findings.append(
             Finding(
                 level="note",
                 channel="time",
-                message=_counted(repeated, "repeated stamp"),
+                message=counted(repeated, "repeated stamp"),
             )
         )
     if late:
@@ -487,8 +625,8 @@ def _time_findings(
             Finding(
                 level="note",
                 channel="time",
-                message=f"{_counted(late, 'interval')} longer than {LATE_STEPS:g} "
-                f"steps of {nominal:.6g} s, the longest {float(steps.max()):.6g} s",
+                message=f"{counted(late, 'interval')} longer than {LATE_STEPS:g} "
+                f"steps of {nominal:.6g} s, the longest {latest:.6g} s",
             )
         )
     return findings
@@ -496,21 +634,28 @@ def _time_findings(
 
 def _stuck(recording: Recording, gyro: Channel) -> list[Finding]:
     # A run that long shows in samples half as far apart; most gyros never repeat and are done.
-    sparse = gyro.values[:: STUCK_SAMPLES // 2]
+    samples = gyro.values.size
+    sparse = series.every(gyro.values, STUCK_SAMPLES // 2)
     if not (sparse[1:] == sparse[:-1]).any() and sparse.size > 1:
         return []
-    changes = np.flatnonzero(gyro.values[1:] != gyro.values[:-1])
-    runs = np.diff(np.concatenate(([-1], changes, [gyro.values.size - 1])))
-    longest = int(np.argmax(runs))
-    length = int(runs[longest])
-    usual = (
-        float(np.partition(runs, runs.size - STUCK_RANK)[runs.size - STUCK_RANK])
-        if runs.size >= STUCK_RANK
-        else 0.0
-    )
-    whole = length == gyro.values.size
+    changes = _places(gyro.values, lambda some: some[1:] != some[:-1], following=1)
+    first, length, number, edge = 0, 0, 0, -1
+    longest = np.empty(0, dtype=np.int64)
+    for places in chain(changes, (np.array([samples - 1]),)):
+        edges = np.concatenate(([edge], places))
+        edge = int(edges[-1])
+        runs = np.diff(edges)
+        number += runs.size
+        if runs.size and runs.max() > length:
+            at = int(np.argmax(runs))
+            first, length = int(edges[at]) + 1, int(runs[at])
+        longest = np.concatenate((longest, runs))
+        if longest.size > STUCK_RANK:
+            longest = np.partition(longest, longest.size - STUCK_RANK)[-STUCK_RANK:]
+    usual = float(longest.min()) if number >= STUCK_RANK else 0.0
+    whole = length == samples
     # Share of repeats among the samples outside the longest run.
-    repeats = 1.0 if whole else 1.0 - (runs.size - 1) / (gyro.values.size - length)
+    repeats = 1.0 if whole else 1.0 - (number - 1) / (samples - length)
     if not whole and (
         length < STUCK_SAMPLES or length <= STUCK_RATIO * usual or repeats > STUCK_REPEATS
     ):
@@ -524,14 +669,14 @@ def _stuck(recording: Recording, gyro: Channel) -> list[Finding]:
                 "or --columns",
             )
         ]
-    first = int(changes[longest - 1]) + 1 if longest else 0
+    stuck = (first + np.arange(span.start, span.stop) for span in series.spans(length))
     return [
         Finding(
             level="error",
             channel=gyro.name,
             message=f"is stuck at one value for {length} samples from "
             f"{_second(recording, first):.3f} s; "
-            f"{_longest_stretch(recording, np.arange(first, first + length))}",
+            f"{_longest_stretch(recording, stuck)}",
         )
     ]
 
@@ -539,9 +684,14 @@ def _stuck(recording: Recording, gyro: Channel) -> list[Finding]:
 def _block_angles(channel: Channel, sample_rate: float, edges: NDArray[np.intp]) -> FloatArray:
     """Angle turned from each edge to the next, rad, shape (edges - 1,)."""
     if channel.kind == "angle":
-        return np.diff(channel.values[edges])
-    sums = np.add.reduceat(channel.values[: edges[-1] + 1], edges[:-1] + 1)
-    # reduceat runs its last sum to the end of what it is given: the last edge included.
+        return np.diff(series.at(channel.values, edges))
+    sums = np.empty(edges.size - 1)
+    for blocks in series.spans(sums.size, max(1, series.SPAN * sums.size // edges[-1])):
+        inside = edges[blocks.start : blocks.stop + 1]
+        # reduceat runs its last sum to the end of what it is given: the last edge included.
+        values = channel.values[inside[0] + 1 : inside[-1] + 1]
+        sums[blocks] = np.add.reduceat(values, inside[:-1] - inside[0])
+        series.release(values)
     return sums if channel.kind == "increment" else sums / sample_rate
 
 
@@ -649,20 +799,25 @@ def _rate_findings(recording: Recording, gyro: Channel) -> list[Finding]:
 
 def _jumps(recording: Recording, channel: Channel) -> list[Finding]:
     """Single steps far outside the rest: 20 times the 99 % quantile, 50 sigma of noise."""
-    steps = np.diff(channel.values)
-    steps -= np.median(steps[:: max(1, steps.size // 100_000)])
-    np.abs(steps, out=steps)
-    usual = float(np.quantile(steps[:: max(1, steps.size // 100_000)], 0.99))
-    at = np.flatnonzero(steps > 20.0 * usual) if usual > 0.0 else np.empty(0, np.intp)
-    if at.size == 0:
+    values = channel.values
+    sample = np.arange(0, values.size - 1, max(1, (values.size - 1) // 100_000))
+    steps = series.at(values, sample + 1) - series.at(values, sample)
+    middle = float(np.median(steps))
+    limit = 20.0 * float(np.quantile(np.abs(steps - middle), 0.99))
+
+    def jumps() -> Iterator[NDArray[np.int64]]:
+        return _places(values, lambda some: np.abs(np.diff(some) - middle) > limit, following=1)
+
+    number, first = _tally(jumps()) if limit > 0.0 else (0, -1)
+    if number == 0:
         return []
     return [
         Finding(
             level="warning",
             channel=channel.name,
-            message=f"{_counted(at.size, 'jump')} of over 20 times the usual step, the first at "
-            f"{_second(recording, int(at[0]) + 1):.3f} s; "
-            f"{_longest_stretch(recording, at + 1)}",
+            message=f"{counted(number, 'jump')} of over 20 times the usual step, the first at "
+            f"{_second(recording, first + 1):.3f} s; "
+            f"{_longest_stretch(recording, (places + 1 for places in jumps()))}",
         )
     ]
 
@@ -671,19 +826,22 @@ def _saturation(recording: Recording, gyro: Channel) -> list[Finding]:
     """An extreme value taken far oftener than the next one inwards, as noise never does."""
     if gyro.kind == "angle":
         return []
+    values = gyro.values
+    # Few levels say nothing: a quiet gyro may count only 0 and 1.
+    if np.unique(series.every(values, max(1, values.size // 10_000))).size <= 8:
+        return []
     findings: list[Finding] = []
-    for sign, side in ((1.0, "upper"), (-1.0, "lower")):
-        values = sign * gyro.values
-        limit = float(values.max())
-        at_limit = values == limit
-        count = int(np.count_nonzero(at_limit))
-        if count < 10 or count == values.size:
+    lowest, highest = series.extent(values)
+    for limit, sign, side in ((highest, 1.0, "upper"), (lowest, -1.0, "lower")):
+        count, first = _tally(_places(values, partial(np.equal, limit)))
+        if count < 10:
             continue
-        inside = values[~at_limit]
-        following = int(np.count_nonzero(inside == inside.max()))
-        # Few levels say nothing: a quiet gyro may count only 0 and 1.
-        if count > 3 * following and np.unique(values[:: max(1, values.size // 10_000)]).size > 8:
-            first = int(np.argmax(at_limit))
+        inner = -math.inf
+        for span in series.through(values.size, values):
+            inside = values[span][values[span] != limit]
+            inner = max(inner, float((sign * inside).max(initial=-math.inf)))
+        following, _ = _tally(_places(values, partial(np.equal, sign * inner)))
+        if count > 3 * following:
             findings.append(
                 Finding(
                     level="warning",

@@ -10,7 +10,7 @@ import mmap
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +46,7 @@ def is_mapped(series: FloatArray) -> bool:
     return _mapping(series) is not None
 
 
-def release(*several: FloatArray) -> None:
+def release(*several: NDArray[Any]) -> None:
     """Give back the memory of what was read and written of mapped series; their values stay."""
     for series in several:
         mapping = _mapping(series)
@@ -114,6 +114,16 @@ def differences(values: FloatArray) -> FloatArray:
     return result
 
 
+def less(values: FloatArray, taken: FloatArray | float) -> FloatArray:
+    """Values less a number, or less others one by one, a new series."""
+    result = empty(values.size)
+    others = () if isinstance(taken, float) else (taken,)
+    for span in through(values.size, values, result, *others):
+        number = taken if isinstance(taken, float) else taken[span]
+        np.subtract(values[span], number, out=result[span])
+    return result
+
+
 def every(values: FloatArray, step: int) -> FloatArray:
     """Copy of every `step`-th value, from the first."""
     result = empty(-(-values.size // step))
@@ -134,7 +144,7 @@ def at(values: FloatArray, places: NDArray[np.int64]) -> FloatArray:
     return result
 
 
-def _mapping(series: FloatArray) -> mmap.mmap | None:
+def _mapping(series: NDArray[Any]) -> mmap.mmap | None:
     owner: object = series
     while isinstance(owner, np.ndarray):
         owner = owner.base

@@ -1,7 +1,7 @@
 """Raw columns and what was stated about them -> Recording. The one place that does so."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -9,7 +9,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.formats.source import Column, Source
+from sagnac import series
+from sagnac.encoder import fill_missing, mark_missing
+from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import (
     Statement,
     as_kind,
@@ -25,10 +27,12 @@ from sagnac.recording import (
     Provenance,
     Recording,
     RecordingError,
+    counted,
     integrity,
+    median_step,
     unwrapped,
 )
-from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
+from sagnac.units import ANGLE_UNITS, ARCSECOND, RATE_UNITS, TIME_UNITS, canonical
 
 GYRO_NAMES: Final = ("x", "y", "z")
 TABLE_NAMES: Final = ("table", "alpha", "encoder")
@@ -38,7 +42,11 @@ TIME_NAMES: Final = ("time", "t")
 UNIFORM: Final = 1e-6
 # Rates stated twice, by stamps and in words, have to agree to this.
 RATE_AGREEMENT: Final = 0.01
+# Twice the periodic error that an encoder may have: what an interpolated reading may be off by.
+ENCODER_ACCURACY: Final = 10.0 * ARCSECOND
 _TURN: Final = 2.0 * math.pi
+# A stamp that misses the limit of a slice by less than this, s, is at it.
+_SLACK: Final = 1e-9
 
 
 def assemble(
@@ -118,18 +126,19 @@ class _Builder:
                     f"{self.path}: {key}: the column is named for two channels; give each its own "
                     "with --columns, --table and --time"
                 )
-        arrays = self.source.load(keys)
-        self.check_lengths(arrays)
+        stored = self.source.load(keys)
+        self.check_lengths(stored.lengths)
 
         times: FloatArray | None = None
-        span = (0, next(iter(arrays.values())).size)
+        span = (0, stored.lengths[keys[0]])
         statement_span = self.layers[0].span
         if time is not None and time_scale is not None and span[1] > 1:
-            raw_times = self.seconds(arrays.pop(time[0].key), time_scale)
+            until = statement_span[1] if statement_span is not None else None
+            stamps = _seconds(stored, time[0].key, time_scale, until)
             if statement_span is not None:
-                span = self.filled(_span_of_times(raw_times, statement_span))
-            times, rate = self.sampling(raw_times[span[0] : span[1]], rate)
-            start = float(raw_times[span[0]])
+                span = self.filled(_span_of_times(stamps, statement_span))
+            start = float(stamps[span[0]])
+            times, rate = self.sampling(stamps[span[0] : span[1]], rate)
         elif rate is not None:
             if statement_span is not None:
                 span = self.filled(_span_of_rate(span[1], rate, statement_span))
@@ -145,8 +154,10 @@ class _Builder:
 
         channels: list[Channel] = []
         bits = self.first("counter_bits")
+        wanted = [*gyros.values(), *([table[0]] if table else [])]
+        columns = _columns(stored, [column.key for column in wanted], span)
         for name, column in gyros.items():
-            raw = self.floats(arrays, column, span)
+            raw = columns.pop(column.key)
             if bits is not None:
                 raw = self.roll_over(name, raw, kinds[name], bits)
             factor, unit = scales[name]
@@ -155,11 +166,11 @@ class _Builder:
             )
         table_channel = None
         if table is not None and table_scale is not None:
-            raw = self.floats(arrays, table[0], span)
-            table_channel = self.table_channel(raw, table_scale, bits)
+            table_channel = self.table_channel(columns.pop(table[0].key), table_scale, bits)
         pulse = None
         if null_pulse is not None:
-            pulse = self.pulses(null_pulse, arrays[null_pulse.key][span[0] : span[1]])
+            key = null_pulse.key
+            pulse = self.pulses(null_pulse, _columns(stored, [key], span)[key])
         recording = Recording(
             gyros=tuple(channels),
             sample_rate=rate,
@@ -368,27 +379,14 @@ class _Builder:
             raise self.error("time", f"unit {unit!r} is not one of time", option)
         return TIME_UNITS[canonical(unit)]
 
-    def check_lengths(self, arrays: dict[str, NDArray[Any]]) -> None:
-        (first, *others) = arrays.items()
-        for key, values in others:
-            if values.size != first[1].size:
+    def check_lengths(self, lengths: Mapping[str, int]) -> None:
+        (first, *others) = lengths.items()
+        for key, length in others:
+            if length != first[1]:
                 raise RecordingError(
-                    f"{self.path}: {key}: has {values.size} samples but {first[0]} has "
-                    f"{first[1].size}; name columns sampled together with --columns"
+                    f"{self.path}: {key}: has {length} samples but {first[0]} has {first[1]}; name "
+                    "columns sampled together with --columns"
                 )
-
-    def floats(
-        self, arrays: dict[str, NDArray[Any]], column: Column, span: tuple[int, int]
-    ) -> FloatArray:
-        # Each raw array is let go or taken over as it is converted: two hours of samples are
-        # then never in memory twice.
-        raw = arrays.pop(column.key)[span[0] : span[1]]
-        own = raw.dtype == np.float64 and raw.flags.writeable and raw.flags.c_contiguous
-        return raw if own else np.array(raw, dtype=np.float64)
-
-    def seconds(self, raw: NDArray[Any], scale: float) -> FloatArray:
-        """Stamps in s from the first; integers lose nothing by the size of the epoch."""
-        return _scaled(np.asarray(raw - raw[0], dtype=np.float64), scale)
 
     def filled(self, span: tuple[int, int]) -> tuple[int, int]:
         """`span`, refused where it holds too few samples to tell a rate from their stamps."""
@@ -406,19 +404,21 @@ class _Builder:
         The rate is the mean one: the median interval of stamps on a clock of 1 ms is
         0.010 s both for 99.9 Hz and for 100 Hz.
         """
-        times = stamps - stamps[0] if stamps.size else stamps
-        if times.size < 2 or not np.isfinite(times).all() or times[-1] <= 0.0:
+        times = series.less(stamps, stamps[0])
+        finite = all(np.isfinite(times[span]).all() for span in series.through(times.size, times))
+        if times.size < 2 or not finite or times[-1] <= 0.0:
             if stated_rate is not None:
                 return times, stated_rate
-            steps = np.diff(times)
-            usable = steps[np.isfinite(steps) & (steps > 0.0)]
-            if usable.size == 0:
+            usual = median_step(times, repeats=False)
+            if math.isnan(usual):
                 raise self.error("time", "does not run forwards", "state --time none and --rate HZ")
-            return times, 1.0 / float(np.median(usable))
+            return times, 1.0 / usual
         step = float(times[-1]) / (times.size - 1)
-        off = np.arange(times.size) * step
-        off -= times
-        worst = float(max(off.max(), -off.min()))
+        worst = 0.0
+        for span in series.through(times.size, times):
+            off = np.arange(span.start, span.stop) * step
+            off -= times[span]
+            worst = max(worst, float(off.max()), -float(off.min()))
         clock = _resolution(times)
         # Stamps are exact only to the last digit that was written, or that a float holds.
         slack = max(UNIFORM * step, 1e-9 * clock, 4.0 * float(np.spacing(times[-1])))
@@ -466,18 +466,38 @@ class _Builder:
 
     def table_channel(self, raw: FloatArray, scale: tuple[float, str], bits: int | None) -> Channel:
         factor, unit = scale
-        extent = _extent(raw)
         period = _TURN / factor
+        marked = mark_missing(raw, period)
+        if marked.off_path:
+            alike = "" if marked.reading is None else f", all reading {marked.reading:.6g} {unit}"
+            self.notes.append(
+                f"table: {counted(marked.off_path, 'sample')} off its path{alike}: taken as missing"
+            )
+        if marked.held:
+            self.notes.append(
+                f"table: {counted(marked.held, 'repeated sample')} while it turns: taken as missing"
+            )
+        extent = _extent(raw)
         if extent > period * (1.0 + 1e-9):
             # More than a turn at once: it is a running angle, or a counter wider than a turn.
             width = 2.0**bits if bits is not None and split_factor(unit)[0] != 1.0 else 0.0
             period = width if extent < width else math.inf
+        filled = fill_missing(raw, period, accuracy=ENCODER_ACCURACY / factor)
+        if filled.samples:
+            error = filled.error * factor / ARCSECOND
+            known = f" (known ones are met to {error:.2g} arcsec)" if math.isfinite(error) else ""
+            self.notes.append(
+                f"table: {counted(filled.samples, 'missing sample')}, at most {filled.longest} in "
+                f"a row, interpolated from their neighbours{known}"
+            )
         values, wraps = (raw, 0) if math.isinf(period) else unwrapped(raw, period)
         if wraps:
             self.notes.append(f"table: unwrapped where it starts over, {wraps} times")
         if not math.isinf(period) and values.size > 1:
-            steps = np.diff(values)
-            largest = max(float(steps.max()), -float(steps.min())) / period
+            largest = 0.0
+            for span in series.through(values.size - 1, values):
+                steps = np.abs(np.diff(values[span.start : span.stop + 1]))
+                largest = max(largest, float(np.fmax.reduce(steps)) / period)
             if largest > 0.25:
                 self.notes.append(
                     f"table: moves by up to {largest:.2f} of its range between samples; "
@@ -485,47 +505,96 @@ class _Builder:
                 )
         return Channel(name="table", kind="angle", unit=unit, values=_scaled(values, factor))
 
-    def pulses(self, column: Column, raw: NDArray[Any]) -> NDArray[np.bool_]:
-        values = np.asarray(raw, dtype=np.float64)
-        levels = np.unique(values[:: max(1, values.size // 100_000)])
-        if levels.size > 2 or not np.isfinite(values).all():
+    def pulses(self, column: Column, values: FloatArray) -> NDArray[np.bool_]:
+        levels = np.unique(series.every(values, max(1, values.size // 100_000)))
+        rising = np.empty(values.size, dtype=np.bool_)
+        finite = True
+        for span in series.through(values.size, values):
+            finite = finite and bool(np.isfinite(values[span]).all())
+            np.not_equal(values[span], 0.0, out=rising[span])
+        if levels.size > 2 or not finite:
             raise self.error(
                 "null_pulse",
                 f"column {column.key} takes more than two values",
                 "name a column of 0 and 1 with --null-pulse",
             )
-        high = values != 0.0
-        rising: NDArray[np.bool_] = high.copy()
-        rising[1:] &= ~high[:-1]
-        if np.count_nonzero(rising) < np.count_nonzero(high):
+        high = np.count_nonzero(rising)
+        rising[1:] &= ~rising[:-1]
+        if np.count_nonzero(rising) < high:
             self.notes.append("null_pulse: stays up for more than a sample; its first is taken")
         return rising
 
 
+def _columns(stored: Stored, keys: Sequence[str], span: tuple[int, int]) -> dict[str, FloatArray]:
+    """The samples of `span`, converted piece by piece: no column is in memory twice."""
+    size = span[1] - span[0]
+    columns = {key: series.empty(size) for key in keys}
+    filled = dict.fromkeys(keys, 0)
+    for piece in stored.pieces(keys, *span):
+        for key, values in piece.items():
+            own = (
+                values.dtype == np.float64 and values.flags.writeable and values.flags.c_contiguous
+            )
+            if own and values.size == size and not series.is_mapped(columns[key]):
+                columns[key] = values
+                continue
+            columns[key][filled[key] : filled[key] + values.size] = values
+            series.release(columns[key])
+            filled[key] += values.size
+    return columns
+
+
+def _seconds(stored: Stored, key: str, scale: float, until: float | None) -> FloatArray:
+    """Stamps in s from the first, to the one at `until`.
+
+    Integers lose nothing by the size of the epoch.
+    """
+    times = series.empty(stored.lengths[key])
+    origin: Any = None
+    filled = 0
+    for piece in stored.pieces([key], 0, times.size):
+        raw = piece[key]
+        origin = raw[0] if origin is None else origin
+        seconds = np.asarray(raw - origin, dtype=np.float64) * scale
+        times[filled : filled + raw.size] = seconds
+        series.release(times)
+        filled += raw.size
+        if until is not None and (seconds >= until - _SLACK).any():
+            break
+    return times[:filled]
+
+
 def _extent(values: FloatArray) -> float:
     """Largest less smallest of the finite samples."""
-    extent = float(np.ptp(values)) if values.size else 0.0
-    if math.isfinite(extent):
-        return extent
-    finite = values[np.isfinite(values)]
-    return float(np.ptp(finite)) if finite.size else 0.0
+    lowest, highest = math.inf, -math.inf
+    for span in series.through(values.size, values):
+        finite = values[span][np.isfinite(values[span])]
+        if finite.size:
+            lowest, highest = min(lowest, float(finite.min())), max(highest, float(finite.max()))
+    return max(highest - lowest, 0.0)
 
 
 def _scaled(values: FloatArray, factor: float) -> FloatArray:
     if factor != 1.0:
-        values *= factor
+        for span in series.through(values.size, values):
+            values[span] *= factor
     return values
 
 
 def _span_of_times(times: FloatArray, span: tuple[float | None, float | None]) -> tuple[int, int]:
     """First sample at or after START to the first at or after STOP, in the file's order."""
     start, stop = span
-    after = times >= (start or 0.0) - 1e-9
-    first = int(np.argmax(after)) if after.any() else times.size
-    if stop is None:
-        return first, times.size
-    beyond = times[first:] >= stop - 1e-9
-    return first, first + int(np.argmax(beyond)) if beyond.any() else times.size
+    first = _first_at(times, start or 0.0)
+    return first, times.size if stop is None else first + _first_at(times[first:], stop)
+
+
+def _first_at(times: FloatArray, limit: float) -> int:
+    """First sample at or after `limit`, s; their number where there is none."""
+    for span in series.through(times.size, times):
+        reached = times[span] >= limit - _SLACK
+        if reached.any():
+            return int(span.start + np.argmax(reached))
+    return times.size
 
 
 def _span_of_rate(
@@ -539,7 +608,7 @@ def _span_of_rate(
 
 def _resolution(times: FloatArray) -> float:
     """Clock step of the stamps: the coarsest power of ten that they are multiples of, s."""
-    sample = times[:: max(1, times.size // 10_000)]
+    sample = series.every(times, max(1, times.size // 10_000))
     for exponent in range(0, 10):
         ticks = sample * 10.0**exponent
         if np.abs(ticks - np.rint(ticks)).max() < 1e-3:

@@ -11,7 +11,16 @@ import pyarrow as pa
 import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
-from sagnac.formats.source import Outgoing, Source, column, damaged, replacing
+from sagnac import series
+from sagnac.formats.source import (
+    Outgoing,
+    Source,
+    Stored,
+    column,
+    damaged,
+    in_memory,
+    replacing,
+)
 from sagnac.recording import RecordingError
 
 FORMAT: Final = "CSV"
@@ -58,9 +67,9 @@ def open_source(path: Path) -> Source:
         raise RecordingError(f"{path}: {repeated}: two columns have this name; rename one")
     decimal_comma = delimiter == ";" and "," in second
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    def load(keys: Sequence[str]) -> Stored:
         if not second:
-            return {key: np.empty(0) for key in keys}
+            return in_memory({key: np.empty(0) for key in keys})
         with damaged(path, FORMAT):
             # Streamed: parsing the file whole takes twice the memory and saves no time.
             reader = arrow_csv.open_csv(
@@ -82,7 +91,7 @@ def open_source(path: Path) -> Source:
             arrays = _filled(reader, list(keys), path.stat().st_size // max(1, len(second)))
         if not ends_in_newline and names[-1] in arrays:
             _check_last(path, names[-1], arrays[names[-1]])
-        return arrays
+        return in_memory(arrays)
 
     return Source(
         format=FORMAT,
@@ -149,10 +158,8 @@ def write(path: Path, out: Outgoing) -> None:
         )
         with temporary.open("wb") as stream:
             stream.write((delimiter.join(headers) + "\n").encode())
-            arrow_csv.write_csv(
-                pa.table(dict(out.columns)),
-                stream,
-                arrow_csv.WriteOptions(
-                    include_header=False, delimiter=delimiter, quoting_style="none"
-                ),
+            options = arrow_csv.WriteOptions(
+                include_header=False, delimiter=delimiter, quoting_style="none"
             )
+            for columns in out.spans(series.SPAN):
+                arrow_csv.write_csv(pa.table(columns), stream, options)

@@ -1,6 +1,6 @@
 """HDF5: datasets in the root or in groups, attributes for unit, kind and rate."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -8,15 +8,16 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from sagnac import series
 from sagnac.formats.source import (
     Column,
     Outgoing,
     Source,
+    Stored,
     column,
     damaged,
     replacing,
     split_matrix,
-    take_column,
 )
 from sagnac.formats.statement import from_mapping
 
@@ -62,9 +63,27 @@ def open_source(path: Path) -> Source:
                 described = column(key, unit=unit, kind=attributes.get("kind"))
                 found[key] = (name, index if len(keys) > 1 else None, described)
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
         with damaged(path, FORMAT), h5py.File(path, "r") as file:
-            return {key: take_column(file[found[key][0]][()], found[key][1]) for key in keys}
+            for key in keys:
+                name, index, _ = found[key]
+                dataset = file[name]
+                axis = int(np.argmax(dataset.shape))
+                # Whole chunks: one that is compressed is unpacked as often as it is touched.
+                chunk = dataset.chunks[axis] if dataset.chunks else 1
+                length = -(-series.SPAN // chunk) * chunk
+                for first in range(start - start % length, stop, length):
+                    rows = slice(max(first, start), min(first + length, stop))
+                    place: list[slice | int] = [slice(None)] * dataset.ndim
+                    if index is not None:
+                        place = [index - 1] * dataset.ndim
+                    place[axis] = rows
+                    yield {key: dataset[tuple(place)].reshape(-1)}
+
+    def load(keys: Sequence[str]) -> Stored:
+        with damaged(path, FORMAT), h5py.File(path, "r") as file:
+            lengths = {key: max(file[found[key][0]].shape) for key in keys}
+        return Stored(lengths=lengths, pieces=pieces)
 
     return Source(
         format=FORMAT,
@@ -89,9 +108,14 @@ def write(path: Path, out: Outgoing) -> None:
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs["sample_rate"] = out.sample_rate
         file.attrs["gyros"] = ",".join(out.kinds)
-        for name, values in out.columns.items():
-            dataset = file.create_dataset(name, data=values)
+        for name, values in out.rows(slice(0)).items():
+            dataset = file.create_dataset(name, (out.samples,), values.dtype)
             if name in out.units:
                 dataset.attrs["unit"] = out.units[name]
             if name in out.kinds:
                 dataset.attrs["kind"] = out.kinds[name]
+        start = 0
+        for columns in out.spans(series.SPAN):
+            for name, values in columns.items():
+                file[name][start : start + values.size] = values
+            start += values.size

@@ -2,18 +2,18 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
-import numpy as np
 import scipy.io
-from numpy.typing import NDArray
 
 from sagnac.formats import hdf5
 from sagnac.formats.source import (
     Outgoing,
     Source,
+    Stored,
     column,
     damaged,
+    in_memory,
     replacing,
     split_matrix,
     take_column,
@@ -63,11 +63,13 @@ def open_source(path: Path) -> Source:
             for index, key in enumerate(keys, start=1):
                 owner[key] = (name, None if keys == (name,) else index)
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    def load(keys: Sequence[str]) -> Stored:
         with damaged(path, FORMAT):
             names = list({owner[key][0] for key in keys})
             content = scipy.io.loadmat(path, variable_names=names)
-            return {key: take_column(content[owner[key][0]], owner[key][1]) for key in keys}
+            return in_memory(
+                {key: take_column(content[owner[key][0]], owner[key][1]) for key in keys}
+            )
 
     return Source(
         format=FORMAT,
@@ -103,5 +105,5 @@ def _check_whole(path: Path) -> None:
 def write(path: Path, out: Outgoing) -> None:
     """A MATLAB 5 file: one variable per column and the statement as text and numbers."""
     with replacing(path) as temporary, temporary.open("wb") as stream:
-        columns = {name: np.asarray(values)[:, None] for name, values in out.columns.items()}
+        columns = {name: values[:, None] for name, values in out.rows(slice(None)).items()}
         scipy.io.savemat(stream, {**columns, **out.statement()})

@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sagnac.formats.source import (
     Outgoing,
     Source,
+    Stored,
     column,
     damaged,
+    in_memory,
     replacing,
     split_matrix,
     take_column,
@@ -51,9 +52,11 @@ def open_source(path: Path) -> Source:
                     value = archive[name]
                     stated[name] = value.item() if value.size == 1 else value.tolist()
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    def load(keys: Sequence[str]) -> Stored:
         with damaged(path, FORMAT), np.load(path, allow_pickle=False) as archive:
-            return {key: take_column(archive[owner[key][0]], owner[key][1]) for key in keys}
+            return in_memory(
+                {key: take_column(archive[owner[key][0]], owner[key][1]) for key in keys}
+            )
 
     return Source(
         format=FORMAT,
@@ -84,6 +87,6 @@ def _shapes(path: Path) -> dict[str, tuple[tuple[int, ...], str]]:
 
 def write(path: Path, out: Outgoing) -> None:
     """One array per column and the statement as text and numbers."""
-    arrays: dict[str, Any] = {**out.columns, **out.statement()}
+    arrays: dict[str, Any] = {**out.rows(slice(None)), **out.statement()}
     with replacing(path) as temporary, temporary.open("wb") as stream:
         np.savez(stream, allow_pickle=False, **arrays)

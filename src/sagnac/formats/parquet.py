@@ -1,6 +1,6 @@
 """Parquet: one column per channel, unit and kind in its metadata; a writer for long runs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -11,10 +11,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from sagnac import series
 from sagnac.formats.source import (
     Column,
     Outgoing,
     Source,
+    Stored,
     check_name,
     column,
     damaged,
@@ -28,6 +30,7 @@ from sagnac.recording import Kind
 FORMAT: Final = "Parquet"
 SUFFIXES: Final = (".parquet", ".pq")
 ROWS_PER_GROUP: Final = 500_000
+_BUFFER: Final = 2**20  # bytes
 
 _KEYS: Final = frozenset(
     {"gyros", "kind", "unit", "scale", "sample_rate", "time", "table", "counter_bits", "null_pulse"}
@@ -51,26 +54,28 @@ def open_source(path: Path) -> Source:
         stated = _text(schema.metadata)
         columns = tuple(_column(item) for item in schema if _is_numeric(item.type))
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
-        with damaged(path, FORMAT), pq.ParquetFile(path) as file:
-            rows = file.metadata.num_rows
-            arrays: dict[str, NDArray[Any]] = {}
-            position = 0
-            # One row group at a time into place: the file and its values are never both whole
-            # in memory.
-            for group in range(file.num_row_groups):
-                table = file.read_row_group(group, columns=list(keys))
-                for key in keys:
-                    values = _numpy(table.column(key))
-                    # Integers that meet a group with missing samples have to become float.
-                    if key not in arrays or not np.can_cast(values.dtype, arrays[key].dtype):
-                        earlier = arrays.get(key)
-                        arrays[key] = np.empty(rows, values.dtype)
-                        if earlier is not None:
-                            arrays[key][:position] = earlier[:position]
-                    arrays[key][position : position + values.size] = values
-                position += table.num_rows
-            return {key: arrays.get(key, np.empty(0)) for key in keys}
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
+        # Unless told not to, the library holds the whole of every row group that it will read.
+        with (
+            damaged(path, FORMAT),
+            pq.ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER) as file,
+        ):
+            sizes = [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
+            edges = np.concatenate(([0], np.cumsum(sizes)))
+            first = int(np.searchsorted(edges, start, side="right")) - 1
+            last = int(np.searchsorted(edges, stop, side="left"))
+            position = int(edges[first])
+            for batch in file.iter_batches(
+                batch_size=series.SPAN, row_groups=list(range(first, last)), columns=list(keys)
+            ):
+                inside = slice(max(start - position, 0), stop - position)
+                yield {key: _numpy(batch.column(key))[inside] for key in keys}
+                position += batch.num_rows
+
+    def load(keys: Sequence[str]) -> Stored:
+        with damaged(path, FORMAT):
+            rows = pq.read_metadata(path).num_rows
+        return Stored(lengths=dict.fromkeys(keys, rows), pieces=pieces)
 
     return Source(
         format=FORMAT,
@@ -102,12 +107,12 @@ def _column(item: pa.Field) -> Column:
     return column(item.name, unit=unit, kind=metadata.get("kind"))
 
 
-def _numpy(values: pa.ChunkedArray) -> NDArray[Any]:
+def _numpy(values: pa.Array) -> NDArray[Any]:
     if pa.types.is_timestamp(values.type):
         values = values.cast(pa.int64())
     if pa.types.is_boolean(values.type):
         values = values.cast(pa.uint8())
-    array: NDArray[Any] = values.to_numpy()
+    array: NDArray[Any] = values.to_numpy(zero_copy_only=False)
     return array
 
 
@@ -244,7 +249,7 @@ def write(path: Path, out: Outgoing) -> None:
         null_pulse="null_pulse" in out.columns,
         times="time" in out.columns,
     ) as writer:
-        columns = dict(out.columns)
-        if "null_pulse" in columns:
-            columns["null_pulse"] = columns["null_pulse"].astype(np.bool_)
-        writer.append_in_units(columns)
+        for columns in out.spans(ROWS_PER_GROUP):
+            if "null_pulse" in columns:
+                columns["null_pulse"] = columns["null_pulse"].astype(np.bool_)
+            writer.append_in_units(columns)

@@ -8,12 +8,11 @@ the third the size of one gyro count (arcsec, first to third).
 from collections.abc import Sequence
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.formats.source import Column, Source, damaged
+from sagnac.formats.source import Column, Source, Stored, damaged, in_memory
 from sagnac.formats.statement import Statement
 from sagnac.recording import RecordingError
 
@@ -54,16 +53,16 @@ def open_source(path: Path) -> Source:
             f"of {', '.join(f'{factor:g}' for factor in factors)} arcsec; all must be positive"
         )
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    def load(keys: Sequence[str]) -> Stored:
         with damaged(path, FORMAT), path.open(encoding="utf-8") as stream:
             rows = islice(stream, skip, None)
             first = next((line for line in rows if line.strip()), None)
             if first is None:
-                return {key: np.empty(0) for key in keys}
+                return in_memory({key: np.empty(0) for key in keys})
             table = np.loadtxt(chain((first,), rows), comments="%", ndmin=2)
             if table.shape[1] != len(_ROW):
                 raise ValueError(f"rows of {table.shape[1]} numbers, not {len(_ROW)}")
-        return {key: table[:, _ROW.index(key)] for key in keys}
+        return in_memory({key: table[:, _ROW.index(key)] for key in keys})
 
     return Source(
         format=FORMAT,

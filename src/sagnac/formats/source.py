@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sagnac import series
 from sagnac.formats.statement import Statement, split_factor, split_header
 from sagnac.recording import Kind, Recording, RecordingError
 from sagnac.units import ANGLE_UNITS, RATE_UNITS, angle_scale, rate_scale
@@ -40,6 +41,36 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Stored:
+    """Columns that are read when they are asked for.
+
+    Attributes
+    ----------
+    lengths
+        Key -> samples.
+    pieces
+        Keys, first sample and the one after the last -> pieces that follow one another, each
+        with values of one key or more: arrays of one dimension, any numeric type; missing
+        samples are NaN. A key is asked for once.
+    """
+
+    lengths: Mapping[str, int]
+    pieces: Callable[[Sequence[str], int, int], Iterator[dict[str, NDArray[Any]]]]
+
+
+def in_memory(arrays: dict[str, NDArray[Any]]) -> Stored:
+    """Columns of a format that is read whole; each is let go as it is taken over."""
+
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
+        for key in keys:
+            whole = arrays.pop(key)
+            # A view would keep what lies outside the slice.
+            yield {key: whole if stop - start == whole.size else whole[start:stop].copy()}
+
+    return Stored(lengths={key: array.size for key, array in arrays.items()}, pieces=pieces)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Source:
     """An opened file: what it holds and how to get it.
 
@@ -52,14 +83,14 @@ class Source:
     stated
         What the file states for all of them.
     load
-        Keys -> arrays of one dimension, any numeric type; missing samples are NaN.
+        Keys -> their columns.
     notes
         What was noticed on opening.
     """
 
     format: str
     columns: tuple[Column, ...]
-    load: Callable[[Sequence[str]], dict[str, NDArray[Any]]]
+    load: Callable[[Sequence[str]], Stored]
     stated: Statement = field(default_factory=Statement)
     notes: tuple[str, ...] = ()
 
@@ -71,10 +102,12 @@ class Outgoing:
     Attributes
     ----------
     columns
-        Name -> (samples,) values in `units`: ``time`` where sampling is not uniform, the
-        gyros, ``table``, ``null_pulse`` (0 or 1).
+        Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros,
+        ``table``, ``null_pulse`` (bool).
     units
-        Name -> unit; ``null_pulse`` has none.
+        Name -> unit to write in; ``null_pulse`` has none.
+    sizes
+        Name -> SI size of that unit.
     kinds
         Gyro name -> kind.
     sample_rate
@@ -83,8 +116,29 @@ class Outgoing:
 
     columns: Mapping[str, NDArray[Any]]
     units: Mapping[str, str]
+    sizes: Mapping[str, float]
     kinds: Mapping[str, Kind]
     sample_rate: float
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return next(iter(self.columns.values())).size
+
+    def rows(self, span: slice) -> dict[str, NDArray[Any]]:
+        """Name -> values of a span in `units`; the null pulse is 0 or 1."""
+        return {
+            name: values[span] / self.sizes[name]
+            if name in self.sizes
+            else values[span].astype(np.uint8)
+            for name, values in self.columns.items()
+        }
+
+    def spans(self, length: int) -> Iterator[dict[str, NDArray[Any]]]:
+        """`rows` of one span of that length after the other, for formats that grow."""
+        for span in series.spans(self.samples, length):
+            yield self.rows(span)
+            series.release(*self.columns.values())
 
     def statement(self) -> dict[str, str | float]:
         """All of it in flat text, for formats that carry attributes beside the numbers."""
@@ -128,20 +182,23 @@ def outgoing(recording: Recording) -> Outgoing:
     """
     columns: dict[str, NDArray[Any]] = {}
     units: dict[str, str] = {}
+    sizes: dict[str, float] = {}
     if recording.times is not None:
-        columns["time"], units["time"] = recording.times, "s"
+        columns["time"], units["time"], sizes["time"] = recording.times, "s", 1.0
     for gyro in recording.gyros:
         check_name(gyro.name)
-        units[gyro.name] = field_unit(gyro.kind, gyro.unit)
-        columns[gyro.name] = gyro.values / unit_size(gyro.kind, units[gyro.name])
+        columns[gyro.name], units[gyro.name] = gyro.values, field_unit(gyro.kind, gyro.unit)
+        sizes[gyro.name] = unit_size(gyro.kind, units[gyro.name])
     if recording.table is not None:
+        columns["table"] = recording.table.values
         units["table"] = field_unit("angle", recording.table.unit, is_table=True)
-        columns["table"] = recording.table.values / unit_size("angle", units["table"])
+        sizes["table"] = unit_size("angle", units["table"])
     if recording.null_pulse is not None:
-        columns["null_pulse"] = recording.null_pulse.astype(np.uint8)
+        columns["null_pulse"] = recording.null_pulse
     return Outgoing(
         columns=columns,
         units=units,
+        sizes=sizes,
         kinds={gyro.name: gyro.kind for gyro in recording.gyros},
         sample_rate=recording.sample_rate,
     )
