@@ -1,10 +1,13 @@
 """Checks of the data, against recordings whose fault is known because it was put in."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sagnac import series
 from sagnac.recording import (
     Channel,
     Recording,
@@ -13,6 +16,7 @@ from sagnac.recording import (
     check,
     integrity,
     longest_whole_stretch,
+    median_step,
     require_encoder_follows,
     unwrapped,
     with_gaps_marked,
@@ -257,3 +261,190 @@ def test_the_longest_stretch_holds_no_missing_sample(missing, first, last):
     stretch, start = longest_whole_stretch(Recording(gyros=(channel,), sample_rate=RATE), "x")
     assert stretch.gyros[0].values.tolist() == list(range(first, last))
     assert start == pytest.approx(first / RATE if last else 0.0)
+
+
+# --- recordings longer than memory should hold ------------------------------------------------
+
+
+def faulty() -> dict[str, Recording]:
+    """Good and bad recordings whose faults lie on and across the borders of spans."""
+    size = 3000
+    random = np.random.default_rng(12)
+    white = random.normal(size=size)
+    seconds = np.arange(size) / RATE
+
+    def still(values, kind="rate", times=None, unit=1e-3):
+        gyro = Channel(name="x", kind=kind, unit="rad", values=unit * values)
+        return Recording(gyros=(gyro,), sample_rate=RATE, times=times)
+
+    def turned(rate, table_rate):
+        gyro = rate_gyro(0.577 * rate + 0.05 * white)
+        table = np.cumsum(table_rate) / RATE * DEGREE
+        channel = Channel(name="table", kind="angle", unit="deg", values=table)
+        return Recording(gyros=(gyro,), sample_rate=RATE, table=channel)
+
+    def changed(values, *changes):
+        values = values.copy()
+        for place, value in changes:
+            values[place] = value
+        return values
+
+    steady = np.full(size, 40.0)
+    late = seconds + 0.2 / RATE * random.uniform(-1.0, 1.0, size)
+    there = np.ones(size, dtype=bool)
+    there[970:1015] = there[2000:2007] = False
+    nan = np.nan
+    return {
+        "sound": still(white),
+        "sound increments": still(white, kind="increment"),
+        "sound angle": still(np.cumsum(white), kind="angle"),
+        "turning": turned(steady, steady),
+        "reversing": turned(steady * np.sign(np.sin(seconds)), steady * np.sign(np.sin(seconds))),
+        "at rest": turned(0.0 * steady, 0.0 * steady),
+        "another's encoder": turned(steady, 30.0 * np.sin(seconds)),
+        "too fast": turned(60.0 * steady, steady),
+        "missing": still(changed(white, (slice(96, 98), nan), (1000, nan), (2999, nan))),
+        "mostly missing": still(changed(white, (slice(40, 2960), nan))),
+        "infinite": still(changed(white, (999, np.inf))),
+        "stuck across borders": still(changed(white, (slice(90, 1110), 0.5))),
+        "stuck twice": still(changed(white, (slice(0, 300), 0.5), (slice(1000, 1300), 0.2))),
+        "stuck to the end": still(changed(white, (slice(2500, None), 0.5))),
+        "stuck throughout": still(0.0 * white),
+        "quantized": still(np.rint(0.3 * np.cumsum(white)), kind="angle"),
+        "quantized and stuck": still(changed(np.rint(3.0 * white), (slice(997, 1597), 2.0))),
+        "jumps": still(changed(white, (slice(97, None), 900.0), (slice(1000, None), 0.0))),
+        "saturated": still(np.clip(white, -1.5, 1.2)),
+        "few levels": still(np.clip(np.rint(white), -1.0, 1.0)),
+        "too quiet": still(white, unit=1e-19),
+        "uneven stamps": still(white, times=late),
+        "late stamps": still(white, times=changed(late, (slice(97, None), late[97:] + 0.02))),
+        "repeated stamps": still(white, times=changed(late, (97, late[96]), (1000, late[999]))),
+        "gaps": still(white[there], times=late[there]),
+        "gap far too long": still(white, times=changed(late, (slice(97, None), late[97:] + 1e5))),
+        "backwards": still(white, times=changed(late, (97, late[95]), (1000, late[998]))),
+        "no stamp": still(white, times=changed(late, (slice(97, 99), nan))),
+        "coarse clock": still(white, times=np.floor(seconds * 20.0) / 20.0),
+    }
+
+
+def mapped(recording: Recording) -> Recording:
+    def moved(values):
+        moved = series.empty(values.size)
+        moved[:] = values
+        assert series.is_mapped(moved)
+        return moved
+
+    def channel(one):
+        return replace(one, values=moved(one.values))
+
+    return replace(
+        recording,
+        gyros=tuple(channel(gyro) for gyro in recording.gyros),
+        table=None if recording.table is None else channel(recording.table),
+        times=None if recording.times is None else moved(recording.times),
+    )
+
+
+def outcome(work, *arguments):
+    try:
+        return work(*arguments)
+    except RecordingError as error:
+        return str(error)
+
+
+@pytest.mark.parametrize("length", [97, 1000, 2999])
+@pytest.mark.parametrize("name", faulty())
+def test_findings_and_values_are_the_same_span_by_span(monkeypatch, name, length):
+    recording = faulty()[name]
+    gyro = recording.gyros[0]
+    found = check(recording)
+    follows = outcome(require_encoder_follows, recording, gyro)
+    marked = outcome(with_gaps_marked, recording)
+    stretch, start = longest_whole_stretch(recording, "x")
+    sound = bool(np.isfinite(gyro.values).all())
+    angle = angle_of(gyro, RATE) if sound else None
+
+    monkeypatch.setattr(series, "IN_MEMORY", 0)
+    monkeypatch.setattr(series, "SPAN", length)
+    long = mapped(recording)
+    assert check(long) == found
+    assert outcome(require_encoder_follows, long, long.gyros[0]) == follows
+    marked_long = outcome(with_gaps_marked, long)
+    if isinstance(marked, str):
+        assert marked_long == marked
+    else:
+        assert marked_long.notes == marked.notes
+        assert marked_long.sample_rate == pytest.approx(marked.sample_rate, rel=1e-14)
+        assert np.array_equal(marked_long.gyros[0].values, marked.gyros[0].values, equal_nan=True)
+    stretch_long, start_long = longest_whole_stretch(long, "x")
+    assert start_long == start
+    assert np.array_equal(stretch_long.gyros[0].values, stretch.gyros[0].values)
+    if stretch.times is not None:
+        assert np.array_equal(stretch_long.times, stretch.times, equal_nan=True)
+    if angle is not None:
+        rounding = 1e-13 * np.abs(gyro.values).max()
+        assert angle_of(long.gyros[0], RATE) == pytest.approx(angle, rel=1e-12, abs=rounding)
+
+
+def test_a_fault_of_every_kind_is_among_the_recordings():
+    messages = " ".join(finding.message for one in faulty().values() for finding in check(one))
+    for words in (
+        "NaN or infinite",
+        "stuck at one value",
+        "every sample is the same",
+        "jump",
+        "saturated",
+        "does not follow",
+        "times as fast",
+        "does not turn",
+        "looks wrong",
+        "gap",
+        "backwards",
+        "repeated stamp",
+        "interval",
+        "clock is too coarse",
+    ):
+        assert words in messages, words
+
+
+@pytest.mark.parametrize("length", [1, 7, 100, 998, 999, 5000])
+def test_wraps_are_found_across_the_borders_of_spans(monkeypatch, length):
+    angle = np.cumsum(np.random.default_rng(3).uniform(-170.0, 170.0, 1000))
+    reading = angle % 360.0
+    reading[[99, 500]] = np.nan
+    whole, wraps = unwrapped(reading, 360.0)
+    monkeypatch.setattr(series, "IN_MEMORY", 0)
+    monkeypatch.setattr(series, "SPAN", length)
+    values, count = unwrapped(reading, 360.0)
+    assert count == wraps > 100
+    assert np.array_equal(values, whole, equal_nan=True)
+    naive = np.unwrap((angle % 360.0)[:99], period=360.0)
+    np.testing.assert_allclose(values[:99], naive, atol=1e-9)
+    assert unwrapped(angle[:3] * 0.1, 360.0)[1] == 0
+
+
+@pytest.mark.parametrize("size", [2, 3, 1000, 1001])
+@pytest.mark.parametrize("repeats", [True, False])
+def test_the_median_interval_is_exact_span_by_span(monkeypatch, size, repeats):
+    random = np.random.default_rng(size)
+    for stamps in (
+        np.cumsum(random.exponential(size=size)),
+        np.floor(np.arange(size) * 1.3) * 0.001,
+        np.cumsum(
+            random.choice([-0.5, 0.0, 0.01, np.nan, 1e300], p=[0.1, 0.3, 0.4, 0.1, 0.1])
+            * np.ones(size)
+        ),
+        np.zeros(size),
+    ):
+        with np.errstate(invalid="ignore", over="ignore"):
+            steps = np.diff(stamps)
+            kept = steps[np.isfinite(steps) & (steps >= 0.0 if repeats else steps > 0.0)]
+            expected = float(np.median(kept)) if kept.size else np.nan
+            with monkeypatch.context() as patch:
+                patch.setattr(series, "IN_MEMORY", 0)
+                patch.setattr(series, "SPAN", 97)
+                long = series.empty(size)
+                long[:] = stamps
+                found = median_step(long, repeats=repeats)
+            assert median_step(stamps, repeats=repeats) == pytest.approx(expected, nan_ok=True)
+        assert found == expected or (np.isnan(found) and np.isnan(expected))
