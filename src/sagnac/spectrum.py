@@ -20,8 +20,7 @@ from scipy.optimize import nnls
 from sagnac import series
 from sagnac.recording import FloatArray
 
-# One thread for transforms: they are bound by memory, and a second one waits for the first
-# wherever the machine has other work.
+# One thread in one transform: two that work on spans of their own do not wait for each other.
 THREADS: Final = 1
 
 # From this length on a transform is factored, in two rounds of short ones: they stay in cache,
@@ -120,11 +119,13 @@ def _power(increments: FloatArray, length: int, scale: float, taper: int = 0) ->
     def piece(span: slice) -> FloatArray:
         if not taper:
             return increments[span]
-        place = np.arange(span.start + 1.0, span.stop + 1.0)
-        place *= taper * np.pi / (samples + 1)
-        np.sin(place, out=place)
-        place *= increments[span]
-        return place
+        # A row's place and that in the row add up: by the sine of a sum, few sines are taken.
+        step = taper * np.pi / (samples + 1)
+        row = step * np.arange(span.start + 1, span.stop + 1, _TONE_WIDTH)[:, np.newaxis]
+        along = step * np.arange(_TONE_WIDTH)
+        sine = np.sin(row) * np.cos(along)
+        sine += np.cos(row) * np.sin(along)
+        return np.asarray(sine.reshape(-1)[: span.stop - span.start] * increments[span])
 
     if length < _FACTORED:
         sums = scipy.fft.rfft(piece(slice(0, samples)), length, workers=THREADS)
@@ -328,38 +329,36 @@ def tone_sums(
     """
     width = min(_TONE_WIDTH, max(values.size, 1))
     rows = -(-min(series.SPAN, values.size) // width)
-    column = np.arange(width)[:, np.newaxis]
-    sums = np.zeros((2, frequencies.size), dtype=np.complex128)
+    sums = np.empty((2, frequencies.size), dtype=np.complex128)
     for some in series.spans(frequencies.size, _TONES_AT_ONCE):
-        tones = frequencies[some]
-        waves = _waves(tones, width)
+        wanted = frequencies[some]
+        waves = _waves(wanted, width)
         # Real and imaginary parts side by side: a complex table is a real one of twice the width.
-        table = np.hstack([waves, column * waves]).view(np.float64)
-        phases = _waves(tones * width, rows)
-        lagged = np.arange(rows)[:, np.newaxis] * width * phases
+        table = np.hstack([waves, np.arange(width)[:, np.newaxis] * waves]).view(np.float64)
+        of_rows = _waves(wanted * width, rows)
 
         def span_sums(
             span: slice,
-            tones: FloatArray = tones,
+            wanted: FloatArray = wanted,
             table: FloatArray = table,
-            phases: NDArray[np.complex128] = phases,
-            lagged: NDArray[np.complex128] = lagged,
+            of_rows: NDArray[np.complex128] = of_rows,
         ) -> NDArray[np.complex128]:
             piece = values[span]
             if piece.size % width:
-                piece = np.concatenate([piece, np.zeros(-piece.size % width)])
+                piece = np.append(piece, np.zeros(-piece.size % width))
             along = (piece.reshape(-1, width) @ table).view(np.complex128)
-            here = phases[: along.shape[0]]
-            plain, ramped = along[:, : tones.size], along[:, tones.size :]
-            total = np.einsum("ij,ij->j", plain, here)
-            tilted = np.einsum("ij,ij->j", plain, lagged[: along.shape[0]])
-            tilted += np.einsum("ij,ij->j", ramped, here)
+            plain, ramped = along[:, : wanted.size], along[:, wanted.size :]
+            ramped += plain * (width * np.arange(along.shape[0]))[:, np.newaxis]
+            total = np.einsum("ij,ij->j", plain, of_rows[: along.shape[0]])
+            tilted = np.einsum("ij,ij->j", ramped, of_rows[: along.shape[0]])
             tilted += (span.start - center) * total
-            origin = np.exp(2j * np.pi * _turns(tones, span.start - center))
+            origin = np.exp(2j * np.pi * _turns(wanted, span.start - center))
             return np.stack([total * origin, lag_unit * tilted * origin])
 
-        for found in series.each(span_sums, values.size, series.SPAN, release_of=(values,)):
-            sums[:, some] += found
+        sums[:, some] = sum(
+            series.each(span_sums, values.size, series.SPAN, release_of=(values,)),
+            start=np.zeros((2, wanted.size), dtype=np.complex128),
+        )
     return sums
 
 
@@ -541,7 +540,7 @@ def _power_laws(power: FloatArray) -> Callable[[FloatArray], FloatArray]:
         for index in range(some.start, some.stop):
             level[index] = _median(power[starts[index] : stops[index]])
 
-    _run(medians, counts.size, 4, power)
+    _run(medians, counts.size, 2, power)
     level /= shrink
     center = 0.5 * (starts + stops + 1.0)
     scale = max(float(np.median(level)), np.finfo(float).tiny)
