@@ -71,6 +71,8 @@ def open_source(path: Path) -> Source:
                 inside = slice(max(start - position, 0), stop - position)
                 yield {key: _numpy(batch.column(key))[inside] for key in keys}
                 position += batch.num_rows
+                if position >= stop:
+                    break
 
     def load(keys: Sequence[str]) -> Stored:
         with damaged(path, FORMAT):
