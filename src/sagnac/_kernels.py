@@ -618,6 +618,60 @@ def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexAr
     return mixed
 
 
+@numba.njit(cache=True, nogil=True)
+def spline_normal(block: IntegerArray, rows: ComplexArray, blocks: int) -> ComplexArray:
+    """Normal matrix of cubic splines, (4, blocks + 3) upper bands; the last is the diagonal.
+
+    Value n is a sum of ``rows[n, p]`` times coefficient ``block[n] + p``, p = 0 ... 3.
+    """
+    band = np.zeros((4, blocks + 3), dtype=np.complex128)
+    for n in range(block.size):
+        for p in range(4):
+            for q in range(p, 4):
+                band[3 + p - q, block[n] + q] += np.conj(rows[n, p]) * rows[n, q]
+    return band
+
+
+@numba.njit(cache=True, nogil=True)
+def spline_products(
+    block: IntegerArray, rows: ComplexArray, weights: ComplexArray, blocks: int
+) -> ComplexArray:
+    """(blocks + 3,) inner products of each column of those rows with `weights`."""
+    products = np.zeros(blocks + 3, dtype=np.complex128)
+    for n in range(block.size):
+        for p in range(4):
+            products[block[n] + p] += np.conj(rows[n, p]) * weights[n]
+    return products
+
+
+@numba.njit(cache=True, fastmath=True, nogil=True)
+def drifting_tone(
+    start: int,
+    frequency: float,
+    center: float,
+    scale: float,
+    envelope: ComplexArray,
+    phase: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Fill `out` with ``Re[a(n) exp(i phi(n)) exp(2j pi frequency (n - center))]`` from `start`.
+
+    `envelope` and `phase` are (4, blocks) polynomials of a and phi, highest power first, in
+    blocks from the start of each; there are `scale` blocks a sample.
+    """
+    blocks = envelope.shape[1]
+    for n in range(out.size):
+        place = (start + n) * scale
+        k = min(int(place), blocks - 1)
+        x = place - k
+        a = envelope[3, k] + x * (envelope[2, k] + x * (envelope[1, k] + x * envelope[0, k]))
+        phi = phase[3, k] + x * (phase[2, k] + x * (phase[1, k] + x * phase[0, k]))
+        turns = frequency * (start + n - center)
+        turns -= np.floor(turns)
+        phi += 2.0 * np.pi * turns
+        out[n] = a.real * np.cos(phi) - a.imag * np.sin(phi)
+
+
 # --- simulated rig ---------------------------------------------------------------------------
 
 
