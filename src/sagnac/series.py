@@ -10,7 +10,7 @@ import mmap
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Final, TypeVar
+from typing import IO, Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +37,12 @@ def empty(size: int) -> FloatArray:
         return np.empty(size)
     with tempfile.TemporaryFile(prefix="sagnac-") as file:
         file.truncate(8 * size)
-        # The mapping keeps the file when its handle is closed.
-        return np.frombuffer(mmap.mmap(file.fileno(), 8 * size), dtype=np.float64)
+        return mapped(file, size)
+
+
+def mapped(file: IO[bytes], size: int) -> FloatArray:
+    """The first `size` samples of a scratch file, which may then be closed, as a series."""
+    return np.frombuffer(mmap.mmap(file.fileno(), 8 * size), dtype=np.float64)
 
 
 def is_mapped(series: FloatArray) -> bool:

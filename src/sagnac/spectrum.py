@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from threading import Lock
-from typing import Any, BinaryIO, Final
+from typing import IO, Any, Final
 
 import finufft
 import numpy as np
@@ -28,8 +28,8 @@ THREADS: Final = 1
 _FACTORED: Final = 2**17
 # Transforms in the first round, about; each is that much shorter than the whole.
 _COLUMNS: Final = 256
-# Frequencies of each of them that are combined at once: 2 MiB.
-_COMBINED: Final = 512
+# Frequencies of each of them that are combined at once: 4 MiB.
+_COMBINED: Final = 1024
 
 _FLOOR_HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
 _FLOOR_MOST_HALF_WIDTH: Final = 4096
@@ -199,7 +199,7 @@ class _Table:
 
     width: int
     values: NDArray[Any]
-    file: BinaryIO | None
+    file: IO[bytes] | None
     lock: Lock
 
     def write(self, row: int, column: int, block: NDArray[Any]) -> None:
@@ -228,11 +228,8 @@ class _Table:
         """The first row, as a series."""
         if self.file is None:
             return np.asarray(self.values[0])
-        whole = series.empty(self.width)
-        for span in series.spans(whole.size, series.SPAN):
-            whole[span] = self.read(slice(0, 1), span)[0]
-            series.release(whole)
-        return whole
+        self.file.flush()
+        return series.mapped(self.file, self.width)
 
 
 @contextmanager
@@ -539,8 +536,10 @@ def _power_laws(power: FloatArray) -> Callable[[FloatArray], FloatArray]:
     def medians(some: slice) -> None:
         for index in range(some.start, some.stop):
             level[index] = _median(power[starts[index] : stops[index]])
+            # The widest bins of a long series are each some spans.
+            series.release(power)
 
-    _run(medians, counts.size, 2, power)
+    _run(medians, counts.size, 4)
     level /= shrink
     center = 0.5 * (starts + stops + 1.0)
     scale = max(float(np.median(level)), np.finfo(float).tiny)
