@@ -1,12 +1,16 @@
 """From a recording to its angle random walk, every method, and every refusal."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from sagnac import rig
+from sagnac import rig, series
 from sagnac.analysis import Settings, analyze
+from sagnac.formats import read, write
+from sagnac.formats.parquet import Writer
 from sagnac.recording import Channel, Provenance, Recording, RecordingError
 
 DEGREE = np.pi / 180
@@ -215,3 +219,104 @@ def test_refusals_are_one_line_with_the_file_and_a_remedy(recording, settings, w
     assert "\n" not in message
     for word in words:
         assert word in message
+
+
+# --- recordings longer than memory should hold ------------------------------------------------
+
+
+def figures_of(result):
+    """Every number of an analysis, by name."""
+    curves = {"curve": result.curve, "before": result.curve_before}
+    curves |= {curve.estimator: curve for curve in result.family}
+    spectra = {"spectrum": result.spectrum, "spectrum before": result.spectrum_before}
+    if result.density is not None:
+        spectra["density"] = result.density
+    estimates = {"answer": result.angle_random_walk, **result.per_gyro}
+    for name, fit in result.fits.items():
+        estimates |= {f"{name} {key}": one for key, one in fit.coefficients.items()}
+    figures = {"table rate": np.array([result.table_rate or 0.0])}
+    for name, curve in curves.items():
+        figures |= {f"{name} tau": curve.tau, name: curve.deviation, f"{name} low": curve.low}
+    for name, one in spectra.items():
+        figures |= {f"{name} frequency": one.frequency, name: one.density}
+    for name, one in estimates.items():
+        figures[name] = np.array([one.value, one.low, one.high])
+    return figures
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        replace(PAIR, method="none", estimators=("mdev",)),
+        replace(PAIR, method="fris"),
+        Settings(gyros=("y",), method="none"),
+        Settings(gyros=("x", "y", "z"), method="none"),
+    ],
+    ids=["pair", "full turns", "single", "triad"],
+)
+def test_a_long_recording_gives_the_same_from_its_file(simulation, tmp_path, monkeypatch, settings):
+    path = write(simulation.recording, tmp_path / "run.parquet")
+    whole = analyze(read(path), settings)
+    monkeypatch.setattr(series, "IN_MEMORY", 2**12)
+    monkeypatch.setattr(series, "SPAN", 2**12)
+    recording = read(path)
+    assert all(series.is_mapped(gyro.values) for gyro in recording.gyros)
+    spans = analyze(recording, settings)
+    assert spans.notes == whole.notes
+    assert spans.source == whole.source
+    expected, found = figures_of(whole), figures_of(spans)
+    assert found.keys() == expected.keys()
+    for name, values in expected.items():
+        assert found[name] == pytest.approx(values, rel=1e-9, nan_ok=True), name
+
+
+def test_rates_are_summed_span_by_span(monkeypatch):
+    recording = still(names=("x", "z"))
+    settings = replace(PAIR, method="none")
+    whole = analyze(recording, settings)
+    monkeypatch.setattr(series, "IN_MEMORY", 1000)
+    monkeypatch.setattr(series, "SPAN", 777)
+    expected, found = figures_of(whole), figures_of(analyze(recording, settings))
+    for name, values in expected.items():
+        assert found[name] == pytest.approx(values, rel=1e-9, nan_ok=True), name
+
+
+MEASURE = """
+import resource, sys
+from pathlib import Path
+from sagnac import series
+from sagnac.analysis import Settings, analyze
+from sagnac.formats import read
+from sagnac.recording import check
+
+series.IN_MEMORY, series.SPAN = 2**16, 2**16
+for name in sys.argv[1:]:
+    recording = read(name)
+    check(recording)
+    for method in ("none", "fris"):
+        analyze(recording, Settings(gyros=("x", "z"), method=method))
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+def test_memory_does_not_grow_with_the_recording(tmp_path):
+    samples, rate, turn = 2**22, 2000.0, 2.0 * np.pi
+    random = np.random.default_rng(5)
+    for name, pieces in (("short.parquet", 2), ("long.parquet", 64)):
+        kinds = dict.fromkeys(("x", "y", "z"), "angle")
+        with Writer(tmp_path / name, kinds=kinds, sample_rate=rate, table=True) as out:
+            for piece in range(pieces):
+                seconds = (np.arange(samples // 64) + piece * (samples // 64)) / rate
+                noise = 1e-6 * random.standard_normal((3, seconds.size))
+                angles = 0.577 * turn * seconds + noise
+                out.append(dict(zip("xyz", angles, strict=True)) | {"table": turn * seconds})
+    peaks = subprocess.run(
+        [sys.executable, "-c", MEASURE, tmp_path / "short.parquet", tmp_path / "long.parquet"],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.split()
+    growth = 1024 * (int(peaks[1]) - int(peaks[0]))
+    # A series in memory is 32 MiB, and there are seven at the least: three gyros, the table, the
+    # difference, its increments and their spectrum. Spans and what libraries keep are less.
+    assert growth < 80 * 2**20
