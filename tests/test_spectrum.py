@@ -278,6 +278,17 @@ def test_angle_sums_are_the_direct_sums(samples, orders, seed):
     assert sums == pytest.approx(np.array(direct), abs=3e-9 * np.abs(strengths).sum())
 
 
+@pytest.mark.parametrize("several", [1, 2, 5])
+def test_angle_sums_of_several_strengths(several):
+    generator = np.random.default_rng(several)
+    phase = generator.uniform(-30.0, 30.0, 200)
+    strengths = generator.standard_normal((several, 200))
+    direct = strengths @ np.exp(-1j * np.outer(phase, np.arange(41)))
+    sums = spectrum.angle_sums(phase, strengths, 40)
+    assert sums.shape == (several, 41)
+    np.testing.assert_allclose(sums, direct, atol=2e-7)
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 40), st.integers(0, 30), st.integers(0, 2**32 - 1))
 def test_angle_series_is_the_direct_series(samples, orders, seed):

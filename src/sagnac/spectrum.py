@@ -1,4 +1,4 @@
-"""Spectra of gyro increments: periodograms, their noise floor, sums over table angle.
+"""Spectra of gyro increments: periodograms, their noise floor, sums over table angle and time.
 
 Powers here are per sample: white increments of variance s^2 have an expected
 periodogram of s^2 at every frequency. `density` turns them into (rad/s)^2/Hz.
@@ -256,21 +256,33 @@ def angle_sums(
     phase
         (samples,) rad; any real number, folded into one turn here.
     strengths
-        (samples,) real.
+        (samples,) or (several, samples) real. Two take no longer than one.
     tolerance
         Error of the sums, relative to the sum of all strengths' magnitudes.
+
+    Returns
+    -------
+    (orders + 1,) or (several, orders + 1) in the unit of the strengths.
     """
-    # Real strengths make the sums at -k the conjugates of those at k, so half are thrown away;
-    # FINUFFT has no one-sided transform.
+    # Of real strengths the sums at -k are the conjugates of those at k: two sets go into one
+    # transform, as real and as imaginary part, and come apart again.
+    several = np.atleast_2d(strengths)
+    paired = several[0::2].astype(np.complex128)
+    paired.imag[: several.shape[0] // 2] = several[1::2]
     modes = finufft.nufft1d1(
         np.remainder(phase, 2.0 * np.pi),
-        strengths.astype(np.complex128),
+        paired,
         2 * orders + 1,
         eps=tolerance,
         isign=-1,
         nthreads=THREADS,
     )
-    return np.asarray(modes[orders:])
+    modes = modes.reshape(paired.shape[0], 2 * orders + 1)
+    ahead, behind = modes[:, orders:], modes[:, orders::-1].conj()
+    sums = np.empty((several.shape[0], orders + 1), dtype=np.complex128)
+    sums[0::2] = 0.5 * (ahead + behind)
+    sums[1::2] = -0.5j * (ahead - behind)[: several.shape[0] // 2]
+    return sums.reshape(*strengths.shape[:-1], orders + 1)
 
 
 def angle_series(
