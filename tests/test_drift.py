@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from sagnac import series
-from sagnac.drift import clusters, fit_drifting, values
+from sagnac.drift import clusters, fit_drifting, taken_bands, values
 
 SAMPLES = 150_000
 RATE = 500.0
@@ -129,6 +129,9 @@ def test_frequency_that_wanders_takes_few_parameters():
     assert found.parameters < 150
     assert found.drift < 0.01
     assert found.band[0] < frequency - 0.01 / RATE < frequency + 0.01 / RATE < found.band[1]
+    taken, bandwidth = taken_bands(found)
+    assert np.sum(bandwidth) == pytest.approx(0.5 * found.parameters / SAMPLES)
+    assert found.band[0] < taken.min() < frequency < taken.max() < found.band[1]
 
 
 def without(steps, frequencies):

@@ -180,7 +180,7 @@ def fit_drifting(
     if (steady_frequencies is None) != (steady_amplitudes is None):
         raise ValueError("steady_frequencies and steady_amplitudes go together; give both or none")
     known = np.empty(0) if steady_frequencies is None else np.asarray(steady_frequencies)
-    taken = np.empty(0, complex) if steady_amplitudes is None else np.asarray(steady_amplitudes)
+    removed = np.empty(0, complex) if steady_amplitudes is None else np.asarray(steady_amplitudes)
     most = min(
         most_blocks,
         steps.size // (_kernels.MIX_BLOCK * _SAMPLES_A_BLOCK),
@@ -195,7 +195,7 @@ def fit_drifting(
     # line's mirror image at the negative frequency goes with the line.
     for _ in range(2):
         base = _baseband(steps, frequency, floor_level, center, line)
-        phasors = taken * (np.exp(2j * np.pi * known) - 1.0)
+        phasors = removed * (np.exp(2j * np.pi * known) - 1.0)
         target = base.target + phasors @ _tones(base, known)
         if best is not None:
             target += _increments(base, best)
@@ -217,6 +217,22 @@ def values(line: DriftingLine, start: int, count: int) -> FloatArray:
     scale = line.blocks / line.samples
     _kernels.drifting_tone(start, line.carrier, line.center, scale, line.envelope, line.phase, out)
     return out
+
+
+def taken_bands(line: DriftingLine) -> tuple[FloatArray, FloatArray]:
+    """Where noise went with the line, and how much: frequencies and bandwidths.
+
+    Half the parameters, in cycles a record, spread evenly over the band.
+
+    Returns
+    -------
+    frequency, bandwidth
+        (cells,) cycles per sample.
+    """
+    low, high = line.band
+    cells = int(np.clip(round((high - low) * line.samples), 1, _MOST_CELLS))
+    frequency = low + (np.arange(cells) + 0.5) * (high - low) / cells
+    return frequency, np.full(cells, 0.5 * line.parameters / (line.samples * cells))
 
 
 # --- baseband ----------------------------------------------------------------------------

@@ -117,7 +117,9 @@ def markov_allan_variance(
     return np.asarray((driving_noise * correlation_time) ** 2 / tau * shape)
 
 
-def sinusoid_allan_variance(tau: FloatArray, amplitude: float, frequency: float) -> FloatArray:
+def sinusoid_allan_variance(
+    tau: FloatArray, amplitude: float | FloatArray, frequency: float | FloatArray
+) -> FloatArray:
     """Allan variance of a sinusoidal rate (IEEE Std 952-1997, C.20).
 
     Parameters
@@ -125,7 +127,7 @@ def sinusoid_allan_variance(tau: FloatArray, amplitude: float, frequency: float)
     tau
         (points,), s.
     amplitude, frequency
-        Peak rate in rad/s, and Hz.
+        Peak rate in rad/s, and Hz; arrays are broadcast against `tau`.
 
     Returns
     -------
@@ -134,6 +136,47 @@ def sinusoid_allan_variance(tau: FloatArray, amplitude: float, frequency: float)
     """
     turns = np.pi * frequency * np.asarray(tau, dtype=np.float64)
     return np.asarray((amplitude * np.sin(turns) ** 2 / turns) ** 2)
+
+
+def taken_allan_variance(
+    tau: FloatArray,
+    frequency: FloatArray,
+    bandwidth: FloatArray,
+    density: FloatArray,
+    *,
+    interval: float,
+) -> FloatArray:
+    """Allan variance of the noise that goes with fitted lines when they are removed.
+
+    Least squares of p real parameters takes p degrees of freedom of the noise, on average the
+    power in a bandwidth of p/2 cycles a record; the Allan variance of the rest is lower by
+    ``sum 2 sin^4(pi f tau) / (pi f tau)^2`` times that power. So it is for angles taken at any
+    multiple of `interval`: what lies above their Nyquist frequency is folded by the sine.
+
+    Parameters
+    ----------
+    tau
+        (points,), s, multiples of `interval`.
+    frequency
+        (bands,) where noise was taken, Hz, above zero and below ``0.5 / interval``.
+    bandwidth
+        (bands,) how much, Hz: half the parameters over the length of the record.
+    density
+        (bands,) one-sided rate density of the noise there, (rad/s)^2/Hz, of increments over
+        `interval` as `spectrum.density` gives it.
+    interval
+        Of the samples that the lines were fitted to, s.
+
+    Returns
+    -------
+    FloatArray
+        (points,), (rad/s)^2.
+    """
+    # Increments over an interval show less of a rate than its amplitude: here it is the angle's.
+    amplitude = np.sqrt(2.0 * bandwidth * density) / np.sinc(frequency * interval)
+    return np.asarray(
+        sinusoid_allan_variance(np.asarray(tau)[:, np.newaxis], amplitude, frequency).sum(axis=1)
+    )
 
 
 def rate_density(
