@@ -39,6 +39,8 @@ _CYCLES_A_BLOCK: Final = 2
 _NEAR: Final = 30.0
 _FEWEST: Final = 3
 _STEPS_OF_LINES: Final = 3
+# Values of the baseband at a time, for as many lines as there may be.
+_ROWS: Final = 8192
 # Where the envelope is below this share of its rms, the phase is not asked what it does.
 _PRESENT: Final = 0.1
 # Cells that the noise taken with one line is spread over.
@@ -196,12 +198,12 @@ def fit_drifting(
     for _ in range(2):
         base = _baseband(steps, frequency, floor_level, center, line)
         phasors = removed * (np.exp(2j * np.pi * known) - 1.0)
-        target = base.target + phasors @ _tones(base, known)
+        target = base.target + _sum_of_tones(base, known, phasors)
         if best is not None:
             target += _increments(base, best)
         elif known.size == 0:
             alone = _steady(base, _peak(base))
-            target -= np.conj(alone.amplitudes) @ _tones(base, -alone.frequencies)
+            target -= _sum_of_tones(base, -alone.frequencies, np.conj(alone.amplitudes))
         base = replace(base, target=target)
         best = _chosen(base, _steady(base, known if known.size else _peak(base)), most)
         if best is None:
@@ -257,11 +259,10 @@ class _Baseband:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Steady:
-    """Steady lines: frequencies, amplitudes of the increments, (lines, baseband) series."""
+    """Steady lines: frequencies, amplitudes of the increments, -2 log likelihood."""
 
     frequencies: FloatArray
     amplitudes: ComplexArray
-    series: ComplexArray
     cost: float
 
 
@@ -307,37 +308,66 @@ def _peak(base: _Baseband) -> FloatArray:
     return np.array([base.frequency + float(offset[int(np.argmax(power))])])
 
 
-def _tones(base: _Baseband, frequencies: FloatArray) -> ComplexArray:
-    """(lines, baseband) steady tones of amplitude one as the means over each length show them."""
+def _tones(base: _Baseband, frequencies: FloatArray, span: slice) -> ComplexArray:
+    """(lines, span) steady tones of amplitude one as the means over each length show them."""
     apart = frequencies - base.frequency
     gain = np.sinc(base.length * apart) / np.sinc(apart)
-    phase = np.outer(apart, base.middles - base.center)
+    phase = np.outer(apart, base.middles[span] - base.center)
     return np.asarray(gain[:, np.newaxis] * np.exp(2j * np.pi * phase))
+
+
+def _sum_of_tones(
+    base: _Baseband, frequencies: FloatArray, amplitudes: ComplexArray
+) -> ComplexArray:
+    """(baseband,) the sum of steady tones."""
+    total = np.zeros(base.middles.size, dtype=np.complex128)
+    if frequencies.size:
+        for span in series.spans(total.size, _ROWS):
+            total[span] = amplitudes @ _tones(base, frequencies, span)
+    return total
 
 
 def _steady(base: _Baseband, frequencies: FloatArray) -> _Steady:
     """Least squares of steady lines, their frequencies refined by Gauss-Newton steps."""
-    turn = 2.0 * np.pi / base.samples
     lines = frequencies.size
+    power = float(np.vdot(base.target, base.target).real)
     found: list[_Steady] = []
     for _ in range(_STEPS_OF_LINES):
-        tones = _tones(base, frequencies)
+        # Products of the tones with each other, with the lag in them once and twice, and
+        # with what they are fitted to.
+        plain, once, twice = np.zeros((3, lines, lines), dtype=np.complex128)
+        right, lagged = np.zeros((2, lines), dtype=np.complex128)
+        for span in series.spans(base.middles.size, _ROWS):
+            tones = _tones(base, frequencies, span)
+            lag = 2.0 * np.pi / base.samples * (base.middles[span] - base.center)
+            across = tones.conj()
+            plain += across @ tones.T
+            once += across @ (lag * tones).T
+            twice += across @ (lag**2 * tones).T
+            right += across @ base.target[span]
+            lagged += across @ (lag * base.target[span])
         # Amplitudes first: the derivative in frequency is proportional to them.
-        amplitude: ComplexArray = np.linalg.lstsq(tones.T, base.target, rcond=1e-9)[0].astype(
-            complex
+        amplitudes = np.linalg.pinv(plain, rcond=1e-9, hermitian=True) @ right
+        explained = 2.0 * np.vdot(amplitudes, right) - np.vdot(amplitudes, plain @ amplitudes)
+        cost = (power - float(explained.real)) / base.variance
+        found.append(_Steady(frequencies=frequencies, amplitudes=amplitudes, cost=cost))
+        # Real and imaginary amplitudes and frequencies together.
+        turned = 1j * amplitudes
+        moved = once * turned
+        normal = np.block(
+            [
+                [plain.real, -plain.imag, moved.real],
+                [plain.imag, plain.real, moved.imag],
+                [moved.real.T, moved.imag.T, (np.outer(turned.conj(), turned) * twice).real],
+            ]
         )
-        rows = amplitude[:, np.newaxis] * tones
-        rest = base.target - rows.sum(axis=0)
-        cost = float(np.vdot(rest, rest).real) / base.variance
-        found.append(_Steady(frequencies=frequencies, amplitudes=amplitude, series=rows, cost=cost))
-        lag = 1j * turn * (base.middles - base.center)
-        derivatives = np.concatenate([tones, 1j * tones, lag * rows])
-        normal = (derivatives.conj() @ derivatives.T).real
-        right = (derivatives.conj() @ rest).real
+        left = right - plain @ amplitudes
+        slope = turned.conj() * (lagged - once @ amplitudes)
+        rest = np.concatenate([left.real, left.imag, slope.real])
         scale = np.sqrt(np.diag(normal))
         scale[scale == 0.0] = 1.0
         inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-9, hermitian=True)
-        step = (inverse @ (right / scale) / scale)[2 * lines :]
+        step = (inverse @ (rest / scale) / scale)[2 * lines :]
         frequencies = frequencies + np.clip(step, -0.5, 0.5) / base.samples
     return min(found, key=lambda one: one.cost)
 
@@ -377,11 +407,14 @@ class _Description:
 def _chosen(base: _Baseband, steady: _Steady, most: int) -> _Description | None:
     """The description with the fewest parameters that no other beats; None for steady lines."""
     numbers = [2**power for power in range(most.bit_length())]
-    found = [_fitted(base, steady, blocks, np.zeros(blocks + 3)) for blocks in numbers]
+    without: dict[bytes, ComplexArray] = {}
+    found = [_fitted(base, steady, blocks, np.zeros(blocks + 3), without) for blocks in numbers]
     plain = found[_simplest([(one.parameters, one.cost) for one in found])]
     if plain.blocks > 1:
         followed = [blocks for blocks in numbers if blocks <= plain.blocks]
-        found += [_fitted(base, steady, blocks, _followed(plain, blocks)) for blocks in followed]
+        found += [
+            _fitted(base, steady, blocks, _followed(plain, blocks), without) for blocks in followed
+        ]
     rivals = [(3 * steady.frequencies.size, steady.cost)]
     index = _simplest(rivals + [(one.parameters, one.cost) for one in found])
     return None if index == 0 else found[index - 1]
@@ -448,14 +481,27 @@ def _increments(base: _Baseband, found: _Description) -> ComplexArray:
     return _spline(block, rows, found.coefficients)
 
 
-def _fitted(base: _Baseband, steady: _Steady, blocks: int, phase: FloatArray) -> _Description:
-    """Least squares of the envelope about a carrier of this phase."""
+def _fitted(
+    base: _Baseband,
+    steady: _Steady,
+    blocks: int,
+    phase: FloatArray,
+    without: dict[bytes, ComplexArray],
+) -> _Description:
+    """Least squares of the envelope about a carrier of this phase.
+
+    `without` holds what is left of the baseband without the steady lines that are kept, which is
+    the same for many a number of blocks.
+    """
     block, rows, turned = _rows(base, blocks, phase, 0.0)
     half = 0.5 * (blocks + 3) / base.samples
     slow, fast = float(turned.min()) / (2.0 * np.pi), float(turned.max()) / (2.0 * np.pi)
     offset = steady.frequencies - base.frequency
     kept = (offset < slow - half) | (offset > fast + half)
-    target = base.target - steady.series[kept].sum(axis=0)
+    if kept.tobytes() not in without:
+        others = _sum_of_tones(base, steady.frequencies[kept], steady.amplitudes[kept])
+        without[kept.tobytes()] = base.target - others
+    target = without[kept.tobytes()]
     factor = scipy.linalg.cholesky_banded(_kernels.spline_normal(block, rows, blocks))
     right = _gathered(block, rows, target, blocks)
     coefficients = scipy.linalg.cho_solve_banded((factor, False), right)
