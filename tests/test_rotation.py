@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson
 
-from sagnac import rotation
+from sagnac import rotation, series
 from sagnac.recording import RecordingError
 
 ARCSECOND = np.pi / 648_000
@@ -131,6 +131,20 @@ def sensed(fine, *, share=SHARE, drift=DRIFT, earth=EARTH_TERMS):
     return share * (fine - fine[0])[::8] + integral[::8]
 
 
+def followed(angle, encoder, harmonics):
+    """Motion fitted to a whole record, and the angle less it."""
+    kinematic = rotation.kinematics(encoder, RATE)
+    averages = rotation.averaged(angle, kinematic.block)
+    motion = rotation.follow_table(averages, encoder, kinematic, harmonics=harmonics)
+    pieces = motion.kinematics.pieces()
+    return motion, angle - np.concatenate([motion.over(span) for span in pieces])
+
+
+@pytest.fixture(autouse=True)
+def several_spans(monkeypatch):
+    monkeypatch.setattr(series, "SPAN", 5000)
+
+
 def time(seconds):
     return np.arange(round(seconds * RATE * 8) + 1) / (8.0 * RATE)
 
@@ -152,16 +166,14 @@ def test_motion_is_recovered_and_taken_off(speed, harmonics):
     generator = np.random.default_rng(0)
     walk = 7e-9 / np.sqrt(RATE) * np.cumsum(generator.standard_normal(table.size))
     order_three = 1e-7 * np.cos(3.0 * table + 1.0)
-    found = rotation.follow_table(
-        sensed(fine) + order_three + walk, table, RATE, harmonics=harmonics
-    )
+    found, left = followed(sensed(fine) + order_three + walk, table, harmonics)
     # A random walk of 7e-9 rad over 600 s makes a rate uncertain by 3e-10 rad/s, the same
     # as a share by 1e-9 or so; Earth terms by more where the table only swings.
     assert found.share == pytest.approx(SHARE, abs=2e-8)
     assert found.drift == pytest.approx(DRIFT, abs=1e-8)
     assert found.earth == pytest.approx(EARTH_TERMS, abs=3e-8)
     # The harmonic is left in; the walk is left in but for a few degrees of freedom.
-    left = found.residual - order_three - walk
+    left = left - order_three - walk
     left -= np.polyval(np.polyfit(np.arange(left.size), left, 1), np.arange(left.size))
     assert np.std(left) < np.std(walk)
     assert np.std(np.diff(left)) < 0.1 * np.std(np.diff(walk))
@@ -174,11 +186,11 @@ def test_a_lag_of_the_encoder_is_found_where_the_rate_varies(lag):
     encoder = np.interp(grid[::8] + lag, grid, fine)
     angle = sensed(fine, share=0.577)
     angle += 7e-9 / np.sqrt(RATE) * np.cumsum(np.random.default_rng(1).standard_normal(angle.size))
-    found = rotation.follow_table(angle, encoder, RATE, harmonics=np.empty(0))
-    assert found.lag == pytest.approx(lag, abs=1e-4)
+    found, _ = followed(angle, encoder, np.empty(0))
+    assert found.kinematics.lag == pytest.approx(lag, abs=1e-4)
     assert found.share == pytest.approx(0.577, abs=1e-5)
     inner = slice(100, -100)
-    assert found.table[inner] == pytest.approx(table[inner], abs=2e-4)
+    assert found.kinematics.table[inner] == pytest.approx(table[inner], abs=2e-4)
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -192,12 +204,12 @@ def test_a_noisy_encoder_at_constant_rate_puts_no_noise_in(direction, harmonics)
     encoder = 0.18 * ARCSECOND * np.round(encoder / (0.18 * ARCSECOND))
     steps = 7e-9 / np.sqrt(RATE) * generator.standard_normal(table.size)
     angle = sensed(fine, drift=0.0) + np.cumsum(steps)
-    found = rotation.follow_table(angle, encoder, RATE, harmonics=harmonics)
+    found, left = followed(angle, encoder, harmonics)
     assert found.drift == pytest.approx(0.0, abs=1e-12)  # it is in the share
     assert max(np.abs(found.earth)) < 2.0 * EARTH
     # The angle random walk from increments over 1 s, where it is what rules; order 1, which is
     # Earth rate as much as a harmonic, is the removal's business and fitted away here.
-    left = found.residual[:: round(RATE)]
+    left = left[:: round(RATE)]
     alpha = table[:: round(RATE)]
     design = np.diff(
         [np.cos(alpha), np.sin(alpha), np.cos(2 * alpha), np.sin(2 * alpha), alpha], axis=1

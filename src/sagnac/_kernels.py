@@ -540,62 +540,87 @@ def inverse_degrees_of_freedom(
 # --- tones and harmonics -------------------------------------------------------------------
 
 
-@numba.njit(cache=True, fastmath=True)
-def fill_tones(first: float, frequencies: FloatArray, rows: FloatArray) -> None:
-    """Fill ``rows[2j], rows[2j+1]`` with cos, sin of ``2 pi f_j (first + n)``.
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def paired_sums(
+    rates: FloatArray,
+    in_angle: BooleanArray,
+    first: IntegerArray,
+    second: IntegerArray,
+    angle: FloatArray,
+    step: FloatArray,
+    lag: FloatArray,
+    count: FloatArray,
+    middle: float,
+    span: float,
+    turn: float,
+) -> tuple[ComplexArray, ComplexArray]:
+    """Sums over blocks of the increments of two phasors and of their derivatives.
 
-    A product of two short tables: one complex multiplication a sample, no dependence of
-    one sample on the last, and no growing rounding error.
+    The phase of component j is ``rates[j]`` times the table angle where ``in_angle[j]``, else
+    times the sample number from mid-record (`lag`). It is taken to be straight over a block of
+    `count` steps, which then sum to ``sin(count x / 2) / sin(x / 2)``, x the difference of both
+    phases a step. A derivative is the phasor times ``(angle - middle) / span``, or times
+    ``turn * lag``.
+
+    Returns
+    -------
+    straight, mirrored
+        (pairs, 4): `first` with the conjugate of `second`, and `first` with `second`: both plain,
+        the first's derivative, the second's derivative, both derivatives.
     """
-    count = rows.shape[1]
-    stride = 128
-    fine_cos = np.empty(stride)
-    fine_sin = np.empty(stride)
-    for j in range(frequencies.size):
-        step = 2.0 * np.pi * frequencies[j]
-        for b in range(stride):
-            fine_cos[b] = np.cos(step * b)
-            fine_sin[b] = np.sin(step * b)
-        for a in range(0, count, stride):
-            # The turn count is taken off before multiplying by 2 pi: at 4e7 samples the
-            # argument would otherwise lose eight digits.
-            turns = frequencies[j] * (first + a)
-            turns -= np.floor(turns)
-            coarse_cos = np.cos(2.0 * np.pi * turns)
-            coarse_sin = np.sin(2.0 * np.pi * turns)
-            for b in range(min(stride, count - a)):
-                rows[2 * j, a + b] = coarse_cos * fine_cos[b] - coarse_sin * fine_sin[b]
-                rows[2 * j + 1, a + b] = coarse_sin * fine_cos[b] + coarse_cos * fine_sin[b]
-
-
-@numba.njit(cache=True, fastmath=True)
-def fill_harmonics(
-    cosine: FloatArray, sine: FloatArray, orders: IntegerArray, rows: FloatArray
-) -> None:
-    """Fill ``rows[2j], rows[2j+1]`` with cos, sin of ``orders[j]`` times an angle.
-
-    `cosine` and `sine` are of the angle itself; `orders` are ascending positive integers.
-    """
-    count = cosine.size
-    real = np.ones(count)
-    imaginary = np.zeros(count)
-    at = 0
-    for j in range(orders.size):
-        for _ in range(orders[j] - at):
-            for n in range(count):
-                product = real[n] * cosine[n] - imaginary[n] * sine[n]
-                imaginary[n] = real[n] * sine[n] + imaginary[n] * cosine[n]
-                real[n] = product
-        at = orders[j]
-        for n in range(count):
-            rows[2 * j, n] = real[n]
-            rows[2 * j + 1, n] = imaginary[n]
+    straight = np.zeros((first.size, 4), dtype=np.complex128)
+    mirrored = np.zeros((first.size, 4), dtype=np.complex128)
+    phases = np.empty(2)
+    steps = np.empty(2)
+    lags = np.empty(2)
+    sizes = np.empty(2)
+    slopes = np.empty(2)
+    for pair in range(first.size):
+        members = (first[pair], second[pair])
+        for b in range(angle.size):
+            for side in range(2):
+                rate = rates[members[side]]
+                if in_angle[members[side]]:
+                    phases[side] = rate * angle[b]
+                    steps[side] = rate * step[b]
+                    lags[side] = (angle[b] - middle) / span
+                    slope = step[b] / span
+                else:
+                    phases[side] = rate * lag[b]
+                    steps[side] = rate
+                    lags[side] = turn * lag[b]
+                    slope = turn
+                sizes[side] = 2.0 * np.sin(0.5 * steps[side])
+                slopes[side] = slope * np.cos(0.5 * steps[side])
+            product = sizes[0] * sizes[1]
+            for sign in (-1.0, 1.0):
+                half = 0.5 * (steps[0] + sign * steps[1])
+                if abs(np.sin(half)) < 1e-9:
+                    weight = count[b] * np.cos(count[b] * half) / np.cos(half)
+                else:
+                    weight = np.sin(count[b] * half) / np.sin(half)
+                phasor = weight * np.exp(1j * (phases[0] + sign * phases[1]))
+                # (1j size lag + slope) of the first times that of the second, or its conjugate.
+                target = straight if sign < 0.0 else mirrored
+                target[pair, 0] -= sign * product * phasor
+                target[pair, 1] += phasor * (
+                    -sign * product * lags[0] + sign * 1j * slopes[0] * sizes[1]
+                )
+                target[pair, 2] += phasor * (
+                    -sign * product * lags[1] + 1j * sizes[0] * slopes[1]
+                )
+                target[pair, 3] += phasor * (
+                    -sign * product * lags[0] * lags[1]
+                    + slopes[0] * slopes[1]
+                    + 1j * (lags[0] * sizes[0] * slopes[1] + sign * lags[1] * sizes[1] * slopes[0])
+                )
+    return straight, mirrored
 
 
 MIX_BLOCK = 50
 
 
-@numba.njit(cache=True, fastmath=True)
+@numba.njit(cache=True, nogil=True, fastmath=True)
 def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
     """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
     blocks = values.size // MIX_BLOCK

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
+import scipy.fft
 from numpy.typing import NDArray
 from scipy.optimize import brentq
+from threadpoolctl import ThreadpoolController
 
-from sagnac import _kernels, regression, rotation, spectrum
+from sagnac import _kernels, regression, rotation, series, spectrum
 from sagnac.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
 from sagnac.recording import FloatArray
 from sagnac.regression import ComponentFit, Components
@@ -20,11 +22,13 @@ from sagnac.units import ARCSECOND
 
 Scale = Literal["angle", "time"]
 
+# Spans of a record are shared out among threads; products within them are not.
+_BLAS: Final = ThreadpoolController()
+# Lag of the encoder, in samples, that is worth a note.
+_SEEN_LAG: Final = 0.05
+
 # Below this many cycles a record nothing can be told from the random walk.
 _LOWEST_CYCLES: Final = 4
-# Integer orders that count as the table's own; a higher one is a line in time until the
-# table's unsteadiness shows otherwise.
-_MOST_ORDERS: Final = 128
 # Periodic error that an encoder may have, rad.
 _ENCODER_ERROR: Final = 5.0 * ARCSECOND
 # Candidates of Step 1 as published: whole orders up to this one.
@@ -32,6 +36,16 @@ _PUBLISHED_ORDERS: Final = 64
 _MOST_LINES: Final = 250
 _ROUNDS: Final = 6
 _PEAKS_A_ROUND: Final = 64
+# Share of its error by which an amplitude may still move when the fit is called settled.
+_SETTLED: Final = 0.1
+# Phase, in rad rms, by which the highest order strays from a tone before orders that are not whole
+# are searched on their own scale; and even angles for a cycle of it there.
+_SMEARED: Final = 0.3
+# Share of its height with which a peak in order counts beside one in frequency: of two that are
+# hardly smeared the floors decide, which are that uncertain. A line in time that follows the table
+# better is moved in the end.
+_RATHER_IN_TIME: Final = 0.5
+_ANGLES_A_CYCLE: Final = 8
 # Bins on each side of a line whose noise the fit takes with the line.
 _TAKEN_BINS: Final = 2.0
 
@@ -126,71 +140,63 @@ def remove_lines(
     progress
         Called with the fraction done.
     """
-    report = progress or (lambda _: None)
-    turning = table if rotation.is_turning(table) else None
-    turns = 0.0 if turning is None else rotation.full_turns(turning)
+    with _BLAS.limit(limits=1, user_api="blas"):
+        return _removal(
+            _search(angle, table, sample_rate, detection_threshold(angle.size // 2, false_alarm)),
+            channel,
+            progress or (lambda _: None),
+        )
+
+
+def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -> Removal:
+    turns = 0.0 if search.table is None else rotation.full_turns(search.table)
+    reach = None if search.table is None else _earth_amplitudes(search.table, search.sample_rate)
     notes: list[str] = []
-    threshold = detection_threshold(angle.size // 2, false_alarm)
-    components = regression.no_components(angle.size)
-    fit: ComponentFit | None = None
-    rest, alpha = _without_motion(angle, turning, None, sample_rate, notes)
-    residual = rest
-    floor = _floor(residual)
-    reach = None if alpha is None else _earth_amplitudes(alpha, sample_rate)
+    search.take_out()
+    search.look()
     for number in range(_ROUNDS):
         report(number / _ROUNDS)
         first = number == 0
-        found = 0
-        before = components
-        while alpha is not None and (first or turns >= rotation.FEW_TURNS):
-            orders = _new_orders(
-                residual,
-                alpha,
-                components,
-                floor=floor,
-                threshold=threshold,
-                reach=reach if first else None,
-            )
+        before = search.components
+        found, waiting = 0, np.empty(0)
+        while search.table is not None and (first or turns >= rotation.FEW_TURNS):
+            orders, waiting = _new_orders(search, search.table, reach if first else None)
             if orders.size == 0:
                 break
-            components = regression.joined(components, orders)
-            fit = _refitted(rest, alpha, components, fit)
-            components = fit.components
-            residual = regression.removed(rest, alpha, components)
-            floor = _floor(residual)
+            search.add(orders)
+            search.take_out()
+            search.look()
             found += orders.size
             if turns >= rotation.FEW_TURNS:
                 break
-        tones = _new_tones(residual, None if not first else alpha, components, floor, threshold)
-        components = regression.joined(components, tones)
-        found += tones.size
+        new = _new_lines(search, waiting, first=first)
+        found += new.size
         if found == 0 and not first:
             break
-        if components.size:
-            fit = _refitted(rest, alpha, components, fit)
-            components = _significant(fit, alpha, floor, threshold)
+        if new.size:
+            search.add(new)
+        if search.components.size:
+            search.prune()
             if first and reach is not None:
-                keep = np.ones(components.size, dtype=bool)
-                angles = components.orders.size
-                own = reach[components.orders.astype(np.int64) - 1]
-                keep[:angles] = components.amplitude[:angles] > own
-                components = components.select(keep)
+                search.keep_above(reach)
+        search.take_out()
         # Over part of a turn harmonics and table motion trade with each other: one fit of motion.
-        if turning is not None and turns >= rotation.FEW_TURNS:
+        if search.table is not None and turns >= rotation.FEW_TURNS:
             # Table motion was fitted with these lines for noise; they are out of it now. And
             # chance orders, which would hide Earth rate from it, are gone.
-            rest, alpha = _without_motion(angle, turning, components, sample_rate, notes)
-            if components.size:
-                fit = _refitted(rest, alpha, components, fit)
-                components = fit.components
-        residual = regression.removed(rest, alpha, components)
-        floor = _floor(residual)
-        if not first and _same(before, components):
+            search.follow()
+            search.take_out()
+        if search.components.size:
+            search.refit()
+            search.take_out()
+        search.look()
+        if not first and _same(before, search.components):
             # What was found did not stand once fitted with the rest, and would not next time.
             break
-        if components.size > _MOST_LINES:
+        if search.components.size > _MOST_LINES:
             notes.append(
-                f"the search stopped at {components.size} lines; more peaks stand above the floor"
+                f"the search stopped at {search.components.size} lines; more peaks stand above "
+                "the floor"
             )
             break
     else:
@@ -198,30 +204,225 @@ def remove_lines(
             f"the search stopped after {_ROUNDS} rounds; weaker peaks may still stand "
             "above the floor"
         )
-    rescaled = _rescaled(residual, alpha, components, floor)
     lines: tuple[Line, ...] = ()
     masked: tuple[tuple[float, float], ...] = ()
-    if components.size:
-        if rescaled is not components:
-            fit = _refitted(rest, alpha, rescaled, fit)
-            components = fit.components
-        fit = _refitted(rest, alpha, components, fit)
+    if search.components.size:
+        known = search.components
+        rescaled = _rescaled(search)
+        if rescaled is not known:
+            search.components = rescaled
+            search.take_out()
+            search.refit()
+            search.take_out()
+        if rescaled is not known or not search.settled:
+            search.refit()
         # A line on its right scale takes from its neighbours, which then stand out no more.
-        while (kept := _significant(fit, alpha, floor, threshold)).size < fit.components.size:
-            again = _refitted(rest, alpha, kept, fit)
-            fit = _refitted(rest, alpha, again.components, again)
-        residual = regression.removed(rest, alpha, fit.components)
-        floor = _floor(residual)
-        lines = _described(fit, alpha, floor, sample_rate, channel)
-        masked = _taken(lines, alpha, sample_rate, angle.size)
-        if fit.collinear:
+        while search.prune() and search.components.size:
+            for _ in range(2):
+                search.take_out()
+                search.refit()
+    residual = series.empty(search.angle.size)
+    search.take_out(residual)
+    if search.fit is not None and search.components.size:
+        search.look()
+        lines = _described(search.fit, search, channel)
+        masked = _taken(lines, search.table, search.sample_rate, search.angle.size)
+        if search.fit.collinear:
             notes.append(
-                f"{fit.collinear} directions among the lines of {channel} cannot be told apart "
-                "(angle and time coincide at this steady rate); their sum is removed, their "
+                f"{search.fit.collinear} directions among the lines of {channel} cannot be told "
+                "apart (angle and time coincide at this steady rate); their sum is removed, their "
                 "single amplitudes are not to be trusted"
             )
     report(1.0)
-    return Removal(residual=residual, lines=lines, masked=masked, notes=tuple(notes))
+    return Removal(residual=residual, lines=lines, masked=masked, notes=(*search.notes(), *notes))
+
+
+@dataclass(slots=True, kw_only=True)
+class _Search:
+    """A search on its way: what is known, and the increments that are left without it.
+
+    Attributes
+    ----------
+    angle, encoder, sample_rate, threshold
+        What is searched, and the ratio of power to floor that a line has to exceed.
+    motion, sampled
+        Table motion known so far, None at rest, and the sampling of the angle that goes with it.
+    components, fit
+        Lines known so far, and the fit that they are from.
+    steps, averages
+        Increments, (samples - 1,), and averages of the angle less all of that.
+    power, floor
+        Of the increments: periodogram at whole and half bins, and noise floor at whole ones.
+    taken_out, seen
+        The motion and components that `steps` lack, and whether `power` is of these steps.
+    settled
+        Whether the last step of the fit was small beside the errors.
+    """
+
+    angle: FloatArray
+    encoder: FloatArray | None
+    sample_rate: float
+    threshold: float
+    motion: rotation.TableMotion | None
+    sampled: regression.Sampling
+    components: Components
+    fit: ComponentFit | None = None
+    steps: FloatArray
+    averages: FloatArray
+    power: FloatArray
+    floor: FloatArray
+    taken_out: tuple[object, object] = (None, None)
+    seen: bool = False
+    settled: bool = False
+
+    @property
+    def table(self) -> FloatArray | None:
+        """(samples,) table angle as the gyro saw it, rad."""
+        return None if self.motion is None else self.motion.kinematics.table
+
+    def take_out(self, residual: FloatArray | None = None) -> None:
+        """Take table motion and lines, as they are now, out of the angle; keep it if asked."""
+        now = (self.motion, self.components)
+        if residual is None and now[0] is self.taken_out[0] and now[1] is self.taken_out[1]:
+            return
+        self.seen = self.seen and now[0] is self.taken_out[0] and now[1] is self.taken_out[1]
+        self.taken_out = now
+        angle, motion, table = self.angle, self.motion, self.table
+        size = angle.size
+        length = series.SPAN if motion is None else motion.kinematics.length
+
+        def work(span: slice) -> tuple[FloatArray, float, float]:
+            # One sample more: the increment that leads to the next span.
+            here = slice(span.start, min(span.stop + 1, size))
+            rest = angle[here] if motion is None else angle[here] - motion.over(here)
+            rest = regression.removed(rest, table, self.components, here)
+            np.subtract(rest[1:], rest[:-1], out=self.steps[span.start : here.stop - 1])
+            if residual is not None:
+                residual[here] = rest
+            own = rest[: span.stop - span.start]
+            means = own[:0] if motion is None else rotation.averaged(own, motion.kinematics.block)
+            return means, float(rest[0]), float(rest[-1])
+
+        known = (angle, self.steps) if table is None else (angle, self.steps, table)
+        if residual is not None:
+            known = (*known, residual)
+        parts = list(series.each(work, size, length, release_of=known))
+        self.averages = np.concatenate([part[0] for part in parts])
+        mean = (parts[-1][2] - parts[0][1]) / (size - 1)
+        for span in series.through(size - 1, self.steps):
+            self.steps[span] -= mean
+
+    def look(self) -> None:
+        """Power of the increments, and its noise floor."""
+        if self.seen:
+            return
+        self.seen = True
+        self.power = spectrum.periodogram(self.steps, padding=2)
+        self.floor = spectrum.noise_floor(self.power[::2])
+
+    def add(self, found: Components) -> None:
+        """Fit components that are still in the increments with those that are not."""
+        flags = regression.joined(
+            replace(self.components, cosine=np.zeros(self.components.size)),
+            replace(found, cosine=np.ones(found.size)),
+        )
+        self.components = regression.joined(self.components, found)
+        self.refit(absent=flags.cosine > 0.0)
+
+    def refit(self, absent: NDArray[np.bool_] | None = None) -> None:
+        """One joint step of all components; `take_out` before and after."""
+        before = self.components
+        self.fit = regression.fit(self.steps, self.sampled, before, absent=absent)
+        self.components = after = self.fit.components
+        levels = _floors(after, self.table, self.floor)
+        errors = np.sqrt(np.einsum("nii->ni", self.fit.covariance) * levels[:, np.newaxis])
+        moved = np.stack([after.cosine - before.cosine, after.sine - before.sine], axis=1)
+        self.settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
+
+    def prune(self) -> bool:
+        """Drop the components that do not stand above the floor; whether there were any."""
+        if self.fit is None:
+            return False
+        kept = _significant(self.fit, self.table, self.floor, self.threshold)
+        dropped = kept.size < self.components.size
+        if dropped:
+            self.components = kept
+        return dropped
+
+    def keep_above(self, reach: FloatArray) -> None:
+        """Drop the orders that are no larger than Earth rate could make them."""
+        keep = np.ones(self.components.size, dtype=bool)
+        angles = self.components.orders.size
+        own = reach[np.rint(self.components.orders).astype(np.int64) - 1]
+        keep[:angles] = self.components.free | (self.components.amplitude[:angles] > own)
+        if not keep.all():
+            self.components = self.components.select(keep)
+
+    def follow(self) -> None:
+        """Fit table motion again, with the orders that are known now and no others."""
+        if self.motion is None or self.encoder is None:
+            return
+        before = self.motion.kinematics
+        self.motion = rotation.follow_table(
+            self.averages + self.motion.averages,
+            self.encoder,
+            before,
+            harmonics=self.components.orders,
+        )
+        if self.motion.kinematics is not before:
+            self.sampled = regression.sampling(self.angle.size, self.table)
+
+    def unsteady(self, order: float) -> bool:
+        """Whether the table strays from a steady rate by so much that `order` smears."""
+        if self.motion is None:
+            return False
+        angle = self.motion.kinematics.angle
+        number = np.arange(angle.size) - 0.5 * (angle.size - 1)
+        rate = float(number @ (angle - angle.mean())) / float(number @ number)
+        return order * float(np.std(angle - rate * number)) > _SMEARED
+
+    def notes(self) -> tuple[str, ...]:
+        """What was noticed of the table."""
+        lag = 0.0 if self.motion is None else self.motion.kinematics.lag
+        if abs(lag) * self.sample_rate <= _SEEN_LAG:
+            return ()
+        return (
+            f"the encoder is {1e3 * lag:+.2f} ms from the gyro in time; "
+            "the table angle was shifted by that",
+        )
+
+
+def _search(
+    angle: FloatArray, table: FloatArray | None, sample_rate: float, threshold: float
+) -> _Search:
+    """A search that knows table motion alone."""
+    motion = None
+    if table is not None and rotation.is_turning(table):
+        kinematic = rotation.kinematics(table, sample_rate)
+        parts = series.each(
+            lambda span: rotation.averaged(angle[span], kinematic.block),
+            angle.size,
+            kinematic.length,
+            release_of=(angle,),
+        )
+        motion = rotation.follow_table(np.concatenate(list(parts)), table, kinematic)
+    steps = series.empty(angle.size - 1)
+    nothing = np.empty(0)
+    return _Search(
+        angle=angle,
+        encoder=table,
+        sample_rate=sample_rate,
+        threshold=threshold,
+        motion=motion,
+        sampled=regression.sampling(
+            angle.size, None if motion is None else motion.kinematics.table
+        ),
+        components=regression.no_components(angle.size),
+        steps=steps,
+        averages=nothing,
+        power=nothing,
+        floor=nothing,
+    )
 
 
 def remove_lines_as_published(
@@ -325,203 +526,274 @@ def _same(first: Components, second: Components) -> bool:
     )
 
 
-def _floor(residual: FloatArray) -> FloatArray:
-    return spectrum.noise_floor(spectrum.periodogram(_increments(residual)))
-
-
-def _increments(angle: FloatArray) -> FloatArray:
-    """Differences of `angle` without their mean; the first, of nothing before it, is zero."""
-    steps = np.diff(angle, prepend=angle[0])
-    steps[1:] -= steps[1:].mean()
-    return steps
-
-
-def _without_motion(
-    angle: FloatArray,
-    table: FloatArray | None,
-    components: Components | None,
-    sample_rate: float,
-    notes: list[str],
-) -> tuple[FloatArray, FloatArray | None]:
-    """`angle` less table motion, lines still in it; and the table angle the gyro saw.
-
-    `components` are the lines known so far, None if nothing is known yet.
-    """
-    if table is None:
-        return angle, None
-    without, harmonics = angle, None
-    if components is not None:
-        taken = np.ones(components.size, dtype=bool)
-        highest = rotation.highest_harmonic(table, sample_rate)
-        taken[: components.orders.size] = components.orders > highest
-        without = regression.removed(angle, table, components.select(taken))
-        harmonics = components.orders
-    motion = rotation.follow_table(without, table, sample_rate, harmonics=harmonics)
-    if abs(motion.lag) * sample_rate > 0.05:
-        note = (
-            f"the encoder is {1e3 * motion.lag:+.2f} ms from the gyro in time; "
-            "the table angle was shifted by that"
-        )
-        notes[:] = [kept for kept in notes if not kept.startswith("the encoder is")] + [note]
-    return angle - (without - motion.residual), motion.table
-
-
-def _refitted(
-    rest: FloatArray,
-    alpha: FloatArray | None,
-    components: Components,
-    earlier: ComponentFit | None,
-) -> ComponentFit:
-    return regression.fit(_increments(rest)[1:], alpha, components, earlier=earlier)
-
-
 # --- candidates --------------------------------------------------------------------------
 
 
 def _new_orders(
-    residual: FloatArray,
-    alpha: FloatArray,
-    known: Components,
-    *,
-    floor: FloatArray,
-    threshold: float,
-    reach: FloatArray | None,
-) -> Components:
-    """Integer orders of table angle that stand above the floor and are not known yet.
+    search: _Search, table: FloatArray, reach: FloatArray | None
+) -> tuple[Components, FloatArray]:
+    """Whole orders of table angle that stand above the floor and are not known yet.
 
     With `reach`, of `_earth_amplitudes`, only those larger than Earth rate could make; the
-    others wait until Earth rate is fitted beside the known ones.
+    others wait until Earth rate is fitted beside the known ones, and are the second result.
     """
-    speed = _speeds(alpha)
+    known = search.components
+    nothing = regression.no_components(search.angle.size)
+    speed = _speeds(table)
     fastest = float(speed.max())
-    highest = min(_MOST_ORDERS, int(np.pi / fastest)) if fastest > 0.0 else 0
+    highest = min(regression.MOST_ORDERS, int(np.pi / fastest)) if fastest > 0.0 else 0
     if highest < 1:
-        return known.select(np.zeros(known.size, dtype=bool))
-    sums = _order_sums(residual, alpha, highest)
+        return nothing, np.empty(0)
+    sums = regression.order_sums(search.steps, table, highest)[1:]
     orders = np.arange(1.0, highest + 1.0)
-    length = residual.size * _mean_square_step(orders, speed) / 2.0
-    ratio = np.abs(sums) ** 2 / length / (2.0 * _floor_of_orders(orders, speed, floor))
+    length = search.angle.size * _mean_square_step(orders, speed) / 2.0
+    ratio = np.abs(sums) ** 2 / length / (2.0 * _floor_of_orders(orders, speed, search.floor))
     ratio[np.isin(orders, known.orders[~known.free])] = 0.0
-    turns = rotation.full_turns(alpha)
+    turns = rotation.full_turns(table)
     # Orders closer than one cycle over the whole range, or fewer cycles than one from table motion
     # itself, are not told apart.
     for order in known.orders:
         ratio[np.abs(orders - order) * turns < 0.99] = 0.0
-    if reach is not None:
-        ratio[np.abs(sums) / length < reach[:highest]] = 0.0
-    chosen = np.flatnonzero((ratio > threshold) & (orders * turns > 0.99))
+    standing = (ratio > search.threshold) & (orders * turns > 0.99)
+    larger = (
+        np.ones(highest, dtype=bool) if reach is None else np.abs(sums) > length * reach[:highest]
+    )
+    chosen = np.flatnonzero(standing & larger)
     if turns < rotation.FEW_TURNS and chosen.size:
         # One a round, the strongest first, as orthogonal search does.
         chosen = chosen[[int(np.argmax(ratio[chosen]))]]
-    return replace(
-        regression.no_components(residual.size),
+    found = replace(
+        nothing,
         orders=orders[chosen],
         free=np.zeros(chosen.size, dtype=bool),
         cosine=sums.real[chosen] / length[chosen],
-        sine=-sums.imag[chosen] / length[chosen],
+        sine=sums.imag[chosen] / length[chosen],
     )
+    return found, orders[standing & ~larger]
 
 
-def _earth_amplitudes(alpha: FloatArray, sample_rate: float) -> FloatArray:
+def _earth_amplitudes(table: FloatArray, sample_rate: float) -> FloatArray:
     """(orders,) largest amplitude, rad, that Earth rate on an unsteady table puts into each order.
 
     0 for order 1, in which Earth rate and the harmonic are one at a steady table (Eq. 16).
     """
-    orders = np.arange(1.0, _MOST_ORDERS + 1.0)
+    highest = regression.MOST_ORDERS
+    orders = np.arange(1.0, highest + 1.0)
     # The table turns slowly beside the samples: every so-many-th angle tells the same.
-    stride = max(1, int(1.0 / (_MOST_ORDERS * float(_speeds(alpha).max()) + 1e-9)))
-    stride = min(stride, max(1, alpha.size // 10_000))
-    alpha = alpha[::stride]
-    sample_rate = sample_rate / stride
-    length = alpha.size * _mean_square_step(orders, _speeds(alpha)) / 2.0
-    largest = np.zeros(_MOST_ORDERS)
+    stride = max(1, int(1.0 / (highest * float(_speeds(table).max()) + 1e-9)))
+    stride = min(stride, max(1, table.size // 10_000))
+    every = series.every(table, stride)
+    rate = sample_rate / stride
+    length = every.size * _mean_square_step(orders, _speeds(every)) / 2.0
+    largest = np.zeros(highest)
     # Order 1 is what a steady table would make of it; it goes first, since with ripple in the rate
     # neighbouring orders are not orthogonal to it and would not show beside it.
-    rate = float(alpha[-1] - alpha[0]) / (alpha.size - 1) * sample_rate
-    path = rotation.mean_rate(alpha, sample_rate)
-    steady = 1.0 / rate if abs(rate) > 0.5 * abs(path) else 0.0
-    for projection, whole in ((np.cos, np.sin(alpha)), (np.sin, -np.cos(alpha))):
-        integral = np.cumsum(projection(alpha)) / sample_rate
-        sums = _order_sums(integral - steady * whole, alpha, _MOST_ORDERS)
+    net = float(every[-1] - every[0]) / (every.size - 1) * rate
+    path = rotation.mean_rate(every, rate)
+    steady = 1.0 / net if abs(net) > 0.5 * abs(path) else 0.0
+    steps = series.empty(every.size - 1)
+    for function, whole, sign in ((np.cos, np.sin, 1.0), (np.sin, np.cos, -1.0)):
+        for span in series.spans(steps.size):
+            here = every[span.start : span.stop + 1]
+            steps[span] = function(here[1:]) / rate - sign * steady * np.diff(whole(here))
+        sums = regression.order_sums(steps, every, highest)[1:]
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0
     return 2.0 * rotation.EARTH_RATE * largest
 
 
-def _order_sums(angle: FloatArray, alpha: FloatArray, highest: int) -> NDArray[np.complex128]:
-    """Inner products of increments of `angle` and of exp(-i k alpha), k = 1 ... `highest`.
+def _new_lines(search: _Search, waiting: FloatArray, *, first: bool) -> Components:
+    """Peaks above the floor, in frequency and in order, that no stronger one explains.
 
-    Summed by parts: increments of the exponential against the data's are the exponential
-    itself against the data's second differences.
+    An order smears over all the frequencies that it sweeps on an unsteady table, and a tone
+    over as many orders; each stands highest on its own scale. So the peaks of both scales
+    are taken together, the one that stands highest above its floor first, and what overlaps
+    it on the other scale waits for the next round. In the first round whole orders are left
+    to their own search, and so is all that the orders which are `waiting` sweep over.
     """
-    steps = _increments(angle)
-    strengths = steps
-    strengths[:-1] -= steps[1:]
-    return spectrum.angle_sums(alpha, strengths, highest)[1:]
-
-
-def _new_tones(
-    residual: FloatArray,
-    alpha: FloatArray | None,
-    known: Components,
-    floor: FloatArray,
-    threshold: float,
-) -> Components:
-    """Peaks of the spectrum above the floor that no stronger peak's leakage explains.
-
-    Given `alpha`, peaks at whole orders of it are left to the angle scale.
-    """
-    steps = _increments(residual)
-    sums = spectrum.transform(steps, padding=2)
-    power = (np.square(sums.real) + np.square(sums.imag)) / steps.size
-    level = np.interp(np.arange(power.size), 2.0 * np.arange(floor.size), floor)
-    # In red noise the jump from the record's end to its start leaks with one sign into whole
-    # bins and with the other into the halves between, whose floor may be twice as high.
-    halves = spectrum.noise_floor(np.append(power[1::2], power[-2]))
-    ratio = power / np.maximum(level, np.repeat(halves, 2)[: power.size])
-    ratio[: 2 * _LOWEST_CYCLES] = 0.0
-    inner = ratio[1:-1]
-    # A peak midway between padded bins shows 0.9 of its height: one below the threshold by
-    # that much may be above it once refined, and is pruned there if it is not.
-    peaks = 1 + np.flatnonzero(
-        (inner > 0.9 * threshold) & (inner >= ratio[:-2]) & (inner > ratio[2:])
+    samples, table = search.angle.size, search.table
+    peaks = _peaks(search.power, search.floor, search.threshold, first=2 * _LOWEST_CYCLES)
+    unit = 0.5 / (search.power.size - 1)
+    frequency = peaks.place * unit
+    low, high = frequency - 1.5 / samples, frequency + 1.5 / samples
+    in_angle = np.zeros(peaks.place.size, dtype=bool)
+    left = np.zeros(peaks.place.size, dtype=bool)
+    if table is not None:
+        speed = _speeds(table) / (2.0 * np.pi)
+        slowest, fastest = float(speed.min()), float(speed.max())
+        found, spacing = _order_peaks(search, table)
+        order = found.place * spacing
+        peaks = peaks.joined(found)
+        in_angle = np.concatenate([in_angle, np.ones(order.size, dtype=bool)])
+        low = np.concatenate([low, order * slowest])
+        high = np.concatenate([high, order * fastest])
+        left = _left_to_whole_orders(frequency, order, table, first=first)
+        for whole in waiting:
+            left[~in_angle] |= ((high > whole * slowest) & (low < whole * fastest))[~in_angle]
+        frequency = np.concatenate([frequency, order])
+    # What is left waits, and what it explains waits with it.
+    chosen = _strongest(peaks, in_angle, low, high) & ~left
+    tones, orders = frequency[chosen & ~in_angle], frequency[chosen & in_angle]
+    near = np.abs(search.components.frequencies - tones[:, np.newaxis]) * samples < 1.0
+    tones = tones[~near.any(axis=1)]
+    components = regression.no_components(samples)
+    sums = np.empty(0, dtype=np.complex128)
+    if orders.size and table is not None:
+        orders = np.sort(orders)
+        square = samples * _mean_square_step(orders, _speeds(table))
+        sums = 2.0 * regression.sums_at_orders(search.steps, search.sampled, orders)[0] / square
+    if tones.size:
+        # An increment of a tone is 2j sin(pi f) times its phasor in the middle of the step.
+        plain = regression.tone_sums(search.steps, tones)[0]
+        plain *= 1j / (search.steps.size * np.sin(np.pi * tones))
+        sums = np.concatenate([sums, plain])
+    return replace(
+        components,
+        orders=orders,
+        free=np.ones(orders.size, dtype=bool),
+        frequencies=tones,
+        cosine=sums.real,
+        sine=sums.imag,
     )
-    chosen: list[int] = []
-    leakage = np.zeros(peaks.size)
-    blocked = np.zeros(peaks.size, dtype=bool)
-    for at in np.argsort(power[peaks])[::-1]:
+
+
+def _left_to_whole_orders(
+    frequency: FloatArray,
+    order: FloatArray,
+    table: FloatArray,
+    *,
+    first: bool,
+) -> NDArray[np.bool_]:
+    """Which of the peaks in frequency, then of those in order, stand where a whole order does."""
+    turns, samples = rotation.full_turns(table), table.size
+    rate = abs(float(table[-1] - table[0])) / (2.0 * np.pi * (samples - 1))
+    in_time = np.zeros(frequency.size, dtype=bool)
+    if first and rate > 0.0:
+        nearest = np.rint(frequency / rate)
+        in_time = np.abs(frequency - nearest * rate) * samples < 1.0
+        in_time &= nearest <= regression.MOST_ORDERS
+    return np.concatenate([in_time, np.abs(order - np.rint(order)) * turns < 1.0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Peaks:
+    """Peaks of a spectrum: place and height of each, in half bins and power, and over the floor.
+
+    That floor is one for both scales, so that the ratios of both compare.
+    """
+
+    place: FloatArray
+    height: FloatArray
+    ratio: FloatArray
+
+    def select(self, keep: NDArray[np.bool_]) -> "_Peaks":
+        return _Peaks(place=self.place[keep], height=self.height[keep], ratio=self.ratio[keep])
+
+    def joined(self, other: "_Peaks") -> "_Peaks":
+        return _Peaks(
+            place=np.concatenate([self.place, other.place]),
+            height=np.concatenate([self.height, other.height]),
+            ratio=np.concatenate([self.ratio, other.ratio]),
+        )
+
+
+def _strongest(
+    peaks: _Peaks, in_angle: NDArray[np.bool_], low: FloatArray, high: FloatArray
+) -> NDArray[np.bool_]:
+    """Which peaks are lines for sure: none of a stronger one's leakage, or smeared from one."""
+    chosen = np.zeros(peaks.place.size, dtype=bool)
+    blocked = np.zeros(peaks.place.size, dtype=bool)
+    leakage = np.zeros(peaks.place.size)
+    rank = np.where(in_angle, _RATHER_IN_TIME * peaks.ratio, peaks.ratio)
+    for at in np.argsort(rank)[::-1].tolist():
         # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
         # for several of them adding up. What waits is found in the next round.
-        if blocked[at] or power[peaks[at]] < 10.0 * leakage[at]:
+        if blocked[at] or peaks.height[at] < 10.0 * leakage[at]:
             continue
-        chosen.append(int(peaks[at]))
-        if len(chosen) == _PEAKS_A_ROUND:
+        chosen[at] = True
+        if chosen.sum() == _PEAKS_A_ROUND:
             break
-        distance = np.abs(peaks - peaks[at]) / 2.0
-        blocked |= distance < 1.5
-        leakage += power[peaks[at]] / (np.pi * np.maximum(distance, 1.0)) ** 2
-    index = np.array(sorted(chosen), dtype=np.int64)
-    frequency = (index + _parabola(ratio, index)) / (2.0 * (power.size - 1))
-    nothing = regression.no_components(residual.size)
-    taken = known.frequencies
-    if alpha is not None:
-        rate = abs(float(alpha[-1] - alpha[0])) / (2.0 * np.pi * (alpha.size - 1))
-        taken = np.concatenate([taken, np.arange(1.0, _MOST_ORDERS + 1.0) * rate])
-    near = np.array([np.any(np.abs(taken - f) * steps.size < 1.0) for f in frequency], dtype=bool)
-    index, frequency = index[~near], frequency[~near]
-    turn = np.exp(2j * np.pi * frequency)
-    # The sum taken at the bin, its phase carried to mid-record where it does not depend on
-    # the fraction of a bin that the peak is off.
-    at_bin = np.exp(2j * np.pi * index / (2.0 * (power.size - 1)) * nothing.center)
-    # Step n leads from sample n - 1 to n.
-    tone = 2.0 / steps.size * sums[index] * at_bin / (1.0 - 1.0 / turn)
-    return replace(nothing, frequencies=frequency, cosine=tone.real, sine=-tone.imag)
+        alike = in_angle == in_angle[at]
+        distance = np.abs(peaks.place - peaks.place[at]) / 2.0
+        blocked |= alike & (distance < 1.5)
+        leakage += np.where(alike, peaks.height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2, 0.0)
+        blocked |= ~alike & (high > low[at]) & (low < high[at])
+    return chosen
 
 
-def _parabola(power: FloatArray, index: NDArray[np.int64]) -> FloatArray:
-    """Offset in bins of the top of a parabola through three ordinates."""
-    left, top, right = power[index - 1], power[index], power[index + 1]
-    return np.asarray(0.5 * (left - right) / (left - 2.0 * top + right))
+def _order_peaks(search: _Search, table: FloatArray) -> tuple[_Peaks, float]:
+    """Peaks of the spectrum over table angle, and the spacing of its half bins in orders.
+
+    None where the table is so steady that orders and frequencies are one, or turns so little
+    that orders are not told apart.
+    """
+    nothing = _Peaks(place=np.empty(0), height=np.empty(0), ratio=np.empty(0))
+    speed = _speeds(table)
+    fastest = float(speed.max())
+    highest = min(float(regression.MOST_ORDERS), np.pi / fastest) if fastest > 0.0 else 0.0
+    low, high = series.extent(table)
+    turns = (high - low) / (2.0 * np.pi)
+    if turns < rotation.FEW_TURNS or not search.unsteady(highest):
+        return nothing, 1.0
+    # An increment of exp(1j k alpha) is 1j k step exp(1j k alpha): the steps' products with those
+    # of the table, shared out between the two nearest of even angles, are transformed in one. With
+    # eight angles to a cycle of the highest order that takes a tenth off its power, and keeps
+    # what is folded from beyond below a hundredth.
+    scale = _ANGLES_A_CYCLE * highest / (2.0 * np.pi)
+    length = scipy.fft.next_fast_len(int(2.0 * (high - low) * scale) + 4, real=True)
+    grid = np.zeros(length)
+    for span in series.through(search.steps.size, table, search.steps):
+        here = table[span.start : span.stop + 1]
+        weight = search.steps[span] * np.diff(here)
+        place = (0.5 * (here[1:] + here[:-1]) - low) * scale
+        nearest = place.astype(np.int64)
+        start = int(nearest.min())
+        part = np.bincount(nearest - start, weights=weight)
+        moved = np.bincount(nearest - start, weights=weight * (place - nearest))
+        grid[start : start + part.size] += part - moved
+        grid[start + 1 : start + 1 + part.size] += moved
+    sums = scipy.fft.rfft(grid, overwrite_x=True)[: int(length / _ANGLES_A_CYCLE)]
+    spacing = _ANGLES_A_CYCLE * highest / length
+    power = np.square(sums.real) + np.square(sums.imag)
+    # Floors change slowly with order.
+    coarse = np.geomspace(_LOWEST_CYCLES / turns, highest, 400)
+    level = table.size * float(np.mean(speed**2)) * _floor_of_orders(coarse, speed, search.floor)
+    power /= np.interp(np.arange(power.size) * spacing, coarse, level)
+    first = int(2.0 * _LOWEST_CYCLES)
+    return _peaks(power, None, search.threshold, first=first), spacing
+
+
+def _peaks(power: FloatArray, floor: FloatArray | None, threshold: float, *, first: int) -> _Peaks:
+    """Where power over floor peaks above the threshold, from half bin `first` on.
+
+    `floor` is that of the whole bins; None where `power` is over its floor already.
+    """
+    # In red noise the jump from the record's end to its start leaks with one sign into whole
+    # bins and with the other into the halves between, whose floor may be twice as high.
+    halves = None if floor is None else spectrum.noise_floor(power[1::2])
+    found: list[FloatArray] = []
+    for span in series.through(power.size - 1, power):
+        start, stop = max(span.start, first), span.stop
+        if stop <= start:
+            continue
+        ratio = surely = power[start - 1 : stop + 1]
+        if floor is not None and halves is not None:
+            at = np.arange(start - 1, stop + 1)
+            between = np.minimum(at // 2, halves.size - 1)
+            after = np.minimum((at + 1) // 2, floor.size - 1)
+            level = 0.5 * (floor[at // 2] + floor[after])
+            surely = power[start - 1 : stop + 1] / np.maximum(level, halves[between])
+            ratio = ratio / level
+        left, inner, right = surely[:-2], surely[1:-1], surely[2:]
+        # A peak midway between half bins shows 0.9 of its height: one below the threshold by
+        # that much may be above it once refined, and is pruned there if it is not.
+        here = np.flatnonzero((inner > 0.9 * threshold) & (inner >= left) & (inner > right))
+        left, inner, right = left[here], inner[here], right[here]
+        # The top of a parabola through three ordinates.
+        offset = 0.5 * (left - right) / (left - 2.0 * inner + right)
+        found.append(np.stack([start + here + offset, power[start + here], ratio[here + 1]]))
+    place, height, ratio = np.concatenate(found, axis=1) if found else np.empty((3, 0))
+    return _Peaks(place=place, height=height, ratio=ratio)
 
 
 # --- judgement ---------------------------------------------------------------------------
@@ -530,7 +802,7 @@ def _parabola(power: FloatArray, index: NDArray[np.int64]) -> FloatArray:
 def _speeds(alpha: FloatArray) -> FloatArray:
     """Table speeds, rad a sample, at a few hundred evenly spaced ranks."""
     block = max(1, alpha.size // 4000)
-    speed = np.sort(np.abs(np.diff(alpha[::block]))) / block
+    speed = np.sort(np.abs(np.diff(series.every(alpha, block)))) / block
     return speed[np.linspace(0, speed.size - 1, min(200, speed.size)).astype(np.int64)]
 
 
@@ -588,35 +860,38 @@ def _significant(
     return fit.components.select(keep)
 
 
-def _rescaled(
-    residual: FloatArray, alpha: FloatArray | None, components: Components, floor: FloatArray
-) -> Components:
+def _rescaled(search: _Search) -> Components:
     """Components in time that follow the table better, moved to the angle scale.
 
     A tone is mixed down to zero frequency and its phase compared with the table's
     wander about its mean rate, scaled by the order it would have. At a steady rate the two are
     one, and the component stays in time.
     """
+    alpha, components, steps = search.table, search.components, search.steps
     if alpha is None or components.frequencies.size == 0:
         return components
-    number = np.arange(alpha.size) - components.center
-    rate = float(number @ (alpha - alpha.mean())) / float(number @ number)
-    path = float(np.abs(np.diff(alpha[:: max(1, alpha.size // 4000)])).sum())
+    block = _kernels.MIX_BLOCK
+    length = block * max(1, series.SPAN // block)
+    parts = series.each(
+        lambda span: rotation.averaged(alpha[span], block), steps.size, length, release_of=(alpha,)
+    )
+    mean_angle = np.concatenate(list(parts))
+    middles = np.arange(mean_angle.size) * block + 0.5 * (block - 1) - components.center
+    number = middles - middles.mean()
+    rate = float(number @ mean_angle) / float(number @ number)
+    path = float(np.abs(np.diff(series.every(alpha, max(1, alpha.size // 4000)))).sum())
     if abs(rate) * alpha.size < 0.5 * path:
         # A table that goes back and forth has no rate that a tone could be an order of.
         return components
-    wander = alpha - alpha.mean() - rate * number
-    levels = _floors(components, alpha, floor)[components.orders.size :]
+    wander = mean_angle - mean_angle.mean() - rate * number
+    levels = _floors(components, alpha, search.floor)[components.orders.size :]
     spread = float(np.std(wander))
-    steps = _increments(residual)
     moved = np.zeros(components.size, dtype=bool)
     orders: list[float] = []
-    block = _kernels.MIX_BLOCK
-    middles = np.arange(steps.size // block) * block + 0.5 * (block - 1) - components.center
     in_time = slice(components.orders.size, None)
-    # Increments of the components: step n leads from sample n - 1 to n.
+    # Increments of the components: step n leads from sample n to n + 1.
     phasors = components.cosine[in_time] - 1j * components.sine[in_time]
-    phasors = phasors * (1.0 - np.exp(-2j * np.pi * components.frequencies))
+    phasors = phasors * (np.exp(2j * np.pi * components.frequencies) - 1.0)
     for index, frequency in enumerate(components.frequencies, start=components.orders.size):
         order = 2.0 * np.pi * frequency / abs(rate)
         level = levels[index - components.orders.size]
@@ -624,15 +899,26 @@ def _rescaled(
         strength = own * np.sqrt(steps.size / (2.0 * level))
         if order * spread * strength < 6.0:
             continue
-        mixed = _kernels.mixed_down(steps, frequency, components.center)
-        # Neighbours too are put back: sidebands that the table's wander makes of one order.
+        mixed = np.concatenate(
+            list(
+                series.each(
+                    lambda span, frequency=frequency: _kernels.mixed_down(  # type: ignore[misc]
+                        steps[span], frequency, components.center - span.start
+                    ),
+                    steps.size,
+                    length,
+                    release_of=(steps,),
+                )
+            )
+        )
+        # The component is put back, and its neighbours too: sidebands that the table's wander makes
+        # of one order.
         for other in np.flatnonzero(
             np.abs(components.frequencies - frequency) < min(0.1 * frequency, 0.25 / block)
         ):
             apart = components.frequencies[other] - frequency
-            mixed += 0.5 * phasors[other] * np.exp(2j * np.pi * apart * middles)
-        mean_wander = wander[: mixed.size * block].reshape(-1, block).mean(axis=1)
-        turned = mixed * np.exp(-1j * np.sign(rate) * order * mean_wander)
+            mixed += 0.5 * phasors[other] * np.exp(2j * np.pi * apart * middles[: mixed.size])
+        turned = mixed * np.exp(-1j * np.sign(rate) * order * wander[: mixed.size])
         if np.abs(turned.mean()) ** 2 > np.abs(mixed.mean()) ** 2 + 10.0 * level / steps.size:
             moved[index] = True
             orders.append(order)
@@ -657,15 +943,10 @@ def _rescaled(
 # --- description -------------------------------------------------------------------------
 
 
-def _described(
-    fit: ComponentFit,
-    alpha: FloatArray | None,
-    floor: FloatArray,
-    sample_rate: float,
-    channel: str,
-) -> tuple[Line, ...]:
+def _described(fit: ComponentFit, search: _Search, channel: str) -> tuple[Line, ...]:
     """The components as lines, strongest first, named where their frequency says what they are."""
     components = fit.components
+    alpha, floor, sample_rate = search.table, search.floor, search.sample_rate
     levels = _floors(components, alpha, floor)
     significance = _significances(fit, levels)
     lines: list[Line] = []

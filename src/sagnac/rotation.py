@@ -1,5 +1,6 @@
 """The table's rotation: its rate and turns, full-turn sampling, what of a gyro follows it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -16,6 +17,8 @@ EARTH_RATE: Final = 7.292115e-5  # rad/s, IERS
 # rule 500 Hz increments, average out, and table motion does not.
 _KINEMATIC_RATE: Final = 10.0  # Hz
 _NUISANCE_ORDERS: Final = 128
+# Averages whose columns are held at a time.
+_AT_ONCE: Final = 8192
 # Prior standard deviation of an Earth-rate coefficient. At constant table rate the Earth terms
 # coincide with sin and cos of the table angle, and what is left of them is encoder noise; nothing
 # but their size is known then, and this is it.
@@ -31,6 +34,8 @@ FEW_TURNS: Final = 4.0
 _WANDERING: Final = 1e-3
 # A time shift between gyro and encoder shows only where the rate changes by this share.
 _VARYING: Final = 0.2
+# A shift is found when it moves by less than this, in samples.
+_SAME_LAG: Final = 1e-4
 
 
 def is_turning(table: FloatArray | None) -> bool:
@@ -130,14 +135,81 @@ def full_rotation_samples(angle: FloatArray, table: FloatArray) -> tuple[FloatAr
     return times, before + fraction * (series.at(angle, first + 1) - before)
 
 
-def highest_harmonic(table: FloatArray, sample_rate: float) -> float:
-    """Highest order that `follow_table` can fit beside table motion.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kinematics:
+    """What table motion and Earth rate make of a table angle; `kinematics` gives it.
 
-    Above 0.4 of the averages' rate harmonics are averaged away, and alias where they are not.
+    Attributes
+    ----------
+    table
+        (samples,) table angle as the gyro saw it, rad: shifted by `lag`.
+    sample_rate
+        Hz.
+    lag
+        Time by which the encoder leads the gyro, s.
+    block
+        Samples in each of the averages that are fitted.
+    angle, cosine, sine
+        (averages,) of the table angle, rad, and of the integrals of its cosine and sine, s.
+    starts, length
+        Both integrals where each of `pieces` starts, (pieces + 1, 2), s; samples in a piece.
     """
+
+    table: FloatArray
+    sample_rate: float
+    lag: float
+    block: int
+    angle: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    starts: FloatArray
+    length: int
+
+    def pieces(self) -> Iterator[slice]:
+        """Spans of whole averages that cover the samples."""
+        return series.spans(self.table.size, self.length)
+
+
+def kinematics(table: FloatArray, sample_rate: float, lag: float = 0.0) -> Kinematics:
+    """`Kinematics` of an encoder's angle, (samples,) rad, that leads the gyro by `lag` seconds."""
+    dt = 1.0 / sample_rate
     block = max(1, round(sample_rate / _KINEMATIC_RATE))
-    step = np.abs(np.diff(table[::block]))
-    return 0.4 * 2.0 * np.pi / max(float(np.percentile(step, 95)), 1e-12)
+    length = block * max(1, series.SPAN // block)
+    shifted = table if lag == 0.0 else _shifted(table, lag * sample_rate)
+    whole = table.size // block
+    averages = np.empty((3, whole))
+
+    def over(span: slice) -> tuple[float, float]:
+        # Each span ends on the first sample of the next: integrals join there.
+        here = shifted[span.start : span.stop + 1]
+        parts = (here, *_integrals(here, dt))
+        first = span.start // block
+        for row, part in zip(averages, parts, strict=True):
+            own = averaged(part[: span.stop - span.start], block)
+            row[first : first + own.size] = own
+        return float(parts[1][-1]), float(parts[2][-1])
+
+    gains = list(series.each(over, table.size, length, release_of=(table, shifted)))
+    starts = np.concatenate([np.zeros((1, 2)), np.cumsum(gains, axis=0)])
+    for number, begin in enumerate(range(0, whole, length // block)):
+        averages[1:, begin : begin + length // block] += starts[number][:, np.newaxis]
+    return Kinematics(
+        table=shifted,
+        sample_rate=sample_rate,
+        lag=lag,
+        block=block,
+        angle=averages[0],
+        cosine=averages[1],
+        sine=averages[2],
+        starts=starts,
+        length=length,
+    )
+
+
+def _integrals(table: FloatArray, dt: float) -> tuple[FloatArray, FloatArray]:
+    """Integrals of cosine and sine of table angle from its first sample on, s."""
+    cosine = cumulative_trapezoid(np.cos(table), dx=dt, initial=0.0)
+    return cosine, cumulative_trapezoid(np.sin(table), dx=dt, initial=0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,30 +225,61 @@ class TableMotion:
         it is in `share`.
     earth
         Coefficients of the integrals of cos and sin of table angle, rad/s.
-    lag
-        Time by which the encoder leads the gyro, s; 0 where the rate hardly varies.
-    table
-        (samples,) table angle as the gyro saw it: shifted by `lag`.
-    residual
-        (samples,) the angle less all of it, rad.
+    kinematics
+        Of the table angle as the gyro saw it.
     """
 
     share: float
     drift: float
     earth: tuple[float, float]
-    lag: float
-    table: FloatArray
-    residual: FloatArray
+    kinematics: Kinematics
+
+    def over(self, span: slice) -> FloatArray:
+        """The motion, rad, over a span that starts where one of `Kinematics.pieces` does."""
+        of = self.kinematics
+        alpha = of.table[span]
+        dt = 1.0 / of.sample_rate
+        motion = self.share * alpha
+        motion += (self.drift * dt) * np.arange(span.start, span.start + alpha.size)
+        starts = of.starts[span.start // of.length]
+        for factor, start, integral in zip(self.earth, starts, _integrals(alpha, dt), strict=True):
+            motion += factor * (integral + start)
+        return motion
+
+    @property
+    def averages(self) -> FloatArray:
+        """(averages,) of the motion, rad, but for a constant."""
+        of = self.kinematics
+        time = np.arange(of.angle.size) * (of.block / of.sample_rate)
+        motion = self.share * of.angle + self.drift * time
+        return np.asarray(motion + self.earth[0] * of.cosine + self.earth[1] * of.sine)
+
+
+def highest_harmonic(kinematic: Kinematics) -> float:
+    """Highest order that `follow_table` can fit beside table motion.
+
+    Above 0.4 of the averages' rate harmonics are averaged away, and alias where they are not.
+    """
+    step = np.abs(np.diff(kinematic.angle))
+    if step.size == 0:
+        return 0.0
+    return 0.4 * 2.0 * np.pi / max(float(np.percentile(step, 95)), 1e-12)
+
+
+def averaged(angle: FloatArray, block: int) -> FloatArray:
+    """Means of an angle, rad, over its whole blocks of so many samples."""
+    whole = angle.size // block
+    return np.asarray(angle[: whole * block].reshape(whole, block).mean(axis=1))
 
 
 def follow_table(
-    angle: FloatArray,
-    table: FloatArray,
-    sample_rate: float,
+    averages: FloatArray,
+    encoder: FloatArray,
+    kinematic: Kinematics,
     *,
     harmonics: FloatArray | None = None,
 ) -> TableMotion:
-    """Fit and remove table motion and Earth rate by the integrated kinematics.
+    """Fit table motion and Earth rate by the integrated kinematics.
 
     The model is ``share * alpha + drift * t + c1 * int cos(alpha) dt + c2 * int sin(alpha)
     dt``: Eq. 6 without its assumption that the rate is constant. Harmonics of table angle
@@ -186,95 +289,91 @@ def follow_table(
 
     Parameters
     ----------
-    angle
-        (samples,) gyro angle, rad.
-    table
-        (samples,) unwrapped table angle, rad.
-    sample_rate
-        Hz.
+    averages
+        Of the gyro angle over the blocks of `kinematic`, rad.
+    encoder
+        (samples,) unwrapped table angle as recorded, rad.
+    kinematic
+        `kinematics` of the encoder at the lag known so far.
     harmonics
-        Orders present in `angle`; None where that is not known: all are allowed for. Those
+        Orders present in the angle; None where that is not known: all are allowed for. Those
         above `highest_harmonic` are not fitted: take them out before.
     """
-    if full_turns(table) < FEW_TURNS:
+    if full_turns(encoder) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
         harmonics = np.empty(0)
-    lag = 0.0
-    rates = np.diff(_averages(table, max(1, round(sample_rate))))
-    variation = float(np.std(rates)) / float(np.sqrt(np.mean(rates**2)))
+    rates = np.diff(averaged(kinematic.angle, max(1, round(_KINEMATIC_RATE))))
+    variation = float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
     drifting = variation > _WANDERING
-    varies = variation > _VARYING
-    if varies:
+    if variation > _VARYING:
         # Gauss-Newton in the shift: its derivative is the table rate, known only in blocks.
         for _ in range(4):
-            shifted = _shifted(table, lag * sample_rate)
-            step = _kinematic_fit(
-                angle, shifted, sample_rate, harmonics, with_drift=True, with_lag=True
-            )[4]
-            if abs(step) * sample_rate < 1e-4:
+            step = _kinematic_fit(averages, kinematic, harmonics, with_drift=True, with_lag=True)[4]
+            if abs(step) * kinematic.sample_rate < _SAME_LAG:
                 break
-            lag += step
-    shifted = _shifted(table, lag * sample_rate)
+            kinematic = kinematics(encoder, kinematic.sample_rate, kinematic.lag + step)
     share, drift, cosine, sine, _ = _kinematic_fit(
-        angle, shifted, sample_rate, harmonics, with_drift=drifting, with_lag=False
+        averages, kinematic, harmonics, with_drift=drifting, with_lag=False
     )
-    residual = angle - share * shifted
-    residual -= (drift / sample_rate) * np.arange(angle.size)
-    dt = 1.0 / sample_rate
-    residual -= cosine * cumulative_trapezoid(np.cos(shifted), dx=dt, initial=0.0)
-    residual -= sine * cumulative_trapezoid(np.sin(shifted), dx=dt, initial=0.0)
-    return TableMotion(
-        share=share, drift=drift, earth=(cosine, sine), lag=lag, table=shifted, residual=residual
-    )
+    return TableMotion(share=share, drift=drift, earth=(cosine, sine), kinematics=kinematic)
 
 
 def _kinematic_fit(
-    angle: FloatArray,
-    table: FloatArray,
-    sample_rate: float,
+    averages: FloatArray,
+    kinematic: Kinematics,
     harmonics: FloatArray | None,
     *,
     with_drift: bool,
     with_lag: bool,
 ) -> tuple[float, float, float, float, float]:
     """share, drift, cosine, sine and lag by ridge regression on increments of averages."""
-    dt = 1.0 / sample_rate
-    block = max(1, round(sample_rate / _KINEMATIC_RATE))
-    mean_table = _averages(table, block)
-    interval = block * dt
-    time = np.arange(mean_table.size) * interval
+    interval = kinematic.block / kinematic.sample_rate
+    time = np.arange(kinematic.angle.size) * interval
     columns = [
-        mean_table,
+        kinematic.angle,
         time if with_drift else np.zeros_like(time),
-        _averages(cumulative_trapezoid(np.cos(table), dx=dt, initial=0.0), block),
-        _averages(cumulative_trapezoid(np.sin(table), dx=dt, initial=0.0), block),
+        kinematic.cosine,
+        kinematic.sine,
     ]
-    prior = [np.inf, np.inf, _EARTH_PRIOR, _EARTH_PRIOR]
     if with_lag:
-        columns.append(-np.gradient(mean_table, interval))
-        prior.append(np.inf)
-    highest = highest_harmonic(table, sample_rate)
+        columns.append(-np.gradient(kinematic.angle, interval))
+    prior = [np.inf, np.inf, _EARTH_PRIOR, _EARTH_PRIOR, np.inf][: len(columns)]
+    highest = highest_harmonic(kinematic)
     orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
-    for order in orders[orders <= highest]:
-        columns += [np.cos(order * mean_table), np.sin(order * mean_table)]
-        prior += [np.inf, np.inf]
-    design = np.diff(np.array(columns), axis=1)
-    target = np.diff(_averages(angle, block))
-    scale = np.sqrt(np.einsum("ij,ij->i", design, design))
-    scale[scale == 0.0] = 1.0
+    orders = orders[orders <= highest]
+    prior += [np.inf] * (2 * orders.size)
+
+    def design(span: slice) -> FloatArray:
+        """(columns, span) increments."""
+        here = slice(span.start, span.stop + 1)
+        phase = np.outer(orders, kinematic.angle[here])
+        rows = np.empty((len(prior), phase.shape[1]))
+        for row, column in zip(rows, columns, strict=False):
+            row[:] = column[here]
+        rows[len(columns) :: 2] = np.cos(phase)
+        rows[len(columns) + 1 :: 2] = np.sin(phase)
+        return np.diff(rows, axis=1)
+
+    target = np.diff(averages)
     # Orthogonal triangles, not the normal equations: the parts of these columns that tell
     # them apart can be 1e-7 of their size, which squared is below rounding.
-    triangle = scipy.linalg.qr(np.vstack([design / scale[:, None], target]).T, mode="r")[0]
-    size = scale.size
-    factor, right = triangle[:size, :size], triangle[:size, size]
+    triangle = np.empty((0, len(prior) + 1))
+    for span in series.spans(target.size, _AT_ONCE):
+        stacked = np.vstack([triangle, np.vstack([design(span), target[span]]).T])
+        triangle = scipy.linalg.qr(stacked, mode="r", overwrite_a=True)[0][: len(prior) + 1]
+    scale = np.sqrt(np.einsum("ij,ij->j", triangle, triangle))[:-1]
+    scale[scale == 0.0] = 1.0
+    factor, right = triangle[: scale.size, :-1] / scale, triangle[: scale.size, -1]
 
     def solve(penalty: FloatArray) -> FloatArray:
         stacked = np.vstack([factor, np.diag(penalty)])
-        target = np.concatenate([right, np.zeros(size)])
+        target = np.concatenate([right, np.zeros(scale.size)])
         return np.asarray(scipy.linalg.lstsq(stacked, target, cond=1e-11)[0] / scale)
 
-    free = solve(np.zeros(size))
-    leftover = target - free @ design
+    free = solve(np.zeros(scale.size))
+    leftover = np.concatenate(
+        [target[span] - free @ design(span) for span in series.spans(target.size, _AT_ONCE)]
+    )
     if harmonics is None or harmonics.size == 0:
         # Lines in time are still in and count as noise: they would otherwise buy any Earth rate
         # that lowers them a little.
@@ -296,14 +395,16 @@ def _kinematic_fit(
     return share, drift, cosine, sine, lag
 
 
-def _averages(values: FloatArray, block: int) -> FloatArray:
-    whole = values.size // block
-    return np.asarray(values[: whole * block].reshape(whole, block).mean(axis=1))
-
-
 def _shifted(values: FloatArray, samples: float) -> FloatArray:
-    """`values` read `samples` earlier, by linear interpolation, held at the ends."""
-    if samples == 0.0:
-        return values
-    at = np.arange(values.size) - samples
-    return np.asarray(np.interp(at, np.arange(values.size), values))
+    """`values` read `samples` earlier, by linear interpolation, held at the ends: a new series."""
+    result = series.empty(values.size)
+    whole = int(np.floor(-samples))
+    fraction = -samples - whole
+
+    def fill(span: slice) -> None:
+        at = np.clip(np.arange(span.start, span.stop + 1) + whole, 0, values.size - 1)
+        here = values[at[0] : at[-1] + 1][at - at[0]]
+        result[span] = here[:-1] + fraction * (here[1:] - here[:-1])
+
+    list(series.each(fill, values.size, release_of=(values, result)))
+    return result
