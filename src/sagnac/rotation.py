@@ -32,7 +32,8 @@ FEW_TURNS: Final = 4.0
 # jitter then stays in the residual; taking the share from the mean rate instead puts the drift
 # into it: 0.01 deg/h at 40 deg/s is 1e-7.
 _WANDERING: Final = 1e-3
-# A time shift between gyro and encoder shows only where the rate changes by this share.
+# A time shift between gyro and encoder shows only where the rate strays by this share from a
+# straight line.
 _VARYING: Final = 0.2
 # A shift is found when it moves by less than this, in samples.
 _SAME_LAG: Final = 1e-4
@@ -305,7 +306,12 @@ def follow_table(
     rates = np.diff(averaged(kinematic.angle, max(1, round(_KINEMATIC_RATE))))
     variation = float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
     drifting = variation > _WANDERING
-    if variation > _VARYING:
+    # Of a rate that grows evenly a shift is only another drift.
+    number = np.arange(rates.size) - 0.5 * (rates.size - 1)
+    uneven = rates - rates.mean()
+    uneven -= number * float(number @ uneven) / max(float(number @ number), 1e-300)
+    unevenness = float(np.std(uneven)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
+    if unevenness > _VARYING:
         # Gauss-Newton in the shift: its derivative is the table rate, known only in blocks.
         for _ in range(4):
             step = _kinematic_fit(averages, kinematic, harmonics, with_drift=True, with_lag=True)[4]

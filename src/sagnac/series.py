@@ -7,6 +7,7 @@ Scratch files lie where temporary files do (``TMPDIR``).
 """
 
 import mmap
+import os
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -36,7 +37,11 @@ def empty(size: int) -> FloatArray:
     if size <= IN_MEMORY:
         return np.empty(size)
     with tempfile.TemporaryFile(prefix="sagnac-") as file:
-        file.truncate(8 * size)
+        if hasattr(os, "posix_fallocate"):
+            # A full disk is an error here and now, not a signal at the first write.
+            os.posix_fallocate(file.fileno(), 0, 8 * size)
+        else:
+            file.truncate(8 * size)
         return mapped(file, size)
 
 
