@@ -15,16 +15,10 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac._kernels import FloatArray, IntegerArray
-
-# A run longer than this is left missing: as with time stamps, from there on the angle turned
-# meanwhile is a guess.
-LONGEST_RUN: Final = 4
-# With more missing than this the gaps come close to one another, and it is no recording but what
-# is left of one.
-LARGEST_SHARE: Final = 0.01
+from sagnac.recording import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 
 # A reading is off the path when it leaves by more than this many usual steps, and than this part of
-# a turn, and is back within `LONGEST_RUN` samples: no table does that.
+# a turn, and is back within `MOST_MISSING_IN_A_ROW` samples: no table does that.
 _USUAL_STEPS: Final = 5.0
 _LEAST_JUMP: Final = 1.0 / 360.0
 # A reading is held where the table steps evenly, to this part, but for steps of nothing that the
@@ -85,10 +79,10 @@ class Filled:
 def mark_missing(values: FloatArray, turn: float) -> Marked:
     """Set readings that stand for missing ones to NaN, in place.
 
-    Those off the table's path for `LONGEST_RUN` samples at most; where all of them read the same,
-    every other sample that reads so and is not one of a long row of them, since near the path it
-    cannot be told from a reading. And those held: the one before once more, or several times,
-    while the table turns, made up for by the step after.
+    Those off the table's path for no more samples than can be interpolated; where all of them read
+    the same, every other sample that reads so and is not one of a long row of them, since near the
+    path it cannot be told from a reading. And those held: the one before once more, or several
+    times, while the table turns, made up for by the step after.
 
     Parameters
     ----------
@@ -114,11 +108,11 @@ def mark_missing(values: FloatArray, turn: float) -> Marked:
 def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Filled:
     """Interpolate isolated NaN from their neighbours, in place.
 
-    A cubic through two readings on each side. Left missing are runs of more than `LONGEST_RUN`;
-    all of them where more than `LARGEST_SHARE` of the samples are missing or any is infinite; those
-    at the ends; and those where the table moved unevenly: where a quintic, through three readings
-    on each side, disagrees by more than `accuracy` and by more than ten times what the cubic
-    errs on known samples.
+    A cubic through two readings on each side. Left missing are runs of more than
+    `MOST_MISSING_IN_A_ROW`; all of them where more than `LARGEST_SHARE_MISSING` of the samples are
+    missing or any is infinite; those at the ends; and those where the table moved unevenly: where
+    a quintic, through three readings on each side, disagrees by more than `accuracy` and by more
+    than ten times what the cubic errs on known samples.
 
     Parameters
     ----------
@@ -134,13 +128,13 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
     nothing = Filled(samples=0, longest=0, error=float("nan"))
     if (
         missing.size == 0
-        or missing.size > LARGEST_SHARE * values.size
+        or missing.size > LARGEST_SHARE_MISSING * values.size
         or np.isinf(values[missing]).any()
     ):
         return nothing
     firsts, lengths = _runs(missing)
     filled, longest, error = 0, 0, float("nan")
-    for length in range(1, LONGEST_RUN + 1):
+    for length in range(1, MOST_MISSING_IN_A_ROW + 1):
         starts = firsts[lengths == length]
         usual = _error_on_known(values, length, period)
         around = _neighbours(missing, starts, length, values.size)
@@ -169,7 +163,7 @@ def _found(test: Callable[[FloatArray], NDArray[np.bool_]], values: FloatArray) 
         here = span.start + np.flatnonzero(test(values[span]))
         found.append(here)
         count += here.size
-        if count > LARGEST_SHARE * values.size:
+        if count > LARGEST_SHARE_MISSING * values.size:
             break
     return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
 
@@ -189,7 +183,7 @@ def _folded(steps: FloatArray, period: float) -> FloatArray:
 
 
 def _off_path(values: FloatArray, turn: float) -> IntegerArray:
-    """Samples that leave the table's path and are back within `LONGEST_RUN` samples."""
+    """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
     some = np.arange(0, values.size - 1, max(1, values.size // 100_000))
     usual_steps = np.abs(_folded(series.at(values, some + 1) - series.at(values, some), turn))
     usual_steps = usual_steps[np.isfinite(usual_steps)]
@@ -204,7 +198,7 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
         large = np.flatnonzero(np.abs(steps) > limit)
         places += (span.start + large).tolist()
         sizes += steps[large].tolist()
-        if len(places) > 2.0 * LARGEST_SHARE * values.size + 2:
+        if len(places) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
             # That is how this table moves.
             return np.empty(0, dtype=np.int64)
     off: list[IntegerArray] = []
@@ -214,7 +208,7 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
         there, home = sizes[number], sizes[number + 1]
         rest = abs(there + home) - (back - out + 1) * usual
         returns = there * home < 0.0 and rest <= 0.25 * min(abs(there), abs(home))
-        if back - out <= LONGEST_RUN and returns:
+        if back - out <= MOST_MISSING_IN_A_ROW and returns:
             off.append(np.arange(out + 1, back + 1))
             number += 2
         else:
@@ -228,7 +222,7 @@ def _reading_alike(values: FloatArray, reading: float) -> IntegerArray:
     for span in series.through(values.size, values):
         alike = span.start + np.flatnonzero(values[span] == reading)
         _, lengths = _runs(alike)
-        found.append(alike[np.repeat(lengths <= LONGEST_RUN, lengths)])
+        found.append(alike[np.repeat(lengths <= MOST_MISSING_IN_A_ROW, lengths)])
     return np.concatenate(found)
 
 
@@ -270,7 +264,7 @@ def _neighbours(
     for direction, nearest, none in ((-1, starts - 1, -1), (1, starts + length, size)):
         nodes = np.empty((starts.size, _WIDE_SIDE), dtype=np.int64)
         reached = nearest.copy()
-        end = nearest + direction * 2 * (_WIDE_SIDE + LONGEST_RUN)
+        end = nearest + direction * 2 * (_WIDE_SIDE + MOST_MISSING_IN_A_ROW)
         for node in range(_WIDE_SIDE):
             while (blocked := np.isin(reached, missing) & (reached != end)).any():
                 reached += direction * blocked

@@ -46,6 +46,18 @@ SLOWEST_RATE: Final = 1e-6 * DEGREE_PER_HOUR
 
 # A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor.
 LARGEST_SHARE: Final = 1.1
+# Missing encoder samples are interpolated up to so many in a row: as with time stamps, from there
+# on the angle turned meanwhile is a guess. With more than this share missing the gaps come close
+# to one another, and it is no recording but what is left of one.
+MOST_MISSING_IN_A_ROW: Final = int(GAP_STEPS) - 1
+LARGEST_SHARE_MISSING: Final = 0.01
+# An encoder jumps when it moves by this much from one sample to the next, this many times as far as
+# it usually does, and the gyro moves less than half of that in so many samples around: no table
+# leaves its gyros behind, but the two may be sampled some samples apart.
+LEAST_JUMP: Final = 1.0 * DEGREE
+JUMP_RATIO: Final = 10.0
+JUMP_REACH: Final = 2
+LEAST_SHARE: Final = 0.05
 # A gyro is said to turn above this rate: more than the bias of any gyro on a rate table, but
 # for a MEMS gyro as it comes from the factory.
 TURNING_RATE: Final = 2.0 * DEGREE
@@ -548,7 +560,12 @@ def _not_finite(recording: Recording, name: str, values: FloatArray) -> list[Fin
     if bad == 0:
         return []
     # Reading has interpolated what it could of a table.
-    beyond = ", more than can be interpolated" if name == "table" else ""
+    beyond = (
+        f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, "
+        f"{100.0 * LARGEST_SHARE_MISSING:g} % of all)"
+        if name == "table"
+        else ""
+    )
     return [
         Finding(
             level="error",
@@ -744,7 +761,44 @@ def _encoder_finding(recording: Recording, gyro: Channel) -> Finding | None:
             message=f"turns {share:.3g} times as fast as the table: a unit or kind is wrong; "
             "state --unit and --kind, or the table's with --table COLUMN:UNIT",
         )
-    return None
+    return _unfollowed_jump(recording, recording.table, gyro, share)
+
+
+def _unfollowed_jump(
+    recording: Recording, table: Channel, gyro: Channel, share: float
+) -> Finding | None:
+    """A jump of the encoder that the gyro does not make; None where it senses too little."""
+    if abs(share) < LEAST_SHARE:
+        return None
+    angle, values = table.values, gyro.values
+    sample = np.arange(0, angle.size - 1, max(1, (angle.size - 1) // 100_000))
+    steps = np.abs(series.at(angle, sample + 1) - series.at(angle, sample))
+    limit = max(LEAST_JUMP, JUMP_RATIO * float(np.quantile(steps, 0.99)))
+    found = _places(angle, lambda some: np.abs(np.diff(some)) > limit, following=1)
+    jumps = np.concatenate([np.empty(0, dtype=np.int64), *found])
+    if jumps.size == 0:
+        return None
+    jump = series.at(angle, jumps + 1) - series.at(angle, jumps)
+    # Step n leads from sample n to the next.
+    first = np.maximum(jumps - JUMP_REACH, 0)
+    last = np.minimum(jumps + 1 + JUMP_REACH, values.size - 1)
+    if gyro.kind == "angle":
+        turned = series.at(values, last) - series.at(values, first)
+    else:
+        around = [first + number for number in range(1, 2 * JUMP_REACH + 2)]
+        turned = sum(series.at(values, np.minimum(some, last)) * (some <= last) for some in around)
+        turned = turned / (recording.sample_rate if gyro.kind == "rate" else 1.0)
+    alone = np.flatnonzero(np.abs(turned) < 0.5 * np.abs(share * jump))
+    if alone.size == 0:
+        return None
+    at = jumps[alone]
+    return Finding(
+        level="error",
+        channel="table",
+        message=f"{counted(alone.size, 'jump')} that gyro {gyro.name} does not make, the first by "
+        f"{jump[alone[0]] / DEGREE:.3g} deg at {_second(recording, int(at[0]) + 1):.3f} s; "
+        f"{_longest_stretch(recording, (at + 1,))}",
+    )
 
 
 def _table_findings(recording: Recording, gyro: Channel) -> list[Finding]:
