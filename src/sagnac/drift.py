@@ -244,8 +244,8 @@ def taken_bands(line: DriftingLine) -> tuple[FloatArray, FloatArray]:
 class _Baseband:
     """Increments mixed down: one complex amplitude for every `length` samples.
 
-    `variance` is that of the real and of the imaginary part of `target`, (baseband,), rad;
-    `middles` the sample numbers that its values stand for.
+    `target`, (baseband,), in rad; `variance` is that of its real and of its imaginary part, and
+    `middles` are the sample numbers that its values stand for.
     """
 
     target: ComplexArray
