@@ -369,6 +369,14 @@ class _Search:
             before,
             harmonics=self.components.orders,
         )
+        # What harmonics and motion trade with each other, they trade here: nothing of it is left to
+        # the fit of the lines, which would meet a residual far above the noise.
+        motion, known = self.motion, self.components
+        cosine, sine = known.cosine.copy(), known.sine.copy()
+        place = np.flatnonzero(np.isin(known.orders, motion.orders))
+        cosine[place] += motion.cosine
+        sine[place] += motion.sine
+        self.components = replace(known, cosine=cosine, sine=sine)
         if self.motion.kinematics is not before:
             self.sampled = regression.sampling(self.angle.size, self.table)
 

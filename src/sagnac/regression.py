@@ -39,7 +39,7 @@ _LONGEST_BLOCK: Final = 256
 _APART: Final = 100.0
 # An order that comes that close to a tone on less than this share of the record does not count.
 # Of few pairs and blocks all do, for no gain in leaving them out.
-_FEW: Final = 1_000_000
+_FEW: Final = 2_000_000
 _LEAST_MEETING: Final = 1e-2
 _EXPANSION: Final = 1e-9
 _HIGHEST_DEGREE: Final = 24

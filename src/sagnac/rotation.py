@@ -228,12 +228,17 @@ class TableMotion:
         Coefficients of the integrals of cos and sin of table angle, rad/s.
     kinematics
         Of the table angle as the gyro saw it.
+    orders, cosine, sine
+        (harmonics,) of table angle that were fitted beside it, and are left in, rad.
     """
 
     share: float
     drift: float
     earth: tuple[float, float]
     kinematics: Kinematics
+    orders: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
 
     def over(self, span: slice) -> FloatArray:
         """The motion, rad, over a span that starts where one of `Kinematics.pieces` does."""
@@ -314,14 +319,30 @@ def follow_table(
     if unevenness > _VARYING:
         # Gauss-Newton in the shift: its derivative is the table rate, known only in blocks.
         for _ in range(4):
-            step = _kinematic_fit(averages, kinematic, harmonics, with_drift=True, with_lag=True)[4]
+            solution, _ = _kinematic_fit(
+                averages, kinematic, harmonics, with_drift=True, with_lag=True
+            )
+            # angle = share * alpha(t - lag): the column's coefficient is share * lag.
+            step = float(solution[4] / solution[0]) if solution[0] else 0.0
             if abs(step) * kinematic.sample_rate < _SAME_LAG:
                 break
             kinematic = kinematics(encoder, kinematic.sample_rate, kinematic.lag + step)
-    share, drift, cosine, sine, _ = _kinematic_fit(
+    solution, orders = _kinematic_fit(
         averages, kinematic, harmonics, with_drift=drifting, with_lag=False
     )
-    return TableMotion(share=share, drift=drift, earth=(cosine, sine), kinematics=kinematic)
+    # The average of a harmonic over a block is smaller than the harmonic.
+    step = float(np.median(np.abs(np.diff(kinematic.angle)))) / kinematic.block
+    half = np.maximum(0.5 * orders * step, 1e-12)
+    left = np.sin(kinematic.block * half) / (kinematic.block * np.sin(half))
+    return TableMotion(
+        share=float(solution[0]),
+        drift=float(solution[1]),
+        earth=(float(solution[2]), float(solution[3])),
+        kinematics=kinematic,
+        orders=orders,
+        cosine=solution[4::2] / left,
+        sine=solution[5::2] / left,
+    )
 
 
 def _kinematic_fit(
@@ -331,8 +352,15 @@ def _kinematic_fit(
     *,
     with_drift: bool,
     with_lag: bool,
-) -> tuple[float, float, float, float, float]:
-    """share, drift, cosine, sine and lag by ridge regression on increments of averages."""
+) -> tuple[FloatArray, FloatArray]:
+    """Ridge regression on increments of averages.
+
+    Returns
+    -------
+    solution, orders
+        share, drift, cosine, sine, share times lag if asked for, then the cosine and sine of each
+        of the orders.
+    """
     interval = kinematic.block / kinematic.sample_rate
     time = np.arange(kinematic.angle.size) * interval
     columns = [
@@ -393,12 +421,7 @@ def _kinematic_fit(
         # Not noise but encoder error speaks here, and no amount of it makes the Earth turn faster.
         penalty *= 1.3
         solution = solve(penalty)
-    lag = 0.0
-    if with_lag:
-        # angle = share * alpha(t - lag): the column's coefficient is share * lag.
-        lag = float(solution[4] / solution[0]) if solution[0] else 0.0
-    share, drift, cosine, sine = (float(value) for value in solution[:4])
-    return share, drift, cosine, sine, lag
+    return solution, orders
 
 
 def _shifted(values: FloatArray, samples: float) -> FloatArray:
