@@ -182,67 +182,109 @@ def make_rows(folder: Path, recordings: int, methods: Sequence[Method]) -> None:
 # --- lines against the truth ------------------------------------------------------------------
 
 
+Peak = tuple[float, float, float]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
     """Lines of one recording, each as (Hz at the mean table rate, amplitude in arcsec, height).
 
     `height` is that of the peak over the noise floor, in units of the detection threshold.
-    `missed` and `found` are lines put in; `sidebands` are finds where the encoder's periodic error
-    puts them in the angle that it reports; `false` are the finds that are neither, or a second of
-    one line.
+    `found`, `missed` and `merged` are lines put in, the last within a bin of another one that was
+    found; `explained` are finds of what the Earth and the encoder's error make of the table's
+    motion and of harmonics put in; `false` are all other finds, a second of one line among them.
     """
 
-    found: list[tuple[float, float, float]]
-    missed: list[tuple[float, float, float]]
-    sidebands: list[tuple[float, float, float]]
-    false: list[tuple[float, float, float]]
+    found: list[Peak]
+    missed: list[Peak]
+    merged: list[Peak]
+    explained: list[Peak]
+    false: list[Peak]
 
 
 def judged(row: Mapping[str, Any]) -> Judged:
     config = config_of(row["number"])
     truth = rig.truth_of(config)
     turn_rate = truth.table_rate_deg_per_s / 360.0
-    channel = "-".join(PAIR)
     resolution = 1.0 / config.duration_s
     threshold = detection_threshold(config.samples // 2, FALSE_ALARM)
     walk = math.sqrt(2.0) * true_value(truth) * DEGREE_PER_ROOT_HOUR / ARCSECOND
-    steps = config.gyro.quantization_step_arcsec
+    steps = [config.gyro.quantization_step_arcsec[rig.GYRO_NAMES.index(name)] for name in PAIR]
 
-    def sized(hertz: float, amplitude: float) -> tuple[float, float, float]:
-        """With the height of the peak over the floor of the increments."""
+    def peak(hertz: float, amplitude: float) -> Peak:
+        """With its height over the floor of the increments."""
         transfer = 2.0 * math.sin(math.pi * hertz / config.sample_rate_hz)
-        readout = (steps[0] ** 2 + steps[2] ** 2) / 12.0
+        readout = sum(step**2 for step in steps) / 12.0
         floor = walk**2 / config.sample_rate_hz + readout * transfer**2
         height = config.samples * (amplitude * transfer) ** 2 / 4.0 / floor
         return hertz, amplitude, height / threshold
 
     rest = [
-        sized(
+        peak(
             line["frequency"] * (turn_rate if line["scale"] == "angle" else 1.0),
             line["amplitude_arcsec"],
         )
         for line in row["lines"]
     ]
-    found, missed = [], []
-    for line in truth.lines:
-        hertz = line.frequency_hz if line.order is None else line.order * turn_rate
-        size = sized(hertz, line.difference_amplitude_arcsec[channel])
-        nearest = min(rest, key=lambda other: abs(other[0] - hertz), default=None)
-        if nearest is not None and abs(nearest[0] - hertz) < resolution:
+    found: list[Peak] = []
+    lost: list[Peak] = []
+    put_in = [
+        peak(
+            line.order * turn_rate if line.order is not None else line.frequency_hz or math.nan,
+            line.difference_amplitude_arcsec["-".join(PAIR)],
+        )
+        for line in truth.lines
+    ]
+    for line in sorted(put_in, key=lambda one: -one[2]):
+        nearest = min(rest, key=lambda other: abs(other[0] - line[0]), default=None)
+        if nearest is not None and abs(nearest[0] - line[0]) < resolution:
             rest.remove(nearest)
-            found.append(size)
+            found.append(line)
         else:
-            missed.append(size)
-    # Where the encoder errs by e cos(p alpha), an order k shows beside it k + p and k - p, and
-    # the table's motion, of which the two gyros sense unequal shares, shows p.
-    errors = [order for order, _ in config.encoder.periodic_error]
-    harmonics = [order for order, _ in config.disturbances.angle]
-    beside = {abs(k + sign * p) for k in harmonics for p in errors for sign in (-1, 1)} | {*errors}
-    sidebands, false = [], []
+            lost.append(line)
+    merged = [line for line in lost if any(abs(other[0] - line[0]) < resolution for other in found)]
+    largest = explicable(truth, config)
+    explained: list[Peak] = []
+    false: list[Peak] = []
     for find in rest:
-        near = any(abs(find[0] - order * turn_rate) < resolution for order in beside)
-        (sidebands if near else false).append(find)
-    return Judged(found=found, missed=missed, sidebands=sidebands, false=false)
+        order = round(find[0] / turn_rate)
+        near = abs(find[0] - order * turn_rate) < resolution
+        # Of what is weak, only what noise adds to is found.
+        noise = 4.0 * find[1] / math.sqrt(2.0 * find[2] * threshold)
+        own = near and order in largest and find[1] < largest[order] + noise
+        (explained if own else false).append(find)
+    return Judged(
+        found=found,
+        missed=[line for line in lost if line not in merged],
+        merged=merged,
+        explained=explained,
+        false=false,
+    )
+
+
+def explicable(truth: rig.Truth, config: rig.RigConfig) -> dict[int, float]:
+    """Largest amplitude, arcsec, at each order, of what is there without being put in as a line.
+
+    Earth rate at order 1. Where the encoder errs by e cos(p alpha), an order k of amplitude A
+    in the angle that it reports has sidebands of A k e / 2 at k + p and k - p, and the table's
+    motion, of which the gyros sense unequal shares, shows p.
+    """
+    channel = "-".join(PAIR)
+    largest: dict[int, float] = {}
+
+    def add(order: float, amplitude: float) -> None:
+        largest[round(order)] = largest.get(round(order), 0.0) + amplitude
+
+    if truth.earth_rate_order_one is not None:
+        add(1.0, truth.earth_rate_order_one.difference_amplitude_arcsec[channel])
+    for p, error in config.encoder.periodic_error:
+        add(p, abs(truth.shares[PAIR[0]] - truth.shares[PAIR[1]]) * error)
+        for line in truth.lines:
+            if line.order is not None:
+                size = line.difference_amplitude_arcsec[channel] * line.order * error * ARCSECOND
+                add(line.order + p, size / 2.0)
+                add(abs(line.order - p), size / 2.0)
+    return largest
 
 
 # --- the page ---------------------------------------------------------------------------------
@@ -336,31 +378,35 @@ def _lines(configs: Mapping[int, rig.RigConfig], row: Mapping[str, Any]) -> int:
 def lines_table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """What `fos` found of the lines put in."""
     judgements = {row["number"]: judged(row) for row in rows if "lines" in row}
-    found = [line for one in judgements.values() for line in one.found]
-    missed = [line for one in judgements.values() for line in one.missed]
-    above = [line for line in found + missed if line[2] > 1.0]
-    lost = [line for line in missed if line[2] > 1.0]
-    false = sum(len(one.false) for one in judgements.values())
-    with_false = [number for number, one in judgements.items() if one.false]
-    with_lost = [
-        number for number, one in judgements.items() if any(line[2] > 1.0 for line in one.missed)
-    ]
-    sidebands = sum(len(one.sidebands) for one in judgements.values())
+
+    def line(name: str, lines: Mapping[int, Sequence[Peak]], which: bool = False) -> str:
+        numbers = [number for number, own in lines.items() if own]
+        listed = f": {', '.join(map(str, numbers))}" if which and numbers else ""
+        return f"| {name} | {sum(map(len, lines.values()))} | {len(numbers)}{listed} |"
+
+    def among(above: bool, *names: str) -> dict[int, list[Peak]]:
+        return {
+            number: [
+                peak for name in names for peak in getattr(one, name) if (peak[2] > 1.0) is above
+            ]
+            for number, one in judgements.items()
+        }
+
     return [
         "| | lines | in recordings |",
         "|---|---|---|",
-        f"| put in | {len(found) + len(missed)} | {len(judgements)} |",
-        f"| of them above the detection threshold | {len(above)} | |",
-        f"| found | {len(above) - len(lost)} | |",
-        f"| missed | {len(lost)} | {_listed(with_lost)} |",
-        f"| found below the threshold | {len(found) + len(lost) - len(above)} | |",
-        f"| false | {false} | {_listed(with_false)} |",
-        f"| sidebands of the encoder's error | {sidebands} | |",
+        line("put in, above the detection threshold", among(True, "found", "missed", "merged")),
+        line("of them found", among(True, "found")),
+        line("of them within a bin (1/T) of one that was found", among(True, "merged"), True),
+        line("of them missed", among(True, "missed"), True),
+        line("put in, below the threshold", among(False, "found", "missed", "merged")),
+        line("of them found", among(False, "found")),
+        line(
+            "found, of Earth rate and the encoder's error",
+            {number: one.explained for number, one in judgements.items()},
+        ),
+        line("false", {number: one.false for number, one in judgements.items()}, True),
     ]
-
-
-def _listed(numbers: Sequence[int]) -> str:
-    return f"{len(numbers)}" + (f": {', '.join(map(str, numbers))}" if numbers else "")
 
 
 def outside(rows: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -471,11 +517,13 @@ def report(rows: Mapping[Method, Sequence[Mapping[str, Any]]], recordings: int) 
             "## Lines by `fos`",
             "",
             "A line is found if one is listed within a bin (1/T) of it, angle lines taken at the "
-            "mean table rate; a line that was put in is above the threshold if its peak in the "
-            "difference stands above the floor of ARW and readout by as much as the search asks "
-            f"of noise at {FALSE_ALARM:g} for the whole of it. Harmonics are removed in the angle "
-            "that the encoder reports, whose periodic error puts sidebands beside them; those are "
-            "counted apart. What is none of these, or the second of one line, is false.",
+            "mean table rate. It is above the threshold if its peak in the difference stands above "
+            "the floor of ARW and readout by as much as the search asks of noise at "
+            f"{FALSE_ALARM:g} for the whole of it. At order 1 stands Earth rate, and harmonics are "
+            "removed in the angle that the encoder reports, whose periodic error makes sidebands "
+            "of them: what is found there, no larger than these are, is counted apart. What is "
+            "none of these, or a second of one line, is false; of noise, "
+            f"{FALSE_ALARM * len(own):g} is expected in {len(own)} recordings.",
             "",
             *lines_table(own),
             "",
