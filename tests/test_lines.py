@@ -157,6 +157,28 @@ def test_progress_goes_up_to_one():
     assert seen[-1] == 1.0
 
 
+def test_a_line_that_drifts_is_fitted_in_blocks_and_said_so():
+    samples = 40_000
+    noise = walk(samples, 15)
+    number = np.arange(samples)
+    swing = 1.0 + 0.3 * np.cos(4.0 * (number / samples) ** 2)
+    angle = noise + tone(samples, 20.0, 1e-7) * swing + tone(samples, 20.8, 1e-8)
+    removal = remove_lines(angle, None, RATE, channel="x")
+    drifting = found_at(removal.lines, "time", 20.0, 1e-3)
+    assert drifting.name.startswith("drifts: fitted in ")
+    assert drifting.amplitude == pytest.approx(1e-7 * np.sqrt(np.mean(swing**2)), rel=0.01)
+    steady = found_at(removal.lines, "time", 20.8, 1e-3)
+    assert steady.amplitude == pytest.approx(1e-8, abs=5.0 * steady.amplitude_error)
+    assert len(removal.lines) == 2
+    [note] = removal.notes
+    assert note.startswith("x: the line at 20 Hz drifts, by 2")
+    # What was taken of the noise is what is said: in power, so many hertz of its density.
+    left = np.diff(removal.residual)
+    lost = np.sum(np.diff(noise) ** 2) - np.sum(left**2)
+    said = np.sum(removal.taken[1]) * 2.0 * samples / RATE * SIGMA**2
+    assert lost == pytest.approx(said, abs=4.0 * SIGMA**2 * np.sqrt(2.0 * said / SIGMA**2))
+
+
 # --- threshold -------------------------------------------------------------------------------
 
 

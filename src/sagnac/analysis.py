@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -16,7 +16,7 @@ from sagnac.difference import per_gyro
 from sagnac.estimates import Estimate, Fit, FitName
 from sagnac.likelihood import likelihood_fit, three_cornered_hat
 from sagnac.lines import Line, Removal, remove_lines, remove_lines_as_published
-from sagnac.noise import COEFFICIENT_NAMES
+from sagnac.noise import COEFFICIENT_NAMES, taken_allan_variance
 from sagnac.recording import (
     FloatArray,
     Kind,
@@ -31,6 +31,7 @@ from sagnac.stability import (
     StabilityCurve,
     equivalent_degrees_of_freedom,
     stability_curve,
+    with_noise_restored,
 )
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
@@ -224,6 +225,11 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         curve = stability_curve(
             points, kind="angle", sample_rate=point_rate, confidence=settings.confidence
         )
+        if removal.taken.size:
+            taken = taken_allan_variance(
+                curve.tau, *removal.taken, interval=1.0 / recording.sample_rate
+            )
+            curve = with_noise_restored(curve, taken, len(removal.lines))
         before, before_rate = _at_interval(angle, recording.sample_rate, settings.interval)
         curve_before = stability_curve(
             before, kind="angle", sample_rate=before_rate, confidence=settings.confidence
@@ -400,6 +406,7 @@ class _Removed:
     residual: FloatArray | None
     lines: tuple[Line, ...] = ()
     masked: tuple[tuple[float, float], ...] = ()
+    taken: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
     notes: tuple[str, ...] = ()
 
 
@@ -447,6 +454,7 @@ def _removal(
             residual=rest,
             lines=tuple(line for part in parts for line in part.lines),
             masked=tuple(band for part in parts for band in part.masked),
+            taken=np.empty((3, 0)),
             notes=(
                 "fos-paper lowers the mean square of an angle, and so takes the random walk's slow "
                 "wander with the lines: value and bounds may lie below the truth (use --method "
@@ -460,7 +468,11 @@ def _removal(
             "and lines, not of the gyro (use --method fos)"
         )
         removal = Removal(
-            residual=angle, lines=(), masked=(), notes=() if table is None else (left_in,)
+            residual=angle,
+            lines=(),
+            masked=(),
+            taken=np.empty((3, 0)),
+            notes=() if table is None else (left_in,),
         )
     else:
         removal = remove_lines(angle, table, rate, channel=channel, progress=progress)
@@ -471,6 +483,7 @@ def _removal(
         residual=removal.residual,
         lines=removal.lines,
         masked=removal.masked,
+        taken=removal.taken,
         notes=removal.notes,
     )
 

@@ -5,7 +5,7 @@ whole band to Nyquist, with one false-alarm probability for the whole candidate 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from threadpoolctl import ThreadpoolController
 
-from sagnac import _kernels, regression, rotation, series, spectrum
+from sagnac import _kernels, drift, regression, rotation, series, spectrum
+from sagnac.drift import DriftingLine
 from sagnac.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
 from sagnac.recording import FloatArray
 from sagnac.regression import ComponentFit, Components
@@ -99,6 +100,9 @@ class Removal:
         Strongest first.
     masked
         (low, high) bands in Hz whose noise went with the lines.
+    taken
+        (3, bands) noise that went with the lines: frequency and bandwidth, Hz, and one-sided rate
+        density, (rad/s)^2/Hz.
     notes
         What was noticed.
     """
@@ -106,6 +110,7 @@ class Removal:
     residual: FloatArray
     lines: tuple[Line, ...]
     masked: tuple[tuple[float, float], ...]
+    taken: FloatArray
     notes: tuple[str, ...]
 
 
@@ -157,7 +162,7 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
     for number in range(_ROUNDS):
         report(number / _ROUNDS)
         first = number == 0
-        before = search.components
+        before, drifting = search.components, search.drifting
         found, waiting = 0, np.empty(0)
         while search.table is not None and (first or turns >= rotation.FEW_TURNS):
             orders, waiting = _new_orders(search, search.table, reach if first else None)
@@ -171,7 +176,7 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
                 break
         new = _new_lines(search, waiting, first=first)
         found += new.size
-        if found == 0 and not first:
+        if found == 0 and not first and search.restless.size == 0:
             break
         if new.size:
             search.add(new)
@@ -190,7 +195,15 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             search.refit()
             search.take_out()
         search.look()
-        if not first and _same(before, search.components):
+        # What follows the table first: an order that smears looks like a line that drifts.
+        if search.rescale():
+            search.prune_all()
+            search.take_out()
+            search.look()
+        while search.gather():
+            search.take_out()
+            search.look()
+        if not first and _same(before, search.components) and drifting is search.drifting:
             # What was found did not stand once fitted with the rest, and would not next time.
             break
         if search.components.size > _MOST_LINES:
@@ -204,37 +217,28 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             f"the search stopped after {_ROUNDS} rounds; weaker peaks may still stand "
             "above the floor"
         )
-    lines: tuple[Line, ...] = ()
-    masked: tuple[tuple[float, float], ...] = ()
     if search.components.size:
-        known = search.components
-        rescaled = _rescaled(search)
-        if rescaled is not known:
-            search.components = rescaled
-            search.take_out()
+        if not search.rescale() and not search.settled:
             search.refit()
-            search.take_out()
-        if rescaled is not known or not search.settled:
-            search.refit()
-        # A line on its right scale takes from its neighbours, which then stand out no more.
-        while search.prune() and search.components.size:
-            for _ in range(2):
-                search.take_out()
-                search.refit()
+        search.prune_all()
     residual = series.empty(search.angle.size)
     search.take_out(residual)
-    if search.fit is not None and search.components.size:
-        search.look()
-        lines = _described(search.fit, search, channel)
-        masked = _taken(lines, search.table, search.sample_rate, search.angle.size)
-        if search.fit.collinear:
-            notes.append(
-                f"{search.fit.collinear} directions among the lines of {channel} cannot be told "
-                "apart (angle and time coincide at this steady rate); their sum is removed, their "
-                "single amplitudes are not to be trusted"
-            )
+    search.look()
+    lines = _described(search, channel)
+    if search.fit is not None and search.components.size and search.fit.collinear:
+        notes.append(
+            f"{search.fit.collinear} directions among the lines of {channel} cannot be told "
+            "apart (angle and time coincide at this steady rate); their sum is removed, their "
+            "single amplitudes are not to be trusted"
+        )
     report(1.0)
-    return Removal(residual=residual, lines=lines, masked=masked, notes=(*search.notes(), *notes))
+    return Removal(
+        residual=residual,
+        lines=lines,
+        masked=_masked(lines, search),
+        taken=_taken(lines, search),
+        notes=(*search.notes(channel), *notes),
+    )
 
 
 @dataclass(slots=True, kw_only=True)
@@ -248,15 +252,21 @@ class _Search:
     motion, sampled
         Table motion known so far, None at rest, and the sampling of the angle that goes with it.
     components, fit
-        Lines known so far, and the fit that they are from.
+        Steady lines known so far, and the fit that they are from.
+    drifting
+        Lines whose amplitude drifts.
     steps, averages
         Increments, (samples - 1,), and averages of the angle less all of that.
     power, floor
         Of the increments: periodogram at whole and half bins, and noise floor at whole ones.
     taken_out, seen
-        The motion and components that `steps` lack, and whether `power` is of these steps.
+        Motion and lines that `steps` lack, and whether `power` is of these steps.
     settled
         Whether the last step of the fit was small beside the errors.
+    restless
+        Frequencies of tones beside which the last search found peaks.
+    steady
+        Tones, alone or in clusters, that were found to be steady lines.
     """
 
     angle: FloatArray
@@ -267,13 +277,16 @@ class _Search:
     sampled: regression.Sampling
     components: Components
     fit: ComponentFit | None = None
+    drifting: tuple[DriftingLine, ...] = ()
     steps: FloatArray
     averages: FloatArray
     power: FloatArray
     floor: FloatArray
-    taken_out: tuple[object, object] = (None, None)
+    taken_out: tuple[object, ...] = ()
     seen: bool = False
     settled: bool = False
+    restless: FloatArray = field(default_factory=lambda: np.empty(0))
+    steady: set[tuple[float, ...]] = field(default_factory=set)
 
     @property
     def table(self) -> FloatArray | None:
@@ -282,11 +295,13 @@ class _Search:
 
     def take_out(self, residual: FloatArray | None = None) -> None:
         """Take table motion and lines, as they are now, out of the angle; keep it if asked."""
-        now = (self.motion, self.components)
-        if residual is None and now[0] is self.taken_out[0] and now[1] is self.taken_out[1]:
+        now = (self.motion, self.components, self.drifting)
+        same = len(self.taken_out) == len(now) and all(
+            one is other for one, other in zip(now, self.taken_out, strict=True)
+        )
+        if residual is None and same:
             return
-        self.seen = self.seen and now[0] is self.taken_out[0] and now[1] is self.taken_out[1]
-        self.taken_out = now
+        self.seen, self.taken_out = self.seen and same, now
         angle, motion, table = self.angle, self.motion, self.table
         size = angle.size
         length = series.SPAN if motion is None else motion.kinematics.length
@@ -296,6 +311,8 @@ class _Search:
             here = slice(span.start, min(span.stop + 1, size))
             rest = angle[here] if motion is None else angle[here] - motion.over(here)
             rest = regression.removed(rest, table, self.components, here)
+            for line in self.drifting:
+                rest -= drift.values(line, here.start, rest.size)
             np.subtract(rest[1:], rest[:-1], out=self.steps[span.start : here.stop - 1])
             if residual is not None:
                 residual[here] = rest
@@ -358,6 +375,66 @@ class _Search:
         if not keep.all():
             self.components = self.components.select(keep)
 
+    def prune_all(self) -> None:
+        """Prune until all that is left stands: the rest is fitted again after each loss."""
+        while self.prune() and self.components.size:
+            for _ in range(2):
+                self.take_out()
+                self.refit()
+
+    def rescale(self) -> bool:
+        """Move tones that follow the table to the angle scale; whether there were any.
+
+        A line on its right scale takes from its neighbours, which then stand out no more.
+        """
+        rescaled = _rescaled(self)
+        if rescaled is self.components:
+            return False
+        self.components = rescaled
+        for _ in range(2):
+            self.take_out()
+            self.refit()
+        return True
+
+    def gather(self) -> bool:
+        """Make one drifting line of a cluster that is better described so; whether there was one.
+
+        The increments must be without the steady lines as they are.
+        """
+        components, fit = self.components, self.fit
+        angles = components.orders.size
+        if fit is None or fit.components is not components or components.size == 0:
+            return False
+        levels = _floors(components, self.table, self.floor)
+        significance = _significances(fit, levels)[angles:]
+        amplitudes = (components.cosine - 1j * components.sine)[angles:]
+        apart = np.abs(components.frequencies[:, np.newaxis] - self.restless) * self.angle.size
+        alone = np.flatnonzero((apart < 1.0).any(axis=1))
+        for group in (
+            *drift.clusters(components.frequencies, significance, self.angle.size),
+            *alone[:, np.newaxis],
+        ):
+            if tuple(components.frequencies[group]) in self.steady:
+                continue
+            found = drift.fit_drifting(
+                self.steps,
+                float(components.frequencies[group[0]]),
+                float(levels[angles + group[0]]),
+                center=components.center,
+                steady_frequencies=components.frequencies[group],
+                steady_amplitudes=amplitudes[group],
+            )
+            if found is None:
+                self.steady.add(tuple(components.frequencies[group]))
+                continue
+            keep = np.ones(components.size, dtype=bool)
+            keep[angles + group[found.replaced]] = False
+            self.components = components.select(keep)
+            self.fit, self.settled = None, False
+            self.drifting = (*self.drifting, found)
+            return True
+        return False
+
     def follow(self) -> None:
         """Fit table motion again, with the orders that are known now and no others."""
         if self.motion is None or self.encoder is None:
@@ -389,15 +466,21 @@ class _Search:
         rate = float(number @ (angle - angle.mean())) / float(number @ number)
         return order * float(np.std(angle - rate * number)) > _SMEARED
 
-    def notes(self) -> tuple[str, ...]:
-        """What was noticed of the table."""
+    def notes(self, channel: str) -> tuple[str, ...]:
+        """What was noticed of the table, and lines that were fitted by blocks."""
+        notes = [
+            f"{channel}: the line at {line.frequency * self.sample_rate:.6g} Hz drifts, by "
+            f"{100.0 * line.drift:.2g} % in amplitude; it is fitted in {line.blocks} blocks with "
+            f"{line.parameters} parameters"
+            for line in self.drifting
+        ]
         lag = 0.0 if self.motion is None else self.motion.kinematics.lag
-        if abs(lag) * self.sample_rate <= _SEEN_LAG:
-            return ()
-        return (
-            f"the encoder is {1e3 * lag:+.2f} ms from the gyro in time; "
-            "the table angle was shifted by that",
-        )
+        if abs(lag) * self.sample_rate > _SEEN_LAG:
+            notes.append(
+                f"the encoder is {1e3 * lag:+.2f} ms from the gyro in time; "
+                "the table angle was shifted by that"
+            )
+        return tuple(notes)
 
 
 def _search(
@@ -470,7 +553,9 @@ def remove_lines_as_published(
         (line.frequency - width, line.frequency + width) for line in lines if line.scale == "time"
     )
     report(1.0)
-    return Removal(residual=rest, lines=tuple(lines), masked=masked, notes=())
+    return Removal(
+        residual=rest, lines=tuple(lines), masked=masked, taken=np.empty((3, 0)), notes=()
+    )
 
 
 def _published(found: OrthogonalSearch, scale: Scale, cycles: float, channel: str) -> list[Line]:
@@ -642,7 +727,9 @@ def _new_lines(search: _Search, waiting: FloatArray, *, first: bool) -> Componen
     # What is left waits, and what it explains waits with it.
     chosen = _strongest(peaks, in_angle, low, high) & ~left
     tones, orders = frequency[chosen & ~in_angle], frequency[chosen & in_angle]
+    # What still stands within a cycle a record of a known line is its own doing: it drifts.
     near = np.abs(search.components.frequencies - tones[:, np.newaxis]) * samples < 1.0
+    search.restless = search.components.frequencies[near.any(axis=0)]
     tones = tones[~near.any(axis=1)]
     components = regression.no_components(samples)
     sums = np.empty(0, dtype=np.complex128)
@@ -951,14 +1038,16 @@ def _rescaled(search: _Search) -> Components:
 # --- description -------------------------------------------------------------------------
 
 
-def _described(fit: ComponentFit, search: _Search, channel: str) -> tuple[Line, ...]:
-    """The components as lines, strongest first, named where their frequency says what they are."""
-    components = fit.components
+def _described(search: _Search, channel: str) -> tuple[Line, ...]:
+    """The lines, strongest first, named where their frequency says what they are."""
+    components, fit = search.components, search.fit
     alpha, floor, sample_rate = search.table, search.floor, search.sample_rate
+    lines = [_of_drifting(line, sample_rate, channel) for line in search.drifting]
     levels = _floors(components, alpha, floor)
-    significance = _significances(fit, levels)
-    lines: list[Line] = []
+    significance = np.empty(0) if fit is None else _significances(fit, levels)
     for index in range(components.size):
+        if fit is None:
+            break
         a, b = float(components.cosine[index]), float(components.sine[index])
         amplitude = float(np.hypot(a, b))
         covariance = fit.covariance[index] * levels[index]
@@ -997,8 +1086,25 @@ def _described(fit: ComponentFit, search: _Search, channel: str) -> tuple[Line, 
     turn_rate = 0.0 if alpha is None else abs(rotation.mean_rate(alpha, sample_rate)) / (2 * np.pi)
     resolution = sample_rate / (2.0 * (floor.size - 1))
     return tuple(
-        replace(line, name=_name(line, lines[:rank], turn_rate, resolution))
+        line if line.name else replace(line, name=_name(line, lines[:rank], turn_rate, resolution))
         for rank, line in enumerate(lines)
+    )
+
+
+def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
+    """A drifting line in the terms of a steady one, with the phase that it starts with."""
+    start = complex(line.knots[0] * np.exp(-2j * np.pi * line.carrier * line.center))
+    return Line(
+        scale="time",
+        frequency=line.frequency * sample_rate,
+        frequency_error=line.frequency_error * sample_rate,
+        amplitude=line.amplitude,
+        amplitude_error=line.amplitude_error,
+        phase=float(np.angle(start)),
+        phase_error=float(line.knot_errors[0]) / max(abs(start), np.finfo(float).tiny),
+        significance=line.significance,
+        channel=channel,
+        name=f"drifts: fitted in {line.blocks} blocks",
     )
 
 
@@ -1032,20 +1138,46 @@ def _name(line: Line, stronger: list[Line], turn_rate: float, resolution: float)
     return ""
 
 
-def _taken(
-    lines: tuple[Line, ...], alpha: FloatArray | None, sample_rate: float, samples: int
-) -> tuple[tuple[float, float], ...]:
+def _masked(lines: tuple[Line, ...], search: _Search) -> tuple[tuple[float, float], ...]:
     """Bands in Hz in which the fit took the noise with the line."""
-    width = _TAKEN_BINS * sample_rate / samples
-    bands: list[tuple[float, float]] = []
+    width = _TAKEN_BINS * search.sample_rate / search.angle.size
+    bands: list[tuple[float, float]] = [
+        (found.band[0] * search.sample_rate - width, found.band[1] * search.sample_rate + width)
+        for found in search.drifting
+    ]
     for line in lines:
         if line.scale == "time":
             bands.append((line.frequency - width, line.frequency + width))
-        elif alpha is not None:
-            speed = _speeds(alpha) * sample_rate / (2.0 * np.pi)
+        elif search.table is not None:
+            speed = _speeds(search.table) * search.sample_rate / (2.0 * np.pi)
             low, high = float(speed[0]), float(speed[-1])
             # Spread over many bins, a component takes two of many ordinates: nothing to mask.
             if line.frequency * (high - low) < 20.0 * width:
                 center = 0.5 * (low + high) * line.frequency
                 bands.append((center - 10.0 * width, center + 10.0 * width))
     return tuple(bands)
+
+
+def _taken(lines: tuple[Line, ...], search: _Search) -> FloatArray:
+    """`taken` of `Removal`: half a cycle a record for each parameter fitted, where it was."""
+    rate, cell = search.sample_rate, search.sample_rate / search.angle.size
+    bands: list[tuple[float, float]] = []
+    for found in search.drifting:
+        cells = zip(*drift.taken_bands(found), strict=True)
+        bands += [(place * rate, width * rate) for place, width in cells]
+    turn_rate = 0.0
+    if search.table is not None:
+        turn_rate = float(np.median(_speeds(search.table))) * rate / (2.0 * np.pi)
+    drifting = {found.frequency * rate for found in search.drifting}
+    for line in lines:
+        if line.scale == "time" and line.frequency not in drifting:
+            bands.append((line.frequency, 1.5 * cell))
+        elif line.scale == "angle":
+            fitted = 1.5 if line.frequency_error > 0.0 else 1.0
+            bands.append((line.frequency * turn_rate, fitted * cell))
+    frequency, bandwidth = np.array(bands).reshape(-1, 2).T
+    inside = (frequency > 0.0) & (frequency < 0.5 * rate)
+    frequency, bandwidth = frequency[inside], bandwidth[inside]
+    bins = np.rint(frequency / rate * (2.0 * (search.floor.size - 1))).astype(np.int64)
+    density = spectrum.density(search.floor[bins], rate)
+    return np.stack([frequency, bandwidth, density])
