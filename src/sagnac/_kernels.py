@@ -606,9 +606,7 @@ def paired_sums(
                 target[pair, 1] += phasor * (
                     -sign * product * lags[0] + sign * 1j * slopes[0] * sizes[1]
                 )
-                target[pair, 2] += phasor * (
-                    -sign * product * lags[1] + 1j * sizes[0] * slopes[1]
-                )
+                target[pair, 2] += phasor * (-sign * product * lags[1] + 1j * sizes[0] * slopes[1])
                 target[pair, 3] += phasor * (
                     -sign * product * lags[0] * lags[1]
                     + slopes[0] * slopes[1]

@@ -35,18 +35,21 @@ _ENCODER_ERROR: Final = 5.0 * ARCSECOND
 # Candidates of Step 1 as published: whole orders up to this one.
 _PUBLISHED_ORDERS: Final = 64
 _MOST_LINES: Final = 250
-_ROUNDS: Final = 6
+_ROUNDS: Final = 12
 _PEAKS_A_ROUND: Final = 64
+# Rounds after which tones that lie together have stood beside all strong lines.
+_SURE_ROUNDS: Final = 2
 # Share of its error by which an amplitude may still move when the fit is called settled.
 _SETTLED: Final = 0.1
 # Phase, in rad rms, by which the highest order strays from a tone before orders that are not whole
 # are searched on their own scale; and even angles for a cycle of it there.
 _SMEARED: Final = 0.3
-# Share of its height with which a peak in order counts beside one in frequency: of two that are
-# hardly smeared the floors decide, which are that uncertain. A line in time that follows the table
-# better is moved in the end.
-_RATHER_IN_TIME: Final = 0.5
 _ANGLES_A_CYCLE: Final = 8
+# How a peak in order counts beside one in frequency of the same height. At a steady table a whole
+# order is both, and the table's; of two others that are hardly smeared the floors decide, which
+# are that uncertain, and a line in time that follows the table better is moved in the end.
+_WHOLE: Final = 2.0
+_BROKEN: Final = 0.5
 # Bins on each side of a line whose noise the fit takes with the line.
 _TAKEN_BINS: Final = 2.0
 
@@ -163,21 +166,24 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
         report(number / _ROUNDS)
         first = number == 0
         before, drifting = search.components, search.drifting
-        found, waiting = 0, np.empty(0)
-        while search.table is not None and (first or turns >= rotation.FEW_TURNS):
-            orders, waiting = _new_orders(search, search.table, reach if first else None)
+        found = 0
+        while search.table is not None and first and turns < rotation.FEW_TURNS:
+            # Orders are hardly told apart: one at a time, the strongest first.
+            orders, height, _ = _new_orders(search, search.table, None)
             if orders.size == 0:
                 break
-            search.add(orders)
+            search.add(orders.select(height == height.max()))
             search.take_out()
             search.look()
-            found += orders.size
-            if turns >= rotation.FEW_TURNS:
-                break
-        new = _new_lines(search, waiting, first=first)
+            found += 1
+        new = _new_lines(search, reach if first else None)
         found += new.size
         if found == 0 and not first and search.restless.size == 0:
-            break
+            if not search.gather():
+                break
+            search.take_out()
+            search.look()
+            continue
         if new.size:
             search.add(new)
         if search.components.size:
@@ -200,7 +206,7 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             search.prune_all()
             search.take_out()
             search.look()
-        while search.gather():
+        while (found == 0 or number >= _SURE_ROUNDS) and search.gather():
             search.take_out()
             search.look()
         if not first and _same(before, search.components) and drifting is search.drifting:
@@ -624,11 +630,18 @@ def _same(first: Components, second: Components) -> bool:
 
 def _new_orders(
     search: _Search, table: FloatArray, reach: FloatArray | None
-) -> tuple[Components, FloatArray]:
+) -> tuple[Components, FloatArray, NDArray[np.bool_]]:
     """Whole orders of table angle that stand above the floor and are not known yet.
 
-    With `reach`, of `_earth_amplitudes`, only those larger than Earth rate could make; the
-    others wait until Earth rate is fitted beside the known ones, and are the second result.
+    Returns
+    -------
+    orders
+        With their amplitudes.
+    height
+        (orders,) power of the increments.
+    waiting
+        (orders,) bool: with `reach`, of `_earth_amplitudes`, those that Earth rate could make.
+        They wait until it is fitted beside the known ones.
     """
     known = search.components
     nothing = regression.no_components(search.angle.size)
@@ -636,33 +649,29 @@ def _new_orders(
     fastest = float(speed.max())
     highest = min(regression.MOST_ORDERS, int(np.pi / fastest)) if fastest > 0.0 else 0
     if highest < 1:
-        return nothing, np.empty(0)
+        return nothing, np.empty(0), np.empty(0, dtype=bool)
     sums = regression.order_sums(search.steps, table, highest)[1:]
     orders = np.arange(1.0, highest + 1.0)
     length = search.angle.size * _mean_square_step(orders, speed) / 2.0
-    ratio = np.abs(sums) ** 2 / length / (2.0 * _floor_of_orders(orders, speed, search.floor))
-    ratio[np.isin(orders, known.orders[~known.free])] = 0.0
+    height = np.abs(sums) ** 2 / (2.0 * length)
+    ratio = height / _floor_of_orders(orders, speed, search.floor)
     turns = rotation.full_turns(table)
     # Orders closer than one cycle over the whole range, or fewer cycles than one from table motion
     # itself, are not told apart.
     for order in known.orders:
         ratio[np.abs(orders - order) * turns < 0.99] = 0.0
-    standing = (ratio > search.threshold) & (orders * turns > 0.99)
-    larger = (
-        np.ones(highest, dtype=bool) if reach is None else np.abs(sums) > length * reach[:highest]
-    )
-    chosen = np.flatnonzero(standing & larger)
-    if turns < rotation.FEW_TURNS and chosen.size:
-        # One a round, the strongest first, as orthogonal search does.
-        chosen = chosen[[int(np.argmax(ratio[chosen]))]]
+    standing = np.flatnonzero((ratio > search.threshold) & (orders * turns > 0.99))
+    waiting = np.zeros(standing.size, dtype=bool)
+    if reach is not None:
+        waiting = np.abs(sums[standing]) <= length[standing] * reach[standing]
     found = replace(
         nothing,
-        orders=orders[chosen],
-        free=np.zeros(chosen.size, dtype=bool),
-        cosine=sums.real[chosen] / length[chosen],
-        sine=sums.imag[chosen] / length[chosen],
+        orders=orders[standing],
+        free=np.zeros(standing.size, dtype=bool),
+        cosine=sums.real[standing] / length[standing],
+        sine=sums.imag[standing] / length[standing],
     )
-    return found, orders[standing & ~larger]
+    return found, height[standing], waiting
 
 
 def _earth_amplitudes(table: FloatArray, sample_rate: float) -> FloatArray:
@@ -695,141 +704,146 @@ def _earth_amplitudes(table: FloatArray, sample_rate: float) -> FloatArray:
     return 2.0 * rotation.EARTH_RATE * largest
 
 
-def _new_lines(search: _Search, waiting: FloatArray, *, first: bool) -> Components:
+def _new_lines(search: _Search, reach: FloatArray | None) -> Components:
     """Peaks above the floor, in frequency and in order, that no stronger one explains.
 
     An order smears over all the frequencies that it sweeps on an unsteady table, and a tone
     over as many orders; each stands highest on its own scale. So the peaks of both scales
-    are taken together, the one that stands highest above its floor first, and what overlaps
-    it on the other scale waits for the next round. In the first round whole orders are left
-    to their own search, and so is all that the orders which are `waiting` sweep over.
+    are taken together, the one that stands highest above its floor first, and what a stronger one
+    on the other scale may have made waits for the next round. In the first round, with `reach`,
+    so does what Earth rate may have made.
     """
     samples, table = search.angle.size, search.table
-    peaks = _peaks(search.power, search.floor, search.threshold, first=2 * _LOWEST_CYCLES)
-    unit = 0.5 / (search.power.size - 1)
-    frequency = peaks.place * unit
-    low, high = frequency - 1.5 / samples, frequency + 1.5 / samples
-    in_angle = np.zeros(peaks.place.size, dtype=bool)
-    left = np.zeros(peaks.place.size, dtype=bool)
-    if table is not None:
+    # In red noise the jump from the record's end to its start leaks with one sign into whole bins
+    # and with the other into the halves between, whose floor may be twice as high.
+    halves = spectrum.noise_floor(search.power[1::2])
+    peaks = _peaks(search.power, search.floor, halves, search.threshold, first=2 * _LOWEST_CYCLES)
+    frequency = peaks.place * (0.5 / (search.power.size - 1))
+    cell = 1.5 / samples
+    found = regression.no_components(samples)
+    if table is None:
+        ends = np.stack([frequency - cell, frequency + cell])
+        tones = frequency[_strongest([peaks], ends, peaks.height, samples)]
+    else:
         speed = _speeds(table) / (2.0 * np.pi)
         slowest, fastest = float(speed.min()), float(speed.max())
-        found, spacing = _order_peaks(search, table)
-        order = found.place * spacing
-        peaks = peaks.joined(found)
-        in_angle = np.concatenate([in_angle, np.ones(order.size, dtype=bool)])
-        low = np.concatenate([low, order * slowest])
-        high = np.concatenate([high, order * fastest])
-        left = _left_to_whole_orders(frequency, order, table, first=first)
-        for whole in waiting:
-            left[~in_angle] |= ((high > whole * slowest) & (low < whole * fastest))[~in_angle]
-        frequency = np.concatenate([frequency, order])
-    # What is left waits, and what it explains waits with it.
-    chosen = _strongest(peaks, in_angle, low, high) & ~left
-    tones, orders = frequency[chosen & ~in_angle], frequency[chosen & in_angle]
+        turns = rotation.full_turns(table)
+        broken = _order_peaks(search, table)
+        broken_orders = broken.place * (0.5 / turns)
+        off = np.abs(broken_orders - np.rint(broken_orders)) * turns > 1.0
+        broken, broken_orders = broken.select(off), broken_orders[off]
+        whole, heights, waiting = found, np.empty(0), np.empty(0, dtype=bool)
+        if turns >= rotation.FEW_TURNS:
+            whole, heights, waiting = _new_orders(search, table, reach)
+        in_order = _Peaks(
+            place=np.concatenate([2.0 * turns * whole.orders, broken.place]),
+            height=np.concatenate([heights, broken.height]),
+        )
+        orders = np.concatenate([whole.orders, broken_orders])
+        ends = np.stack(
+            [
+                np.concatenate([frequency, slowest * orders]) - cell,
+                np.concatenate([frequency, fastest * orders]) + cell,
+            ]
+        )
+        height = np.concatenate([peaks.height, _WHOLE * heights, _BROKEN * broken.height])
+        chosen = _strongest([peaks, in_order], ends, height, samples)
+        tones = frequency[chosen[: frequency.size]]
+        chosen = chosen[frequency.size :]
+        found = whole.select(chosen[: whole.size] & ~waiting)
+        loose = np.sort(broken_orders[chosen[whole.size :]])
+        if loose.size:
+            square = samples * _mean_square_step(loose, _speeds(table))
+            sums = regression.sums_at_orders(search.steps, search.sampled, loose)[0]
+            sums *= 2.0 / square
+            found = regression.joined(
+                found,
+                replace(
+                    regression.no_components(samples),
+                    orders=loose,
+                    free=np.ones(loose.size, dtype=bool),
+                    cosine=sums.real,
+                    sine=sums.imag,
+                ),
+            )
     # What still stands within a cycle a record of a known line is its own doing: it drifts.
     near = np.abs(search.components.frequencies - tones[:, np.newaxis]) * samples < 1.0
     search.restless = search.components.frequencies[near.any(axis=0)]
     tones = tones[~near.any(axis=1)]
-    components = regression.no_components(samples)
-    sums = np.empty(0, dtype=np.complex128)
-    if orders.size and table is not None:
-        orders = np.sort(orders)
-        square = samples * _mean_square_step(orders, _speeds(table))
-        sums = 2.0 * regression.sums_at_orders(search.steps, search.sampled, orders)[0] / square
-    if tones.size:
-        # An increment of a tone is 2j sin(pi f) times its phasor in the middle of the step.
-        plain = regression.tone_sums(search.steps, tones)[0]
-        plain *= 1j / (search.steps.size * np.sin(np.pi * tones))
-        sums = np.concatenate([sums, plain])
-    return replace(
-        components,
-        orders=orders,
-        free=np.ones(orders.size, dtype=bool),
-        frequencies=tones,
-        cosine=sums.real,
-        sine=sums.imag,
+    if tones.size == 0:
+        return found
+    # An increment of a tone is 2j sin(pi f) times its phasor in the middle of the step.
+    sums = regression.tone_sums(search.steps, tones)[0]
+    sums *= 1j / (search.steps.size * np.sin(np.pi * tones))
+    nothing = regression.no_components(samples)
+    return regression.joined(
+        found, replace(nothing, frequencies=tones, cosine=sums.real, sine=sums.imag)
     )
-
-
-def _left_to_whole_orders(
-    frequency: FloatArray,
-    order: FloatArray,
-    table: FloatArray,
-    *,
-    first: bool,
-) -> NDArray[np.bool_]:
-    """Which of the peaks in frequency, then of those in order, stand where a whole order does."""
-    turns, samples = rotation.full_turns(table), table.size
-    rate = abs(float(table[-1] - table[0])) / (2.0 * np.pi * (samples - 1))
-    in_time = np.zeros(frequency.size, dtype=bool)
-    if first and rate > 0.0:
-        nearest = np.rint(frequency / rate)
-        in_time = np.abs(frequency - nearest * rate) * samples < 1.0
-        in_time &= nearest <= regression.MOST_ORDERS
-    return np.concatenate([in_time, np.abs(order - np.rint(order)) * turns < 1.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Peaks:
-    """Peaks of a spectrum: place and height of each, in half bins and power, and over the floor.
-
-    That floor is one for both scales, so that the ratios of both compare.
-    """
+    """Peaks of a spectrum: place and height of each, in half bins and in power of increments."""
 
     place: FloatArray
     height: FloatArray
-    ratio: FloatArray
 
     def select(self, keep: NDArray[np.bool_]) -> "_Peaks":
-        return _Peaks(place=self.place[keep], height=self.height[keep], ratio=self.ratio[keep])
-
-    def joined(self, other: "_Peaks") -> "_Peaks":
-        return _Peaks(
-            place=np.concatenate([self.place, other.place]),
-            height=np.concatenate([self.height, other.height]),
-            ratio=np.concatenate([self.ratio, other.ratio]),
-        )
+        return _Peaks(place=self.place[keep], height=self.height[keep])
 
 
 def _strongest(
-    peaks: _Peaks, in_angle: NDArray[np.bool_], low: FloatArray, high: FloatArray
+    scales: list[_Peaks], ends: FloatArray, height: FloatArray, samples: int
 ) -> NDArray[np.bool_]:
-    """Which peaks are lines for sure: none of a stronger one's leakage, or smeared from one."""
-    chosen = np.zeros(peaks.place.size, dtype=bool)
-    blocked = np.zeros(peaks.place.size, dtype=bool)
-    leakage = np.zeros(peaks.place.size)
-    rank = np.where(in_angle, _RATHER_IN_TIME * peaks.ratio, peaks.ratio)
-    for at in np.argsort(rank)[::-1].tolist():
+    """Which peaks are lines for sure: none of a stronger one's leakage, or smeared from one.
+
+    Parameters
+    ----------
+    scales
+        Peaks in frequency and, where the table turns, in order.
+    ends
+        (2, peaks) lowest and highest frequency that each sweeps, cycles a sample.
+    height
+        (peaks,) by which the stronger of two is told, in one unit for both scales.
+    samples
+        Length of the record.
+    """
+    place = np.concatenate([peaks.place for peaks in scales])
+    scale = np.repeat(np.arange(len(scales)), [peaks.place.size for peaks in scales])
+    low, high = ends
+    chosen = np.zeros(place.size, dtype=bool)
+    blocked = np.zeros(place.size, dtype=bool)
+    leakage = np.zeros(place.size)
+    for at in np.argsort(height)[::-1].tolist():
         # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
         # for several of them adding up. What waits is found in the next round.
-        if blocked[at] or peaks.height[at] < 10.0 * leakage[at]:
+        if blocked[at] or height[at] < 10.0 * leakage[at]:
             continue
         chosen[at] = True
         if chosen.sum() == _PEAKS_A_ROUND:
             break
-        alike = in_angle == in_angle[at]
-        distance = np.abs(peaks.place - peaks.place[at]) / 2.0
-        blocked |= alike & (distance < 1.5)
-        leakage += np.where(alike, peaks.height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2, 0.0)
-        blocked |= ~alike & (high > low[at]) & (low < high[at])
+        alike = scale == scale[at]
+        beyond = np.maximum(low - high[at], low[at] - high)
+        distance = np.where(alike, np.abs(place - place[at]) / 2.0, samples * beyond)
+        blocked |= np.where(alike, distance < 1.5, distance < 0.0)
+        leakage += height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2
     return chosen
 
 
-def _order_peaks(search: _Search, table: FloatArray) -> tuple[_Peaks, float]:
-    """Peaks of the spectrum over table angle, and the spacing of its half bins in orders.
+def _order_peaks(search: _Search, table: FloatArray) -> _Peaks:
+    """Peaks of the spectrum over table angle; a half bin is half a cycle over all turns.
 
     None where the table is so steady that orders and frequencies are one, or turns so little
     that orders are not told apart.
     """
-    nothing = _Peaks(place=np.empty(0), height=np.empty(0), ratio=np.empty(0))
+    nothing = _Peaks(place=np.empty(0), height=np.empty(0))
     speed = _speeds(table)
     fastest = float(speed.max())
     highest = min(float(regression.MOST_ORDERS), np.pi / fastest) if fastest > 0.0 else 0.0
     low, high = series.extent(table)
     turns = (high - low) / (2.0 * np.pi)
     if turns < rotation.FEW_TURNS or not search.unsteady(highest):
-        return nothing, 1.0
+        return nothing
     # An increment of exp(1j k alpha) is 1j k step exp(1j k alpha): the steps' products with those
     # of the table, shared out between the two nearest of even angles, are transformed in one. With
     # eight angles to a cycle of the highest order that takes a tenth off its power, and keeps
@@ -852,43 +866,49 @@ def _order_peaks(search: _Search, table: FloatArray) -> tuple[_Peaks, float]:
     power = np.square(sums.real) + np.square(sums.imag)
     # Floors change slowly with order.
     coarse = np.geomspace(_LOWEST_CYCLES / turns, highest, 400)
-    level = table.size * float(np.mean(speed**2)) * _floor_of_orders(coarse, speed, search.floor)
-    power /= np.interp(np.arange(power.size) * spacing, coarse, level)
-    first = int(2.0 * _LOWEST_CYCLES)
-    return _peaks(power, None, search.threshold, first=first), spacing
+    level = _floor_of_orders(coarse, speed, search.floor)
+    level = np.interp(np.arange(power.size) * spacing, coarse, level)
+    power /= table.size * float(np.mean(speed**2))
+    peaks = _peaks(power, level, None, search.threshold, first=2 * _LOWEST_CYCLES)
+    return replace(peaks, place=peaks.place * (2.0 * turns * spacing))
 
 
-def _peaks(power: FloatArray, floor: FloatArray | None, threshold: float, *, first: int) -> _Peaks:
+def _peaks(
+    power: FloatArray,
+    floor: FloatArray,
+    halves: FloatArray | None,
+    threshold: float,
+    *,
+    first: int,
+) -> _Peaks:
     """Where power over floor peaks above the threshold, from half bin `first` on.
 
-    `floor` is that of the whole bins; None where `power` is over its floor already.
+    `floor` is of the whole bins and `halves` of those between; of all of them where that is None.
     """
-    # In red noise the jump from the record's end to its start leaks with one sign into whole
-    # bins and with the other into the halves between, whose floor may be twice as high.
-    halves = None if floor is None else spectrum.noise_floor(power[1::2])
     found: list[FloatArray] = []
-    for span in series.through(power.size - 1, power):
+    for span in series.through(power.size - 1, power, floor, *([] if halves is None else [halves])):
         start, stop = max(span.start, first), span.stop
         if stop <= start:
             continue
-        ratio = surely = power[start - 1 : stop + 1]
-        if floor is not None and halves is not None:
+        here = power[start - 1 : stop + 1]
+        if halves is None:
+            level = floor[start - 1 : stop + 1]
+        else:
             at = np.arange(start - 1, stop + 1)
-            between = np.minimum(at // 2, halves.size - 1)
             after = np.minimum((at + 1) // 2, floor.size - 1)
-            level = 0.5 * (floor[at // 2] + floor[after])
-            surely = power[start - 1 : stop + 1] / np.maximum(level, halves[between])
-            ratio = ratio / level
-        left, inner, right = surely[:-2], surely[1:-1], surely[2:]
+            between = np.minimum(at // 2, halves.size - 1)
+            level = np.maximum(0.5 * (floor[at // 2] + floor[after]), halves[between])
+        ratio = here / level
+        left, inner, right = ratio[:-2], ratio[1:-1], ratio[2:]
         # A peak midway between half bins shows 0.9 of its height: one below the threshold by
         # that much may be above it once refined, and is pruned there if it is not.
-        here = np.flatnonzero((inner > 0.9 * threshold) & (inner >= left) & (inner > right))
-        left, inner, right = left[here], inner[here], right[here]
+        top = np.flatnonzero((inner > 0.9 * threshold) & (inner >= left) & (inner > right))
+        left, inner, right = left[top], inner[top], right[top]
         # The top of a parabola through three ordinates.
         offset = 0.5 * (left - right) / (left - 2.0 * inner + right)
-        found.append(np.stack([start + here + offset, power[start + here], ratio[here + 1]]))
-    place, height, ratio = np.concatenate(found, axis=1) if found else np.empty((3, 0))
-    return _Peaks(place=place, height=height, ratio=ratio)
+        found.append(np.stack([start + top + offset, here[top + 1]]))
+    place, height = np.concatenate(found, axis=1) if found else np.empty((2, 0))
+    return _Peaks(place=place, height=height)
 
 
 # --- judgement ---------------------------------------------------------------------------

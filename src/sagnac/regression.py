@@ -254,14 +254,14 @@ def sampling(samples: int, table: FloatArray | None) -> Sampling:
 def _blocks(table: FloatArray) -> tuple[int, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Blocks of steps as long as the table turns evenly on them."""
     block = _LONGEST_BLOCK
-    coarse = np.diff(table[::block]) / block
+    coarse = np.diff(series.every(table, block)) / block
     # Half as long, the straight line is four times better kept.
     while block > 1:
         bend = float(np.sqrt(np.mean(np.diff(coarse) ** 2))) if coarse.size > 1 else np.inf
         if MOST_ORDERS * bend * block / 8.0 < _BLOCK_PHASE:
             break
         block //= 2
-        coarse = np.diff(table[::block]) / block
+        coarse = np.diff(series.every(table, block)) / block
     steps = table.size - 1
     starts = np.arange(0, steps, block)
     ends = np.minimum(starts + block, steps)
@@ -278,7 +278,7 @@ def _blocks(table: FloatArray) -> tuple[int, FloatArray, FloatArray, FloatArray,
 
     length = block * max(1, series.SPAN // block)
     list(series.each(middles, steps, length, release_of=(table,)))
-    step = (table[ends] - table[starts]) / count
+    step = (series.at(table, ends) - series.at(table, starts)) / count
     lag = 0.5 * (starts + ends - steps)
     return block, angle, np.asarray(step), np.asarray(lag), count
 
