@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sagnac import rig
-from sagnac.lines import detection_threshold, remove_lines, remove_lines_as_published
+from sagnac.detection import detection_threshold
+from sagnac.lines import remove_lines, remove_lines_as_published
 
 ARCSECOND = np.pi / 648_000
 TURN = 2.0 * np.pi

@@ -1,20 +1,15 @@
-"""Periodic components in table angle and in time: found, refined, fitted, removed.
-
-The search judges every candidate against the noise floor at its own frequency, over the
-whole band to Nyquist, with one false-alarm probability for the whole candidate set.
-"""
+"""Periodic components in table angle and in time: found, refined, fitted, removed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 import numpy as np
-import scipy.fft
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 from threadpoolctl import ThreadpoolController
 
-from sagnac import _kernels, drift, regression, rotation, series, spectrum
+from sagnac import _kernels, detection, drift, regression, rotation, series, spectrum
+from sagnac.detection import Residue
 from sagnac.drift import DriftingLine
 from sagnac.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
 from sagnac.recording import FloatArray
@@ -27,29 +22,16 @@ Scale = Literal["angle", "time"]
 _BLAS: Final = ThreadpoolController()
 # Lag of the encoder, in samples, that is worth a note.
 _SEEN_LAG: Final = 0.05
-
-# Below this many cycles a record nothing can be told from the random walk.
-_LOWEST_CYCLES: Final = 4
 # Periodic error that an encoder may have, rad.
 _ENCODER_ERROR: Final = 5.0 * ARCSECOND
 # Candidates of Step 1 as published: whole orders up to this one.
 _PUBLISHED_ORDERS: Final = 64
 _MOST_LINES: Final = 250
 _ROUNDS: Final = 12
-_PEAKS_A_ROUND: Final = 64
 # Rounds after which tones that lie together have stood beside all strong lines.
 _SURE_ROUNDS: Final = 2
 # Share of its error by which an amplitude may still move when the fit is called settled.
 _SETTLED: Final = 0.1
-# Phase, in rad rms, by which the highest order strays from a tone before orders that are not whole
-# are searched on their own scale; and even angles for a cycle of it there.
-_SMEARED: Final = 0.3
-_ANGLES_A_CYCLE: Final = 8
-# How a peak in order counts beside one in frequency of the same height. At a steady table a whole
-# order is both, and the table's; of two others that are hardly smeared the floors decide, which
-# are that uncertain, and a line in time that follows the table better is moved in the end.
-_WHOLE: Final = 2.0
-_BROKEN: Final = 0.5
 # Bins on each side of a line whose noise the fit takes with the line.
 _TAKEN_BINS: Final = 2.0
 
@@ -150,7 +132,12 @@ def remove_lines(
     """
     with _BLAS.limit(limits=1, user_api="blas"):
         return _removal(
-            _search(angle, table, sample_rate, detection_threshold(angle.size // 2, false_alarm)),
+            _search(
+                angle,
+                table,
+                sample_rate,
+                detection.detection_threshold(angle.size // 2, false_alarm),
+            ),
             channel,
             progress or (lambda _: None),
         )
@@ -158,7 +145,11 @@ def remove_lines(
 
 def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -> Removal:
     turns = 0.0 if search.table is None else rotation.full_turns(search.table)
-    reach = None if search.table is None else _earth_amplitudes(search.table, search.sample_rate)
+    reach = (
+        None
+        if search.table is None
+        else detection.earth_amplitudes(search.table, search.sample_rate)
+    )
     notes: list[str] = []
     search.take_out()
     search.look()
@@ -169,17 +160,19 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
         found = 0
         while search.table is not None and first and turns < rotation.FEW_TURNS:
             # Orders are hardly told apart: one at a time, the strongest first.
-            orders, height, _ = _new_orders(search, search.table, None)
+            orders, height, _ = detection.new_orders(search.left, search.components)
             if orders.size == 0:
                 break
             search.add(orders.select(height == height.max()))
             search.take_out()
             search.look()
             found += 1
-        new = _new_lines(search, reach if first else None)
+        new, restless = detection.new_lines(
+            search.left, search.components, reach if first else None
+        )
         found += new.size
-        if found == 0 and not first and search.restless.size == 0:
-            if not search.gather():
+        if found == 0 and not first and restless.size == 0:
+            if not search.gather(restless):
                 break
             search.take_out()
             search.look()
@@ -206,7 +199,7 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             search.prune_all()
             search.take_out()
             search.look()
-        while (found == 0 or number >= _SURE_ROUNDS) and search.gather():
+        while (found == 0 or number >= _SURE_ROUNDS) and search.gather(restless):
             search.take_out()
             search.look()
         if not first and _same(before, search.components) and drifting is search.drifting:
@@ -263,14 +256,12 @@ class _Search:
         Lines whose amplitude drifts.
     steps, averages
         Increments, (samples - 1,), and averages of the angle less all of that.
-    power, floor
-        Of the increments: periodogram at whole and half bins, and noise floor at whole ones.
+    left
+        The increments with their power and noise floor, as `look` saw them last.
     taken_out, seen
-        Motion and lines that `steps` lack, and whether `power` is of these steps.
+        Motion and lines that `steps` lack, and whether `left` is of these steps.
     settled
         Whether the last step of the fit was small beside the errors.
-    restless
-        Frequencies of tones beside which the last search found peaks.
     steady
         Tones, alone or in clusters, that were found to be steady lines.
     """
@@ -286,12 +277,10 @@ class _Search:
     drifting: tuple[DriftingLine, ...] = ()
     steps: FloatArray
     averages: FloatArray
-    power: FloatArray
-    floor: FloatArray
+    left: Residue = field(init=False)
     taken_out: tuple[object, ...] = ()
     seen: bool = False
     settled: bool = False
-    restless: FloatArray = field(default_factory=lambda: np.empty(0))
     steady: set[tuple[float, ...]] = field(default_factory=set)
 
     @property
@@ -340,8 +329,7 @@ class _Search:
         if self.seen:
             return
         self.seen = True
-        self.power = spectrum.periodogram(self.steps, padding=2)
-        self.floor = spectrum.noise_floor(self.power[::2])
+        self.left = detection.residue(self.steps, self.sampled, self.threshold)
 
     def add(self, found: Components) -> None:
         """Fit components that are still in the increments with those that are not."""
@@ -357,7 +345,7 @@ class _Search:
         before = self.components
         self.fit = regression.fit(self.steps, self.sampled, before, absent=absent)
         self.components = after = self.fit.components
-        levels = _floors(after, self.table, self.floor)
+        levels = detection.floors(after, self.table, self.left.floor)
         errors = np.sqrt(np.einsum("nii->ni", self.fit.covariance) * levels[:, np.newaxis])
         moved = np.stack([after.cosine - before.cosine, after.sine - before.sine], axis=1)
         self.settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
@@ -366,7 +354,7 @@ class _Search:
         """Drop the components that do not stand above the floor; whether there were any."""
         if self.fit is None:
             return False
-        kept = _significant(self.fit, self.table, self.floor, self.threshold)
+        kept = detection.significant(self.fit, self.table, self.left.floor, self.threshold)
         dropped = kept.size < self.components.size
         if dropped:
             self.components = kept
@@ -402,7 +390,7 @@ class _Search:
             self.refit()
         return True
 
-    def gather(self) -> bool:
+    def gather(self, restless: FloatArray) -> bool:
         """Make one drifting line of a cluster that is better described so; whether there was one.
 
         The increments must be without the steady lines as they are.
@@ -411,10 +399,10 @@ class _Search:
         angles = components.orders.size
         if fit is None or fit.components is not components or components.size == 0:
             return False
-        levels = _floors(components, self.table, self.floor)
-        significance = _significances(fit, levels)[angles:]
+        levels = detection.floors(components, self.table, self.left.floor)
+        significance = detection.significances(fit, levels)[angles:]
         amplitudes = (components.cosine - 1j * components.sine)[angles:]
-        apart = np.abs(components.frequencies[:, np.newaxis] - self.restless) * self.angle.size
+        apart = np.abs(components.frequencies[:, np.newaxis] - restless) * self.angle.size
         alone = np.flatnonzero((apart < 1.0).any(axis=1))
         for group in (
             *drift.clusters(components.frequencies, significance, self.angle.size),
@@ -463,15 +451,6 @@ class _Search:
         if self.motion.kinematics is not before:
             self.sampled = regression.sampling(self.angle.size, self.table)
 
-    def unsteady(self, order: float) -> bool:
-        """Whether the table strays from a steady rate by so much that `order` smears."""
-        if self.motion is None:
-            return False
-        angle = self.motion.kinematics.angle
-        number = np.arange(angle.size) - 0.5 * (angle.size - 1)
-        rate = float(number @ (angle - angle.mean())) / float(number @ number)
-        return order * float(np.std(angle - rate * number)) > _SMEARED
-
     def notes(self, channel: str) -> tuple[str, ...]:
         """What was noticed of the table, and lines that were fitted by blocks."""
         notes = [
@@ -504,7 +483,6 @@ def _search(
         )
         motion = rotation.follow_table(np.concatenate(list(parts)), table, kinematic)
     steps = series.empty(angle.size - 1)
-    nothing = np.empty(0)
     return _Search(
         angle=angle,
         encoder=table,
@@ -516,9 +494,7 @@ def _search(
         ),
         components=regression.no_components(angle.size),
         steps=steps,
-        averages=nothing,
-        power=nothing,
-        floor=nothing,
+        averages=np.empty(0),
     )
 
 
@@ -585,31 +561,6 @@ def _published(found: OrthogonalSearch, scale: Scale, cycles: float, channel: st
     ]
 
 
-def detection_threshold(bins: int, false_alarm: float) -> float:
-    """Ratio of power to floor that noise exceeds anywhere with probability `false_alarm`.
-
-    The maximum of a periodogram over continuous frequency, not over its bins alone:
-    ``bins * sqrt(pi p / 3) * exp(-p) = false_alarm``, the mean number of upcrossings of
-    level p by a chi-square field of two degrees of freedom (Rice's formula). Where the floor
-    is only known with a relative error s, as `spectrum.noise_floor` knows it, exp(-p)
-    averages to exp(-p + (s p)^2 / 2), which for a few thousand bins is a third more.
-    """
-    scatter = spectrum.floor_scatter(bins)
-    return float(
-        brentq(
-            lambda p: (
-                np.log(bins)
-                + 0.5 * np.log(np.pi * p / 3.0)
-                - p
-                + 0.5 * (scatter * p) ** 2
-                - np.log(false_alarm)
-            ),
-            1.0,
-            100.0,
-        )
-    )
-
-
 def _same(first: Components, second: Components) -> bool:
     """Whether both hold the same lines, to within a bin."""
     return (
@@ -623,356 +574,6 @@ def _same(first: Components, second: Components) -> bool:
             )
         )
     )
-
-
-# --- candidates --------------------------------------------------------------------------
-
-
-def _new_orders(
-    search: _Search, table: FloatArray, reach: FloatArray | None
-) -> tuple[Components, FloatArray, NDArray[np.bool_]]:
-    """Whole orders of table angle that stand above the floor and are not known yet.
-
-    Returns
-    -------
-    orders
-        With their amplitudes.
-    height
-        (orders,) power of the increments.
-    waiting
-        (orders,) bool: with `reach`, of `_earth_amplitudes`, those that Earth rate could make.
-        They wait until it is fitted beside the known ones.
-    """
-    known = search.components
-    nothing = regression.no_components(search.angle.size)
-    speed = _speeds(table)
-    fastest = float(speed.max())
-    highest = min(regression.MOST_ORDERS, int(np.pi / fastest)) if fastest > 0.0 else 0
-    if highest < 1:
-        return nothing, np.empty(0), np.empty(0, dtype=bool)
-    sums = regression.order_sums(search.steps, table, highest)[1:]
-    orders = np.arange(1.0, highest + 1.0)
-    length = search.angle.size * _mean_square_step(orders, speed) / 2.0
-    height = np.abs(sums) ** 2 / (2.0 * length)
-    ratio = height / _floor_of_orders(orders, speed, search.floor)
-    turns = rotation.full_turns(table)
-    # Orders closer than one cycle over the whole range, or fewer cycles than one from table motion
-    # itself, are not told apart.
-    for order in known.orders:
-        ratio[np.abs(orders - order) * turns < 0.99] = 0.0
-    standing = np.flatnonzero((ratio > search.threshold) & (orders * turns > 0.99))
-    waiting = np.zeros(standing.size, dtype=bool)
-    if reach is not None:
-        waiting = np.abs(sums[standing]) <= length[standing] * reach[standing]
-    found = replace(
-        nothing,
-        orders=orders[standing],
-        free=np.zeros(standing.size, dtype=bool),
-        cosine=sums.real[standing] / length[standing],
-        sine=sums.imag[standing] / length[standing],
-    )
-    return found, height[standing], waiting
-
-
-def _earth_amplitudes(table: FloatArray, sample_rate: float) -> FloatArray:
-    """(orders,) largest amplitude, rad, that Earth rate on an unsteady table puts into each order.
-
-    0 for order 1, in which Earth rate and the harmonic are one at a steady table (Eq. 16).
-    """
-    highest = regression.MOST_ORDERS
-    orders = np.arange(1.0, highest + 1.0)
-    # The table turns slowly beside the samples: every so-many-th angle tells the same.
-    stride = max(1, int(1.0 / (highest * float(_speeds(table).max()) + 1e-9)))
-    stride = min(stride, max(1, table.size // 10_000))
-    every = series.every(table, stride)
-    rate = sample_rate / stride
-    length = every.size * _mean_square_step(orders, _speeds(every)) / 2.0
-    largest = np.zeros(highest)
-    # Order 1 is what a steady table would make of it; it goes first, since with ripple in the rate
-    # neighbouring orders are not orthogonal to it and would not show beside it.
-    net = float(every[-1] - every[0]) / (every.size - 1) * rate
-    path = rotation.mean_rate(every, rate)
-    steady = 1.0 / net if abs(net) > 0.5 * abs(path) else 0.0
-    steps = series.empty(every.size - 1)
-    for function, whole, sign in ((np.cos, np.sin, 1.0), (np.sin, np.cos, -1.0)):
-        for span in series.spans(steps.size):
-            here = every[span.start : span.stop + 1]
-            steps[span] = function(here[1:]) / rate - sign * steady * np.diff(whole(here))
-        sums = regression.order_sums(steps, every, highest)[1:]
-        largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
-    largest[0] = 0.0
-    return 2.0 * rotation.EARTH_RATE * largest
-
-
-def _new_lines(search: _Search, reach: FloatArray | None) -> Components:
-    """Peaks above the floor, in frequency and in order, that no stronger one explains.
-
-    An order smears over all the frequencies that it sweeps on an unsteady table, and a tone
-    over as many orders; each stands highest on its own scale. So the peaks of both scales
-    are taken together, the one that stands highest above its floor first, and what a stronger one
-    on the other scale may have made waits for the next round. In the first round, with `reach`,
-    so does what Earth rate may have made.
-    """
-    samples, table = search.angle.size, search.table
-    # In red noise the jump from the record's end to its start leaks with one sign into whole bins
-    # and with the other into the halves between, whose floor may be twice as high.
-    halves = spectrum.noise_floor(search.power[1::2])
-    peaks = _peaks(search.power, search.floor, halves, search.threshold, first=2 * _LOWEST_CYCLES)
-    frequency = peaks.place * (0.5 / (search.power.size - 1))
-    cell = 1.5 / samples
-    found = regression.no_components(samples)
-    if table is None:
-        ends = np.stack([frequency - cell, frequency + cell])
-        tones = frequency[_strongest([peaks], ends, peaks.height, samples)]
-    else:
-        speed = _speeds(table) / (2.0 * np.pi)
-        slowest, fastest = float(speed.min()), float(speed.max())
-        turns = rotation.full_turns(table)
-        broken = _order_peaks(search, table)
-        broken_orders = broken.place * (0.5 / turns)
-        off = np.abs(broken_orders - np.rint(broken_orders)) * turns > 1.0
-        broken, broken_orders = broken.select(off), broken_orders[off]
-        whole, heights, waiting = found, np.empty(0), np.empty(0, dtype=bool)
-        if turns >= rotation.FEW_TURNS:
-            whole, heights, waiting = _new_orders(search, table, reach)
-        in_order = _Peaks(
-            place=np.concatenate([2.0 * turns * whole.orders, broken.place]),
-            height=np.concatenate([heights, broken.height]),
-        )
-        orders = np.concatenate([whole.orders, broken_orders])
-        ends = np.stack(
-            [
-                np.concatenate([frequency, slowest * orders]) - cell,
-                np.concatenate([frequency, fastest * orders]) + cell,
-            ]
-        )
-        height = np.concatenate([peaks.height, _WHOLE * heights, _BROKEN * broken.height])
-        chosen = _strongest([peaks, in_order], ends, height, samples)
-        tones = frequency[chosen[: frequency.size]]
-        chosen = chosen[frequency.size :]
-        found = whole.select(chosen[: whole.size] & ~waiting)
-        loose = np.sort(broken_orders[chosen[whole.size :]])
-        if loose.size:
-            square = samples * _mean_square_step(loose, _speeds(table))
-            sums = regression.sums_at_orders(search.steps, search.sampled, loose)[0]
-            sums *= 2.0 / square
-            found = regression.joined(
-                found,
-                replace(
-                    regression.no_components(samples),
-                    orders=loose,
-                    free=np.ones(loose.size, dtype=bool),
-                    cosine=sums.real,
-                    sine=sums.imag,
-                ),
-            )
-    # What still stands within a cycle a record of a known line is its own doing: it drifts.
-    near = np.abs(search.components.frequencies - tones[:, np.newaxis]) * samples < 1.0
-    search.restless = search.components.frequencies[near.any(axis=0)]
-    tones = tones[~near.any(axis=1)]
-    if tones.size == 0:
-        return found
-    # An increment of a tone is 2j sin(pi f) times its phasor in the middle of the step.
-    sums = regression.tone_sums(search.steps, tones)[0]
-    sums *= 1j / (search.steps.size * np.sin(np.pi * tones))
-    nothing = regression.no_components(samples)
-    return regression.joined(
-        found, replace(nothing, frequencies=tones, cosine=sums.real, sine=sums.imag)
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Peaks:
-    """Peaks of a spectrum: place and height of each, in half bins and in power of increments."""
-
-    place: FloatArray
-    height: FloatArray
-
-    def select(self, keep: NDArray[np.bool_]) -> "_Peaks":
-        return _Peaks(place=self.place[keep], height=self.height[keep])
-
-
-def _strongest(
-    scales: list[_Peaks], ends: FloatArray, height: FloatArray, samples: int
-) -> NDArray[np.bool_]:
-    """Which peaks are lines for sure: none of a stronger one's leakage, or smeared from one.
-
-    Parameters
-    ----------
-    scales
-        Peaks in frequency and, where the table turns, in order.
-    ends
-        (2, peaks) lowest and highest frequency that each sweeps, cycles a sample.
-    height
-        (peaks,) by which the stronger of two is told, in one unit for both scales.
-    samples
-        Length of the record.
-    """
-    place = np.concatenate([peaks.place for peaks in scales])
-    scale = np.repeat(np.arange(len(scales)), [peaks.place.size for peaks in scales])
-    low, high = ends
-    chosen = np.zeros(place.size, dtype=bool)
-    blocked = np.zeros(place.size, dtype=bool)
-    leakage = np.zeros(place.size)
-    for at in np.argsort(height)[::-1].tolist():
-        # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
-        # for several of them adding up. What waits is found in the next round.
-        if blocked[at] or height[at] < 10.0 * leakage[at]:
-            continue
-        chosen[at] = True
-        if chosen.sum() == _PEAKS_A_ROUND:
-            break
-        alike = scale == scale[at]
-        beyond = np.maximum(low - high[at], low[at] - high)
-        distance = np.where(alike, np.abs(place - place[at]) / 2.0, samples * beyond)
-        blocked |= np.where(alike, distance < 1.5, distance < 0.0)
-        leakage += height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2
-    return chosen
-
-
-def _order_peaks(search: _Search, table: FloatArray) -> _Peaks:
-    """Peaks of the spectrum over table angle; a half bin is half a cycle over all turns.
-
-    None where the table is so steady that orders and frequencies are one, or turns so little
-    that orders are not told apart.
-    """
-    nothing = _Peaks(place=np.empty(0), height=np.empty(0))
-    speed = _speeds(table)
-    fastest = float(speed.max())
-    highest = min(float(regression.MOST_ORDERS), np.pi / fastest) if fastest > 0.0 else 0.0
-    low, high = series.extent(table)
-    turns = (high - low) / (2.0 * np.pi)
-    if turns < rotation.FEW_TURNS or not search.unsteady(highest):
-        return nothing
-    # An increment of exp(1j k alpha) is 1j k step exp(1j k alpha): the steps' products with those
-    # of the table, shared out between the two nearest of even angles, are transformed in one. With
-    # eight angles to a cycle of the highest order that takes a tenth off its power, and keeps
-    # what is folded from beyond below a hundredth.
-    scale = _ANGLES_A_CYCLE * highest / (2.0 * np.pi)
-    length = scipy.fft.next_fast_len(int(2.0 * (high - low) * scale) + 4, real=True)
-    grid = np.zeros(length)
-    for span in series.through(search.steps.size, table, search.steps):
-        here = table[span.start : span.stop + 1]
-        weight = search.steps[span] * np.diff(here)
-        place = (0.5 * (here[1:] + here[:-1]) - low) * scale
-        nearest = place.astype(np.int64)
-        start = int(nearest.min())
-        part = np.bincount(nearest - start, weights=weight)
-        moved = np.bincount(nearest - start, weights=weight * (place - nearest))
-        grid[start : start + part.size] += part - moved
-        grid[start + 1 : start + 1 + part.size] += moved
-    sums = scipy.fft.rfft(grid, overwrite_x=True)[: int(length / _ANGLES_A_CYCLE)]
-    spacing = _ANGLES_A_CYCLE * highest / length
-    power = np.square(sums.real) + np.square(sums.imag)
-    # Floors change slowly with order.
-    coarse = np.geomspace(_LOWEST_CYCLES / turns, highest, 400)
-    level = _floor_of_orders(coarse, speed, search.floor)
-    level = np.interp(np.arange(power.size) * spacing, coarse, level)
-    power /= table.size * float(np.mean(speed**2))
-    peaks = _peaks(power, level, None, search.threshold, first=2 * _LOWEST_CYCLES)
-    return replace(peaks, place=peaks.place * (2.0 * turns * spacing))
-
-
-def _peaks(
-    power: FloatArray,
-    floor: FloatArray,
-    halves: FloatArray | None,
-    threshold: float,
-    *,
-    first: int,
-) -> _Peaks:
-    """Where power over floor peaks above the threshold, from half bin `first` on.
-
-    `floor` is of the whole bins and `halves` of those between; of all of them where that is None.
-    """
-    found: list[FloatArray] = []
-    for span in series.through(power.size - 1, power, floor, *([] if halves is None else [halves])):
-        start, stop = max(span.start, first), span.stop
-        if stop <= start:
-            continue
-        here = power[start - 1 : stop + 1]
-        if halves is None:
-            level = floor[start - 1 : stop + 1]
-        else:
-            at = np.arange(start - 1, stop + 1)
-            after = np.minimum((at + 1) // 2, floor.size - 1)
-            between = np.minimum(at // 2, halves.size - 1)
-            level = np.maximum(0.5 * (floor[at // 2] + floor[after]), halves[between])
-        ratio = here / level
-        left, inner, right = ratio[:-2], ratio[1:-1], ratio[2:]
-        # A peak midway between half bins shows 0.9 of its height: one below the threshold by
-        # that much may be above it once refined, and is pruned there if it is not.
-        top = np.flatnonzero((inner > 0.9 * threshold) & (inner >= left) & (inner > right))
-        left, inner, right = left[top], inner[top], right[top]
-        # The top of a parabola through three ordinates.
-        offset = 0.5 * (left - right) / (left - 2.0 * inner + right)
-        found.append(np.stack([start + top + offset, here[top + 1]]))
-    place, height = np.concatenate(found, axis=1) if found else np.empty((2, 0))
-    return _Peaks(place=place, height=height)
-
-
-# --- judgement ---------------------------------------------------------------------------
-
-
-def _speeds(alpha: FloatArray) -> FloatArray:
-    """Table speeds, rad a sample, at a few hundred evenly spaced ranks."""
-    block = max(1, alpha.size // 4000)
-    speed = np.sort(np.abs(np.diff(series.every(alpha, block)))) / block
-    return speed[np.linspace(0, speed.size - 1, min(200, speed.size)).astype(np.int64)]
-
-
-def _mean_square_step(orders: FloatArray, speed: FloatArray) -> FloatArray:
-    """Mean square increment of exp(i k alpha), for each order."""
-    return np.asarray((4.0 * np.sin(np.outer(orders, speed) / 2.0) ** 2).mean(axis=1))
-
-
-def _floor_of_orders(orders: FloatArray, speed: FloatArray, floor: FloatArray) -> FloatArray:
-    """Noise floor that each order meets: over the frequencies it sweeps, weighted by power."""
-    frequency = np.outer(orders, speed) / (2.0 * np.pi)
-    weight = np.sin(np.pi * frequency) ** 2
-    bins = np.minimum(frequency * (2.0 * (floor.size - 1)), floor.size - 1).astype(np.int64)
-    total = weight.sum(axis=1)
-    total[total == 0.0] = 1.0
-    return np.asarray((floor[bins] * weight).sum(axis=1) / total)
-
-
-def _floors(components: Components, alpha: FloatArray | None, floor: FloatArray) -> FloatArray:
-    """(components,) noise floor at each component's own frequency."""
-    bins = np.rint(components.frequencies * (2.0 * (floor.size - 1))).astype(np.int64)
-    in_time = floor[np.clip(bins, 0, floor.size - 1)]
-    if alpha is None or components.orders.size == 0:
-        return in_time
-    return np.concatenate([_floor_of_orders(components.orders, _speeds(alpha), floor), in_time])
-
-
-def _significances(fit: ComponentFit, levels: FloatArray) -> FloatArray:
-    """(components,) Wald statistic of each pair of amplitudes, chi-square with 2 dof."""
-    pair = np.stack([fit.components.cosine, fit.components.sine], axis=1)
-    block = fit.covariance[:, :2, :2]
-    # A pseudo-inverse: of two components that coincide, each direction counts once.
-    precision = np.linalg.pinv(block, rcond=1e-9, hermitian=True)
-    return np.asarray(np.einsum("ni,nij,nj->n", pair, precision, pair) / levels)
-
-
-def _significant(
-    fit: ComponentFit, alpha: FloatArray | None, floor: FloatArray, threshold: float
-) -> Components:
-    """The components that stand above the floor with all others fitted beside them."""
-    levels = _floors(fit.components, alpha, floor)
-    lowest = _LOWEST_CYCLES / (2.0 * (floor.size - 1))
-    significance = _significances(fit, levels)
-    keep = significance > 2.0 * threshold
-    in_time = slice(fit.components.orders.size, None)
-    frequencies = fit.components.frequencies
-    keep[in_time] &= frequencies >= 0.75 * lowest
-    # Two that moved to one frequency share one line between them, with amplitudes that mean
-    # nothing: the stronger takes it.
-    order = np.argsort(frequencies)
-    close = np.flatnonzero(np.diff(frequencies[order]) * fit.components.center * 2.0 < 0.5)
-    for first, second in zip(order[close], order[close + 1], strict=True):
-        weaker = min(first, second, key=lambda index: float(significance[in_time][index]))
-        keep[fit.components.orders.size + weaker] = False
-    return fit.components.select(keep)
 
 
 def _rescaled(search: _Search) -> Components:
@@ -999,7 +600,7 @@ def _rescaled(search: _Search) -> Components:
         # A table that goes back and forth has no rate that a tone could be an order of.
         return components
     wander = mean_angle - mean_angle.mean() - rate * number
-    levels = _floors(components, alpha, search.floor)[components.orders.size :]
+    levels = detection.floors(components, alpha, search.left.floor)[components.orders.size :]
     spread = float(np.std(wander))
     moved = np.zeros(components.size, dtype=bool)
     orders: list[float] = []
@@ -1061,10 +662,10 @@ def _rescaled(search: _Search) -> Components:
 def _described(search: _Search, channel: str) -> tuple[Line, ...]:
     """The lines, strongest first, named where their frequency says what they are."""
     components, fit = search.components, search.fit
-    alpha, floor, sample_rate = search.table, search.floor, search.sample_rate
+    alpha, floor, sample_rate = search.table, search.left.floor, search.sample_rate
     lines = [_of_drifting(line, sample_rate, channel) for line in search.drifting]
-    levels = _floors(components, alpha, floor)
-    significance = np.empty(0) if fit is None else _significances(fit, levels)
+    levels = detection.floors(components, alpha, floor)
+    significance = np.empty(0) if fit is None else detection.significances(fit, levels)
     for index in range(components.size):
         if fit is None:
             break
@@ -1169,7 +770,7 @@ def _masked(lines: tuple[Line, ...], search: _Search) -> tuple[tuple[float, floa
         if line.scale == "time":
             bands.append((line.frequency - width, line.frequency + width))
         elif search.table is not None:
-            speed = _speeds(search.table) * search.sample_rate / (2.0 * np.pi)
+            speed = detection.speeds(search.table) * search.sample_rate / (2.0 * np.pi)
             low, high = float(speed[0]), float(speed[-1])
             # Spread over many bins, a component takes two of many ordinates: nothing to mask.
             if line.frequency * (high - low) < 20.0 * width:
@@ -1187,7 +788,7 @@ def _taken(lines: tuple[Line, ...], search: _Search) -> FloatArray:
         bands += [(place * rate, width * rate) for place, width in cells]
     turn_rate = 0.0
     if search.table is not None:
-        turn_rate = float(np.median(_speeds(search.table))) * rate / (2.0 * np.pi)
+        turn_rate = float(np.median(detection.speeds(search.table))) * rate / (2.0 * np.pi)
     drifting = {found.frequency * rate for found in search.drifting}
     for line in lines:
         if line.scale == "time" and line.frequency not in drifting:
@@ -1198,6 +799,6 @@ def _taken(lines: tuple[Line, ...], search: _Search) -> FloatArray:
     frequency, bandwidth = np.array(bands).reshape(-1, 2).T
     inside = (frequency > 0.0) & (frequency < 0.5 * rate)
     frequency, bandwidth = frequency[inside], bandwidth[inside]
-    bins = np.rint(frequency / rate * (2.0 * (search.floor.size - 1))).astype(np.int64)
-    density = spectrum.density(search.floor[bins], rate)
+    bins = np.rint(frequency / rate * (2.0 * (search.left.floor.size - 1))).astype(np.int64)
+    density = spectrum.density(search.left.floor[bins], rate)
     return np.stack([frequency, bandwidth, density])
