@@ -27,7 +27,7 @@ from scipy.stats import binomtest
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac import rig
 from sagnac.analysis import Method, Settings, analyze
-from sagnac.lines import detection_threshold
+from sagnac.detection import detection_threshold
 from sagnac.recording import RecordingError
 from sagnac.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 
