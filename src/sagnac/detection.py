@@ -28,6 +28,8 @@ _ANGLES_A_CYCLE: Final = 8
 # are that uncertain, and a line in time that follows the table better is moved in the end.
 _WHOLE: Final = 2.0
 _BROKEN: Final = 0.5
+# Highest peak of a line on the scale that it smears on, in its mean height there.
+_SMEARED_PEAK: Final = 30.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -296,22 +298,32 @@ def _strongest(
     place = np.concatenate([peaks.place for peaks in scales])
     scale = np.repeat(np.arange(len(scales)), [peaks.place.size for peaks in scales])
     low, high = ends
-    chosen = np.zeros(place.size, dtype=bool)
-    blocked = np.zeros(place.size, dtype=bool)
+    cells = samples * (high - low)
+    chosen, explained, waiting = np.zeros((3, place.size), dtype=bool)
     leakage = np.zeros(place.size)
     for at in np.argsort(height)[::-1].tolist():
         # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
         # for several of them adding up. What waits is found in the next round.
-        if blocked[at] or height[at] < 10.0 * leakage[at]:
+        if explained[at] or height[at] < 10.0 * leakage[at]:
             continue
-        chosen[at] = True
-        if chosen.sum() == _PEAKS_A_ROUND:
-            break
+        if not waiting[at]:
+            chosen[at] = True
+            if chosen.sum() == _PEAKS_A_ROUND:
+                break
         alike = scale == scale[at]
         beyond = np.maximum(low - high[at], low[at] - high)
-        distance = np.where(alike, np.abs(place - place[at]) / 2.0, samples * beyond)
-        blocked |= np.where(alike, distance < 1.5, distance < 0.0)
+        # Beyond what it sweeps a smeared line falls off as its modulation does: in steps taken here
+        # for hundredths of the sweep.
+        unit = np.maximum(np.maximum(cells, cells[at]) / 100.0, 1.0)
+        distance = np.where(alike, np.abs(place - place[at]) / 2.0, samples * beyond / unit)
         leakage += height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2
+        explained |= alike & (distance < 1.5)
+        # Smeared over many cells a line has little height in any: what stands higher is one itself,
+        # but how high is seen only when the other is out.
+        smeared = _SMEARED_PEAK * height[at] / np.maximum(cells, cells[at])
+        overlapping = ~alike & (distance < 0.0)
+        explained |= overlapping & (height < smeared)
+        waiting |= overlapping & (height >= smeared)
     return chosen
 
 
