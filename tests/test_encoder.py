@@ -69,6 +69,19 @@ def test_a_thousandth_missing_is_as_good_as_read(rate, how):
     assert 3600.0 * filled.error < 0.25
 
 
+def test_repeats_are_found_on_an_even_table_and_not_on_one_at_rest():
+    even_table = reading(40.0 * np.arange(SAMPLES) / RATE)
+    gone = places(5e-3)
+    gone = gone[gone > 100]
+    assert mark_missing(spoiled(even_table, gone, "held"), 360.0).held == gone.size
+    # At rest a reading jitters by a count or so, and most repeat.
+    jitter = 0.8 * STEP * np.random.default_rng(4).standard_normal(SAMPLES)
+    at_rest = reading(100.0 + jitter)
+    slow = reading(100.0 + 0.6 * STEP * np.arange(SAMPLES) + jitter)
+    for values in (at_rest, slow):
+        assert mark_missing(values.copy(), 360.0).held == 0
+
+
 @pytest.mark.parametrize("period", [360.0, math.inf])
 def test_a_hundredth_missing_across_the_wrap_and_turning_round(period):
     angle = motion(40.0, reversing=True)

@@ -27,6 +27,9 @@ _EVEN: Final = 0.125
 _STEPS_LOOKED_AT: Final = 8
 _STEPS_THAT_AGREE: Final = 6
 _HELD_LOOK_BACK: Final = 64
+_OFTEN: Final = 0.1
+# Changes below this part of a turn are rounding of readings, not their resolution.
+_ROUNDING: Final = 1e-10
 
 # Interpolation takes two readings on each side; a third on each side tells what it may be wrong by.
 _SIDE: Final = 2
@@ -246,6 +249,12 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
         even = np.abs(rows - typical[:, np.newaxis]) < _EVEN * np.abs(typical)[:, np.newaxis]
         due = (late - before) * typical
         made_up = np.abs(_folded(steps[late], turn) - due) < _EVEN * np.abs(due)
+        # A table slower than some counts a sample repeats its readings anyway, and often.
+        changes = np.abs(np.diff(steps))
+        count = changes[changes > _ROUNDING * turn].min(initial=turn)
+        still = np.concatenate([[0], np.cumsum(~moving)])
+        earlier = still[before + 1] - still[np.maximum(before + 1 - _HELD_LOOK_BACK, 0)]
+        made_up &= (_EVEN * np.abs(typical) > count) | (earlier < _OFTEN * _HELD_LOOK_BACK)
         held = (before >= 0) & made_up & (even.sum(axis=1) >= _STEPS_THAT_AGREE)
         for start, stop in zip(before[held], late[held], strict=True):
             # Step n leads from sample n to the next.
