@@ -337,8 +337,8 @@ def coverage(rows: Sequence[Mapping[str, Any]]) -> str:
 def answers(rows: Mapping[Method, Sequence[Mapping[str, Any]]]) -> list[str]:
     text = [
         "| method | recordings | estimated | upper bound | other | bias of the estimated, % "
-        "| rms error, % | in standard errors | 95 % intervals that hold the truth, % | bounds that hold "
-        "| value / truth, median (extremes) | seconds, median |",
+        "| rms error, % | in standard errors | 95 % intervals that hold the truth, % "
+        "| bounds that hold | value / truth, median (extremes) | seconds, median |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for method, own in rows.items():
@@ -528,9 +528,9 @@ def report(rows: Mapping[Method, Sequence[Mapping[str, Any]]], recordings: int) 
         *answers(rows),
         "",
         "Bars: the bias of `fos` under 0.5 %, its intervals hold 93–97 % of the truths; of 100, "
-        "chance moves a coverage by 2.2 % (one standard error), and the rms error in standard errors "
-        "of the intervals by 0.07. The bias is the mean relative "
-        "error with its standard error, the interval beside a coverage is binomial, 95 %. An "
+        "chance moves a coverage by 2.2 % (one standard error), and the rms error in standard "
+        "errors, as the intervals have them, by 0.07. The bias is the mean relative error with its "
+        "standard error, the interval beside a coverage is binomial, 95 %. An "
         "upper bound holds where the truth lies below it; value / truth takes bounds as values.",
         "",
     ]
