@@ -88,6 +88,26 @@ def test_turns_are_the_same_by_spans_of_any_length(monkeypatch, length):
     assert whole[0].size == 7
 
 
+@pytest.mark.parametrize("rate", [0.0113, -0.0113])
+def test_fris_counts_its_turns_from_the_null_pulse(rate):
+    # Full turns where the pulse comes, not where the encoder happens to read zero.
+    number = np.arange(30_000)
+    table = TURN * (0.1 + rate * number + 0.05 * np.sin(number / 900.0))
+    null = 0.731
+    passed = np.floor(table / TURN - null)
+    pulse = np.append(False, passed[1:] != passed[:-1])
+    angle = 1e-3 * np.cos(table) + 1e-8 * number
+    times, values = rotation.full_rotation_samples(angle, table, pulse)
+    turns = np.interp(times, number, table) / TURN
+    assert np.abs(np.diff(turns)) == pytest.approx(np.ones(times.size - 1), abs=1e-9)
+    # Some 330 pulses, each good to a step of 0.0113 turns: 0.0113 / sqrt(12 * 330).
+    assert np.mean(turns - np.floor(turns)) == pytest.approx(null, abs=4 * 0.0113 / np.sqrt(3960))
+    # Without an encoder each is good to a step, and the angle to what it turns meanwhile.
+    alone, coarse = rotation.full_rotation_samples(angle, None, pulse)
+    assert alone == pytest.approx(times, abs=0.7)
+    assert coarse == pytest.approx(values, abs=1e-3 * TURN * 0.0113)
+
+
 @pytest.mark.parametrize("turns", [0.0, 0.4, 1.9, -1.9])
 def test_fris_refuses_fewer_than_two_turns(turns):
     table = TURN * np.linspace(0.05 * np.sign(turns), turns, 500)

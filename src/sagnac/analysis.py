@@ -422,13 +422,14 @@ def _removal(
 ) -> _Removed:
     rate = recording.sample_rate
     if settings.method == "fris":
-        if table is None:
+        if table is None and recording.null_pulse is None:
             raise RecordingError(
                 f"{where}: full rotation interval sampling (--method fris) needs a turning table; "
-                "name its encoder (--table COLUMN:UNIT) or use --method fos"
+                "name its encoder (--table COLUMN:UNIT) or its null pulse (--null-pulse COLUMN), "
+                "or use --method fos"
             )
         try:
-            times, values = rotation.full_rotation_samples(angle, table)
+            times, values = rotation.full_rotation_samples(angle, table, recording.null_pulse)
         except RecordingError as error:
             raise RecordingError(f"{where}: table: {error}") from None
         turn_rate = (times.size - 1) / (times[-1] - times[0]) * rate

@@ -18,7 +18,7 @@ from sagnac.regression import ComponentFit, Components, Sampling
 
 # Below this many cycles a record nothing can be told from the random walk.
 _LOWEST_CYCLES: Final = 4
-_PEAKS_A_ROUND: Final = 64
+_PEAKS_A_ROUND: Final = 200
 # Phase, in rad rms, by which the highest order strays from a tone before orders that are not whole
 # are searched on their own scale; and even angles for a cycle of it there.
 _SMEARED: Final = 0.3

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from sagnac import series
@@ -100,15 +101,23 @@ def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray
     return np.concatenate(times)
 
 
-def full_rotation_samples(angle: FloatArray, table: FloatArray) -> tuple[FloatArray, FloatArray]:
+def full_rotation_samples(
+    angle: FloatArray, table: FloatArray | None, null_pulse: NDArray[np.bool_] | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Full rotation interval sampling (FRIS): the angle at each full turn, Eq. 8.
+
+    Full turns are counted from the null pulse where there is one, and from where the encoder
+    reads zero where there is none. The time of each is interpolated in the encoder's angle;
+    without an encoder it is taken midway between the pulse and the sample before.
 
     Parameters
     ----------
     angle
         (samples,) gyro angle or difference of two, rad.
     table
-        (samples,) table angle, rad.
+        (samples,) table angle, rad, or None.
+    null_pulse
+        (samples,) bool, true on the first sample at or after the pulse, or None.
 
     Returns
     -------
@@ -124,11 +133,22 @@ def full_rotation_samples(angle: FloatArray, table: FloatArray) -> tuple[FloatAr
     ----------
     Eqs. 8 and 9 of Yu et al. 2013.
     """
-    times = full_turn_times(table)
+    pulses = np.empty(0, dtype=np.int64) if null_pulse is None else np.flatnonzero(null_pulse)
+    pulses = pulses[pulses > 0]
+    if table is None:
+        times = pulses.astype(np.float64) - 0.5
+    else:
+        null_angle = 0.0
+        if pulses.size:
+            # It lies somewhere in the step before; the mean over the turns is finer than a step.
+            middles = 0.5 * (series.at(table, pulses) + series.at(table, pulses - 1))
+            null_angle = float(np.angle(np.exp(1j * middles).sum()))
+        times = full_turn_times(table, null_angle=null_angle)
     if times.size < 3:
+        covered = "" if table is None else f" (it covers {360.0 * full_turns(table):.1f} deg)"
         raise RecordingError(
-            f"the table never completes two full turns (it covers {360.0 * full_turns(table):.1f} "
-            "deg), so full rotation interval sampling has nothing to sample; use --method fos"
+            f"the table never completes two full turns{covered}, so full rotation interval "
+            "sampling has nothing to sample; use --method fos"
         )
     first = np.minimum(times.astype(np.int64), angle.size - 2)
     fraction = times - first
