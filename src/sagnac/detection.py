@@ -302,27 +302,29 @@ def _strongest(
     chosen, explained, waiting = np.zeros((3, place.size), dtype=bool)
     leakage = np.zeros(place.size)
     for at in np.argsort(height)[::-1].tolist():
+        if explained[at]:
+            continue
+        alike = scale == scale[at]
+        beyond = np.maximum(low - high[at], low[at] - high)
+        # Smeared over many cells a line has little height in any: what stands higher is one itself,
+        # but how high is seen only when the other is out.
+        smeared = _SMEARED_PEAK * height[at] / np.maximum(cells, cells[at])
+        overlapping = ~alike & (beyond < 0.0)
+        explained |= overlapping & (height < smeared)
         # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
         # for several of them adding up. What waits is found in the next round.
-        if explained[at] or height[at] < 10.0 * leakage[at]:
+        if height[at] < 10.0 * leakage[at]:
             continue
         if not waiting[at]:
             chosen[at] = True
             if chosen.sum() == _PEAKS_A_ROUND:
                 break
-        alike = scale == scale[at]
-        beyond = np.maximum(low - high[at], low[at] - high)
         # Beyond what it sweeps a smeared line falls off as its modulation does: in steps taken here
         # for hundredths of the sweep.
         unit = np.maximum(np.maximum(cells, cells[at]) / 100.0, 1.0)
         distance = np.where(alike, np.abs(place - place[at]) / 2.0, samples * beyond / unit)
         leakage += height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2
         explained |= alike & (distance < 1.5)
-        # Smeared over many cells a line has little height in any: what stands higher is one itself,
-        # but how high is seen only when the other is out.
-        smeared = _SMEARED_PEAK * height[at] / np.maximum(cells, cells[at])
-        overlapping = ~alike & (distance < 0.0)
-        explained |= overlapping & (height < smeared)
         waiting |= overlapping & (height >= smeared)
     return chosen
 
