@@ -358,6 +358,8 @@ class _Search:
         dropped = kept.size < self.components.size
         if dropped:
             self.components = kept
+        if kept.size == 0:
+            self.fit = None
         return dropped
 
     def keep_above(self, reach: FloatArray) -> None:
