@@ -73,6 +73,7 @@ class Case:
 
 LONG: Final = Case(seed=1, sample_rate=500.0, duration=7200.0, orders=100, tones=20)
 SHORT: Final = Case(seed=2, sample_rate=20.0, duration=400.0, orders=24, tones=20)
+MIDDLE: Final = Case(seed=4, sample_rate=100.0, duration=3600.0, orders=24, tones=20)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -314,23 +315,23 @@ def timed_stages() -> dict[str, list[float]]:
     spent: dict[str, list[float]] = {}
     for stage, (owner, name) in STAGES.items():
         spent[stage] = [0, 0.0, 0.0]
-
-        def timed(
-            *arguments: Any,
-            work: Callable[..., Any] = getattr(owner, name),
-            row: list[float] = spent[stage],
-            **options: Any,
-        ) -> Any:
-            start, began = time.process_time(), time.perf_counter()
-            try:
-                return work(*arguments, **options)
-            finally:
-                row[0] += 1
-                row[1] += time.process_time() - start
-                row[2] += time.perf_counter() - began
-
-        setattr(owner, name, timed)
+        setattr(owner, name, timed(getattr(owner, name), spent[stage]))
     return spent
+
+
+def timed(work: Callable[..., Any], row: list[float]) -> Callable[..., Any]:
+    """`work`, adding its calls, processor and wall seconds to `row`."""
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        start, began = time.process_time(), time.perf_counter()
+        try:
+            return work(*arguments, **options)
+        finally:
+            row[0] += 1
+            row[1] += time.process_time() - start
+            row[2] += time.perf_counter() - began
+
+    return counted
 
 
 def save(truth: Truth, folder: Path) -> None:
@@ -399,26 +400,47 @@ def long_record() -> list[str]:
     return [*text, f"| everything else | | {other[0]:.2f} | {other[1]:.2f} |"]
 
 
-def side_by_side() -> list[str]:
-    truth = make(SHORT)
-    runs: dict[str, list[dict[str, Any]]] = {name: [] for name in SEARCHES}
+def side_by_side(case: Case, searches: tuple[str, ...], repeats: int, preface: str) -> list[str]:
+    """The same record searched by each in turn, `repeats` times."""
+    truth = make(case)
+    runs: dict[str, list[dict[str, Any]]] = {name: [] for name in searches}
     rests: dict[str, FloatArray] = {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         save(truth, folder)
-        for _ in range(REPEATS):
-            for name in SEARCHES:
-                runs[name].append(measure(name, SHORT, folder))
+        for _ in range(repeats):
+            for name in searches:
+                runs[name].append(measure(name, case, folder))
                 rests[name] = np.load(folder / "rest.npy")
     middle = {
         name: [statistics.median(run[what] for run in runs[name]) for what in ("seconds", "above")]
-        for name in SEARCHES
+        for name in searches
     }
-    true = SHORT.orders + SHORT.tones
+    true = case.orders + case.tones
     text = [
-        f"## Beside other tools: {SHORT.samples} samples, {SHORT.orders} orders, "
-        f"{SHORT.tones} lines in time",
+        f"## Beside other tools: {case.samples} samples, {case.orders} orders, "
+        f"{case.tones} lines in time",
         "",
+        preface,
+        "",
+        "| search | seconds | × sagnac | MB | × sagnac | found | false | left | "
+        "power left / noise |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    first_seconds, first_memory = middle["sagnac"]
+    for name, (seconds, memory) in middle.items():
+        hits, false = judged(runs[name][-1]["found"], truth, case)
+        power = float(np.mean(rests[name] ** 2) / np.mean(truth.noise**2))
+        text.append(
+            f"| {name} | {seconds:.3f} | {seconds / first_seconds:.1f} | {memory:.0f} "
+            f"| {memory / max(first_memory, 0.1):.1f} | {hits} of {true} | {false} "
+            f"| {left(rests[name], truth, case)} | {power:.3f} |"
+        )
+    return text
+
+
+def beside_others() -> list[str]:
+    dense = (
         f"{SHORT.duration:g} s at {SHORT.sample_rate:g} Hz: about the most that a dense dictionary "
         f"of all bins to Nyquist ({SHORT.samples // 2 + MOST_ORDERS - 4} pairs) allows. All work "
         "on increments, where random walk is white, of a record without table motion; the others "
@@ -427,22 +449,17 @@ def side_by_side() -> list[str]:
         "many terms there are, the dense search stops by Korenberg's rule, the Lomb–Scargles "
         f"when the highest peak may be chance at {FALSE_ALARM:g}. A line is found within one bin; "
         "what is no line, or one found already, is false. A line is left if its remainder stands "
-        "above the detection threshold. Medians, in turn in one run; memory is above the record.",
+        "above the detection threshold. Medians, in turn in one run; memory is above the record."
+    )
+    long = (
+        f"{MIDDLE.duration:g} s at {MIDDLE.sample_rate:g} Hz, where no dense dictionary fits; once."
+    )
+    quick = ("sagnac", "astropy Lomb–Scargle", "nifty-ls")
+    return [
+        *side_by_side(SHORT, tuple(SEARCHES), REPEATS, dense),
         "",
-        "| search | seconds | × sagnac | MB | × sagnac | found | false | left | "
-        "power left / noise |",
-        "|---|---|---|---|---|---|---|---|---|",
+        *side_by_side(MIDDLE, quick, 1, long),
     ]
-    first_seconds, first_memory = middle["sagnac"]
-    for name, (seconds, memory) in middle.items():
-        hits, false = judged(runs[name][-1]["found"], truth, SHORT)
-        power = float(np.mean(rests[name] ** 2) / np.mean(truth.noise**2))
-        text.append(
-            f"| {name} | {seconds:.3f} | {seconds / first_seconds:.1f} | {memory:.0f} "
-            f"| {memory / max(first_memory, 0.1):.1f} | {hits} of {true} | {false} "
-            f"| {left(rests[name], truth, SHORT)} | {power:.3f} |"
-        )
-    return text
 
 
 def report() -> str:
@@ -450,17 +467,17 @@ def report() -> str:
         "# Line removal: speed, memory and what is found",
         "",
         f"`python -m benchmarks.lines --write`; {platform.machine()}, {os.cpu_count()} cores, "
-        f"one thread, Python {platform.python_version()}, numpy {np.__version__}, "
+        f"Python {platform.python_version()}, numpy {np.__version__}, "
         f"finufft {version('finufft')}, numba {version('numba')}, astropy {version('astropy')}, "
         f"scikit-learn {version('scikit-learn')}, nifty-ls {version('nifty-ls')}. "
         "Difference of two gyros of 2.5e-5 °/√h each, read to 0.001″; table at 40 °/s, "
         "its rate wandering by 2 %; "
         f"false-alarm probability {FALSE_ALARM:g} for the whole search; seeds "
-        f"{LONG.seed} and {SHORT.seed}. Seconds are of processor time, so that other work on the "
-        "machine counts little.",
+        f"{LONG.seed}, {SHORT.seed} and {MIDDLE.seed}. Seconds are of processor time unless said "
+        "otherwise, so that other work on the machine counts little.",
         "",
     ]
-    return "\n".join([*text, *long_record(), "", *side_by_side()]) + "\n"
+    return "\n".join([*text, *long_record(), "", *beside_others()]) + "\n"
 
 
 def main(arguments: list[str]) -> None:
