@@ -204,19 +204,16 @@ def test_transform_length_is_even_and_long_enough(samples):
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(2, 60), st.integers(1, 3), st.integers(0, 2**32 - 1))
-def test_transform_is_the_fourier_sum(samples, padding, seed):
+def test_periodogram_is_the_square_of_the_fourier_sum(samples, padding, seed):
     steps = np.random.default_rng(seed).standard_normal(samples)
-    sums = spectrum.transform(steps, padding)
+    power = spectrum.periodogram(steps, padding)
     length = padding * spectrum.transform_length(samples)
-    assert sums.size == length // 2 + 1
     number = np.arange(samples)
     direct = [
-        np.sum(steps * np.exp(-2j * np.pi * bin_ * number / length)) for bin_ in range(sums.size)
+        np.sum(steps * np.exp(-2j * np.pi * bin_ * number / length)) for bin_ in range(power.size)
     ]
-    assert sums == pytest.approx(np.array(direct), abs=1e-11)
-    assert spectrum.periodogram(steps, padding) == pytest.approx(
-        np.abs(direct) ** 2 / samples, abs=1e-11
-    )
+    assert power.size == length // 2 + 1
+    assert power == pytest.approx(np.abs(direct) ** 2 / samples, abs=1e-11)
 
 
 def as_series(values):

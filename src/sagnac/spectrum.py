@@ -53,14 +53,8 @@ def transform_length(samples: int) -> int:
     return 2 * int(scipy.fft.next_fast_len((samples + 1) // 2, real=True))
 
 
-def transform(increments: FloatArray, padding: int = 1) -> NDArray[np.complex128]:
-    """Fourier sums of `increments` at k / (padding * transform_length(size)) cycles a sample."""
-    length = padding * transform_length(increments.size)
-    return np.asarray(scipy.fft.rfft(increments, length, workers=THREADS))
-
-
 def periodogram(increments: FloatArray, padding: int = 1) -> FloatArray:
-    """Power of the increments at the frequencies of `transform`.
+    """Power of the increments at k / (padding * transform_length(size)) cycles a sample.
 
     Parameters
     ----------
@@ -77,7 +71,7 @@ def periodogram(increments: FloatArray, padding: int = 1) -> FloatArray:
 
 
 def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
-    """Power of the increments at the frequencies of `transform`, averaged over sine tapers.
+    """Power of the increments at the frequencies of `periodogram`, averaged over sine tapers.
 
     Riedel and Sidorenko (1995). Where a periodogram's leakage falls as f^-2, no faster than a
     rate random walk does, that of the tapers falls as f^-4. Each ordinate has twice `tapers`
