@@ -30,6 +30,8 @@ _MOST_LINES: Final = 250
 _ROUNDS: Final = 12
 # Rounds after which tones that lie together have stood beside all strong lines.
 _SURE_ROUNDS: Final = 2
+# Share of Earth rate by which its terms may still move when they are called settled.
+_SAME_EARTH: Final = 0.02
 # Share of its error by which an amplitude may still move when the fit is called settled.
 _SETTLED: Final = 0.1
 # Bins on each side of a line whose noise the fit takes with the line.
@@ -167,10 +169,13 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             search.take_out()
             search.look()
             found += 1
-        new, restless = detection.new_lines(
-            search.left, search.components, reach if first else None
-        )
+        # Once taken for lines, what Earth rate makes would hide it: it waits until that is settled.
+        patient = reach if search.unsettled_earth else None
+        new, restless = detection.new_lines(search.left, search.components, patient)
         found += new.size
+        if found == 0 and patient is not None and not first:
+            search.unsettled_earth = False
+            continue
         if found == 0 and not first and restless.size == 0:
             if not search.gather(restless):
                 break
@@ -181,8 +186,8 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             search.add(new)
         if search.components.size:
             search.prune()
-            if first and reach is not None:
-                search.keep_above(reach)
+            if patient is not None:
+                search.keep_above(patient)
         search.take_out()
         # Over part of a turn harmonics and table motion trade with each other: one fit of motion.
         if search.table is not None and turns >= rotation.FEW_TURNS:
@@ -262,6 +267,8 @@ class _Search:
         Motion and lines that `steps` lack, and whether `left` is of these steps.
     settled
         Whether the last step of the fit was small beside the errors.
+    unsettled_earth
+        Whether Earth rate may still move.
     steady
         Tones, alone or in clusters, that were found to be steady lines.
     """
@@ -281,6 +288,7 @@ class _Search:
     taken_out: tuple[object, ...] = ()
     seen: bool = False
     settled: bool = False
+    unsettled_earth: bool = True
     steady: set[tuple[float, ...]] = field(default_factory=set)
 
     @property
@@ -435,13 +443,15 @@ class _Search:
         """Fit table motion again, with the orders that are known now and no others."""
         if self.motion is None or self.encoder is None:
             return
-        before = self.motion.kinematics
+        before, earth = self.motion.kinematics, self.motion.earth
         self.motion = rotation.follow_table(
             self.averages + self.motion.averages,
             self.encoder,
             before,
             harmonics=self.components.orders,
         )
+        moved = max(abs(now - was) for now, was in zip(self.motion.earth, earth, strict=True))
+        self.unsettled_earth &= moved > _SAME_EARTH * rotation.EARTH_RATE
         # What harmonics and motion trade with each other, they trade here: nothing of it is left to
         # the fit of the lines, which would meet a residual far above the noise.
         motion, known = self.motion, self.components
