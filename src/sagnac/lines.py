@@ -467,7 +467,7 @@ class _Search:
         """What was noticed of the table, and lines that were fitted by blocks."""
         notes = [
             f"{channel}: the line at {line.frequency * self.sample_rate:.6g} Hz drifts, by "
-            f"{100.0 * line.drift:.2g} % in amplitude; it is fitted in {line.blocks} blocks with "
+            f"{100.0 * line.drift:.2g} % in amplitude; it is fitted in {_counted(line.blocks)} with "
             f"{line.parameters} parameters"
             for line in self.drifting
         ]
@@ -737,8 +737,12 @@ def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
         phase_error=float(line.knot_errors[0]) / max(abs(start), np.finfo(float).tiny),
         significance=line.significance,
         channel=channel,
-        name=f"drifts: fitted in {line.blocks} blocks",
+        name=f"drifts: fitted in {_counted(line.blocks)}",
     )
+
+
+def _counted(blocks: int) -> str:
+    return f"{blocks} block" if blocks == 1 else f"{blocks} blocks"
 
 
 def _name(line: Line, stronger: list[Line], turn_rate: float, resolution: float) -> str:
