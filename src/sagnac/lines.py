@@ -467,8 +467,8 @@ class _Search:
         """What was noticed of the table, and lines that were fitted by blocks."""
         notes = [
             f"{channel}: the line at {line.frequency * self.sample_rate:.6g} Hz drifts, by "
-            f"{100.0 * line.drift:.2g} % in amplitude; it is fitted in {_counted(line.blocks)} with "
-            f"{line.parameters} parameters"
+            f"{100.0 * line.drift:.2g} % in amplitude; it is fitted in {_counted(line.blocks)} "
+            f"with {line.parameters} parameters"
             for line in self.drifting
         ]
         lag = 0.0 if self.motion is None else self.motion.kinematics.lag
