@@ -143,6 +143,20 @@ def test_lines_that_do_not_stand_in_the_end_leave_an_answer_behind():
     assert max(counts) > 0
 
 
+@pytest.mark.parametrize("samples", [60, 99, 150, 400])
+def test_a_short_record_of_a_turning_table_has_an_answer(samples):
+    table = TURN * 0.05 * np.arange(samples) * (1.0 + 0.1 * np.sin(np.arange(samples) / 9.0))
+    angle = walk(samples, 17) + 0.3 * table + tone(samples, 31.0, 1e-6)
+    removal = remove_lines(angle, table, 10.0, channel="x")
+    assert removal.residual.shape == (samples,)
+    assert np.all(np.isfinite(removal.residual))
+
+
+def test_a_false_alarm_of_nothing_is_refused():
+    with pytest.raises(ValueError, match=r"false_alarm is 0\.0; give a probability above zero"):
+        remove_lines(walk(1000, 0), None, RATE, channel="x", false_alarm=0.0)
+
+
 def test_nothing_is_searched_below_four_cycles_a_record():
     samples = 8000
     angle = walk(samples, 4) + tone(samples, 2.0 * RATE / samples, 1e-5)

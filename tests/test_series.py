@@ -71,3 +71,13 @@ def test_series_gone_through_are_given_back(mapped, monkeypatch):
     assert list(series.through(10_000, long)) == list(series.spans(10_000))
     assert len(given_back) > 2
     assert all(several[0] is long for several in given_back)
+
+
+def test_a_mapping_of_the_callers_is_left_alone(tmp_path):
+    # Written pages of a private mapping live nowhere else: given back, they would be lost.
+    np.save(tmp_path / "angle.npy", np.zeros(10_000))
+    own = np.load(tmp_path / "angle.npy", mmap_mode="c")
+    own[:] = 1.0
+    assert not series.is_mapped(own)
+    assert series.mean(own) == 1.0
+    assert np.all(own == 1.0)

@@ -28,6 +28,8 @@ _ANGLES_A_CYCLE: Final = 8
 # are that uncertain, and a line in time that follows the table better is moved in the end.
 _WHOLE: Final = 2.0
 _BROKEN: Final = 0.5
+# Samples over which a table speed is taken.
+_SPEED_SPAN: Final = 32
 # Highest peak of a line on the scale that it smears on, in its mean height there.
 _SMEARED_PEAK: Final = 30.0
 
@@ -45,9 +47,9 @@ class Residue:
     threshold
         Ratio of power to floor that a line exceeds.
     power
-        Periodogram at whole and half bins.
+        (2 bins - 1,) periodogram at whole and half bins, rad^2.
     floor
-        Noise floor at the whole bins.
+        (bins,) noise floor at the whole bins, rad^2.
     """
 
     steps: FloatArray
@@ -77,7 +79,14 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
     level p by a chi-square field of two degrees of freedom (Rice's formula). Where the floor
     is only known with a relative error s, as `spectrum.noise_floor` knows it, exp(-p)
     averages to exp(-p + (s p)^2 / 2), which for a few thousand bins is a third more.
+
+    Raises
+    ------
+    ValueError
+        If `false_alarm` is not above zero.
     """
+    if not false_alarm > 0.0:
+        raise ValueError(f"false_alarm is {false_alarm}; give a probability above zero")
     scatter = spectrum.floor_scatter(bins)
     return float(
         brentq(
@@ -182,8 +191,8 @@ def new_lines(
 
     An order smears over all the frequencies that it sweeps on an unsteady table, and a tone
     over as many orders; each stands highest on its own scale. So the peaks of both scales
-    are taken together, the one that stands highest above its floor first, and what a stronger one
-    on the other scale may have made waits for the next round. In the first round, with `reach`,
+    are taken together, the one of most power first, and what a stronger one on the other scale
+    may have made waits for the next round. In the first round, with `reach`,
     so does what Earth rate may have made.
 
     Parameters
@@ -220,6 +229,8 @@ def new_lines(
         broken = _order_peaks(left, table)
         broken_orders = broken.place * (0.5 / turns)
         off = np.abs(broken_orders - np.rint(broken_orders)) * turns > 1.0
+        beside = np.abs(known.orders - broken_orders[:, np.newaxis]) * turns < 1.0
+        off &= ~beside.any(axis=1)
         broken, broken_orders = broken.select(off), broken_orders[off]
         whole, heights, waiting = found, np.empty(0), np.empty(0, dtype=bool)
         if turns >= rotation.FEW_TURNS:
@@ -422,8 +433,11 @@ def _peaks(
 
 def speeds(alpha: FloatArray) -> FloatArray:
     """Table speeds, rad a sample, at a few hundred evenly spaced ranks."""
-    block = max(1, alpha.size // 4000)
-    speed = np.sort(np.abs(np.diff(series.every(alpha, block)))) / block
+    apart = max(1, alpha.size // 4000)
+    # Over many samples a swing of the table would average out.
+    span = min(apart, _SPEED_SPAN)
+    places = np.arange(0, alpha.size - span, apart)
+    speed = np.sort(np.abs(series.at(alpha, places + span) - series.at(alpha, places))) / span
     return speed[np.linspace(0, speed.size - 1, min(200, speed.size)).astype(np.int64)]
 
 
@@ -470,12 +484,18 @@ def significant(
     keep = significance > 2.0 * threshold
     in_time = slice(fit.components.orders.size, None)
     frequencies = fit.components.frequencies
-    keep[in_time] &= frequencies >= 0.75 * lowest
-    # Two that moved to one frequency share one line between them, with amplitudes that mean
-    # nothing: the stronger takes it.
-    order = np.argsort(frequencies)
-    close = np.flatnonzero(np.diff(frequencies[order]) * fit.components.center * 2.0 < 0.5)
-    for first, second in zip(order[close], order[close + 1], strict=True):
-        weaker = min(first, second, key=lambda index: float(significance[in_time][index]))
-        keep[fit.components.orders.size + weaker] = False
+    keep[in_time] &= (frequencies >= 0.75 * lowest) & (frequencies < 0.5)
+    # Two that moved to one place share one line between them, with amplitudes that mean nothing:
+    # the stronger takes it.
+    turns = 0.0 if alpha is None else rotation.full_turns(alpha)
+    angles = fit.components.orders.size
+    for places, begin in (
+        (fit.components.orders * turns, 0),
+        (frequencies * (2.0 * fit.components.center), angles),
+    ):
+        ascending = np.argsort(places)
+        close = np.flatnonzero(np.diff(places[ascending]) < 0.5)
+        for first, second in zip(ascending[close], ascending[close + 1], strict=True):
+            pair = (begin + int(first), begin + int(second))
+            keep[min(pair, key=lambda index: float(significance[index]))] = False
     return fit.components.select(keep)

@@ -177,10 +177,8 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             search.unsettled_earth = False
             continue
         if found == 0 and not first and restless.size == 0:
-            if not search.gather(restless):
+            if not search.gather_all(restless):
                 break
-            search.take_out()
-            search.look()
             continue
         if new.size:
             search.add(new)
@@ -204,9 +202,8 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             search.prune_all()
             search.take_out()
             search.look()
-        while (found == 0 or number >= _SURE_ROUNDS) and search.gather(restless):
-            search.take_out()
-            search.look()
+        if found == 0 or number >= _SURE_ROUNDS:
+            search.gather_all(restless)
         if not first and _same(before, search.components) and drifting is search.drifting:
             # What was found did not stand once fitted with the rest, and would not next time.
             break
@@ -289,7 +286,7 @@ class _Search:
     seen: bool = False
     settled: bool = False
     unsettled_earth: bool = True
-    steady: set[tuple[float, ...]] = field(default_factory=set)
+    steady: set[tuple[int, ...]] = field(default_factory=set)
 
     @property
     def table(self) -> FloatArray | None:
@@ -318,7 +315,7 @@ class _Search:
                 rest -= drift.values(line, here.start, rest.size)
             np.subtract(rest[1:], rest[:-1], out=self.steps[span.start : here.stop - 1])
             if residual is not None:
-                residual[here] = rest
+                residual[span] = rest[: span.stop - span.start]
             own = rest[: span.stop - span.start]
             means = own[:0] if motion is None else rotation.averaged(own, motion.kinematics.block)
             return means, float(rest[0]), float(rest[-1])
@@ -365,19 +362,25 @@ class _Search:
         kept = detection.significant(self.fit, self.table, self.left.floor, self.threshold)
         dropped = kept.size < self.components.size
         if dropped:
-            self.components = kept
+            self._keep(kept)
+        return dropped
+
+    def _keep(self, kept: Components) -> None:
+        self.components = kept
         if kept.size == 0:
             self.fit = None
-        return dropped
 
     def keep_above(self, reach: FloatArray) -> None:
         """Drop the orders that are no larger than Earth rate could make them."""
         keep = np.ones(self.components.size, dtype=bool)
         angles = self.components.orders.size
-        own = reach[np.rint(self.components.orders).astype(np.int64) - 1]
+        place = np.rint(self.components.orders).astype(np.int64) - 1
+        own = np.where(
+            (place >= 0) & (place < reach.size), reach[np.clip(place, 0, reach.size - 1)], 0.0
+        )
         keep[:angles] = self.components.free | (self.components.amplitude[:angles] > own)
         if not keep.all():
-            self.components = self.components.select(keep)
+            self._keep(self.components.select(keep))
 
     def prune_all(self) -> None:
         """Prune until all that is left stands: the rest is fitted again after each loss."""
@@ -400,6 +403,18 @@ class _Search:
             self.refit()
         return True
 
+    def gather_all(self, restless: FloatArray) -> bool:
+        """`gather` until there is nothing more to gather; whether there was anything."""
+        any_found = False
+        while self.gather(restless):
+            any_found = True
+            self.take_out()
+            if self.components.size:
+                self.refit()
+                self.take_out()
+            self.look()
+        return any_found
+
     def gather(self, restless: FloatArray) -> bool:
         """Make one drifting line of a cluster that is better described so; whether there was one.
 
@@ -418,7 +433,10 @@ class _Search:
             *drift.clusters(components.frequencies, significance, self.angle.size),
             *alone[:, np.newaxis],
         ):
-            if tuple(components.frequencies[group]) in self.steady:
+            # To a quarter of a cycle a record: a refit moves the last digits.
+            places = np.rint(4.0 * components.frequencies[group] * self.angle.size)
+            key = tuple(places.astype(int).tolist())
+            if key in self.steady:
                 continue
             found = drift.fit_drifting(
                 self.steps,
@@ -429,7 +447,7 @@ class _Search:
                 steady_amplitudes=amplitudes[group],
             )
             if found is None:
-                self.steady.add(tuple(components.frequencies[group]))
+                self.steady.add(key)
                 continue
             keep = np.ones(components.size, dtype=bool)
             keep[angles + group[found.replaced]] = False
@@ -596,9 +614,9 @@ def _rescaled(search: _Search) -> Components:
     one, and the component stays in time.
     """
     alpha, components, steps = search.table, search.components, search.steps
-    if alpha is None or components.frequencies.size == 0:
-        return components
     block = _kernels.MIX_BLOCK
+    if alpha is None or components.frequencies.size == 0 or steps.size < 3 * block:
+        return components
     length = block * max(1, series.SPAN // block)
     parts = series.each(
         lambda span: rotation.averaged(alpha[span], block), steps.size, length, release_of=(alpha,)
@@ -607,8 +625,8 @@ def _rescaled(search: _Search) -> Components:
     middles = np.arange(mean_angle.size) * block + 0.5 * (block - 1) - components.center
     number = middles - middles.mean()
     rate = float(number @ mean_angle) / float(number @ number)
-    path = float(np.abs(np.diff(series.every(alpha, max(1, alpha.size // 4000)))).sum())
-    if abs(rate) * alpha.size < 0.5 * path:
+    speed = abs(rotation.mean_rate(alpha, search.sample_rate)) / search.sample_rate
+    if abs(rate) < 0.5 * speed:
         # A table that goes back and forth has no rate that a tone could be an order of.
         return components
     wander = mean_angle - mean_angle.mean() - rate * number

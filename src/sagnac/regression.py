@@ -301,7 +301,7 @@ def _order_products(table: FloatArray, fastest: float) -> tuple[FloatArray, Comp
     low = min(low, high)
     orders = np.arange(highest + 1.0)
     # Beyond its Nyquist frequency an order is no candidate, and need not be expanded well.
-    reach = np.minimum(orders, 2.0 * np.pi / max(np.sqrt(high), 1e-12))
+    reach = np.minimum(orders, 2.0 * np.pi / max(fastest, 1e-12))
 
     def half_cosines(squares: FloatArray) -> FloatArray:
         return np.cos(0.5 * np.outer(np.sqrt(np.maximum(squares, 0.0)), reach))
@@ -488,7 +488,8 @@ def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArr
 def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> ComplexArray:
     """As `order_sums` at any orders, and times the table's place in its range besides, (2, orders).
 
-    The place is from the middle, in ranges (in rad, of less than one). A pass for each order.
+    The place is from the middle, as a share of the range (in rad where that is below 1 rad). A
+    pass for each order.
     """
     table = sampled.table
     sums = np.zeros((2, orders.size), dtype=np.complex128)

@@ -38,6 +38,8 @@ _WANDERING: Final = 1e-3
 _VARYING: Final = 0.2
 # A shift is found when it moves by less than this, in samples.
 _SAME_LAG: Final = 1e-4
+# No recorder stamps its encoder that far from its gyros, s.
+_LONGEST_LAG: Final = 1.0
 
 
 def is_turning(table: FloatArray | None) -> bool:
@@ -336,6 +338,7 @@ def follow_table(
     uneven = rates - rates.mean()
     uneven -= number * float(number @ uneven) / max(float(number @ number), 1e-300)
     unevenness = float(np.std(uneven)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
+    unshifted = kinematic
     if unevenness > _VARYING:
         # Gauss-Newton in the shift: its derivative is the table rate, known only in blocks.
         for _ in range(4):
@@ -344,6 +347,10 @@ def follow_table(
             )
             # angle = share * alpha(t - lag): the column's coefficient is share * lag.
             step = float(solution[4] / solution[0]) if solution[0] else 0.0
+            if abs(kinematic.lag + step) > _LONGEST_LAG:
+                # Of a gyro that hardly senses the table a shift is noise over nothing.
+                kinematic = unshifted
+                break
             if abs(step) * kinematic.sample_rate < _SAME_LAG:
                 break
             kinematic = kinematics(encoder, kinematic.sample_rate, kinematic.lag + step)

@@ -45,9 +45,13 @@ def empty(size: int) -> FloatArray:
         return mapped(file, size)
 
 
+class _Scratch(mmap.mmap):
+    """A mapping made here. What is released of another's, written privately, would be lost."""
+
+
 def mapped(file: IO[bytes], size: int) -> FloatArray:
     """The first `size` samples of a scratch file, which may then be closed, as a series."""
-    return np.frombuffer(mmap.mmap(file.fileno(), 8 * size), dtype=np.float64)
+    return np.frombuffer(_Scratch(file.fileno(), 8 * size), dtype=np.float64)
 
 
 def is_mapped(series: FloatArray) -> bool:
@@ -159,4 +163,4 @@ def _mapping(series: NDArray[Any]) -> mmap.mmap | None:
         owner = owner.base
     if isinstance(owner, memoryview):
         owner = owner.obj
-    return owner if isinstance(owner, mmap.mmap) else None
+    return owner if isinstance(owner, _Scratch) else None

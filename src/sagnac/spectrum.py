@@ -564,7 +564,8 @@ def _power_laws(power: FloatArray) -> Callable[[FloatArray], FloatArray]:
         # Maximum likelihood for Gamma ordinates is least squares with weights n / model^2.
         weight = np.where(keep, np.sqrt(counts) / model, 0.0)
         solution, _ = nnls(design * weight[:, None], target * weight)
-        model = np.maximum(design @ solution, 1e-12 * float(np.max(level)))
+        least = max(1e-12 * float(np.max(level)), np.finfo(float).tiny)
+        model = np.maximum(design @ solution, least)
         highest = model * (1.0 + _LINE_RATIO / np.sqrt(counts))
         if round_ < _LAW_ROUNDS // 2:
             # What stands above the law may be a line or a law not seen yet: it pulls, but no
