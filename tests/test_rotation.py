@@ -156,7 +156,7 @@ def followed(angle, encoder, harmonics):
     kinematic = rotation.kinematics(encoder, RATE)
     averages = rotation.averaged(angle, kinematic.block)
     motion = rotation.follow_table(averages, encoder, kinematic, harmonics=harmonics)
-    pieces = motion.kinematics.pieces()
+    pieces = series.spans(encoder.size, motion.kinematics.length)
     return motion, angle - np.concatenate([motion.over(span) for span in pieces])
 
 

@@ -364,8 +364,15 @@ def stability_family(
 
 def multitaper_density(increments: FloatArray, sample_rate: float) -> Spectrum:
     """Multitaper rate density of angle increments (rad), in log-spaced bins."""
+    return _density(spectrum.multitaper, increments, sample_rate)
+
+
+def _density(
+    power_of: Callable[[FloatArray], FloatArray], increments: FloatArray, sample_rate: float
+) -> Spectrum:
+    """One-sided rate density of angle increments (rad), averaged into log-spaced bins."""
     steps = series.less(increments, series.mean(increments))
-    frequency, power = spectrum.smoothed(spectrum.multitaper(steps))
+    frequency, power = spectrum.smoothed(power_of(steps))
     return Spectrum(frequency=frequency * sample_rate, density=spectrum.density(power, sample_rate))
 
 
@@ -587,9 +594,4 @@ def _require_length(
 
 def _spectrum(angle: FloatArray, sample_rate: float) -> Spectrum:
     """One-sided rate spectrum of an angle, averaged into log-spaced bins for a figure."""
-    steps = series.differences(angle)
-    mean = series.mean(steps)
-    for span in series.through(steps.size, steps):
-        steps[span] -= mean
-    frequency, power = spectrum.smoothed(spectrum.periodogram(steps))
-    return Spectrum(frequency=frequency * sample_rate, density=spectrum.density(power, sample_rate))
+    return _density(spectrum.periodogram, series.differences(angle), sample_rate)

@@ -112,10 +112,11 @@ def remove_lines(
 ) -> Removal:
     """Find, refine, fit jointly and remove every periodic component of `angle`.
 
-    Table motion and Earth rate first (`rotation.follow_table`); then rounds of integer
-    orders of table angle and of lines in time, each round ended by a joint Gauss-Newton
-    fit of all components, until nothing exceeds the noise floor; then both scales are
-    compared for each line, and the whole is fitted once more.
+    Table motion and Earth rate first (`rotation.follow_table`). Then rounds until nothing
+    exceeds the noise floor: new lines in frequency and in order (`detection.new_lines`), a joint
+    Gauss-Newton step of all (`regression.fit`), table motion again without them, tones that
+    follow the table moved to the angle scale, and clusters that are one line with a drifting
+    amplitude made one (`drift.fit_drifting`).
 
     Parameters
     ----------
@@ -131,6 +132,11 @@ def remove_lines(
         Probability that noise alone yields any line at all.
     progress
         Called with the fraction done.
+
+    Raises
+    ------
+    ValueError
+        If `false_alarm` is not above zero.
     """
     with _BLAS.limit(limits=1, user_api="blas"):
         return _removal(
@@ -645,18 +651,7 @@ def _rescaled(search: _Search) -> Components:
         strength = own * np.sqrt(steps.size / (2.0 * level))
         if order * spread * strength < 6.0:
             continue
-        mixed = np.concatenate(
-            list(
-                series.each(
-                    lambda span, frequency=frequency: _kernels.mixed_down(  # type: ignore[misc]
-                        steps[span], frequency, components.center - span.start
-                    ),
-                    steps.size,
-                    length,
-                    release_of=(steps,),
-                )
-            )
-        )
+        mixed = _mixed_down(steps, float(frequency), components.center)
         # The component is put back, and its neighbours too: sidebands that the table's wander makes
         # of one order.
         for other in np.flatnonzero(
@@ -686,6 +681,16 @@ def _rescaled(search: _Search) -> Components:
     )
 
 
+def _mixed_down(steps: FloatArray, frequency: float, center: float) -> NDArray[np.complex128]:
+    """Means over blocks of the steps, mixed down from `frequency` (cycles a sample) to zero."""
+
+    def mixed(span: slice) -> NDArray[np.complex128]:
+        return _kernels.mixed_down(steps[span], frequency, center - span.start)
+
+    length = _kernels.MIX_BLOCK * max(1, series.SPAN // _kernels.MIX_BLOCK)
+    return np.concatenate(list(series.each(mixed, steps.size, length, release_of=(steps,))))
+
+
 # --- description -------------------------------------------------------------------------
 
 
@@ -694,11 +699,11 @@ def _described(search: _Search, channel: str) -> tuple[Line, ...]:
     components, fit = search.components, search.fit
     alpha, floor, sample_rate = search.table, search.left.floor, search.sample_rate
     lines = [_of_drifting(line, sample_rate, channel) for line in search.drifting]
+    if fit is None or components.size == 0:
+        return _named(lines, search)
     levels = detection.floors(components, alpha, floor)
-    significance = np.empty(0) if fit is None else detection.significances(fit, levels)
+    significance = detection.significances(fit, levels)
     for index in range(components.size):
-        if fit is None:
-            break
         a, b = float(components.cosine[index]), float(components.sine[index])
         amplitude = float(np.hypot(a, b))
         covariance = fit.covariance[index] * levels[index]
@@ -733,9 +738,15 @@ def _described(search: _Search, channel: str) -> tuple[Line, ...]:
                 channel=channel,
             )
         )
-    lines.sort(key=lambda line: -line.significance)
+    return _named(lines, search)
+
+
+def _named(lines: list[Line], search: _Search) -> tuple[Line, ...]:
+    """The lines, strongest first, with their names."""
+    lines = sorted(lines, key=lambda line: -line.significance)
+    alpha, sample_rate = search.table, search.sample_rate
     turn_rate = 0.0 if alpha is None else abs(rotation.mean_rate(alpha, sample_rate)) / (2 * np.pi)
-    resolution = sample_rate / (2.0 * (floor.size - 1))
+    resolution = sample_rate / (2.0 * (search.left.floor.size - 1))
     return tuple(
         line if line.name else replace(line, name=_name(line, lines[:rank], turn_rate, resolution))
         for rank, line in enumerate(lines)

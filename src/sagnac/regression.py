@@ -19,9 +19,8 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from sagnac import _kernels, series, spectrum
+from sagnac._kernels import ComplexArray
 from sagnac.recording import FloatArray
-
-ComplexArray = NDArray[np.complex128]
 
 # Whole orders that count as the table's own and go by Fourier sums; a higher one is a line in time
 # until the table's unsteadiness shows otherwise.

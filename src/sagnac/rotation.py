@@ -1,6 +1,5 @@
 """The table's rotation: its rate and turns, full-turn sampling, what of a gyro follows it."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -175,7 +174,7 @@ class Kinematics:
     angle, cosine, sine
         (averages,) of the table angle, rad, and of the integrals of its cosine and sine, s.
     starts, length
-        Both integrals where each of `pieces` starts, (pieces + 1, 2), s; samples in a piece.
+        Both integrals where each piece of `length` samples starts, (pieces + 1, 2), s.
     """
 
     table: FloatArray
@@ -187,10 +186,6 @@ class Kinematics:
     sine: FloatArray
     starts: FloatArray
     length: int
-
-    def pieces(self) -> Iterator[slice]:
-        """Spans of whole averages that cover the samples."""
-        return series.spans(self.table.size, self.length)
 
 
 def kinematics(table: FloatArray, sample_rate: float, lag: float = 0.0) -> Kinematics:
@@ -263,7 +258,7 @@ class TableMotion:
     sine: FloatArray
 
     def over(self, span: slice) -> FloatArray:
-        """The motion, rad, over a span that starts where one of `Kinematics.pieces` does."""
+        """The motion, rad, over a span that starts where a piece of `Kinematics.length` does."""
         of = self.kinematics
         alpha = of.table[span]
         dt = 1.0 / of.sample_rate

@@ -8,8 +8,9 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from io import BufferedRandom
 from threading import Lock
-from typing import IO, Any, Final
+from typing import Any, Final
 
 import finufft
 import numpy as np
@@ -193,7 +194,7 @@ class _Table:
 
     width: int
     values: NDArray[Any]
-    file: IO[bytes] | None
+    file: BufferedRandom | None
     lock: Lock
 
     def write(self, row: int, column: int, block: NDArray[Any]) -> None:
@@ -215,7 +216,7 @@ class _Table:
         with self.lock:
             for index, line in enumerate(block, start=rows.start):
                 self.file.seek((index * self.width + columns.start) * block.itemsize)
-                self.file.readinto(line.view(np.uint8))  # type: ignore[attr-defined]
+                self.file.readinto(line.view(np.uint8))
         return block
 
     def first_row(self) -> FloatArray:
