@@ -20,6 +20,7 @@ ARCSECOND = np.pi / 648_000
 # arcsec to those beside it: less than this.
 LEAKED = 2e-5
 ORDERS = ((1.0, 0.6), (2.0, 0.45), (3.0, 0.3), (5.0, 0.2), (9.0, 0.1), (18.0, 0.06), (36.0, 0.03))
+BROKEN_ORDERS = ((2.4, 0.2), (10.5, 0.1))
 TONES = ((1.37, 0.05), (7.3, 0.03), (31.0, 0.02))
 
 
@@ -63,7 +64,9 @@ TABLES = {
     "slow": rig.TableConfig(rate_deg_per_s=3.0),
 }
 LINES_RIGHT = (
+    "reverses once",
     "reverses every 100 s",
+    "stops",
     "stops and reverses",
     "stands at both ends",
     "a thousandth",
@@ -74,7 +77,7 @@ LINES_RIGHT = (
 
 
 @functools.cache
-def simulated(name: str) -> rig.Simulation:
+def simulated(name: str, orders: tuple[tuple[float, float], ...] = ORDERS) -> rig.Simulation:
     return rig.simulate(
         rig.RigConfig(
             duration_s=DURATION,
@@ -85,7 +88,7 @@ def simulated(name: str) -> rig.Simulation:
             ),
             encoder=rig.EncoderConfig(periodic_error=((1.0, 1.0),)),
             platform=rig.PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
-            disturbances=rig.DisturbanceConfig(angle=ORDERS, time=TONES),
+            disturbances=rig.DisturbanceConfig(angle=orders, time=TONES),
         )
     )
 
@@ -121,6 +124,27 @@ def test_lines_are_those_put_in(name):
                 amplitude = true.difference_amplitude_arcsec["x-z"] * ARCSECOND
                 error = 4.5 * line.amplitude_error + LEAKED * ARCSECOND
                 assert line.amplitude == pytest.approx(amplitude, abs=error)
+
+
+@pytest.mark.parametrize("name", ["stops", "reverses every 100 s", "five per cent", "a thousandth"])
+def test_orders_that_are_not_whole_are_told_from_tones(name):
+    # Bearings and gears have such; at a steady table they are tones.
+    simulation = simulated(name, ORDERS + BROKEN_ORDERS)
+    lines = analyze(simulation.recording, Settings(gyros=("x", "z"))).lines
+    found = sorted(
+        (line for line in lines if line.scale == "angle" and line.frequency % 1.0 != 0.0),
+        key=frequency_of,
+    )
+    put_in = [line for line in simulation.truth.lines if line.order and line.order % 1.0 != 0.0]
+    assert len(found) == len(put_in) == len(BROKEN_ORDERS)
+    for line, true in zip(found, put_in, strict=True):
+        assert true.order is not None
+        assert abs(line.frequency - true.order) < 5.0 * line.frequency_error
+        amplitude = true.difference_amplitude_arcsec["x-z"] * ARCSECOND
+        error = 4.5 * line.amplitude_error + LEAKED * ARCSECOND
+        assert line.amplitude == pytest.approx(amplitude, abs=error)
+    in_time = sorted(line.frequency for line in lines if line.scale == "time")
+    assert in_time == pytest.approx([place for place, _ in TONES], abs=0.05 / DURATION)
 
 
 def frequency_of(line: Line) -> float:

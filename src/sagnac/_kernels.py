@@ -619,6 +619,27 @@ MIX_BLOCK = 50
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
+def spread(
+    table: FloatArray, steps: FloatArray, low: float, scale: float, grid: FloatArray
+) -> None:
+    """Add each step times the table's own to `grid`, over even angles about the middle of both.
+
+    Point j of the grid is the angle ``low + (j - 1) / scale``. A cubic B-spline shares a product
+    out: at x cycles a point its transform is ``sinc(x)^4``.
+    """
+    for n in range(steps.size):
+        weight = steps[n] * (table[n + 1] - table[n]) / 6.0
+        place = (0.5 * (table[n] + table[n + 1]) - low) * scale
+        at = int(place)
+        t = place - at
+        u = 1.0 - t
+        grid[at] += weight * u * u * u
+        grid[at + 1] += weight * (4.0 - 3.0 * t * t * (1.0 + u))
+        grid[at + 2] += weight * (4.0 - 3.0 * u * u * (1.0 + t))
+        grid[at + 3] += weight * t * t * t
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
 def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
     """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
     blocks = values.size // MIX_BLOCK

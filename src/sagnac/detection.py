@@ -12,22 +12,21 @@ import scipy.fft
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from sagnac import regression, rotation, series, spectrum
+from sagnac import _kernels, regression, rotation, series, spectrum
 from sagnac.recording import FloatArray
 from sagnac.regression import ComponentFit, Components, Sampling
 
 # Below this many cycles a record nothing can be told from the random walk.
 _LOWEST_CYCLES: Final = 4
 _PEAKS_A_ROUND: Final = 200
-# Phase, in rad rms, by which the highest order strays from a tone before orders that are not whole
-# are searched on their own scale; and even angles for a cycle of it there.
-_SMEARED: Final = 0.3
+# Phase, in rad rms, by which an order strays from a tone before it is looked for on its own scale;
+# whether a line found in time follows the table better is asked in the end.
+_SMEARED: Final = 1.0
+# Even angles for a cycle of the highest order there.
 _ANGLES_A_CYCLE: Final = 8
-# How a peak in order counts beside one in frequency of the same height. At a steady table a whole
-# order is both, and the table's; of two others that are hardly smeared the floors decide, which
-# are that uncertain, and a line in time that follows the table better is moved in the end.
+# How a peak at a whole order counts beside one in frequency of the same height: at a steady table
+# it is both, and the table's.
 _WHOLE: Final = 2.0
-_BROKEN: Final = 0.5
 # Samples over which a table speed is taken.
 _SPEED_SPAN: Final = 32
 # Highest peak of a line on the scale that it smears on, in its mean height there.
@@ -246,7 +245,7 @@ def new_lines(
                 np.concatenate([frequency, fastest * orders]) + cell,
             ]
         )
-        height = np.concatenate([peaks.height, _WHOLE * heights, _BROKEN * broken.height])
+        height = np.concatenate([peaks.height, _WHOLE * heights, broken.height])
         chosen = _strongest([peaks, in_order], ends, height, samples)
         tones = frequency[chosen[: frequency.size]]
         chosen = chosen[frequency.size :]
@@ -317,34 +316,37 @@ def _strongest(
             continue
         alike = scale == scale[at]
         beyond = np.maximum(low - high[at], low[at] - high)
-        # Smeared over many cells a line has little height in any: what stands higher is one itself,
-        # but how high is seen only when the other is out.
-        smeared = _SMEARED_PEAK * height[at] / np.maximum(cells, cells[at])
         overlapping = ~alike & (beyond < 0.0)
-        explained |= overlapping & (height < smeared)
         # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
         # for several of them adding up. What waits is found in the next round.
-        if height[at] < 10.0 * leakage[at]:
-            continue
-        if not waiting[at]:
+        hidden = height[at] < 10.0 * leakage[at]
+        if not (hidden or waiting[at]):
             chosen[at] = True
             if chosen.sum() == _PEAKS_A_ROUND:
                 break
+            # Smeared over many cells it has little height in any, and makes nothing else wait.
+            smeared = _SMEARED_PEAK * height[at] / np.maximum(cells, cells[at])
+            explained |= overlapping & (height < smeared)
+        # What stands higher may be its image or a line: seen only when it is out. That holds for
+        # what is not sure itself, too: a weaker image of it is no surer.
+        waiting |= overlapping
+        if hidden:
+            continue
         # Beyond what it sweeps a smeared line falls off as its modulation does: in steps taken here
         # for hundredths of the sweep.
         unit = np.maximum(np.maximum(cells, cells[at]) / 100.0, 1.0)
         distance = np.where(alike, np.abs(place - place[at]) / 2.0, samples * beyond / unit)
-        leakage += height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2
+        sidelobe = height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2
+        leakage += np.where(overlapping, 0.0, sidelobe)
         explained |= alike & (distance < 1.5)
-        waiting |= overlapping & (height >= smeared)
     return chosen
 
 
 def _order_peaks(left: Residue, table: FloatArray) -> _Peaks:
     """Peaks of the spectrum over table angle; a half bin is half a cycle over all turns.
 
-    None where the table is so steady that orders and frequencies are one, or turns so little
-    that orders are not told apart.
+    None of orders that the table turns so steadily that they and frequencies are one, and none
+    where it turns so little that orders are not told apart.
     """
     nothing = _Peaks(place=np.empty(0), height=np.empty(0))
     speed = speeds(table)
@@ -352,42 +354,37 @@ def _order_peaks(left: Residue, table: FloatArray) -> _Peaks:
     highest = min(float(regression.MOST_ORDERS), np.pi / fastest) if fastest > 0.0 else 0.0
     low, high = series.extent(table)
     turns = (high - low) / (2.0 * np.pi)
-    if turns < rotation.FEW_TURNS or not _unsteady(left.sampled, highest):
+    lowest = _SMEARED / max(_wander(left.sampled), 1e-300)
+    if turns < rotation.FEW_TURNS or lowest > highest:
         return nothing
     # An increment of exp(1j k alpha) is 1j k step exp(1j k alpha): the steps' products with those
-    # of the table, shared out between the two nearest of even angles, are transformed in one. With
-    # eight angles to a cycle of the highest order that takes a tenth off its power, and keeps
-    # what is folded from beyond below a hundredth.
+    # of the table, shared out among even angles, are transformed in one. With eight angles to a
+    # cycle of the highest order, what is folded from beyond it is kept below a millionth.
     scale = _ANGLES_A_CYCLE * highest / (2.0 * np.pi)
     length = scipy.fft.next_fast_len(int(2.0 * (high - low) * scale) + 4, real=True)
     grid = np.zeros(length)
     for span in series.through(left.steps.size, table, left.steps):
         here = table[span.start : span.stop + 1]
-        weight = left.steps[span] * np.diff(here)
-        place = (0.5 * (here[1:] + here[:-1]) - low) * scale
-        nearest = place.astype(np.int64)
-        start = int(nearest.min())
-        part = np.bincount(nearest - start, weights=weight)
-        moved = np.bincount(nearest - start, weights=weight * (place - nearest))
-        grid[start : start + part.size] += part - moved
-        grid[start + 1 : start + 1 + part.size] += moved
+        _kernels.spread(here, left.steps[span], low, scale, grid)
     sums = scipy.fft.rfft(grid, overwrite_x=True)[: int(length / _ANGLES_A_CYCLE)]
     spacing = _ANGLES_A_CYCLE * highest / length
     power = np.square(sums.real) + np.square(sums.imag)
+    power /= np.sinc(np.arange(power.size) / length) ** 8
     # Floors change slowly with order.
     coarse = np.geomspace(_LOWEST_CYCLES / turns, highest, 400)
     level = _floor_of_orders(coarse, speed, left.floor)
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
     power /= table.size * float(np.mean(speed**2))
-    peaks = _peaks(power, level, None, left.threshold, first=2 * _LOWEST_CYCLES)
+    first = max(2 * _LOWEST_CYCLES, int(lowest / spacing))
+    peaks = _peaks(power, level, None, left.threshold, first=first)
     return replace(peaks, place=peaks.place * (2.0 * turns * spacing))
 
 
-def _unsteady(sampled: Sampling, order: float) -> bool:
-    """Whether the table strays from a steady rate by so much that `order` smears."""
+def _wander(sampled: Sampling) -> float:
+    """How far the table strays from a steady rate, rad rms."""
     rate = float(sampled.lag @ (sampled.angle - sampled.angle.mean()))
     rate /= max(float(sampled.lag @ sampled.lag), 1e-300)
-    return order * float(np.std(sampled.angle - rate * sampled.lag)) > _SMEARED
+    return float(np.std(sampled.angle - rate * sampled.lag))
 
 
 def _peaks(
