@@ -198,6 +198,10 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
     notes = list(recording.notes)
     with stage("difference"):
         channel, angle, differenced = _measured(recording, settings, where)
+        if settings.method != "fris":
+            # Known before the search, which takes what time there is.
+            step = _interval_samples(settings.interval, recording.sample_rate)
+            _require_length(-(-angle.size // step), recording.sample_rate / step, recording, where)
         table = _table(recording, settings, notes)
     with stage("spectrum"):
         spectrum_before = _spectrum(angle, recording.sample_rate)
@@ -220,7 +224,7 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         notes.append(
             f"interval {asked:g} s is no whole number of samples: {1.0 / point_rate:.4g} s taken"
         )
-    _require_length(points, point_rate, recording, where)
+    _require_length(points.size, point_rate, recording, where)
     with stage("stability"):
         curve = stability_curve(
             points, kind="angle", sample_rate=point_rate, confidence=settings.confidence
@@ -399,6 +403,11 @@ def _table(recording: Recording, settings: Settings, notes: list[str]) -> FloatA
     if not rotation.is_turning(table):
         notes.append("the table does not turn: its angle is not used")
         return None
+    if settings.method == "fos" and recording.duration < rotation.SHORTEST:
+        raise RecordingError(
+            f"{recording.duration:.4g} s of a turning table do not tell its motion from the gyro's "
+            f"noise; take {rotation.SHORTEST:g} s or more, or the standing part (--slice)"
+        )
     for name in settings.gyros:
         require_encoder_follows(recording, recording.gyro(name))
     return table
@@ -499,9 +508,14 @@ def _removal(
 def _at_interval(
     angle: FloatArray, sample_rate: float, interval: float | None
 ) -> tuple[FloatArray, float]:
-    """Every so-many-th angle (Step 4), and their rate; the nearest whole number of samples."""
-    step = 1 if interval is None else max(1, round(interval * sample_rate))
+    """Every so-many-th angle (Step 4), and their rate."""
+    step = _interval_samples(interval, sample_rate)
     return (angle if step == 1 else series.every(angle, step)), sample_rate / step
+
+
+def _interval_samples(interval: float | None, sample_rate: float) -> int:
+    """The nearest whole number of samples in an interval; 1 where none is asked for."""
+    return 1 if interval is None else max(1, round(interval * sample_rate))
 
 
 def _curve_fit(
@@ -581,12 +595,10 @@ def _highest_allowed(
     return per_gyro(float(highest[index]) ** 2, differenced), float(curve.tau[index])
 
 
-def _require_length(
-    points: FloatArray, point_rate: float, recording: Recording, where: str
-) -> None:
-    if points.size < _LEAST_POINTS:
+def _require_length(points: int, point_rate: float, recording: Recording, where: str) -> None:
+    if points < _LEAST_POINTS:
         raise RecordingError(
-            f"{where}: {recording.duration:.4g} s give {points.size} angles at "
+            f"{where}: {recording.duration:.4g} s give {points} angles at "
             f"{1.0 / point_rate:.4g} s, and a curve needs {_LEAST_POINTS}; record longer or ask "
             f"for a shorter interval (--interval {recording.duration / (2 * _LEAST_POINTS):.2g}s)"
         )

@@ -27,6 +27,8 @@ _EARTH_PRIOR: Final = 2.0 * EARTH_RATE  # rad/s
 _AT_REST: Final = np.radians(0.1)
 # A table with fewer turns than this does not tell neighbouring orders apart.
 FEW_TURNS: Final = 4.0
+# Seconds of a turning table below which its averages of 1 s do not say how steadily it turns.
+SHORTEST: Final = 10.0
 # Rate variation, over averages of 1 s, above which drift and share are told apart by it. At a
 # steadier table only jitter would, and encoder noise in it makes the share too small by as much as
 # jitter then stays in the residual; taking the share from the mean rate instead puts the drift
