@@ -8,10 +8,11 @@ import pytest
 from scipy.fft import dct, idct
 from scipy.signal import lfilter
 
+from sagnac.analysis import Settings, analyze
 from sagnac.coefficients import paper_fit, weighted_fit
 from sagnac.estimates import in_units
-from sagnac.likelihood import likelihood_fit, three_cornered_hat
-from sagnac.recording import RecordingError
+from sagnac.likelihood import likelihood_fit, readout_of, three_cornered_hat
+from sagnac.recording import Channel, Recording, RecordingError
 from sagnac.stability import StabilityCurve, stability_curve
 
 NAMES = (
@@ -478,3 +479,84 @@ def test_sinusoid_intervals_hold_the_truth():
 def test_a_sinusoid_out_of_range_is_refused(frequency):
     with pytest.raises(ValueError, match="below one half"):
         likelihood_fit(white(100, 1), kind="rate", sample_rate=1.0, sinusoid=frequency)
+
+
+def read_out(walk, samples, seed, *, rate=0.0, white=0.0):
+    """An angle that walks, turns steadily and shakes, in readout steps: as it is, and rounded."""
+    generator = np.random.default_rng(seed)
+    angle = generator.random() + np.cumsum(walk * generator.standard_normal(samples))
+    angle += rate * np.arange(samples) + white * generator.standard_normal(samples)
+    return angle, np.round(angle)
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.5, 1.0, 0.0137, 1000.0, 12.3456])
+def test_a_readout_is_white_of_angles_half_a_step_apart(rate):
+    # (0.1 step)^2 a sample: half a step after 25 samples.
+    angle, reading = read_out(0.1, 200_000, 3, rate=rate)
+    found = readout_of(1e-8 * reading)
+    assert found.step == pytest.approx(1e-8, rel=1e-6)
+    assert found.every in (16, 32)
+    error = reading - angle
+    close, apart = error, error[:: found.every]
+    assert apart.var() == pytest.approx(1.0 / 12.0, rel=0.05)
+    assert abs(np.corrcoef(apart[1:], apart[:-1])[0, 1]) < 0.1
+    assert np.cos(2.0 * np.pi * rate) < 0.0 or np.corrcoef(close[1:], close[:-1])[0, 1] > 0.5
+
+
+def test_a_readout_that_is_dithered_is_taken_as_it_is():
+    assert readout_of(read_out(0.7, 10_000, 4)[1]).every == 1
+    assert readout_of(read_out(0.01, 10_000, 5, white=0.5)[1]).every == 1
+    unrounded, _ = read_out(0.01, 10_000, 6)
+    assert readout_of(unrounded).every == 1
+
+
+def test_a_readout_step_shows_through_the_rounding_of_a_file():
+    _, reading = read_out(0.1, 50_000, 7)
+    rounding = 1e-3 * np.random.default_rng(8).uniform(-1.0, 1.0, reading.size)
+    assert readout_of(reading + rounding).step == pytest.approx(1.0, abs=5e-3)
+    assert readout_of(reading + rounding).every == readout_of(reading).every
+
+
+def test_a_readout_that_moves_a_few_times_is_never_dithered():
+    reading = np.repeat([0.0, 1.0, 0.0, 1.0, 2.0], [3000, 1, 2000, 5000, 999])
+    assert readout_of(reading).every is None
+    assert readout_of(np.zeros(5000)).step == 0.0
+
+
+def bench(walk, samples, seed, *, step, rate=10.0):
+    """A still gyro read out in steps; `walk` in rad/sqrt(s), `step` in rad."""
+    _, reading = read_out(walk / math.sqrt(rate) / step, samples, seed)
+    gyro = Channel(name="x", kind="angle", unit="rad", values=step * reading)
+    return Recording(gyros=(gyro,), sample_rate=rate)
+
+
+def test_a_coarse_readout_on_a_still_bench_does_not_shorten_the_interval():
+    # 1e-5 deg/sqrt(h) and 0.001 arcsec: a fifth of a step between the angles of a fit.
+    step, walk = math.radians(0.001 / 3600.0), math.radians(1e-5) / 60.0
+    errors = []
+    for seed in range(16):
+        result = analyze(
+            bench(walk, 12_000, seed, step=step), Settings(gyros=("x",), method="none")
+        )
+        answer = result.angle_random_walk
+        assert answer.status == "estimated"
+        assert [note for note in result.notes if "readout step of x (0.001 arcsec)" in note]
+        errors.append((answer.value - walk) / ((answer.high - answer.low) / (2.0 * 1.96)))
+    # Of 16 independent errors of unit variance.
+    assert abs(np.mean(errors)) < 3.0 / math.sqrt(16.0)
+    assert np.sum(np.square(errors)) < 39.3  # chi-square of 16: exceeded once in a thousand
+
+
+@pytest.mark.parametrize("walk", [5e-6, 1e-5])
+def test_a_readout_that_hides_the_walk_leaves_a_bound(walk):
+    step, walk = math.radians(0.01 / 3600.0), math.radians(walk) / 60.0
+    for seed in range(10):
+        result = analyze(
+            bench(walk, 12_000, seed, step=step), Settings(gyros=("x",), method="none")
+        )
+        answer = result.angle_random_walk
+        assert answer.status == "upper bound"
+        assert walk < answer.high < 30.0 * walk
+        assert [note for note in result.notes if "too few times" in note]
+        fit = result.fits["likelihood"].coefficients["angle_random_walk"]
+        assert fit.status == "not observable"

@@ -1,9 +1,11 @@
 """analyze(recording, settings) -> Analysis: the one place that composes the stages."""
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Final, Literal
 
 import numpy as np
@@ -14,7 +16,7 @@ from sagnac import rotation, series, spectrum
 from sagnac.coefficients import paper_fit, weighted_fit
 from sagnac.difference import per_gyro
 from sagnac.estimates import Estimate, Fit, FitName
-from sagnac.likelihood import likelihood_fit, three_cornered_hat
+from sagnac.likelihood import likelihood_fit, readout_of, three_cornered_hat
 from sagnac.lines import Line, Removal, remove_lines, remove_lines_as_published
 from sagnac.noise import COEFFICIENT_NAMES, taken_allan_variance
 from sagnac.recording import (
@@ -33,6 +35,7 @@ from sagnac.stability import (
     stability_curve,
     with_noise_restored,
 )
+from sagnac.units import ARCSECOND
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
 Progress = Callable[[str, float], None]
@@ -46,6 +49,10 @@ _LIKELIHOOD_FINER: Final = 10
 _VETO: Final = 1e-4
 # Samples over which a gyro's low-pass filter may still lower the curve.
 _FILTERED: Final = 10.0
+# Angles that a readout step has to leave for a fit. Of fewer, five terms are not told apart: even
+# with white readout noise nine intervals in ten hold N, and what is estimated lies half an error
+# high.
+_LEAST_DITHERED: Final = 320
 # A curve of fewer points than this has no cluster time whose deviation means anything.
 _LEAST_POINTS: Final = 32
 
@@ -245,16 +252,33 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             fine, fine_rate = _at_interval(
                 removal.residual, recording.sample_rate, settings.interval / _LIKELIHOOD_FINER
             )
-        likelihood, highest = _likelihood(
-            fine, fine_rate, differenced, settings.confidence, removal.masked
-        )
+        # Angles between samples, one a turn, have no step.
+        readout = _Readout()
+        if removal.residual is not None:
+            readout = _readout(recording, settings, fine_rate)
+        notes += readout.notes
+        if readout.every is None:
+            highest = 0.0
+            likelihood = _nothing("likelihood", settings.confidence)
+        else:
+            if readout.every > 1:
+                fine, fine_rate = series.every(fine, readout.every), fine_rate / readout.every
+            likelihood, highest = _likelihood(
+                fine, fine_rate, differenced, settings.confidence, removal.masked
+            )
+        of_gyro = _from_cluster(curve, readout.time)
         fits: dict[FitName, Fit] = {
-            "paper": _curve_fit("paper", curve, differenced, settings.confidence),
-            "weighted": _curve_fit("weighted", curve, differenced, settings.confidence),
+            "paper": _curve_fit("paper", of_gyro, differenced, settings.confidence),
+            "weighted": _curve_fit("weighted", of_gyro, differenced, settings.confidence),
             "likelihood": likelihood,
         }
         per_gyro_estimates: Mapping[str, Estimate] = {}
-        if second is not None and second.residual is not None and removal.residual is not None:
+        if (
+            second is not None
+            and second.residual is not None
+            and removal.residual is not None
+            and readout.every is not None
+        ):
             # The hat uses differences only, so the first gyro may stand at zero.
             first_name, middle, last = settings.gyros
             step = max(1, round(recording.sample_rate / fine_rate))
@@ -286,11 +310,10 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
     answer = likelihood.coefficients["angle_random_walk"]
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     doubt = _VETO if likelihood.departure == 0.0 else 1.0 - settings.confidence
-    veto, cluster = _highest_allowed(curve, differenced, recording.sample_rate, doubt)
+    allowed = partial(_highest_allowed, curve, differenced, recording.sample_rate, readout)
+    veto, cluster = allowed(doubt)
     if answer.status == "not observable" or answer.low > veto:
-        bound, _ = _highest_allowed(
-            curve, differenced, recording.sample_rate, 1.0 - settings.confidence
-        )
+        bound, _ = allowed(1.0 - settings.confidence)
         if answer.status != "not observable":
             notes.append(
                 f"the likelihood fit of {channel} asks for more angle random walk than the curve "
@@ -526,14 +549,73 @@ def _curve_fit(
     try:
         return fit(curve, gyros_differenced=differenced, confidence=confidence)
     except RecordingError as error:
-        nothing = Estimate(
-            value=np.nan, low=np.nan, high=np.nan, confidence=confidence, status="not observable"
+        return _nothing(method, confidence, f"no {method} fit: {error}")
+
+
+def _nothing(method: FitName, confidence: float, *notes: str) -> Fit:
+    """A fit that observes nothing."""
+    nothing = Estimate(
+        value=np.nan, low=np.nan, high=np.nan, confidence=confidence, status="not observable"
+    )
+    return Fit(method=method, coefficients=dict.fromkeys(COEFFICIENT_NAMES, nothing), notes=notes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Readout:
+    """What the readouts of all gyros together allow.
+
+    `step` is the sum of their steps, rad. Of angles taken `every` so many, `time` seconds apart,
+    they are dithered. `every` is None where too few are left for a fit, and `time` is infinite
+    where they are dithered at no time.
+    """
+
+    step: float = 0.0
+    every: int | None = 1
+    time: float = 0.0
+    notes: tuple[str, ...] = ()
+
+
+def _readout(recording: Recording, settings: Settings, angle_rate: float) -> _Readout:
+    taken = round(recording.sample_rate / angle_rate)
+    readouts = {}
+    for name in settings.gyros:
+        angle = angle_of(recording.gyro(name), recording.sample_rate)
+        readouts[name] = readout_of(angle if taken == 1 else series.every(angle, taken))
+    step = sum(readout.step for readout in readouts.values())
+    undithered = {name: readout for name, readout in readouts.items() if readout.every != 1}
+    if not undithered:
+        return _Readout(step=step)
+    largest = max(readout.step for readout in undithered.values()) / ARCSECOND
+    what = f"the readout step of {', '.join(undithered)} ({largest:.3g} arcsec)"
+    counts = [readout.every for readout in undithered.values() if readout.every is not None]
+    apart = max(counts) / angle_rate if len(counts) == len(undithered) else math.inf
+    if not recording.duration / apart >= _LEAST_DITHERED:
+        note = (
+            f"{recording.duration:.4g} s dither {what} too few times for a fit to tell angle "
+            "random walk from it, and only an upper bound is given; record longer, or read out "
+            "finer"
         )
-        return Fit(
-            method=method,
-            coefficients=dict.fromkeys(COEFFICIENT_NAMES, nothing),
-            notes=(f"no {method} fit: {error}",),
-        )
+        return _Readout(step=step, every=None, time=apart, notes=(note,))
+    note = (
+        f"nothing dithers {what} in less than {apart:.4g} s: coefficients are of angles that far "
+        "apart, and the curve at shorter cluster times shows the readout"
+    )
+    return _Readout(step=step, every=max(counts), time=apart, notes=(note,))
+
+
+def _from_cluster(curve: StabilityCurve, shortest: float) -> StabilityCurve:
+    """The part of a curve at cluster times of `shortest` (s) and more."""
+    kept = curve.tau >= shortest * (1.0 - 1e-9)
+    return replace(
+        curve,
+        tau=curve.tau[kept],
+        deviation=curve.deviation[kept],
+        terms=curve.terms[kept],
+        edf=curve.edf[kept],
+        low=curve.low[kept],
+        high=curve.high[kept],
+        noise_type=curve.noise_type[kept],
+    )
 
 
 def _likelihood(
@@ -569,12 +651,19 @@ def _likelihood(
 
 
 def _highest_allowed(
-    curve: StabilityCurve, differenced: int, sample_rate: float, chance: float
+    curve: StabilityCurve,
+    differenced: int,
+    sample_rate: float,
+    readout: _Readout,
+    chance: float,
 ) -> tuple[float, float]:
     """Largest N that the curve allows but by `chance`, per gyro, and the cluster time of it.
 
     Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's own
-    low-pass filter takes away at the shortest cluster times, which are left out.
+    low-pass filter takes away at the shortest cluster times, which are left out. Readout steps hide
+    up to two of themselves of each second difference where nothing dithers them within a cluster:
+    the root of their mean square is raised by that. Where it does, a mean of few may still come out
+    as zero, and is raised by the square of half a step.
     """
     angles = curve.samples + (curve.kind != "angle")
     # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
@@ -589,7 +678,13 @@ def _highest_allowed(
             for tau in curve.tau
         ]
     )
-    high = curve.deviation * np.sqrt(edf / chi2.ppf(share, edf))
+    step = readout.step / (np.sqrt(2.0) * curve.tau)
+    raised = np.where(
+        curve.tau < readout.time,
+        curve.deviation + 2.0 * step,
+        np.hypot(curve.deviation, 0.5 * step),
+    )
+    high = raised * np.sqrt(edf / chi2.ppf(share, edf))
     highest = np.where(curve.tau * sample_rate < _FILTERED, np.inf, high * np.sqrt(curve.tau))
     index = int(np.nanargmin(highest))
     return per_gyro(float(highest[index]) ** 2, differenced), float(curve.tau[index])

@@ -73,7 +73,9 @@ def paper_fit(
     within = [
         ieee_relative_error(points.angles - 1, int(factor)) <= 0.1 for factor in points.factors
     ]
-    return _curve_fit("paper", points.keep(np.array(within)), gyros_differenced, confidence)
+    return _curve_fit(
+        "paper", points.keep(np.array(within, dtype=np.bool_)), gyros_differenced, confidence
+    )
 
 
 def weighted_fit(

@@ -42,6 +42,77 @@ _PRESENCE_OF_TWO: Final = 11.83
 # ten million) does not put it there. Less is taken for a departure of the terms.
 _STANDS_OUT: Final = 1.5
 
+# Steps of angle, in readout steps squared, at which the error of a readout is white noise: a
+# quarter that the angle turns about its mean (the error's correlation is below 1 % from there on),
+# and twice the error's own variance, 1/12. A steady rate alone makes at most a quarter.
+_DITHERED: Final = 0.25 + 2.0 / 12.0
+# Steps of angle over which a rate counts as steady: their variance is about the mean of so many.
+_STEADY: Final = 8
+# Steps of angle fewer than these have no variance to speak of.
+_LEAST_STEPS: Final = 32
+# Share of the root mean square of the second differences. Where nothing dithers the readout its
+# step is larger than that, and what the rounding of a file leaves of a zero is smaller.
+_ROUNDING: Final = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Readout:
+    """The step of a readout, and from where on its error is white noise of the angle.
+
+    Attributes
+    ----------
+    step
+        rad. Of an angle that is dithered from sample to sample, the smallest change there is.
+    every
+        The error is white where every so-many-th sample is taken, a power of two: 1 where the
+        angle is dithered as it is. None where too few samples are left before that.
+    """
+
+    step: float
+    every: int | None
+
+
+def readout_of(angle: ArrayLike) -> Readout:
+    """Whether what an angle does dithers the steps it is read out in.
+
+    A walk over a readout step Delta leaves an error e that is uniform, of variance Delta^2/12,
+    and uncorrelated with every increment of the walk (from any place within a step the average
+    over places is zero). Its autocovariance over a time in which the angle strays by
+    sigma about a steady turn is ``sum_m Delta^2/(2 pi^2 m^2) exp(-2 pi^2 m^2 sigma^2/Delta^2)``
+    times a cosine of the turn (Widrow and Kollár, Quantization Noise, 2008, characteristic
+    functions). So it is white noise, as quantization is taken to be, only of angles taken so far
+    apart that sigma is half a step or more; of angles taken closer it is a slow error of many
+    samples, which a fit would call angle random walk.
+
+    Parameters
+    ----------
+    angle
+        (samples,) as read out, before anything is taken off.
+
+    Returns
+    -------
+    Readout
+        Of an angle that never leaves one steady turn the step is 0, and `every` is 1.
+    """
+    values = np.asarray(angle, dtype=np.float64)
+    every, step = 1, 0.0
+    while (values.size - 1) // every >= _LEAST_STEPS:
+        steps = np.diff(values[::every])
+        if every == 1:
+            # The second difference has no steady rate in it, however many steps that is.
+            changes = np.abs(np.diff(steps))
+            changes[changes <= 8.0 * np.finfo(float).eps * np.abs(values).max()] = 0.0
+            if not changes.any():
+                return Readout(step=0.0, every=1)
+            finest = float(changes[changes > 0.0].min())
+            size = math.sqrt(float(np.mean(changes**2)))
+            step = float(changes[changes > _ROUNDING * size].min())
+        blocks = steps[: steps.size // _STEADY * _STEADY].reshape(-1, _STEADY)
+        if float(blocks.var(axis=1, ddof=1).mean()) >= _DITHERED * step**2:
+            return Readout(step=finest if every == 1 else step, every=every)
+        every *= 2
+    return Readout(step=step, every=None)
+
 
 def likelihood_fit(
     values: ArrayLike,
@@ -141,7 +212,8 @@ def likelihood_fit(
     bins = _cosine_bins(samples, interval, masked, band)
     transform = dct(increments, type=2, norm="ortho")
     power = bins.mean(transform**2)
-    if not power.min() > 0.0:
+    # Of angles a few steps apart a single square may be zero.
+    if not np.median(power) > 0.0:
         raise RecordingError("the values do not vary; a spectrum needs noise, check the channel")
     columns = [STOCHASTIC_NAMES.index(name) for name in names]
 
