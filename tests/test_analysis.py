@@ -258,8 +258,9 @@ def figures_of(result):
         replace(PAIR, method="fris"),
         Settings(gyros=("y",), method="none"),
         Settings(gyros=("x", "y", "z"), method="none"),
+        replace(PAIR, method="none", interval=None, estimators=("adev", "ohdev", "totdev")),
     ],
-    ids=["lines", "pair", "full turns", "single", "triad"],
+    ids=["lines", "pair", "full turns", "single", "triad", "every sample"],
 )
 def test_a_long_recording_gives_the_same_from_its_file(simulation, tmp_path, monkeypatch, settings):
     path = write(simulation.recording, tmp_path / "run.parquet")
@@ -309,6 +310,8 @@ for name in sys.argv[1:]:
     check(recording)
     for method in ("fos", "none", "fris"):
         analyze(recording, Settings(gyros=("x", "z"), method=method))
+    curves = ("mdev", "totdev")
+    analyze(recording, Settings(gyros=("x",), method="none", interval=None, estimators=curves))
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 

@@ -1,6 +1,7 @@
 """Laws of the noise terms against numerical integration and dense matrices."""
 
 import itertools
+from decimal import Context, Decimal, localcontext
 
 import numpy as np
 import pytest
@@ -254,6 +255,38 @@ def test_markov_terms_against_dense_matrices(correlation):
     )
     scale = np.sqrt(np.diag(expected))
     assert np.abs((measured - expected) / np.outer(scale, scale)).max() < 1e-3
+
+
+@pytest.mark.parametrize(("first", "second"), [(1, 1), (1, 21_000_000), (3_000_001, 40), (7, 9)])
+def test_covariance_of_a_day_of_samples_keeps_its_digits(first, second):
+    """Lags of 1e7 samples have cubes of 1e21, and the covariance is near one."""
+    places = [0.0, 0.5, second, 2 * second - 1.25, -1.5 * first, second - 0.5 * first]
+    with localcontext(Context(prec=60)):
+        pi = Decimal("3.14159265358979323846264338327950288419716939937510582")
+        for lag in [*places, -8.0 * max(first, second), 9.25 * max(first, second)]:
+            flicker = walk = Decimal(0)
+            for p, q in itertools.product(range(3), repeat=2):
+                weight = (1, -2, 1)[p] * (1, -2, 1)[q]
+                t = abs(Decimal(lag) + p * first - q * second)
+                flicker += weight * (t * t * t.ln() / (2 * pi) if t else 0)
+                walk += weight * t**3 / 12
+            found = np.empty(6)
+            _kernels._second_difference_covariances(lag, first, second, 0.0, found)
+            size = min(first, second) ** 2
+            assert found[2] == pytest.approx(float(flicker), rel=1e-9, abs=1e-12 * size)
+            largest = size * max(first, second)
+            assert found[3] == pytest.approx(float(walk), rel=1e-9, abs=1e-14 * largest)
+
+
+def test_covariance_of_a_day_of_samples_is_one():
+    """Of random walk of the rate at 500 Hz, from one sample to half of the day."""
+    factors = np.unique(np.rint(np.geomspace(1, 21_599_999, 147)).astype(np.int64))
+    covariance = overlapped_allan_covariance(
+        factors.tolist(), {"rate_random_walk": 1.0}, angles=43_200_000, interval=0.002
+    )
+    scale = np.sqrt(np.diag(covariance))
+    values = np.linalg.eigvalsh(covariance / np.outer(scale, scale))
+    assert values[0] > -1e-3
 
 
 def test_compiled_covariance_is_the_interpreted_one():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.fft import idct
 
 from sagnac import series, spectrum
 
@@ -251,6 +252,49 @@ def test_a_factored_transform_of_any_length(samples, padding, columns, seed):
         power = spectrum.periodogram(steps, padding)
     expected = np.abs(np.fft.rfft(steps, length)) ** 2 / samples
     np.testing.assert_allclose(power, expected, rtol=1e-9, atol=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 3000), st.integers(2, 60), st.booleans(), st.integers(0, 2**32 - 1))
+def test_cosine_transform_is_the_direct_sum(samples, columns, mapped, seed):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(spectrum, "_FACTORED", 500)
+        patch.setattr(spectrum, "_COLUMNS", columns)
+        patch.setattr(spectrum, "_COMBINED", 16)
+        if mapped:
+            patch.setattr(series, "IN_MEMORY", 100)
+            patch.setattr(series, "SPAN", 700)
+        length = spectrum.cosine_length(samples)
+        values = np.random.default_rng(seed).standard_normal(length)
+        transform = spectrum.cosine_transform(as_series(values))
+    assert samples - 2 * columns < length <= samples
+    place = np.pi * np.outer(np.arange(length), np.arange(length) + 0.5) / length
+    expected = np.sqrt(2.0 / length) * (np.cos(place) @ values)
+    expected[0] /= np.sqrt(2.0)
+    np.testing.assert_allclose(transform, expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+@pytest.mark.parametrize("samples", [131_072, 131_101, 200_003, 262_147])
+def test_a_long_cosine_transform_turns_back_into_its_values(monkeypatch, samples, mapped):
+    if mapped:
+        monkeypatch.setattr(series, "IN_MEMORY", 1000)
+        monkeypatch.setattr(series, "SPAN", 7000)
+    length = spectrum.cosine_length(samples)
+    assert samples - 10 < length <= samples
+    values = np.random.default_rng(samples).standard_normal(length)
+    transform = spectrum.cosine_transform(as_series(values))
+    assert series.is_mapped(transform) == mapped
+    np.testing.assert_allclose(idct(transform, type=2, norm="ortho"), values, atol=1e-12)
+
+
+def test_bin_sums_by_spans_are_those_of_the_whole(monkeypatch):
+    monkeypatch.setattr(series, "SPAN", 100)
+    values = np.random.default_rng(0).standard_normal(1000)
+    edges = np.array([3, 4, 10, 99, 100, 101, 350, 500, 997])
+    expected = [values[one:other].sum() for one, other in pairwise(edges)]
+    found = spectrum.bin_sums(lambda span: values[span], edges)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_periodogram_keeps_the_variance():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import chi2
 
 import sagnac
-from sagnac import _kernels, stability
+from sagnac import _kernels, series, stability
 from sagnac.recording import RecordingError
 from sagnac.stability import (
     Estimator,
@@ -222,17 +222,17 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 @pytest.mark.parametrize(
     ("kernel", "arguments"),
     [
-        ("accumulate_deviations", (_WALK, 0.3)),
-        ("subtract_ramp", (_WALK, 0.25, 1.5)),
-        ("sum_squared_second_differences", (_WALK, _LAGS)),
-        ("sum_squared_third_differences", (_WALK, _LAGS)),
-        ("sum_squared_window_differences", (_WALK, _LAGS)),
-        ("sum_squared_reflected_differences", (_WALK, np.array([1, 60, 301, 600]))),
+        ("accumulate_deviations", (_WALK, 0.3, 2.0, np.empty(601))),
+        ("subtract_ramp", (_WALK, 0.25, 1.5, 300, np.empty(601))),
+        ("sum_squared_second_differences", (_WALK, _LAGS, 0, 601, np.ones(5))),
+        ("sum_squared_third_differences", (_WALK, _LAGS, 0, 601, np.ones(5))),
+        ("window_difference", (_WALK, 60, 3, 63, 2.0)),
+        ("sum_squared_arms", (_WALK[:9], _WALK[9:18], _WALK[18:27], 2.0, -1.0, 1.0)),
         ("sum_squared_differences_with_gaps", (_WALK, _ABSENT, _BREAKS, 7, 3, 1)),
         ("sum_squared_window_differences_with_gaps", (_WALK, _ABSENT, _BREAKS, 7)),
         ("sum_modified_total_terms", (_WALK, 9, 2)),
         ("sum_modified_total_terms", (_WALK, 10, 1)),
-        ("sum_theo1_terms", (_WALK, 24, 3)),
+        ("sum_theo1_terms", (_WALK, _WALK[::-1].copy(), 24, 3)),
         ("lag_one_order", (_WALK, np.array([0, 300]), np.array([60, 50]), 5, 2)),
         ("difference_covariance", (0.7, 12.0, -1, 3)),
         ("difference_covariance", (0.0, math.inf, -2, 2)),
@@ -244,22 +244,69 @@ def test_compiled_kernels_do_what_their_source_says(kernel, arguments):
     assert compiled(*arguments) == pytest.approx(compiled.py_func(*arguments), rel=1e-11)
 
 
-def test_blocks_do_not_show():
+def test_compiled_windows_do_what_their_source_says():
+    compiled = _kernels.sum_squared_window_differences
+    arguments = (_WALK, _LAGS, 0, 601, np.ones(5), np.arange(5.0))
+    for one, other in zip(compiled(*arguments), compiled.py_func(*arguments), strict=True):
+        assert one == pytest.approx(other, rel=1e-11)
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+def test_blocks_do_not_show(monkeypatch, mapped):
     """A record of many blocks, and clusters on both sides of a block, against plain sums."""
-    x = np.cumsum(np.random.default_rng(4).standard_normal(20_001))
+    if mapped:
+        monkeypatch.setattr(series, "IN_MEMORY", 1000)
+        monkeypatch.setattr(series, "SPAN", 3000)
+        monkeypatch.setattr(stability, "_STARTS", 4096)
+    rate = np.random.default_rng(4).standard_normal(20_000)
+    x = np.concatenate([[0.0], np.cumsum(rate - rate.mean())])
     lags = np.array([1, 3, 4095, 4096, 6000])
-    second = [np.sum((x[2 * m :] - 2 * x[m:-m] + x[: -2 * m]) ** 2) for m in lags]
-    assert _kernels.sum_squared_second_differences(x, lags) == pytest.approx(second, rel=1e-12)
+    # Reflected in its ends, at whose values it turns about.
+    longer = np.concatenate([2.0 * x[0] - x[:0:-1], x, 2.0 * x[-1] - x[-2::-1]])
+
+    def variance_of(estimator):
+        return (
+            stability_curve(
+                rate, kind="rate", sample_rate=1.0, estimator=estimator, taus=lags
+            ).deviation
+            ** 2
+        )
+
+    second = [np.mean((x[2 * m :] - 2 * x[m:-m] + x[: -2 * m]) ** 2) for m in lags]
+    assert variance_of("oadev") == pytest.approx(second / (2.0 * lags**2), rel=1e-11)
     third = [
-        np.sum((x[3 * m :] - 3 * x[2 * m : -m] + 3 * x[m : -2 * m] - x[: -3 * m]) ** 2)
+        np.mean((x[3 * m :] - 3 * x[2 * m : -m] + 3 * x[m : -2 * m] - x[: -3 * m]) ** 2)
         for m in lags
     ]
-    assert _kernels.sum_squared_third_differences(x, lags) == pytest.approx(third, rel=1e-12)
-    window = []
+    assert variance_of("ohdev") == pytest.approx(third / (6.0 * lags**2), rel=1e-11)
+    window, total, plain = [], [], []
+    inner = np.arange(x.size, 2 * x.size - 2)
     for m in lags:
         difference = x[2 * m :] - 2 * x[m:-m] + x[: -2 * m]
-        window.append(np.sum(np.convolve(difference, np.ones(m), "valid") ** 2))
-    assert _kernels.sum_squared_window_differences(x, lags) == pytest.approx(window, rel=1e-10)
+        window.append(np.mean(np.convolve(difference, np.ones(m), "valid") ** 2))
+        reflected = longer[inner - m] - 2.0 * longer[inner] + longer[inner + m]
+        total.append(np.mean(reflected**2))
+        plain.append(np.mean(np.diff(x[::m], n=2) ** 2))
+    assert variance_of("mdev") == pytest.approx(window / (2.0 * lags**4.0), rel=1e-10)
+    assert variance_of("totdev") == pytest.approx(total / (2.0 * lags**2), rel=1e-11)
+    assert variance_of("adev") == pytest.approx(plain / (2.0 * lags**2), rel=1e-11)
+
+
+@pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_record_out_of_memory_has_the_same_curve(monkeypatch, estimator, kind):
+    values = np.random.default_rng(9).standard_normal(9_001)
+    inside = stability_curve(values, kind=kind, sample_rate=10.0, estimator=estimator)
+    monkeypatch.setattr(series, "IN_MEMORY", 1000)
+    monkeypatch.setattr(stability, "_STARTS", 4096)
+    mapped = series.empty(values.size)
+    mapped[:] = values
+    outside = stability_curve(mapped, kind=kind, sample_rate=10.0, estimator=estimator)
+    assert inside.notes == outside.notes
+    for name in ("tau", "terms", "noise_type"):
+        assert np.array_equal(getattr(inside, name), getattr(outside, name))
+    for name in ("deviation", "edf", "low", "high"):
+        assert getattr(outside, name) == pytest.approx(getattr(inside, name), rel=1e-12)
 
 
 # --- laws ----------------------------------------------------------------------------------

@@ -22,35 +22,38 @@ _BLOCK = 4096
 
 
 @numba.njit(cache=True)
-def accumulate_deviations(values: FloatArray, mean: float) -> FloatArray:
-    """Running sum of ``values - mean`` from zero, (samples + 1,)."""
-    angle = np.empty(values.size + 1)
-    total = 0.0
-    angle[0] = 0.0
+def accumulate_deviations(
+    values: FloatArray, mean: float, total: float, angle: FloatArray
+) -> float:
+    """Running sum of ``values - mean`` from `total` on into `angle`, (samples,); the last of it."""
     for i in range(values.size):
         total += values[i] - mean
-        angle[i + 1] = total
-    return angle
+        angle[i] = total
+    return total
 
 
 @numba.njit(cache=True)
-def subtract_ramp(values: FloatArray, slope: float, offset: float) -> FloatArray:
-    """``values[i] - slope * i - offset`` in that order, (samples,)."""
-    angle = np.empty(values.size)
+def subtract_ramp(
+    values: FloatArray, slope: float, offset: float, first: int, angle: FloatArray
+) -> float:
+    """``values[i] - slope * (first + i) - offset`` in that order into `angle`; the last of it."""
     for i in range(values.size):
-        angle[i] = (values[i] - slope * i) - offset
-    return angle
+        angle[i] = (values[i] - slope * (first + i)) - offset
+    return float(angle[values.size - 1])
 
 
 @numba.njit(cache=True, fastmath=_REORDER)
-def sum_squared_second_differences(angle: FloatArray, lags: IntegerArray) -> FloatArray:
-    """Sum of ``(x[i + 2 lag] - 2 x[i + lag] + x[i])**2`` over every i, for each lag.
+def sum_squared_second_differences(
+    angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
+) -> FloatArray:
+    """`sums`, for each lag, and ``(x[i + 2 lag] - 2 x[i + lag] + x[i])**2``, begin <= i < end.
 
     Blocks of starts go through all lags while they are in cache, and a fresh sum for each
-    block keeps the rounding error from growing with the record.
+    block keeps the rounding error from growing with the record. `begin` and `end`, where it is
+    not that of the record, are multiples of a block: then the parts add up to the last bit.
     """
-    sums = np.zeros(lags.size)
-    for start in range(0, angle.size, _BLOCK):
+    sums = sums.copy()
+    for start in range(begin, min(end, angle.size), _BLOCK):
         for j in range(lags.size):
             lag = lags[j]
             count = min(_BLOCK, angle.size - 2 * lag - start)
@@ -69,10 +72,12 @@ def sum_squared_second_differences(angle: FloatArray, lags: IntegerArray) -> Flo
 
 
 @numba.njit(cache=True, fastmath=_REORDER)
-def sum_squared_third_differences(angle: FloatArray, lags: IntegerArray) -> FloatArray:
+def sum_squared_third_differences(
+    angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
+) -> FloatArray:
     """As `sum_squared_second_differences`, of ``x[i+3 lag] - 3 x[i+2 lag] + 3 x[i+lag] - x[i]``."""
-    sums = np.zeros(lags.size)
-    for start in range(0, angle.size, _BLOCK):
+    sums = sums.copy()
+    for start in range(begin, min(end, angle.size), _BLOCK):
         for j in range(lags.size):
             lag = lags[j]
             count = min(_BLOCK, angle.size - 3 * lag - start)
@@ -91,29 +96,34 @@ def sum_squared_third_differences(angle: FloatArray, lags: IntegerArray) -> Floa
 
 
 @numba.njit(cache=True)
-def _window_difference(angle: FloatArray, lag: int, start: int) -> float:
-    """``sum_{i=start}^{start+lag-1} (x[i + 2 lag] - 2 x[i + lag] + x[i])``."""
-    window = 0.0
-    for i in range(start, start + lag):
+def window_difference(angle: FloatArray, lag: int, start: int, stop: int, window: float) -> float:
+    """`window` and ``x[i + 2 lag] - 2 x[i + lag] + x[i]``, start <= i < stop, one by one."""
+    for i in range(start, stop):
         window += (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
     return window
 
 
 @numba.njit(cache=True, fastmath=_REORDER)
-def sum_squared_window_differences(angle: FloatArray, lags: IntegerArray) -> FloatArray:
+def sum_squared_window_differences(
+    angle: FloatArray,
+    lags: IntegerArray,
+    begin: int,
+    end: int,
+    sums: FloatArray,
+    windows: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
     """Sum over j of the square of ``sum_{i=j}^{j+lag-1} (x[i+2lag] - 2 x[i+lag] + x[i])``.
+
+    `windows` are the inner sums at j = begin, and `sums` hold their squares already; what is
+    returned are both at j = end.
 
     The inner sum moves along by one third difference a step. A step waits for the one before
     it, so each block is run as four chains side by side from zero; what the window held at
     the head of a chain is put in afterwards: sum (w + s_k)^2 = n w^2 + 2 w sum s_k + sum s_k^2.
     """
-    sums = np.zeros(lags.size)
-    windows = np.empty(lags.size)
-    for j in range(lags.size):
-        windows[j] = _window_difference(angle, lags[j], 0)
-        sums[j] = windows[j] ** 2
+    sums, windows = sums.copy(), windows.copy()
     steps = np.empty(_BLOCK)
-    for start in range(0, angle.size, _BLOCK):
+    for start in range(begin, min(end, angle.size), _BLOCK):
         for j in range(lags.size):
             lag = lags[j]
             count = min(_BLOCK, angle.size - 3 * lag - start)
@@ -153,7 +163,7 @@ def sum_squared_window_differences(angle: FloatArray, lags: IntegerArray) -> Flo
                 partial += window * window
             windows[j] = window
             sums[j] += partial
-    return sums
+    return sums, windows
 
 
 @numba.njit(cache=True)
@@ -205,7 +215,7 @@ def sum_squared_window_differences_with_gaps(
             fresh = True
             continue
         if fresh:
-            window = _window_difference(angle, lag, j)
+            window = window_difference(angle, lag, j, j + lag, 0.0)
             fresh = False
         else:
             window += (angle[last] - angle[j - 1]) - 3.0 * (
@@ -217,44 +227,24 @@ def sum_squared_window_differences_with_gaps(
 
 
 @numba.njit(cache=True, fastmath=_REORDER)
-def sum_squared_reflected_differences(angle: FloatArray, lags: IntegerArray) -> FloatArray:
-    """Sum of squared second differences centred on every inner sample, for each lag.
+def sum_squared_arms(
+    centre: FloatArray,
+    ahead: FloatArray,
+    behind: FloatArray,
+    ends: float,
+    sign_ahead: float,
+    sign_behind: float,
+) -> float:
+    """Sum of ``(2 (ends - centre) + sign_ahead ahead + sign_behind behind)**2``.
 
-    Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``,
-    reached in a mirrored copy of the record, so that both are read forwards.
+    A second difference an arm of which lies beyond an end of the record, where the angle is its
+    point reflection in that end, ``x[-k] = 2 x[0] - x[k]``; `ends` are the ends reflected in.
     """
-    sums = sum_squared_second_differences(angle, lags)
-    mirrored = angle[::-1].copy()
-    last = angle.size - 1
-    for j in range(lags.size):
-        lag = lags[j]
-        partial = 0.0
-        right = last - lag  # last centre whose right arm stays inside
-        begin, count = 1, min(lag, right + 1) - 1
-        centre = angle[begin : begin + count]
-        ahead = angle[begin + lag : begin + lag + count]
-        behind = mirrored[begin + right : begin + right + count]
-        for k in range(count):
-            difference = 2.0 * (angle[0] - centre[k]) + (ahead[k] - behind[k])
-            partial += difference * difference
-        begin = max(right + 1, 1)
-        count = lag - begin
-        centre = angle[begin : begin + count]
-        ahead = mirrored[begin - right : begin - right + count]
-        behind = mirrored[begin + right : begin + right + count]
-        for k in range(count):
-            difference = 2.0 * (angle[0] + angle[last] - centre[k]) - (behind[k] + ahead[k])
-            partial += difference * difference
-        begin = max(lag, right + 1)
-        count = last - begin
-        centre = angle[begin : begin + count]
-        ahead = mirrored[begin - right : begin - right + count]
-        behind = angle[begin - lag : begin - lag + count]
-        for k in range(count):
-            difference = 2.0 * (angle[last] - centre[k]) - (ahead[k] - behind[k])
-            partial += difference * difference
-        sums[j] += partial
-    return sums
+    total = 0.0
+    for k in range(centre.size):
+        difference = 2.0 * (ends - centre[k]) + (sign_ahead * ahead[k] + sign_behind * behind[k])
+        total += difference * difference
+    return total
 
 
 @numba.njit(cache=True, fastmath=_REORDER)
@@ -311,16 +301,16 @@ def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
 
 
 @numba.njit(cache=True, fastmath=_REORDER)
-def sum_theo1_terms(angle: FloatArray, span: int, stride: int) -> float:
+def sum_theo1_terms(angle: FloatArray, mirrored: FloatArray, span: int, stride: int) -> float:
     """Sum over starts i of ``sum_v ((x[i] - x[i+v]) + (x[i+span] - x[i+span-v]))**2 / v``.
 
-    v runs from 1 to span/2 and is m/2 - delta of the definition.
+    v runs from 1 to span/2 and is m/2 - delta of the definition. `mirrored` is the angle from the
+    last to the first: read forwards, the loop runs in vector lanes.
     """
     half = span // 2
     weights = np.empty(half)
     for v in range(half):
         weights[v] = 1.0 / (v + 1)
-    mirrored = angle[::-1].copy()  # read forwards, so that the loop runs in vector lanes
     total = 0.0
     for i in range(0, angle.size - span, stride):
         ends = angle[i] + angle[i + span]
@@ -1102,6 +1092,33 @@ def _markov_structure(t: float, correlation: float, near: bool) -> float:
 
 
 @numba.njit(cache=True)
+def _flicker_difference(t: float, step: float) -> float:
+    """Second difference of ``t^2 ln|t|`` at t, t + step and t + 2 step."""
+    middle = abs(t + step)
+    if middle < 8.0 * step:
+        total = 0.0
+        for k in range(3):
+            place = abs(t + k * step)
+            if place > 0.0:
+                total += (-2.0 if k == 1 else 1.0) * place * place * np.log(place)
+        return float(total)
+    # Taylor's series about the middle, which loses no digits far from zero.
+    ratio = (step / middle) ** 2
+    series = 0.0
+    for k in range(9, 1, -1):
+        series = ratio * (series + 4.0 / (2.0 * k * (2.0 * k - 1.0) * (2.0 * k - 2.0)))
+    return float(step * step * (2.0 * np.log(middle) + 3.0 - series))
+
+
+@numba.njit(cache=True)
+def _cubic_difference(t: float, step: float) -> float:
+    """Second difference of ``|t|^3`` at t, t + step and t + 2 step."""
+    if t >= 0.0 or t + 2.0 * step <= 0.0:
+        return float(6.0 * step * step * abs(t + step))
+    return float(abs(t) ** 3 - 2.0 * abs(t + step) ** 3 + abs(t + 2.0 * step) ** 3)
+
+
+@numba.njit(cache=True)
 def _second_difference_covariances(
     lag: float, first: int, second: int, correlation: float, out: FloatArray
 ) -> None:
@@ -1120,10 +1137,16 @@ def _second_difference_covariances(
                 out[0] += weight
             else:
                 out[1] -= weight * 0.5 * t
-                out[2] += weight * t * t * np.log(t) / (2.0 * np.pi)
-                out[3] += weight * t * t * t / 12.0
                 if correlation > 0.0:
                     out[4] += weight * _markov_structure(t, correlation, near)
+    # The shorter of the two first: of a day at 500 Hz the cube of a lag has no digits left for it.
+    short, long = min(first, second), max(first, second)
+    start = lag if first <= second else lag - 2.0 * second
+    for p in range(3):
+        weight = -2.0 if p == 1 else 1.0
+        t = start - p * long if first <= second else start + p * long
+        out[2] += weight * _flicker_difference(t, short) / (2.0 * np.pi)
+        out[3] += weight * _cubic_difference(t, short) / 12.0
 
 
 @numba.njit(cache=True)

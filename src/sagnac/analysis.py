@@ -16,7 +16,7 @@ from sagnac import rotation, series, spectrum
 from sagnac.coefficients import paper_fit, weighted_fit
 from sagnac.difference import per_gyro
 from sagnac.estimates import Estimate, Fit, FitName
-from sagnac.likelihood import likelihood_fit, readout_of, three_cornered_hat
+from sagnac.likelihood import cosine_spectrum, readout_of, spectrum_fit, three_cornered_hat
 from sagnac.lines import Line, Removal, remove_lines, remove_lines_as_published
 from sagnac.noise import COEFFICIENT_NAMES, taken_allan_variance
 from sagnac.recording import (
@@ -242,8 +242,12 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             )
             curve = with_noise_restored(curve, taken, len(removal.lines))
         before, before_rate = _at_interval(angle, recording.sample_rate, settings.interval)
-        curve_before = stability_curve(
-            before, kind="angle", sample_rate=before_rate, confidence=settings.confidence
+        curve_before = (
+            curve
+            if before is points
+            else stability_curve(
+                before, kind="angle", sample_rate=before_rate, confidence=settings.confidence
+            )
         )
         family = stability_family(points, "angle", point_rate, settings)
     with stage("coefficients"):
@@ -632,11 +636,10 @@ def _likelihood(
     """
     best: tuple[Fit, float] | None = None
     highest = 0.5 * sample_rate
+    cosine = cosine_spectrum(angle, kind="angle", sample_rate=sample_rate)
     while best is None or highest * angle.size / sample_rate > 2 * _LEAST_POINTS:
-        fit = likelihood_fit(
-            angle,
-            kind="angle",
-            sample_rate=sample_rate,
+        fit = spectrum_fit(
+            cosine,
             gyros_differenced=differenced,
             confidence=confidence,
             masked=masked,

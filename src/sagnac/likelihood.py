@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.fft import dct
 from scipy.optimize import minimize_scalar, nnls
 from scipy.stats import chi2, ncx2, norm
 
+from sagnac import series
 from sagnac.difference import angle_increments, per_gyro
 from sagnac.estimates import (
     CONVERGED,
@@ -34,6 +34,7 @@ from sagnac.noise import (
     markov_cosine_power,
 )
 from sagnac.recording import FloatArray, Kind, RecordingError
+from sagnac.spectrum import bin_sums, cosine_length, cosine_transform
 
 # The same probability for two parameters.
 _PRESENCE_OF_TWO: Final = 11.83
@@ -96,22 +97,41 @@ def readout_of(angle: ArrayLike) -> Readout:
     """
     values = np.asarray(angle, dtype=np.float64)
     every, step = 1, 0.0
-    while (values.size - 1) // every >= _LEAST_STEPS:
-        steps = np.diff(values[::every])
+    taken = values
+    while taken.size > _LEAST_STEPS:
         if every == 1:
-            # The second difference has no steady rate in it, however many steps that is.
-            changes = np.abs(np.diff(steps))
-            changes[changes <= 8.0 * np.finfo(float).eps * np.abs(values).max()] = 0.0
-            if not changes.any():
+            finest, size = _smallest_change(values, 0.0)
+            if size == 0.0:
                 return Readout(step=0.0, every=1)
-            finest = float(changes[changes > 0.0].min())
-            size = math.sqrt(float(np.mean(changes**2)))
-            step = float(changes[changes > _ROUNDING * size].min())
-        blocks = steps[: steps.size // _STEADY * _STEADY].reshape(-1, _STEADY)
-        if float(blocks.var(axis=1, ddof=1).mean()) >= _DITHERED * step**2:
+            step, _ = _smallest_change(values, _ROUNDING * size)
+        if _variance_of_steps(taken) >= _DITHERED * step**2:
             return Readout(step=finest if every == 1 else step, every=every)
+        taken = series.every(taken, 2)
         every *= 2
     return Readout(step=step, every=None)
+
+
+def _smallest_change(values: FloatArray, above: float) -> tuple[float, float]:
+    """Smallest second difference above a size, infinite if none, and root mean square of all."""
+    # Smaller ones are rounding. There is no steady rate in any, however many steps that is.
+    rounding = 8.0 * np.finfo(float).eps * max(map(abs, series.extent(values)))
+    smallest, squares = math.inf, 0.0
+    for span in series.through(values.size - 2, values):
+        changes = np.abs(np.diff(values[span.start : span.stop + 2], n=2))
+        changes = changes[changes > rounding]
+        squares += float(changes @ changes)
+        smallest = min(smallest, float(changes[changes > above].min(initial=math.inf)))
+    return smallest, math.sqrt(squares / (values.size - 2))
+
+
+def _variance_of_steps(values: FloatArray) -> float:
+    """Mean variance of `_STEADY` steps in a row."""
+    count, total = (values.size - 1) // _STEADY, 0.0
+    for some in series.spans(count, max(1, series.SPAN // _STEADY)):
+        steps = np.diff(values[_STEADY * some.start : _STEADY * some.stop + 1])
+        total += float(steps.reshape(-1, _STEADY).var(axis=1, ddof=1).sum())
+        series.release(values)
+    return total / count
 
 
 def likelihood_fit(
@@ -192,26 +212,124 @@ def likelihood_fit(
     ValueError
         If an argument makes no sense.
     """
-    require_confidence(confidence)
-    per_gyro(1.0, gyros_differenced)
+    return spectrum_fit(
+        cosine_spectrum(values, kind=kind, sample_rate=sample_rate, terms=terms, sinusoid=sinusoid),
+        gyros_differenced=gyros_differenced,
+        confidence=confidence,
+        masked=masked,
+        band=band,
+        markov=markov,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CosineSpectrum:
+    """What `spectrum_fit` fits: the increments in the basis that it fits them in.
+
+    Attributes
+    ----------
+    transform
+        (samples,) orthonormal cosine transform (DCT-II) of the increments, rad, a series.
+    interval
+        Between samples, s.
+    terms
+        To fit.
+    slope
+        Taken off the increments first, rad per sample; zero without ``rate_ramp``.
+    sinusoid
+        Frequency of the one taken off, Hz, with the square of its amplitude in the
+        increments, rad^2; None where none was.
+    """
+
+    transform: FloatArray
+    interval: float
+    terms: tuple[CoefficientName, ...]
+    slope: float
+    sinusoid: tuple[float, float] | None
+
+
+def cosine_spectrum(
+    values: ArrayLike,
+    *,
+    kind: Kind,
+    sample_rate: float,
+    terms: Sequence[CoefficientName] = COEFFICIENT_NAMES,
+    sinusoid: float | None = None,
+) -> CosineSpectrum:
+    """Transform once what is to be fitted over several bands.
+
+    Of 2^17 increments or more a few of the last may be left out, so that their number has
+    a divisor for a transform in parts; a long series is worked through by spans.
+
+    Parameters
+    ----------
+    values, kind, sample_rate, terms, sinusoid
+        As in `likelihood_fit`.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite, or there are too few.
+    ValueError
+        If an argument makes no sense.
+    """
     unknown = [name for name in terms if name not in COEFFICIENT_NAMES]
     if unknown or not terms:
         raise ValueError(f"terms {list(terms)} is not a choice of {', '.join(COEFFICIENT_NAMES)}")
-    names = tuple(name for name in STOCHASTIC_NAMES if name in terms)
     interval = 1.0 / sample_rate
     increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
-    optional: dict[OptionalName, Estimate] = {}
-    wave = None
+    _require_increments(increments.size)
+    increments = increments[: cosine_length(increments.size)]
+    wave = 0.0
     if sinusoid is not None:
         wave, increments = _without_sinusoid(increments, sinusoid * interval)
-        masked = [*masked, (sinusoid, sinusoid)]
     slope = 0.0
     if "rate_ramp" in terms:
         slope, increments = _without_slope(increments)
-    samples = increments.size
+    return CosineSpectrum(
+        transform=cosine_transform(increments),
+        interval=interval,
+        terms=tuple(terms),
+        slope=slope,
+        sinusoid=None if sinusoid is None else (sinusoid, wave),
+    )
+
+
+def spectrum_fit(
+    cosine: CosineSpectrum,
+    *,
+    gyros_differenced: int = 1,
+    confidence: float = 0.95,
+    masked: Sequence[tuple[float, float]] = (),
+    band: tuple[float, float] | None = None,
+    markov: bool = False,
+) -> Fit:
+    """`likelihood_fit` of what is transformed already.
+
+    Parameters
+    ----------
+    cosine
+        Of the values.
+    gyros_differenced, confidence, masked, band, markov
+        As in `likelihood_fit`.
+
+    Raises
+    ------
+    RecordingError
+        If the values do not vary, or too few frequencies are left.
+    ValueError
+        If an argument makes no sense.
+    """
+    require_confidence(confidence)
+    per_gyro(1.0, gyros_differenced)
+    transform, interval, terms = cosine.transform, cosine.interval, cosine.terms
+    names = tuple(name for name in STOCHASTIC_NAMES if name in terms)
+    samples = transform.size
+    optional: dict[OptionalName, Estimate] = {}
+    if cosine.sinusoid is not None:
+        masked = [*masked, (cosine.sinusoid[0], cosine.sinusoid[0])]
     bins = _cosine_bins(samples, interval, masked, band)
-    transform = dct(increments, type=2, norm="ortho")
-    power = bins.mean(transform**2)
+    power = bins.mean(transform, transform)
     # Of angles a few steps apart a single square may be zero.
     if not np.median(power) > 0.0:
         raise RecordingError("the values do not vary; a spectrum needs noise, check the channel")
@@ -267,7 +385,8 @@ def likelihood_fit(
     best = _maximize(spectrum)
     if more is not None:
         optional |= _markov_estimates(best, time, gyros_differenced, confidence)
-    if wave is not None and sinusoid is not None:
+    if cosine.sinusoid is not None:
+        sinusoid, wave = cosine.sinusoid
         density = float(np.interp(sinusoid, spectrum.frequency, best.mean))
         # The rate is averaged over each interval, which takes sinc off the amplitude.
         gain = float(np.sinc(sinusoid * interval)) * interval
@@ -286,7 +405,7 @@ def likelihood_fit(
             replace(spectrum_of(more_whole, True), weight=weight),
             bins,
             transform,
-            slope,
+            cosine.slope,
             confidence,
         )
         squares["rate_ramp"] = (*(np.array([value, low, high]) / interval**4), status)
@@ -342,9 +461,16 @@ def _sinusoid(
 
 def _without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
     """Slope per sample of the increments by least squares, and what is left."""
-    centred = np.arange(increments.size) - 0.5 * (increments.size - 1)
-    slope = float(centred @ increments / (centred @ centred))
-    return slope, increments - slope * centred
+    size = increments.size
+    middle = 0.5 * (size - 1)
+    moment = 0.0
+    for span in series.through(size, increments):
+        moment += float((np.arange(span.start, span.stop) - middle) @ increments[span])
+    slope = 12.0 * moment / (float(size) * (float(size) ** 2 - 1.0))
+    rest = series.empty(size)
+    for span in series.through(size, increments, rest):
+        rest[span] = increments[span] - slope * (np.arange(span.start, span.stop) - middle)
+    return slope, rest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -371,8 +497,8 @@ _LEAST_BINS: Final = 8
 class _Bins:
     """Ranges of the index k of a cosine transform, without what is masked.
 
-    `edges` are all starts; `keep` says which of the ranges they open are used; `starts`
-    and `stops` (bins,) are those.
+    `edges` are all starts and the last stop; `keep` says which of the ranges between them are
+    used; `starts` and `stops` (bins,) are those.
     """
 
     edges: NDArray[np.int64]
@@ -384,9 +510,15 @@ class _Bins:
     def count(self) -> FloatArray:
         return np.asarray(self.stops - self.starts, dtype=np.float64)
 
-    def mean(self, squares: FloatArray) -> FloatArray:
-        """Mean over each bin of values at k = 0, 1, …"""
-        return np.asarray(np.add.reduceat(squares, self.edges)[self.keep] / self.count)
+    def mean(self, one: FloatArray, other: FloatArray) -> FloatArray:
+        """Mean over each bin of products of values at k = 0, 1, …"""
+        sums = bin_sums(lambda span: one[span] * other[span], self.edges, one, other)
+        return np.asarray(sums[self.keep] / self.count)
+
+
+def _require_increments(samples: int) -> None:
+    if samples <= _LEAST_BINS:
+        raise RecordingError(f"{samples} increments are too few for a spectrum; record longer")
 
 
 def _cosine_bins(
@@ -397,8 +529,6 @@ def _cosine_bins(
     *,
     narrowest: int = 1,
 ) -> _Bins:
-    if samples <= _LEAST_BINS:
-        raise RecordingError(f"{samples} increments are too few for a spectrum; record longer")
     resolution = 1.0 / (2.0 * samples * interval)
     octaves = math.log2(samples / _SINGLE) if samples > _SINGLE else 0.0
     steps = max(1, round(_PER_OCTAVE * octaves))
@@ -424,15 +554,14 @@ def _cosine_bins(
     between = np.arange(singles[-1], wide[0] if wide.size else samples, narrowest)
     edges = np.unique(np.concatenate([singles, between, wide, [samples], ranges.ravel()]))
     starts, stops = edges[:-1], edges[1:]
-    blocked = np.zeros(samples + 1, dtype=np.int64)
-    np.add.at(blocked, ranges[:, 0], 1)
-    np.add.at(blocked, ranges[:, 1], -1)
-    keep = (np.cumsum(blocked)[starts] <= 0) & (stops - starts >= narrowest)
+    opened = np.searchsorted(np.sort(ranges[:, 0]), starts, side="right")
+    closed = np.searchsorted(np.sort(ranges[:, 1]), starts, side="right")
+    keep = (opened <= closed) & (stops - starts >= narrowest)
     if np.count_nonzero(keep) < _LEAST_BINS:
         raise RecordingError(
             "masked and band leave too few frequencies to fit; mask less or record longer"
         )
-    return _Bins(edges=starts, keep=keep, starts=starts[keep], stops=stops[keep])
+    return _Bins(edges=edges, keep=keep, starts=starts[keep], stops=stops[keep])
 
 
 def _bin_means(bins: _Bins, expected: Callable[[FloatArray], FloatArray]) -> FloatArray:
@@ -726,7 +855,8 @@ def _ramp(
     """
     low = (bins.count == 1.0) & (bins.starts < _SINGLE)
     shape = np.where(low, _slope_transform(bins.starts.astype(np.float64), transform.size), 0.0)
-    cosine = np.where(low, transform[bins.starts], 0.0)
+    cosine = np.zeros(bins.starts.size)
+    cosine[low] = transform[bins.starts[low]]
     if not shape.any():
         return UNSEEN
 
@@ -884,7 +1014,8 @@ def three_cornered_hat(
     sizes = {channel.size for channel in channels}
     if len(sizes) != 1:
         raise ValueError(f"gyros have {sorted(sizes)} increments; give one span of all three")
-    samples, interval = channels[0].size, 1.0 / sample_rate
+    _require_increments(channels[0].size)
+    samples, interval = cosine_length(channels[0].size), 1.0 / sample_rate
     # A ramp lives in the lowest indices, and least squares took what noise looks like one.
     lowest = 4.0 / (samples * interval)
     low, high = band if band is not None else (0.0, math.inf)
@@ -892,10 +1023,10 @@ def three_cornered_hat(
     bins = _cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
     basis = _bin_means(bins, lambda index: cosine_power_basis(index, samples, interval))
     one, other = (
-        dct(_without_slope(first - second)[1], type=2, norm="ortho")
+        cosine_transform(_without_slope(series.less(first, second)[:samples])[1])
         for first, second in pairwise(channels)
     )
-    moments = np.stack([bins.mean(one**2), bins.mean(one * other), bins.mean(other**2)], axis=1)
+    moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)
     if not min(moments[:, 0].min(), moments[:, 2].min()) > 0.0:
         raise RecordingError(
             f"two of the gyros {', '.join(gyros)} are the same; check the columns (--columns)"

@@ -4,6 +4,7 @@ Powers here are per sample: white increments of variance s^2 have an expected
 periodogram of s^2 at every frequency. `density` turns them into (rad/s)^2/Hz.
 """
 
+import math
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -102,13 +103,7 @@ def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
 
 
 def _power(increments: FloatArray, length: int, scale: float, taper: int = 0) -> FloatArray:
-    """`scale` times the squares of Fourier sums at k / length, of a sine taper if `taper`.
-
-    Long transforms are factored (Bailey 1990, doi:10.1007/BF00162341): with the length N1 N2,
-    every N1-th sample goes into a transform of length N2, and the N1 results at one of their
-    frequencies k, brought into phase, into one of length N1, which gives the frequencies
-    k + N2 j of the whole.
-    """
+    """`scale` times the squares of Fourier sums at k / length, of a sine taper if `taper`."""
     samples = increments.size
 
     def piece(span: slice) -> FloatArray:
@@ -130,6 +125,96 @@ def _power(increments: FloatArray, length: int, scale: float, taper: int = 0) ->
         return np.asarray(power)
     count = _columns(length)
     size = length // count
+
+    def store(powers: _Table, some: slice, block: NDArray[np.complex128]) -> None:
+        power = np.square(block.real)
+        power += np.square(block.imag)
+        power *= scale
+        for index, row in enumerate(power):
+            # Frequencies above half a cycle are those of the real series below, mirrored.
+            if 2 * index < count:
+                powers.write(0, size * index + some.start, row[np.newaxis])
+            else:
+                last = length - size * index - some.stop + 1
+                powers.write(0, last, row[np.newaxis, ::-1])
+
+    return _factored(piece, samples, length, length // 2 + 1, store, increments)
+
+
+def cosine_length(samples: int) -> int:
+    """The most samples, `samples` or a few less, of which `cosine_transform` is factored."""
+    if samples < _FACTORED:
+        return samples
+    while not _COLUMNS // 2 <= _columns(samples) <= 2 * _COLUMNS:
+        samples -= 1
+    return samples
+
+
+def cosine_transform(values: FloatArray) -> FloatArray:
+    """Cosine transform (DCT-II, orthonormal).
+
+    A Fourier transform of as many real values, the even ones forwards and then the odd ones
+    backwards (Makhoul 1980, doi:10.1109/TASSP.1980.1163351), factored where it is long.
+
+    Parameters
+    ----------
+    values
+        (samples,) in memory or mapped, as many as `cosine_length` gives; no more than some spans
+        of them are held at a time.
+
+    Returns
+    -------
+    (samples,) in the unit of `values`, a series.
+    """
+    samples = values.size
+    if samples < _FACTORED:
+        return np.asarray(scipy.fft.dct(values, type=2, norm="ortho", workers=THREADS))
+    count = _columns(samples)
+    size = samples // count
+    evens = (samples + 1) // 2
+
+    def piece(span: slice) -> FloatArray:
+        forwards = values[2 * span.start : 2 * min(span.stop, evens) : 2]
+        first, last = samples - span.stop, samples - max(span.start, evens)
+        backwards = values[2 * first + 1 : 2 * last + 1 : 2][::-1]
+        return np.concatenate([forwards, backwards])
+
+    quarter = -0.5j * np.pi / samples
+    leads = np.exp(quarter * size * np.arange(count))[:, np.newaxis] * math.sqrt(2.0 / samples)
+
+    def store(transform: _Table, some: slice, block: NDArray[np.complex128]) -> None:
+        block *= leads
+        block *= np.exp(quarter * np.arange(some.start, some.stop))
+        for index, row in enumerate(block):
+            first = size * index + some.start
+            transform.write(0, first, row.real[np.newaxis])
+            # The other half of a real series: what is not real here belongs at samples - k.
+            behind = -row.imag[:0:-1] if first == 0 else -row.imag[::-1]
+            transform.write(0, samples - first - row.size + 1, behind[np.newaxis])
+
+    transform = _factored(piece, samples, samples, samples, store, values)
+    transform[0] *= math.sqrt(0.5)
+    return transform
+
+
+def _factored(
+    piece: Callable[[slice], FloatArray],
+    samples: int,
+    length: int,
+    width: int,
+    store: Callable[["_Table", slice, NDArray[np.complex128]], None],
+    *release_of: FloatArray,
+) -> FloatArray:
+    """A series of `width` that `store` makes of the Fourier sums at k / length, block by block.
+
+    With the length N1 N2, every N1-th of the `samples`, spans of which `piece` gives, goes into a
+    transform of length N2, and the N1 results at one of their frequencies k, brought into
+    phase, into one of length N1, which gives the frequencies k + N2 j of the whole (Bailey 1990,
+    doi:10.1007/BF00162341). A block has a row for each j, and some k of up to N2 / 2; the other
+    frequencies of a real series are those of the blocks mirrored.
+    """
+    count = _columns(length)
+    size = length // count
     filled = -(-samples // count)
     half = size // 2 + 1
     with ExitStack() as stack:
@@ -147,33 +232,23 @@ def _power(increments: FloatArray, length: int, scale: float, taper: int = 0) ->
                     some.start, 0, scipy.fft.rfft(columns.read(some, slice(0, filled)), size)
                 )
 
-            _run(split, filled, max(1, 4 * series.SPAN // count), increments)
+            _run(split, filled, max(1, 4 * series.SPAN // count), *release_of)
             _run(transformed, count, max(1, series.SPAN // (2 * size)))
-        powers = stack.enter_context(_table(1, length // 2 + 1, np.float64))
+        results = stack.enter_context(_table(1, width, np.float64))
         number = np.arange(count)[:, np.newaxis] * (-2j * np.pi / length)
         turns = np.exp(number * np.arange(min(_COMBINED, half)))
 
         def combined(some: slice) -> None:
             block = spectra.read(slice(0, count), some) * np.exp(number * some.start)
             block *= turns[:, : some.stop - some.start]
-            block = scipy.fft.fft(block, axis=0, overwrite_x=True)
-            power = np.square(block.real)
-            power += np.square(block.imag)
-            power *= scale
-            for index, row in enumerate(power):
-                # Frequencies above half a cycle are those of the real series below, mirrored.
-                if 2 * index < count:
-                    powers.write(0, size * index + some.start, row[np.newaxis])
-                else:
-                    last = length - size * index - some.stop + 1
-                    powers.write(0, last, row[np.newaxis, ::-1])
+            store(results, some, scipy.fft.fft(block, axis=0, overwrite_x=True))
 
         _run(combined, half, _COMBINED)
-        return powers.first_row()
+        return results.first_row()
 
 
 def _columns(length: int) -> int:
-    """The divisor of `length`, which has no prime factors but 2, 3, 5, nearest `_COLUMNS`."""
+    """The divisor of `length` that is nearest `_COLUMNS`, by ratio."""
     divisors = np.arange(1, 5 * _COLUMNS)
     divisors = divisors[length % divisors == 0]
     return int(divisors[np.argmin(np.abs(np.log(divisors / _COLUMNS)))])
@@ -596,19 +671,40 @@ def smoothed(power: FloatArray, points: int = 2000) -> tuple[FloatArray, FloatAr
     """
     bins = power.size
     edges = np.unique(np.geomspace(1, bins, points + 1).astype(np.int64))
+    mean = bin_sums(lambda span: power[span], edges, power) / np.diff(edges)
+    center = (edges[:-1] + edges[1:] - 1) / 2.0
+    return center / (2.0 * (bins - 1)), mean
+
+
+def bin_sums(
+    values_of: Callable[[slice], FloatArray], edges: NDArray[np.int64], *release_of: FloatArray
+) -> FloatArray:
+    """Sums of a series from each edge to the next.
+
+    Parameters
+    ----------
+    values_of
+        Gives a span of the series.
+    edges
+        (bins + 1,) places in it, ascending.
+    release_of
+        Mapped series that it is made of.
+
+    Returns
+    -------
+    (bins,) in the unit of the series.
+    """
     total = np.zeros(edges.size - 1)
 
     def sums(span: slice) -> tuple[slice, FloatArray]:
-        start, stop = edges[0] + span.start, edges[0] + span.stop
+        start, stop = int(edges[0]) + span.start, int(edges[0]) + span.stop
         first = int(np.searchsorted(edges, start, "right")) - 1
         last = int(np.searchsorted(edges, stop, "left"))
         here = np.maximum(edges[first:last], start) - start
-        return slice(first, last), np.add.reduceat(power[start:stop], here)
+        return slice(first, last), np.add.reduceat(values_of(slice(start, stop)), here)
 
     for some, partial in series.each(
-        sums, int(edges[-1] - edges[0]), series.SPAN, release_of=(power,)
+        sums, int(edges[-1] - edges[0]), series.SPAN, release_of=release_of
     ):
         total[some] += partial
-    mean = total / np.diff(edges)
-    center = (edges[:-1] + edges[1:] - 1) / 2.0
-    return center / (2.0 * (bins - 1)), mean
+    return total

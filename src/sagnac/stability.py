@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincinv
 
-from sagnac import _kernels
+from sagnac import _kernels, series
 from sagnac.recording import FloatArray, Kind, RecordingError
 
 Estimator = Literal[
@@ -338,16 +338,16 @@ def _track(
         )
     # One sum tells a clean record without a second array of its size.
     with np.errstate(over="ignore", invalid="ignore"):
-        clean = math.isfinite(float(samples.sum()))
-    if clean:
+        mean = series.mean(samples)
+    if math.isfinite(mean):
         missing = np.zeros(0, dtype=np.bool_)
     else:
         missing = _find_gaps(samples, sample_rate, gaps, estimator)
     if not missing.any():
         if kind == "angle":
             slope = _exact_slope((samples[-1] - samples[0]) / (samples.size - 1), samples.size)
-            return _Track(angle=_kernels.subtract_ramp(samples, slope, float(samples[0])))
-        return _Track(angle=_kernels.accumulate_deviations(samples, float(samples.mean())))
+            return _Track(angle=_without_ramp(samples, slope, float(samples[0])))
+        return _Track(angle=_accumulated(samples, mean))
 
     count = int(missing.sum())
     present = np.flatnonzero(~missing)
@@ -359,7 +359,7 @@ def _track(
     if kind == "angle":
         first, last = int(present[0]), int(present[-1])
         slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
-        angle = _kernels.subtract_ramp(samples, slope, float(samples[first]))
+        angle = _without_ramp(samples, slope, float(samples[first]))
         held = np.maximum.accumulate(np.where(missing, first, np.arange(samples.size)))
         return _Track(
             angle=angle[held],
@@ -370,11 +370,36 @@ def _track(
     mean = float(samples[present].mean())
     filled = np.where(missing, mean, samples)
     return _Track(
-        angle=_kernels.accumulate_deviations(filled, mean),
+        angle=_accumulated(filled, mean),
         missing=count,
         absent_before=np.zeros(samples.size + 2, dtype=np.int64),
         breaks_before=np.concatenate(([0], np.cumsum(missing))),
     )
+
+
+def _without_ramp(samples: FloatArray, slope: float, offset: float) -> FloatArray:
+    angle = series.empty(samples.size)
+    for span in series.through(samples.size, samples, angle):
+        _kernels.subtract_ramp(samples[span], slope, offset, span.start, angle[span])
+    return angle
+
+
+def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
+    """Angles from zero on, one more than there are samples."""
+    angle = series.empty(samples.size + 1)
+    angle[0] = total = 0.0
+    for span in series.through(samples.size, samples, angle):
+        after = angle[span.start + 1 : span.stop + 1]
+        total = _kernels.accumulate_deviations(samples[span], mean, total, after)
+    return angle
+
+
+def _mirrored(angle: FloatArray) -> FloatArray:
+    """From the last to the first, a series of its own."""
+    mirrored = series.empty(angle.size)
+    for span in series.through(angle.size, angle, mirrored):
+        mirrored[span] = angle[angle.size - span.stop : angle.size - span.start][::-1]
+    return mirrored
 
 
 def _find_gaps(
@@ -533,17 +558,98 @@ def _difference_points(estimator: Estimator) -> Callable[..., _Points]:
         else:
             terms = _whole_counts(estimator, clusters, angle.size)
             if overlapping:
-                sums = kernel(angle, clusters)
+                sums = _difference_sums(kernel, angle, clusters)
             else:
                 # Plain clusters are overlapping ones of one sample on every m-th angle.
                 sums = np.array(
-                    [kernel(np.ascontiguousarray(angle[::m]), _ONE)[0] for m in clusters]
+                    [
+                        _difference_sums(kernel, series.every(angle, int(m)), _ONE)[0]
+                        for m in clusters
+                    ]
                 )
         return _averaged(
             estimator, track, clusters, sums=sums, terms=terms, divisor=divisor, notes=notes
         )
 
     return points
+
+
+def _difference_sums(
+    kernel: Callable[..., FloatArray], angle: FloatArray, clusters: NDArray[np.int64]
+) -> FloatArray:
+    """Sums of squared differences from every start, of a mapped angle some starts at a time."""
+    sums = np.zeros(clusters.size)
+    for span in series.spans(angle.size, _STARTS):
+        sums = kernel(angle, clusters, span.start, span.stop, sums)
+        series.release(angle)
+    return sums
+
+
+def _window_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
+    """Sums of squared second differences of sums over a cluster, from every start."""
+    windows = np.zeros(clusters.size)
+    for j, m in enumerate(map(int, clusters)):
+        for span in series.spans(m, _STARTS):
+            windows[j] = _kernels.window_difference(
+                angle, m, span.start, span.stop, float(windows[j])
+            )
+            series.release(angle)
+    sums = windows**2
+    for span in series.spans(angle.size, _STARTS):
+        sums, windows = _kernels.sum_squared_window_differences(
+            angle, clusters, span.start, span.stop, sums, windows
+        )
+        series.release(angle)
+    return sums
+
+
+def _reflected_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
+    """Sums of squared second differences centred on every inner sample.
+
+    Beyond an end the angle is its point reflection in that end, reached in a mirrored copy of
+    the record.
+    """
+    sums = _difference_sums(_kernels.sum_squared_second_differences, angle, clusters)
+    mirrored = _mirrored(angle)
+    last = angle.size - 1
+    first_end, last_end = float(angle[0]), float(angle[last])
+    for j, m in enumerate(map(int, clusters)):
+        right = last - m  # last centre whose right arm stays inside
+        # Centres whose left arm, whose both arms, and whose right arm are reflected.
+        left, both, rest = 1, max(right + 1, 1), max(m, right + 1)
+        parts = (
+            (
+                left,
+                min(m, right + 1),
+                angle[left + m :],
+                mirrored[left + right :],
+                first_end,
+                1,
+                -1,
+            ),
+            (
+                both,
+                m,
+                mirrored[both - right :],
+                mirrored[both + right :],
+                first_end + last_end,
+                -1,
+                -1,
+            ),
+            (rest, last, mirrored[rest - right :], angle[rest - m :], last_end, -1, 1),
+        )
+        for begin, stop, ahead, behind, ends, sign_ahead, sign_behind in parts:
+            for span in series.spans(max(stop - begin, 0)):
+                sums[j] += _kernels.sum_squared_arms(
+                    angle[begin + span.start : begin + span.stop],
+                    ahead[span],
+                    behind[span],
+                    ends,
+                    float(sign_ahead),
+                    float(sign_behind),
+                )
+                series.release(angle, mirrored)
+    return sums
 
 
 def _columns(
@@ -570,7 +676,7 @@ def _modified_points(estimator: Estimator) -> Callable[..., _Points]:
             sums, terms = _columns(pairs)
         else:
             terms = _whole_counts(estimator, clusters, track.angle.size)
-            sums = _kernels.sum_squared_window_differences(track.angle, clusters)
+            sums = _window_sums(track.angle, clusters)
         return _averaged(
             estimator,
             track,
@@ -626,7 +732,7 @@ def _total_points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) 
         "totdev",
         track,
         clusters,
-        sums=_kernels.sum_squared_reflected_differences(track.angle, clusters),
+        sums=_reflected_sums(track.angle, clusters),
         terms=_whole_counts("totdev", clusters, track.angle.size),
         divisor=2.0,
         notes=notes,
@@ -676,10 +782,12 @@ def _theo1_variances(
     angle: FloatArray, spans: NDArray[np.int64]
 ) -> tuple[FloatArray, NDArray[np.int64], list[int]]:
     variance, windows, strides = [], [], []
+    mirrored = _mirrored(angle)
     for m in map(int, spans):
         stride = _stride(angle.size - m, m // 2, m)
         count = -(-(angle.size - m) // stride)
-        total = _kernels.sum_theo1_terms(angle, m, stride)
+        total = _kernels.sum_theo1_terms(angle, mirrored, m, stride)
+        series.release(angle, mirrored)
         variance.append(total / (_THEO1_EFFECTIVE * m * m * count))
         windows.append(count)
         strides.append(stride)
@@ -707,7 +815,7 @@ def _theoh_points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) 
 
 def _overlapping_allan(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
     m = clusters.astype(np.float64)
-    sums: FloatArray = _kernels.sum_squared_second_differences(angle, clusters)
+    sums = _difference_sums(_kernels.sum_squared_second_differences, angle, clusters)
     return sums / (2.0 * m * m * (angle.size - 2 * clusters))
 
 
@@ -810,7 +918,18 @@ def _read_noise(
     counts = (lengths - 1) // cluster + 1
     enough = counts >= _FEWEST_FOR_NOISE
     first, count = _sample_stretches(starts[enough], lengths[enough], cluster)
-    level = float(_kernels.lag_one_order(angle, first, count, cluster, order))
+    if series.is_mapped(angle):
+        # Reading here and there would bring in all of the record.
+        places = np.concatenate(
+            [start + cluster * np.arange(size) for start, size in zip(first, count, strict=True)]
+        )
+        ascending = np.argsort(places)
+        values = np.empty(places.size)
+        values[ascending] = series.at(angle, places[ascending])
+        ends = np.cumsum(count)
+        level = float(_kernels.lag_one_order(values, ends - count, count, 1, order))
+    else:
+        level = float(_kernels.lag_one_order(angle, first, count, cluster, order))
     return 2.0 - 2.0 * level, 2.0 / math.sqrt(min(int(counts[enough].sum()), int(count.sum())))
 
 
@@ -996,6 +1115,9 @@ _NOISE_BOUNDS_APART: Final = (1.5, 0.5, -0.5, -1.5, -3.1, -4.25)
 _LARGEST_WORK: Final = 3e7  # squares at one tau before windows are skipped
 _SMALLEST_EDF: Final = 0.5
 _ONE: Final = np.ones(1, dtype=np.int64)
+# Starts worked on before the memory of a mapped angle is given back: half a megabyte of it beside
+# each of some hundred places. A multiple of the kernels' block.
+_STARTS: Final = 2**16
 _LONGEST_FILTERED: Final = 100  # lags beyond which Greenhall and Riley let F grow to infinity
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
