@@ -167,62 +167,59 @@ def sum_squared_window_differences(
 
 
 @numba.njit(cache=True)
-def sum_squared_differences_with_gaps(
-    angle: FloatArray,
-    absent_before: IntegerArray,
-    breaks_before: IntegerArray,
-    lag: int,
-    order: int,
-    stride: int,
-) -> tuple[float, int]:
-    """Sum and number of the squared differences that touch no gap.
+def sum_squared_differences_in_stretches(
+    angle: FloatArray, starts: IntegerArray, lengths: IntegerArray, lags: IntegerArray, order: int
+) -> FloatArray:
+    """Sums of squared differences of `order` 2 or 3 that lie in one stretch each, for each lag."""
+    sums = np.zeros(lags.size)
+    for s in range(starts.size):
+        stretch = angle[starts[s] : starts[s] + lengths[s]]
+        if order == 2:
+            sums = sum_squared_second_differences(stretch, lags, 0, stretch.size, sums)
+        else:
+            sums = sum_squared_third_differences(stretch, lags, 0, stretch.size, sums)
+    return sums
 
-    ``absent_before[i]`` counts missing angles among the first i, ``breaks_before[i]`` the
-    breaks of the accumulated angle before sample i; `order` is 2 or 3.
+
+@numba.njit(cache=True)
+def sum_squared_window_differences_in_stretches(
+    angle: FloatArray, starts: IntegerArray, lengths: IntegerArray, lags: IntegerArray
+) -> FloatArray:
+    """Sums as of `sum_squared_window_differences` over windows that lie in one stretch each."""
+    total = np.zeros(lags.size)
+    windows = np.zeros(lags.size)
+    for s in range(starts.size):
+        stretch = angle[starts[s] : starts[s] + lengths[s]]
+        for j in range(lags.size):
+            windows[j] = 0.0
+            if 3 * lags[j] <= stretch.size:
+                windows[j] = window_difference(stretch, lags[j], 0, lags[j], 0.0)
+        sums, _ = sum_squared_window_differences(
+            stretch, lags, 0, stretch.size, windows * windows, windows
+        )
+        total += sums
+    return total
+
+
+@numba.njit(cache=True)
+def sum_squared_differences_with_gaps(
+    angle: FloatArray, lag: int, order: int, begin: int, end: int
+) -> tuple[float, int]:
+    """Sum and number of squared differences, begin <= i < end, that touch no missing angle (NaN).
+
+    `order` is 2 or 3.
     """
     total = 0.0
     terms = 0
-    for i in range(0, angle.size - order * lag, stride):
+    for i in range(begin, min(end, angle.size - order * lag)):
         last = i + order * lag
-        if breaks_before[last] != breaks_before[i]:
-            continue
-        whole = True
-        for k in range(i, last + 1, lag):
-            whole = whole and absent_before[k + 1] == absent_before[k]
-        if not whole:
-            continue
         if order == 2:
             difference = (angle[last] - angle[i + lag]) - (angle[i + lag] - angle[i])
         else:
             difference = (angle[last] - angle[i]) - 3.0 * (angle[i + 2 * lag] - angle[i + lag])
-        total += difference * difference
-        terms += 1
-    return total, terms
-
-
-@numba.njit(cache=True)
-def sum_squared_window_differences_with_gaps(
-    angle: FloatArray, absent_before: IntegerArray, breaks_before: IntegerArray, lag: int
-) -> tuple[float, int]:
-    """As `sum_squared_window_differences`, over the windows of 3 lag samples free of gaps."""
-    total = 0.0
-    terms = 0
-    fresh = True
-    window = 0.0
-    for j in range(angle.size - 3 * lag + 1):
-        last = j + 3 * lag - 1
-        if breaks_before[last] != breaks_before[j] or absent_before[last + 1] != absent_before[j]:
-            fresh = True
-            continue
-        if fresh:
-            window = window_difference(angle, lag, j, j + lag, 0.0)
-            fresh = False
-        else:
-            window += (angle[last] - angle[j - 1]) - 3.0 * (
-                angle[j + 2 * lag - 1] - angle[j + lag - 1]
-            )
-        total += window * window
-        terms += 1
+        if not np.isnan(difference):
+            total += difference * difference
+            terms += 1
     return total, terms
 
 

@@ -316,16 +316,18 @@ def equivalent_degrees_of_freedom(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Track:
-    """Accumulated angle without its constant rate, and where it is broken.
+    """Accumulated angle without its constant rate, and where it is whole.
 
-    `absent_before` counts missing angles and `breaks_before` breaks of the sum up to each
-    sample; both None for a whole record. Missing angles hold the value before them.
+    Of a record with `missing` samples the angle is whole in stretches of so many (`lengths`)
+    from `starts` on. Between them angles are missing (NaN), or, if `broken`, the sum of rates or
+    increments is, so that the angles of two stretches have nothing to do with each other.
     """
 
     angle: FloatArray
+    starts: NDArray[np.int64]
+    lengths: NDArray[np.int64]
     missing: int = 0
-    absent_before: NDArray[np.int64] | None = None
-    breaks_before: NDArray[np.int64] | None = None
+    broken: bool = False
 
 
 def _track(
@@ -339,42 +341,63 @@ def _track(
     # One sum tells a clean record without a second array of its size.
     with np.errstate(over="ignore", invalid="ignore"):
         mean = series.mean(samples)
-    if math.isfinite(mean):
-        missing = np.zeros(0, dtype=np.bool_)
-    else:
-        missing = _find_gaps(samples, sample_rate, gaps, estimator)
-    if not missing.any():
-        if kind == "angle":
-            slope = _exact_slope((samples[-1] - samples[0]) / (samples.size - 1), samples.size)
-            return _Track(angle=_without_ramp(samples, slope, float(samples[0])))
-        return _Track(angle=_accumulated(samples, mean))
-
-    count = int(missing.sum())
-    present = np.flatnonzero(~missing)
-    if present.size < smallest:
+    missing = 0
+    starts, stops = np.array([0]), np.array([samples.size])
+    if not math.isfinite(mean):
+        missing = _count_gaps(samples, sample_rate, gaps, estimator)
+    if missing:
+        starts, stops = _whole_stretches(samples)
+    present = samples.size - missing
+    if present < smallest:
         raise RecordingError(
-            f"values: {present.size} of {samples.size} samples are present; "
+            f"values: {present} of {samples.size} samples are present; "
             f"an Allan variance takes {smallest} or more"
         )
     if kind == "angle":
-        first, last = int(present[0]), int(present[-1])
+        first, last = int(starts[0]), int(stops[-1]) - 1
         slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
         angle = _without_ramp(samples, slope, float(samples[first]))
-        held = np.maximum.accumulate(np.where(missing, first, np.arange(samples.size)))
-        return _Track(
-            angle=angle[held],
-            missing=count,
-            absent_before=np.concatenate(([0], np.cumsum(missing))),
-            breaks_before=np.zeros(samples.size, dtype=np.int64),
-        )
-    mean = float(samples[present].mean())
-    filled = np.where(missing, mean, samples)
+        return _Track(angle=angle, starts=starts, lengths=stops - starts, missing=missing)
+    if missing:
+        mean = _mean_of_present(samples)
+        samples = _filled(samples, mean)
     return _Track(
-        angle=_accumulated(filled, mean),
-        missing=count,
-        absent_before=np.zeros(samples.size + 2, dtype=np.int64),
-        breaks_before=np.concatenate(([0], np.cumsum(missing))),
+        angle=_accumulated(samples, mean),
+        starts=starts,
+        lengths=stops - starts + 1,
+        missing=missing,
+        broken=missing > 0,
     )
+
+
+def _whole_stretches(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Where samples begin and cease to be present."""
+    edges = []
+    before = False
+    for span in series.through(samples.size, samples):
+        present = ~np.isnan(samples[span])
+        edges.append(span.start + np.flatnonzero(np.diff(present, prepend=before)))
+        before = bool(present[-1])
+    edges.append(np.array([samples.size] if before else [], dtype=np.int64))
+    whole = np.concatenate(edges)
+    return whole[::2], whole[1::2]
+
+
+def _mean_of_present(samples: FloatArray) -> float:
+    total, count = 0.0, 0
+    for span in series.through(samples.size, samples):
+        present = samples[span][~np.isnan(samples[span])]
+        total += float(present.sum())
+        count += present.size
+    return total / count
+
+
+def _filled(samples: FloatArray, value: float) -> FloatArray:
+    """With `value` in the place of what is missing, a new series."""
+    filled = series.empty(samples.size)
+    for span in series.through(samples.size, samples, filled):
+        filled[span] = np.where(np.isnan(samples[span]), value, samples[span])
+    return filled
 
 
 def _without_ramp(samples: FloatArray, slope: float, offset: float) -> FloatArray:
@@ -402,28 +425,38 @@ def _mirrored(angle: FloatArray) -> FloatArray:
     return mirrored
 
 
-def _find_gaps(
-    samples: FloatArray, sample_rate: float, gaps: Gaps, estimator: Estimator
-) -> NDArray[np.bool_]:
-    infinite = np.flatnonzero(np.isinf(samples))
-    if infinite.size:
+def _count_gaps(samples: FloatArray, sample_rate: float, gaps: Gaps, estimator: Estimator) -> int:
+    infinite, first = _tally(np.isinf, samples)
+    if infinite:
         raise RecordingError(
-            f"values: sample {infinite[0]} ({infinite[0] / sample_rate:g} s) is infinite, "
-            f"{infinite.size} in all; mark bad samples as NaN and use gaps='omit'"
+            f"values: sample {first} ({first / sample_rate:g} s) is infinite, "
+            f"{infinite} in all; mark bad samples as NaN and use gaps='omit'"
         )
-    missing = np.isnan(samples)
-    places = np.flatnonzero(missing)
-    if places.size and gaps == "reject":
+    missing, first = _tally(np.isnan, samples)
+    if missing and gaps == "reject":
         raise RecordingError(
-            f"values: sample {places[0]} ({places[0] / sample_rate:g} s) is missing, "
-            f"{places.size} in all; use gaps='omit' or fill them first"
+            f"values: sample {first} ({first / sample_rate:g} s) is missing, "
+            f"{missing} in all; use gaps='omit' or fill them first"
         )
-    if places.size and estimator in _WHOLE_RECORD_ONLY:
+    if missing and estimator in _WHOLE_RECORD_ONLY:
         raise RecordingError(
-            f"values: sample {places[0]} ({places[0] / sample_rate:g} s) is missing and "
+            f"values: sample {first} ({first / sample_rate:g} s) is missing and "
             f"{estimator} needs a whole record; gaps='omit' works with oadev, mdev and ohdev"
         )
     return missing
+
+
+def _tally(
+    is_bad: Callable[[FloatArray], NDArray[np.bool_]], samples: FloatArray
+) -> tuple[int, int]:
+    """How many samples are bad, and the first of them."""
+    count, first = 0, samples.size
+    for span in series.through(samples.size, samples):
+        bad = np.flatnonzero(is_bad(samples[span]))
+        if bad.size:
+            count += bad.size
+            first = min(first, span.start + int(bad[0]))
+    return count, first
 
 
 def _exact_slope(slope: float, samples: int) -> float:
@@ -538,40 +571,90 @@ def _difference_points(estimator: Estimator) -> Callable[..., _Points]:
     order = _DIFFERENCES[estimator]
     overlapping = estimator not in ("adev", "hdev")
     divisor = 6.0 if order == 3 else 4.0 if estimator == "haar" else 2.0
-    kernel = (
-        _kernels.sum_squared_second_differences
-        if order == 2
-        else _kernels.sum_squared_third_differences
-    )
 
     def points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
-        angle = track.angle
-        if track.absent_before is not None and track.breaks_before is not None:
-            stride = np.ones_like(clusters) if overlapping else clusters
-            pairs = [
-                _kernels.sum_squared_differences_with_gaps(
-                    angle, track.absent_before, track.breaks_before, int(m), order, int(step)
-                )
-                for m, step in zip(clusters, stride, strict=True)
-            ]
-            sums, terms = _columns(pairs)
+        if overlapping:
+            sums, terms = _overlapping_sums(track, clusters, order)
         else:
-            terms = _whole_counts(estimator, clusters, angle.size)
-            if overlapping:
-                sums = _difference_sums(kernel, angle, clusters)
-            else:
-                # Plain clusters are overlapping ones of one sample on every m-th angle.
-                sums = np.array(
-                    [
-                        _difference_sums(kernel, series.every(angle, int(m)), _ONE)[0]
-                        for m in clusters
-                    ]
-                )
+            # Plain clusters are overlapping ones of one sample on every m-th angle.
+            columns = [_overlapping_sums(_every(track, int(m)), _ONE, order) for m in clusters]
+            sums = np.array([column[0] for column, _ in columns])
+            terms = np.array([column[0] for _, column in columns])
         return _averaged(
             estimator, track, clusters, sums=sums, terms=terms, divisor=divisor, notes=notes
         )
 
     return points
+
+
+def _every(track: _Track, step: int) -> _Track:
+    """Every `step`-th angle."""
+    starts = -(-track.starts // step)
+    lengths = (track.starts + track.lengths - 1) // step - starts + 1
+    return replace(
+        track,
+        angle=series.every(track.angle, step),
+        starts=starts[lengths > 0],
+        lengths=lengths[lengths > 0],
+    )
+
+
+def _overlapping_sums(
+    track: _Track, clusters: NDArray[np.int64], order: int
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Sums and numbers of squared differences that touch no gap."""
+    angle = track.angle
+    if track.missing and not track.broken:
+        # Angles on both sides of a gap belong together.
+        sums, terms = np.zeros(clusters.size), np.zeros(clusters.size, dtype=np.int64)
+        for span in series.spans(angle.size, _STARTS):
+            for j, m in enumerate(map(int, clusters)):
+                total, count = _kernels.sum_squared_differences_with_gaps(
+                    angle, m, order, span.start, span.stop
+                )
+                sums[j] += total
+                terms[j] += count
+            series.release(angle)
+        return sums, terms
+    kernel = (
+        _kernels.sum_squared_second_differences
+        if order == 2
+        else _kernels.sum_squared_third_differences
+    )
+    return _stretch_sums(
+        track,
+        lambda stretch: _difference_sums(kernel, stretch, clusters),
+        lambda starts, lengths: _kernels.sum_squared_differences_in_stretches(
+            angle, starts, lengths, clusters, order
+        ),
+    ), _counts(track, order * clusters)
+
+
+def _counts(track: _Track, reaches: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Terms that lie in one stretch each, by how far on the last angle of a term is."""
+    return np.array(
+        [np.maximum(track.lengths - reach, 0).sum() for reach in reaches], dtype=np.int64
+    )
+
+
+def _stretch_sums(
+    track: _Track,
+    of_long: Callable[[FloatArray], FloatArray],
+    of_short: Callable[[NDArray[np.int64], NDArray[np.int64]], FloatArray],
+) -> FloatArray:
+    """Sums over all stretches, the long ones one by one, the short ones many at a time."""
+    angle = track.angle
+    short = track.lengths <= _STARTS
+    sums = of_short(track.starts[:0], track.lengths[:0])
+    for start, length in zip(track.starts[~short], track.lengths[~short], strict=True):
+        sums += of_long(angle[start : start + length])
+    starts, lengths = track.starts[short], track.lengths[short]
+    for span in series.spans(angle.size):
+        first, last = np.searchsorted(starts, (span.start, span.stop))
+        if last > first:
+            sums += of_short(starts[first:last], lengths[first:last])
+            series.release(angle)
+    return sums
 
 
 def _difference_sums(
@@ -589,7 +672,7 @@ def _window_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
     """Sums of squared second differences of sums over a cluster, from every start."""
     windows = np.zeros(clusters.size)
     for j, m in enumerate(map(int, clusters)):
-        for span in series.spans(m, _STARTS):
+        for span in series.spans(m if 3 * m <= angle.size else 0, _STARTS):
             windows[j] = _kernels.window_difference(
                 angle, m, span.start, span.stop, float(windows[j])
             )
@@ -652,12 +735,6 @@ def _reflected_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArra
     return sums
 
 
-def _columns(
-    pairs: Sequence[tuple[float, int]],
-) -> tuple[FloatArray, NDArray[np.int64]]:
-    return np.array([pair[0] for pair in pairs]), np.array([pair[1] for pair in pairs])
-
-
 def _whole_counts(
     estimator: Estimator, clusters: NDArray[np.int64], samples: int
 ) -> NDArray[np.int64]:
@@ -666,17 +743,14 @@ def _whole_counts(
 
 def _modified_points(estimator: Estimator) -> Callable[..., _Points]:
     def points(track: _Track, clusters: NDArray[np.int64], notes: list[str]) -> _Points:
-        if track.absent_before is not None and track.breaks_before is not None:
-            pairs = [
-                _kernels.sum_squared_window_differences_with_gaps(
-                    track.angle, track.absent_before, track.breaks_before, int(m)
-                )
-                for m in clusters
-            ]
-            sums, terms = _columns(pairs)
-        else:
-            terms = _whole_counts(estimator, clusters, track.angle.size)
-            sums = _window_sums(track.angle, clusters)
+        sums = _stretch_sums(
+            track,
+            lambda stretch: _window_sums(stretch, clusters),
+            lambda starts, lengths: _kernels.sum_squared_window_differences_in_stretches(
+                track.angle, starts, lengths, clusters
+            ),
+        )
+        terms = _counts(track, 3 * clusters - 1)
         return _averaged(
             estimator,
             track,
@@ -870,7 +944,7 @@ def _noise_types(
     the reading is within its scatter of it, or less red; and it stands for good where fewer than
     30 angles are left.
     """
-    starts, lengths = _whole_stretches(track)
+    starts, lengths = track.starts, track.lengths
     longest = int(lengths.max(initial=1)) - 1
     usable = longest // (_FEWEST_FOR_NOISE - 1)
     anchor = max(1, min(int(clusters[0]), longest // _SURE_OF_NOISE))
@@ -936,20 +1010,6 @@ def _read_noise(
 def _nearest_type(reading: float, cluster: int) -> int:
     bounds = _NOISE_BOUNDS if cluster == 1 else _NOISE_BOUNDS_APART
     return 2 - sum(reading < bound for bound in bounds)
-
-
-def _whole_stretches(track: _Track) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Starts and lengths, in angles, of the stretches without a gap."""
-    size = track.angle.size
-    if track.absent_before is None or track.breaks_before is None:
-        return np.array([0]), np.array([size])
-    absent = np.diff(track.absent_before)[:size].astype(np.bool_)
-    cut = np.concatenate(([False], np.diff(track.breaks_before) > 0))
-    cut[1:] |= absent[1:] != absent[:-1]
-    edges = np.concatenate(([0], np.flatnonzero(cut), [size]))
-    starts, lengths = edges[:-1], np.diff(edges)
-    whole = ~absent[starts]
-    return starts[whole], lengths[whole]
 
 
 def _sample_stretches(
