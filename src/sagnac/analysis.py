@@ -282,6 +282,8 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             and second.residual is not None
             and removal.residual is not None
             and readout.every is not None
+            and removal.unfinished is None
+            and second.unfinished is None
         ):
             # The hat uses differences only, so the first gyro may stand at zero.
             first_name, middle, last = settings.gyros
@@ -314,17 +316,34 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
     answer = likelihood.coefficients["angle_random_walk"]
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     doubt = _VETO if likelihood.departure == 0.0 else 1.0 - settings.confidence
-    allowed = partial(_highest_allowed, curve, differenced, recording.sample_rate, readout)
+    bounding, of = curve, channel
+    if removal.unfinished is not None:
+        # Lines only raise a curve; half of a search can lower it.
+        with stage("stability"):
+            whole, whole_rate = _at_interval(
+                removal.unfinished, recording.sample_rate, settings.interval
+            )
+            bounding = stability_curve(
+                whole, kind="angle", sample_rate=whole_rate, confidence=settings.confidence
+            )
+        of = f"{channel} with its lines in"
+    allowed = partial(_highest_allowed, bounding, differenced, recording.sample_rate, readout)
     veto, cluster = allowed(doubt)
-    if answer.status == "not observable" or answer.low > veto:
+    if removal.unfinished is not None or answer.status == "not observable" or answer.low > veto:
         bound, _ = allowed(1.0 - settings.confidence)
-        if answer.status != "not observable":
+        if removal.unfinished is not None:
+            notes.append(
+                f"the search for the lines of {channel} did not come to an end, and the noise that "
+                "it leaves is not to be trusted: only an upper bound is given, with all lines in; "
+                "take a stretch on which the table turns evenly (--slice)"
+            )
+        elif answer.status != "not observable":
             notes.append(
                 f"the likelihood fit of {channel} asks for more angle random walk than the curve "
                 f"shows at {cluster:.4g} s: the five terms do not describe this spectrum, and "
                 "only an upper bound is given"
             )
-        source = f"lowest point of the curve of {channel} against the slope of the ARW"
+        source = f"lowest point of the curve of {of} against the slope of the ARW"
         answer = Estimate(
             value=bound,
             low=0.0,
@@ -451,6 +470,7 @@ class _Removed:
     masked: tuple[tuple[float, float], ...] = ()
     taken: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
     notes: tuple[str, ...] = ()
+    unfinished: FloatArray | None = None
 
 
 def _removal(
@@ -529,6 +549,7 @@ def _removal(
         masked=removal.masked,
         taken=removal.taken,
         notes=removal.notes,
+        unfinished=removal.unfinished,
     )
 
 

@@ -22,8 +22,11 @@ _PEAKS_A_ROUND: Final = 200
 # Phase, in rad rms, by which an order strays from a tone before it is looked for on its own scale;
 # whether a line found in time follows the table better is asked in the end.
 _SMEARED: Final = 1.0
-# Even angles for a cycle of the highest order there.
+# Even angles for a cycle of the highest order there, and how many there may be in all.
 _ANGLES_A_CYCLE: Final = 8
+_MOST_ANGLES: Final = 2**24
+# So many peaks in frequency may be the smear of orders above those that are looked for as a rule.
+_CROWDED: Final = 100
 # How a peak at a whole order counts beside one in frequency of the same height: at a steady table
 # it is both, and the table's.
 _WHOLE: Final = 2.0
@@ -185,7 +188,7 @@ def earth_amplitudes(table: FloatArray, sample_rate: float) -> FloatArray:
 
 def new_lines(
     left: Residue, known: Components, reach: FloatArray | None
-) -> tuple[Components, FloatArray]:
+) -> tuple[Components, FloatArray, bool]:
     """Peaks above the floor, in frequency and in order, that no stronger one explains.
 
     An order smears over all the frequencies that it sweeps on an unsteady table, and a tone
@@ -209,6 +212,8 @@ def new_lines(
         New lines, with amplitudes near enough to start from.
     restless
         Frequencies of known tones beside which peaks stand: their own doing, they drift.
+    waiting
+        Whether there are peaks that may be lines and wait for what is out by then.
     """
     samples, table = left.sampled.samples, left.sampled.table
     # In red noise the jump from the record's end to its start leaks with one sign into whole bins
@@ -220,20 +225,22 @@ def new_lines(
     found = regression.no_components(samples)
     if table is None:
         ends = np.stack([frequency - cell, frequency + cell])
-        tones = frequency[_strongest([peaks], ends, peaks.height, samples)]
+        chosen, waiting = _strongest([peaks], ends, peaks.height, samples, frequency.size)
+        tones = frequency[chosen]
     else:
         speed = speeds(table) / (2.0 * np.pi)
         slowest, fastest = float(speed.min()), float(speed.max())
         turns = rotation.full_turns(table)
-        broken = _order_peaks(left, table)
+        broken = _order_peaks(left, table, crowded=frequency.size > _CROWDED)
         broken_orders = broken.place * (0.5 / turns)
         off = np.abs(broken_orders - np.rint(broken_orders)) * turns > 1.0
+        off |= broken_orders > regression.MOST_ORDERS + 0.5
         beside = np.abs(known.orders - broken_orders[:, np.newaxis]) * turns < 1.0
         off &= ~beside.any(axis=1)
         broken, broken_orders = broken.select(off), broken_orders[off]
-        whole, heights, waiting = found, np.empty(0), np.empty(0, dtype=bool)
+        whole, heights, patient = found, np.empty(0), np.empty(0, dtype=bool)
         if turns >= rotation.FEW_TURNS:
-            whole, heights, waiting = new_orders(left, known, reach)
+            whole, heights, patient = new_orders(left, known, reach)
         in_order = _Peaks(
             place=np.concatenate([2.0 * turns * whole.orders, broken.place]),
             height=np.concatenate([heights, broken.height]),
@@ -246,12 +253,16 @@ def new_lines(
             ]
         )
         height = np.concatenate([peaks.height, _WHOLE * heights, broken.height])
-        chosen = _strongest([peaks, in_order], ends, height, samples)
+        first_broken = frequency.size + whole.size
+        chosen, waiting = _strongest([peaks, in_order], ends, height, samples, first_broken)
         tones = frequency[chosen[: frequency.size]]
         chosen = chosen[frequency.size :]
-        found = whole.select(chosen[: whole.size] & ~waiting)
+        found = whole.select(chosen[: whole.size] & ~patient)
         loose = np.sort(broken_orders[chosen[whole.size :]])
         if loose.size:
+            nearest = np.rint(loose)
+            is_whole = np.abs(loose - nearest) * turns < 0.5
+            loose = np.where(is_whole, nearest, loose)
             square = samples * _mean_square_step(loose, speeds(table))
             sums = regression.sums_at_orders(left.steps, left.sampled, loose)[0]
             sums *= 2.0 / square
@@ -260,7 +271,7 @@ def new_lines(
                 replace(
                     regression.no_components(samples),
                     orders=loose,
-                    free=np.ones(loose.size, dtype=bool),
+                    free=~is_whole,
                     cosine=sums.real,
                     sine=sums.imag,
                 ),
@@ -269,13 +280,13 @@ def new_lines(
     restless = known.frequencies[near.any(axis=0)]
     tones = tones[~near.any(axis=1)]
     if tones.size == 0:
-        return found, restless
+        return found, restless, waiting
     # An increment of a tone is 2j sin(pi f) times its phasor in the middle of the step.
     sums = regression.tone_sums(left.steps, tones)[0]
     sums *= 1j / (left.steps.size * np.sin(np.pi * tones))
     nothing = regression.no_components(samples)
     tones_found = replace(nothing, frequencies=tones, cosine=sums.real, sine=sums.imag)
-    return regression.joined(found, tones_found), restless
+    return regression.joined(found, tones_found), restless, waiting
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -290,9 +301,11 @@ class _Peaks:
 
 
 def _strongest(
-    scales: list[_Peaks], ends: FloatArray, height: FloatArray, samples: int
-) -> NDArray[np.bool_]:
+    scales: list[_Peaks], ends: FloatArray, height: FloatArray, samples: int, broken: int
+) -> tuple[NDArray[np.bool_], bool]:
     """Which peaks are lines for sure: none of a stronger one's leakage, or smeared from one.
+
+    And whether there are others that one of those on the other scale keeps waiting.
 
     Parameters
     ----------
@@ -304,6 +317,8 @@ def _strongest(
         (peaks,) by which the stronger of two is told, in one unit for both scales.
     samples
         Length of the record.
+    broken
+        Number of the first peak at an order that is not whole.
     """
     place = np.concatenate([peaks.place for peaks in scales])
     scale = np.repeat(np.arange(len(scales)), [peaks.place.size for peaks in scales])
@@ -311,6 +326,7 @@ def _strongest(
     cells = samples * (high - low)
     chosen, explained, waiting = np.zeros((3, place.size), dtype=bool)
     leakage = np.zeros(place.size)
+    pending = False
     for at in np.argsort(height)[::-1].tolist():
         if explained[at]:
             continue
@@ -320,11 +336,16 @@ def _strongest(
         # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
         # for several of them adding up. What waits is found in the next round.
         hidden = height[at] < 10.0 * leakage[at]
+        # A tone on a table that stops again and again has images at orders that do not sweep it.
+        # While one may still wait, orders that are not whole wait with it.
+        pending |= bool(waiting[at]) and not hidden
+        waiting[at] |= pending and at >= broken
         if not (hidden or waiting[at]):
             chosen[at] = True
             if chosen.sum() == _PEAKS_A_ROUND:
                 break
-            # Smeared over many cells it has little height in any, and makes nothing else wait.
+            # Its image, smeared over many cells, has little height in any: what is lower is taken
+            # for the image, and makes nothing else wait.
             smeared = _SMEARED_PEAK * height[at] / np.maximum(cells, cells[at])
             explained |= overlapping & (height < smeared)
         # What stands higher may be its image or a line: seen only when it is out. That holds for
@@ -339,27 +360,31 @@ def _strongest(
         sidelobe = height[at] / (np.pi * np.maximum(distance, 1.0)) ** 2
         leakage += np.where(overlapping, 0.0, sidelobe)
         explained |= alike & (distance < 1.5)
-    return chosen
+    return chosen, bool(np.any(waiting & ~explained & ~chosen))
 
 
-def _order_peaks(left: Residue, table: FloatArray) -> _Peaks:
+def _order_peaks(left: Residue, table: FloatArray, *, crowded: bool) -> _Peaks:
     """Peaks of the spectrum over table angle; a half bin is half a cycle over all turns.
 
-    None of orders that the table turns so steadily that they and frequencies are one, and none
-    where it turns so little that orders are not told apart.
+    To order 128, or where frequencies are `crowded` to the highest that the samples tell.
+    No peaks at orders so low that on this table they are tones, and none where it turns so little
+    that orders are not told apart.
     """
     nothing = _Peaks(place=np.empty(0), height=np.empty(0))
     speed = speeds(table)
     fastest = float(speed.max())
-    highest = min(float(regression.MOST_ORDERS), np.pi / fastest) if fastest > 0.0 else 0.0
     low, high = series.extent(table)
     turns = (high - low) / (2.0 * np.pi)
+    highest = float(regression.MOST_ORDERS)
+    if crowded:
+        highest = max(highest, _MOST_ANGLES / (2.0 * _ANGLES_A_CYCLE * max(turns, 1.0)))
+    highest = min(highest, np.pi / fastest) if fastest > 0.0 else 0.0
     lowest = _SMEARED / max(_wander(left.sampled), 1e-300)
     if turns < rotation.FEW_TURNS or lowest > highest:
         return nothing
     # An increment of exp(1j k alpha) is 1j k step exp(1j k alpha): the steps' products with those
     # of the table, shared out among even angles, are transformed in one. With eight angles to a
-    # cycle of the highest order, what is folded from beyond it is kept below a millionth.
+    # cycle of the highest order, a millionth of the power of what lies beyond it is folded back.
     scale = _ANGLES_A_CYCLE * highest / (2.0 * np.pi)
     length = scipy.fft.next_fast_len(int(2.0 * (high - low) * scale) + 4, real=True)
     grid = np.zeros(length)
@@ -382,9 +407,10 @@ def _order_peaks(left: Residue, table: FloatArray) -> _Peaks:
 
 def _wander(sampled: Sampling) -> float:
     """How far the table strays from a steady rate, rad rms."""
-    rate = float(sampled.lag @ (sampled.angle - sampled.angle.mean()))
-    rate /= max(float(sampled.lag @ sampled.lag), 1e-300)
-    return float(np.std(sampled.angle - rate * sampled.lag))
+    # The last block may be a short one, and the lags then have a mean.
+    lag = sampled.lag - sampled.lag.mean()
+    rate = float(lag @ (sampled.angle - sampled.angle.mean())) / max(float(lag @ lag), 1e-300)
+    return float(np.std(sampled.angle - rate * lag))
 
 
 def _peaks(

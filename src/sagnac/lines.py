@@ -27,8 +27,8 @@ _ENCODER_ERROR: Final = 5.0 * ARCSECOND
 # Candidates of Step 1 as published: whole orders up to this one.
 _PUBLISHED_ORDERS: Final = 64
 _MOST_LINES: Final = 250
-_ROUNDS: Final = 12
-# Rounds after which tones that lie together have stood beside all strong lines.
+_ROUNDS: Final = 20
+# Rounds after which tones that lie together have stood beside all strong lines, if none waits.
 _SURE_ROUNDS: Final = 2
 # Share of Earth rate by which its terms may still move when they are called settled.
 _SAME_EARTH: Final = 0.02
@@ -92,6 +92,9 @@ class Removal:
         density, (rad/s)^2/Hz.
     notes
         What was noticed.
+    unfinished
+        (samples,) the angle without table motion but with all lines, rad, where the search did not
+        come to an end and nobody knows what `residual` lacks; None where it did.
     """
 
     residual: FloatArray
@@ -99,6 +102,7 @@ class Removal:
     masked: tuple[tuple[float, float], ...]
     taken: FloatArray
     notes: tuple[str, ...]
+    unfinished: FloatArray | None = None
 
 
 def remove_lines(
@@ -159,6 +163,7 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
         else detection.earth_amplitudes(search.table, search.sample_rate)
     )
     notes: list[str] = []
+    ended = True
     search.take_out()
     search.look()
     for number in range(_ROUNDS):
@@ -177,7 +182,7 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             found += 1
         # Once taken for lines, what Earth rate makes would hide it: it waits until that is settled.
         patient = reach if search.unsettled_earth else None
-        new, restless = detection.new_lines(search.left, search.components, patient)
+        new, restless, waiting = detection.new_lines(search.left, search.components, patient)
         found += new.size
         if found == 0 and patient is not None and not first:
             search.unsettled_earth = False
@@ -208,18 +213,20 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             search.prune_all()
             search.take_out()
             search.look()
-        if found == 0 or number >= _SURE_ROUNDS:
+        if found == 0 or (number >= _SURE_ROUNDS and not waiting):
             search.gather_all(restless)
-        if not first and _same(before, search.components) and drifting is search.drifting:
+        if not first and _same(before, search.components, turns) and drifting is search.drifting:
             # What was found did not stand once fitted with the rest, and would not next time.
             break
         if search.components.size > _MOST_LINES:
+            ended = False
             notes.append(
                 f"the search stopped at {search.components.size} lines; more peaks stand above "
                 "the floor"
             )
             break
     else:
+        ended = False
         notes.append(
             f"the search stopped after {_ROUNDS} rounds; weaker peaks may still stand "
             "above the floor"
@@ -238,14 +245,20 @@ def _removal(search: "_Search", channel: str, report: Callable[[float], None]) -
             "apart (angle and time coincide at this steady rate); their sum is removed, their "
             "single amplitudes are not to be trusted"
         )
-    report(1.0)
-    return Removal(
+    removal = Removal(
         residual=residual,
         lines=lines,
         masked=_masked(lines, search),
         taken=_taken(lines, search),
         notes=(*search.notes(channel), *notes),
     )
+    if not ended:
+        search.components, search.drifting = regression.no_components(search.angle.size), ()
+        unfinished = series.empty(search.angle.size)
+        search.take_out(unfinished)
+        removal = replace(removal, unfinished=unfinished)
+    report(1.0)
+    return removal
 
 
 @dataclass(slots=True, kw_only=True)
@@ -468,21 +481,24 @@ class _Search:
         if self.motion is None or self.encoder is None:
             return
         before, earth = self.motion.kinematics, self.motion.earth
+        known, angles = self.components, self.components.orders.size
         self.motion = rotation.follow_table(
             self.averages + self.motion.averages,
             self.encoder,
             before,
-            harmonics=self.components.orders,
+            harmonics=known.orders,
+            cosine=known.cosine[:angles],
+            sine=known.sine[:angles],
         )
         moved = max(abs(now - was) for now, was in zip(self.motion.earth, earth, strict=True))
         self.unsettled_earth &= moved > _SAME_EARTH * rotation.EARTH_RATE
         # What harmonics and motion trade with each other, they trade here: nothing of it is left to
         # the fit of the lines, which would meet a residual far above the noise.
-        motion, known = self.motion, self.components
+        motion = self.motion
         cosine, sine = known.cosine.copy(), known.sine.copy()
         place = np.flatnonzero(np.isin(known.orders, motion.orders))
-        cosine[place] += motion.cosine
-        sine[place] += motion.sine
+        cosine[place] = motion.cosine
+        sine[place] = motion.sine
         self.components = replace(known, cosine=cosine, sine=sine)
         if self.motion.kinematics is not before:
             self.sampled = regression.sampling(self.angle.size, self.table)
@@ -597,10 +613,11 @@ def _published(found: OrthogonalSearch, scale: Scale, cycles: float, channel: st
     ]
 
 
-def _same(first: Components, second: Components) -> bool:
-    """Whether both hold the same lines, to within a bin."""
+def _same(first: Components, second: Components, turns: float) -> bool:
+    """Whether both hold the same lines, to within a bin, on a table of so many turns."""
     return (
-        np.array_equal(first.orders, second.orders)
+        first.orders.size == second.orders.size
+        and bool(np.all(np.abs(first.orders - second.orders) * turns < 0.5))
         and first.frequencies.size == second.frequencies.size
         and bool(
             np.all(

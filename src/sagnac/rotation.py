@@ -39,6 +39,9 @@ _WANDERING: Final = 1e-3
 _VARYING: Final = 0.2
 # A shift is found when it moves by less than this, in samples.
 _SAME_LAG: Final = 1e-4
+_LAG_STEPS: Final = 8
+# Half the time, s, over which the rate is smoothed for that.
+_SMOOTHED: Final = 1.0
 # No recorder stamps its encoder that far from its gyros, s.
 _LONGEST_LAG: Final = 1.0
 
@@ -303,6 +306,8 @@ def follow_table(
     kinematic: Kinematics,
     *,
     harmonics: FloatArray | None = None,
+    cosine: FloatArray | None = None,
+    sine: FloatArray | None = None,
 ) -> TableMotion:
     """Fit table motion and Earth rate by the integrated kinematics.
 
@@ -323,10 +328,27 @@ def follow_table(
     harmonics
         Orders present in the angle; None where that is not known: all are allowed for. Those
         above `highest_harmonic` are not fitted: take them out before.
+    cosine, sine
+        (harmonics,) rad of each, taken out of the angle already; None if nothing was.
     """
     if full_turns(encoder) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
-        harmonics = np.empty(0)
+        harmonics, cosine, sine = np.empty(0), None, None
+    # The average of a harmonic over a block is smaller than the harmonic.
+    turn = float(np.median(np.abs(np.diff(kinematic.angle)))) / kinematic.block
+
+    def smaller(orders: FloatArray) -> FloatArray:
+        half = np.maximum(0.5 * orders * turn, 1e-12)
+        return np.asarray(np.sin(kinematic.block * half) / (kinematic.block * np.sin(half)))
+
+    if harmonics is not None and cosine is not None and sine is not None:
+        # Back in, at the angle that they were taken out at: a shift of the table shifts them too.
+        fitted = harmonics <= highest_harmonic(kinematic)
+        harmonics = harmonics[fitted]
+        size = smaller(harmonics)
+        averages = averages + _harmonic_sum(
+            kinematic.angle, harmonics, cosine[fitted] * size, sine[fitted] * size
+        )
     rates = np.diff(averaged(kinematic.angle, max(1, round(_KINEMATIC_RATE))))
     variation = float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
     drifting = variation > _WANDERING
@@ -336,28 +358,29 @@ def follow_table(
     uneven -= number * float(number @ uneven) / max(float(number @ number), 1e-300)
     unevenness = float(np.std(uneven)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
     unshifted = kinematic
+    solution, orders = _kinematic_fit(averages, kinematic, harmonics, with_drift=drifting)
     if unevenness > _VARYING:
-        # Gauss-Newton in the shift: its derivative is the table rate, known only in blocks.
-        for _ in range(4):
-            solution, _ = _kinematic_fit(
-                averages, kinematic, harmonics, with_drift=True, with_lag=True
+        # Gauss-Newton in the shift: its derivative is the rate of all that goes with the table, of
+        # which harmonics may be the larger part.
+        for _ in range(_LAG_STEPS):
+            shifted, orders = _kinematic_fit(
+                averages,
+                kinematic,
+                harmonics,
+                with_drift=True,
+                lag_column=-_rate_with_table(kinematic, solution, orders),
             )
-            # angle = share * alpha(t - lag): the column's coefficient is share * lag.
-            step = float(solution[4] / solution[0]) if solution[0] else 0.0
-            if abs(kinematic.lag + step) > _LONGEST_LAG:
+            step = float(shifted[4])
+            if not abs(kinematic.lag + step) < _LONGEST_LAG:
                 # Of a gyro that hardly senses the table a shift is noise over nothing.
                 kinematic = unshifted
                 break
             if abs(step) * kinematic.sample_rate < _SAME_LAG:
                 break
+            solution = np.delete(shifted, 4)
             kinematic = kinematics(encoder, kinematic.sample_rate, kinematic.lag + step)
-    solution, orders = _kinematic_fit(
-        averages, kinematic, harmonics, with_drift=drifting, with_lag=False
-    )
-    # The average of a harmonic over a block is smaller than the harmonic.
-    step = float(np.median(np.abs(np.diff(kinematic.angle)))) / kinematic.block
-    half = np.maximum(0.5 * orders * step, 1e-12)
-    left = np.sin(kinematic.block * half) / (kinematic.block * np.sin(half))
+        solution, orders = _kinematic_fit(averages, kinematic, harmonics, with_drift=drifting)
+    left = smaller(orders)
     return TableMotion(
         share=float(solution[0]),
         drift=float(solution[1]),
@@ -369,21 +392,50 @@ def follow_table(
     )
 
 
+def _harmonic_sum(
+    angle: FloatArray, orders: FloatArray, cosine: FloatArray, sine: FloatArray
+) -> FloatArray:
+    """Sum over the orders of ``cosine * cos(order * angle) + sine * sin(order * angle)``."""
+    total = np.zeros(angle.size)
+    for order, a, b in zip(orders, cosine, sine, strict=True):
+        total += a * np.cos(order * angle) + b * np.sin(order * angle)
+    return total
+
+
+def _rate_with_table(kinematic: Kinematics, solution: FloatArray, orders: FloatArray) -> FloatArray:
+    """Rate, rad/s, of what goes with the table in a `_kinematic_fit`: all but the drift."""
+    interval = kinematic.block / kinematic.sample_rate
+    turning = np.gradient(kinematic.angle, interval)
+    if orders.size:
+        # Without its ripple, which goes with harmonics that are too high to be fitted here. Over
+        # part of a turn a shift hardly differs from Earth rate, and nothing may blur that.
+        window = np.hanning(2 * round(_SMOOTHED / interval) + 1)[1:-1]
+        half = window.size // 2
+        turning = np.pad(turning, half, "reflect", reflect_type="odd")
+        turning = np.convolve(turning, window / window.sum(), "valid")
+    rate = solution[0] + _harmonic_sum(
+        kinematic.angle, orders, orders * solution[5::2], -orders * solution[4::2]
+    )
+    earth = solution[2] * np.gradient(kinematic.cosine, interval)
+    earth += solution[3] * np.gradient(kinematic.sine, interval)
+    return np.asarray(rate * turning + earth)
+
+
 def _kinematic_fit(
     averages: FloatArray,
     kinematic: Kinematics,
     harmonics: FloatArray | None,
     *,
     with_drift: bool,
-    with_lag: bool,
+    lag_column: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Ridge regression on increments of averages.
 
     Returns
     -------
     solution, orders
-        share, drift, cosine, sine, share times lag if asked for, then the cosine and sine of each
-        of the orders.
+        share, drift, cosine, sine, the coefficient of `lag_column` if there is one, then the
+        cosine and sine of each of the orders.
     """
     interval = kinematic.block / kinematic.sample_rate
     time = np.arange(kinematic.angle.size) * interval
@@ -393,8 +445,8 @@ def _kinematic_fit(
         kinematic.cosine,
         kinematic.sine,
     ]
-    if with_lag:
-        columns.append(-np.gradient(kinematic.angle, interval))
+    if lag_column is not None:
+        columns.append(lag_column)
     prior = [np.inf, np.inf, _EARTH_PRIOR, _EARTH_PRIOR, np.inf][: len(columns)]
     highest = highest_harmonic(kinematic)
     orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
