@@ -25,7 +25,8 @@ _SMEARED: Final = 1.0
 # Even angles for a cycle of the highest order there, and how many there may be in all.
 _ANGLES_A_CYCLE: Final = 8
 _MOST_ANGLES: Final = 2**24
-# So many peaks in frequency may be the smear of orders above those that are looked for as a rule.
+# So many peaks beyond the frequencies of the orders that are looked for as a rule may be the smear
+# of higher ones.
 _CROWDED: Final = 100
 # How a peak at a whole order counts beside one in frequency of the same height: at a steady table
 # it is both, and the table's.
@@ -231,7 +232,8 @@ def new_lines(
         speed = speeds(table) / (2.0 * np.pi)
         slowest, fastest = float(speed.min()), float(speed.max())
         turns = rotation.full_turns(table)
-        broken = _order_peaks(left, table, crowded=frequency.size > _CROWDED)
+        beyond = frequency > regression.MOST_ORDERS * np.median(speed)
+        broken = _order_peaks(left, table, crowded=int(beyond.sum()) > _CROWDED)
         broken_orders = broken.place * (0.5 / turns)
         off = np.abs(broken_orders - np.rint(broken_orders)) * turns > 1.0
         off |= broken_orders > regression.MOST_ORDERS + 0.5
@@ -366,7 +368,7 @@ def _strongest(
 def _order_peaks(left: Residue, table: FloatArray, *, crowded: bool) -> _Peaks:
     """Peaks of the spectrum over table angle; a half bin is half a cycle over all turns.
 
-    To order 128, or where frequencies are `crowded` to the highest that the samples tell.
+    To order 128, or where the frequencies beyond are `crowded` to the highest that samples tell.
     No peaks at orders so low that on this table they are tones, and none where it turns so little
     that orders are not told apart.
     """

@@ -341,14 +341,6 @@ def follow_table(
         half = np.maximum(0.5 * orders * turn, 1e-12)
         return np.asarray(np.sin(kinematic.block * half) / (kinematic.block * np.sin(half)))
 
-    if harmonics is not None and cosine is not None and sine is not None:
-        # Back in, at the angle that they were taken out at: a shift of the table shifts them too.
-        fitted = harmonics <= highest_harmonic(kinematic)
-        harmonics = harmonics[fitted]
-        size = smaller(harmonics)
-        averages = averages + _harmonic_sum(
-            kinematic.angle, harmonics, cosine[fitted] * size, sine[fitted] * size
-        )
     rates = np.diff(averaged(kinematic.angle, max(1, round(_KINEMATIC_RATE))))
     variation = float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
     drifting = variation > _WANDERING
@@ -357,6 +349,18 @@ def follow_table(
     uneven = rates - rates.mean()
     uneven -= number * float(number @ uneven) / max(float(number @ number), 1e-300)
     unevenness = float(np.std(uneven)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
+    carried: tuple[FloatArray, FloatArray] | None = None
+    if harmonics is not None and cosine is not None and sine is not None:
+        fitted = harmonics <= highest_harmonic(kinematic)
+        harmonics, cosine, sine = harmonics[fitted], cosine[fitted], sine[fitted]
+        carried = cosine, sine
+        if unevenness > _VARYING:
+            # Back in, at the angle that they were taken out at: a shift of the table shifts them.
+            carried = None
+            size = smaller(harmonics)
+            averages = averages + _harmonic_sum(
+                kinematic.angle, harmonics, cosine * size, sine * size
+            )
     unshifted = kinematic
     solution, orders = _kinematic_fit(averages, kinematic, harmonics, with_drift=drifting)
     if unevenness > _VARYING:
@@ -381,14 +385,17 @@ def follow_table(
             kinematic = kinematics(encoder, kinematic.sample_rate, kinematic.lag + step)
         solution, orders = _kinematic_fit(averages, kinematic, harmonics, with_drift=drifting)
     left = smaller(orders)
+    of_cosine, of_sine = solution[4::2] / left, solution[5::2] / left
+    if carried is not None:
+        of_cosine, of_sine = of_cosine + carried[0], of_sine + carried[1]
     return TableMotion(
         share=float(solution[0]),
         drift=float(solution[1]),
         earth=(float(solution[2]), float(solution[3])),
         kinematics=kinematic,
         orders=orders,
-        cosine=solution[4::2] / left,
-        sine=solution[5::2] / left,
+        cosine=of_cosine,
+        sine=of_sine,
     )
 
 
