@@ -56,6 +56,8 @@ TABLES = {
     "two per cent": rig.TableConfig(profile=wavers(0.02)),
     "five per cent": rig.TableConfig(profile=wavers(0.05)),
     "twenty per cent": rig.TableConfig(profile=wavers(0.2)),
+    # The ripple of such a table, and with it a shift of the encoder, goes with order 36.
+    "thirty per cent": rig.TableConfig(profile=wavers(0.3, 45.0)),
     # Here a shift between encoder and gyro cannot be told from a drift of the gyro.
     "runs up evenly": rig.TableConfig(profile=((0.0, 20.0), (DURATION, 60.0))),
     "four rates": rig.TableConfig(
@@ -145,6 +147,38 @@ def test_orders_that_are_not_whole_are_told_from_tones(name):
         assert line.amplitude == pytest.approx(amplitude, abs=error)
     in_time = sorted(line.frequency for line in lines if line.scale == "time")
     assert in_time == pytest.approx([place for place, _ in TONES], abs=0.05 / DURATION)
+
+
+def test_an_order_beyond_those_looked_for_as_a_rule_is_one_line():
+    # Gear teeth and motor poles make such; in time it smears over thousands of frequencies.
+    simulation = simulated("twenty per cent", (*ORDERS, (140.0, 0.05)))
+    result = analyze(simulation.recording, Settings(gyros=("x", "z"), confidence=0.999))
+    answer = result.angle_random_walk
+    assert answer.low <= ARW <= answer.high
+    assert answer.high < 1.25 * ARW
+    found = [line for line in result.lines if line.scale == "angle" and line.frequency > 100.0]
+    (true,) = [line for line in simulation.truth.lines if line.order == 140.0]
+    strongest = max(found, key=lambda line: line.amplitude)
+    assert strongest.frequency == 140.0
+    amplitude = true.difference_amplitude_arcsec["x-z"] * ARCSECOND
+    assert strongest.amplitude == pytest.approx(amplitude, rel=1e-2)
+    # Beside it only what the encoder's error makes of it.
+    assert all(line is strongest or "encoder" in line.name for line in found)
+    in_time = sorted(line.frequency for line in result.lines if line.scale == "time")
+    assert in_time == pytest.approx([place for place, _ in TONES], abs=0.05 / DURATION)
+
+
+def test_a_search_that_does_not_end_gives_a_bound(monkeypatch):
+    # As many lines as it may list are found before the weakest stand out.
+    monkeypatch.setattr("sagnac.lines._MOST_LINES", 3)
+    recording = simulated("stands at both ends").recording
+    result = analyze(recording, Settings(gyros=("x", "z")))
+    answer = result.angle_random_walk
+    assert answer.status == "upper bound"
+    assert answer.low == 0.0
+    assert answer.high >= ARW
+    assert "with its lines in" in result.source
+    assert any("did not come to an end" in note for note in result.notes)
 
 
 def frequency_of(line: Line) -> float:

@@ -601,6 +601,7 @@ class _Readout:
 
 
 def _readout(recording: Recording, settings: Settings, angle_rate: float) -> _Readout:
+    """What the gyros' readouts allow of angles taken at `angle_rate`, Hz."""
     taken = round(recording.sample_rate / angle_rate)
     readouts = {}
     for name in settings.gyros:

@@ -39,8 +39,9 @@ _WANDERING: Final = 1e-3
 _VARYING: Final = 0.2
 # A shift is found when it moves by less than this, in samples.
 _SAME_LAG: Final = 1e-4
+# Gauss-Newton steps towards it, at most.
 _LAG_STEPS: Final = 8
-# Half the time, s, over which the rate is smoothed for that.
+# Half the time, s, over which the table rate is smoothed in its derivative.
 _SMOOTHED: Final = 1.0
 # No recorder stamps its encoder that far from its gyros, s.
 _LONGEST_LAG: Final = 1.0
