@@ -56,8 +56,6 @@ TABLES = {
     "two per cent": rig.TableConfig(profile=wavers(0.02)),
     "five per cent": rig.TableConfig(profile=wavers(0.05)),
     "twenty per cent": rig.TableConfig(profile=wavers(0.2)),
-    # The ripple of such a table, and with it a shift of the encoder, goes with order 36.
-    "thirty per cent": rig.TableConfig(profile=wavers(0.3, 45.0)),
     # Here a shift between encoder and gyro cannot be told from a drift of the gyro.
     "runs up evenly": rig.TableConfig(profile=((0.0, 20.0), (DURATION, 60.0))),
     "four rates": rig.TableConfig(
@@ -80,14 +78,18 @@ LINES_RIGHT = (
 
 @functools.cache
 def simulated(name: str, orders: tuple[tuple[float, float], ...] = ORDERS) -> rig.Simulation:
+    return turned(TABLES[name], orders, DURATION)
+
+
+def turned(
+    table: rig.TableConfig, orders: tuple[tuple[float, float], ...], duration: float
+) -> rig.Simulation:
     return rig.simulate(
         rig.RigConfig(
-            duration_s=DURATION,
+            duration_s=duration,
             sample_rate_hz=RATE,
             seed=5,
-            table=replace(
-                TABLES[name], jitter_rms_deg_per_s=0.004, ripple=((12.0, 5e-4), (36.0, 2e-4))
-            ),
+            table=replace(table, jitter_rms_deg_per_s=0.004, ripple=((12.0, 5e-4), (36.0, 2e-4))),
             encoder=rig.EncoderConfig(periodic_error=((1.0, 1.0),)),
             platform=rig.PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
             disturbances=rig.DisturbanceConfig(angle=orders, time=TONES),
@@ -147,6 +149,19 @@ def test_orders_that_are_not_whole_are_told_from_tones(name):
         assert line.amplitude == pytest.approx(amplitude, abs=error)
     in_time = sorted(line.frequency for line in lines if line.scale == "time")
     assert in_time == pytest.approx([place for place, _ in TONES], abs=0.05 / DURATION)
+
+
+def test_ripple_at_the_order_of_a_line_is_no_shift_of_the_encoder():
+    # Where the rate swings, what a shift of the encoder makes of order 36 goes with the ripple.
+    times = np.arange(0.0, 2405.0, 5.0)
+    rates = 40.0 + 12.0 * np.sin(2.0 * np.pi * times / 700.0)
+    table = rig.TableConfig(profile=tuple(zip(times.tolist(), rates.tolist(), strict=True)))
+    recording = turned(table, ORDERS, 2400.0).recording
+    result = analyze(recording, Settings(gyros=("x", "z"), confidence=0.999))
+    answer = result.angle_random_walk
+    assert answer.low <= ARW <= answer.high
+    assert answer.high < 1.25 * ARW
+    assert not any("from the gyro in time" in note for note in result.notes)
 
 
 def test_an_order_beyond_those_looked_for_as_a_rule_is_one_line():
