@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.stability import peak_memory
-from sagnac import detection, lines, regression, rotation
-from sagnac.detection import detection_threshold
-from sagnac.lines import remove_lines
+from sagnac.lines import joint_fit, search
+from sagnac.lines.search import Search, remove_lines
+from sagnac.lines.selection import detection_threshold
 from sagnac.units import ARCSECOND, DEGREE, HOUR
 
 FloatArray = NDArray[np.float64]
@@ -45,14 +45,14 @@ MOST_ORDERS: Final = 32
 MOST_PAIRS: Final = 60
 # What a search spends its time in: none of these calls another.
 STAGES: Final = {
-    "table motion and lines taken out": (lines._Search, "take_out"),
-    "spectrum and noise floor": (lines._Search, "look"),
-    "joint least squares": (regression, "fit"),
-    "candidates in frequency and in order": (detection, "new_lines"),
-    "table motion and Earth rate": (rotation, "follow_table"),
-    "sampling of the table": (regression, "sampling"),
-    "averages of the table": (rotation, "kinematics"),
-    "angle or time": (lines, "_rescaled"),
+    "table motion and lines taken out": (Search, "take_out"),
+    "spectrum and noise floor": (Search, "look"),
+    "joint least squares": (joint_fit, "fit"),
+    "candidates in frequency and in order": (search, "new_lines"),
+    "table motion and Earth rate": (search, "follow_table"),
+    "sampling of the table": (search, "sampling"),
+    "averages of the table": (search, "kinematics"),
+    "angle or time": (search, "rescaled_components"),
 }
 
 

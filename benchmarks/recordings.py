@@ -25,10 +25,14 @@ from matplotlib.figure import Figure
 from scipy.stats import binomtest, norm
 
 from benchmarks.stability import PAGE as STABILITY_PAGE
-from sagnac import rig
-from sagnac.analysis import Method, Settings, analyze
-from sagnac.detection import detection_threshold
-from sagnac.recording import RecordingError
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Method, Settings
+from sagnac.errors import RecordingError
+from sagnac.lines.selection import detection_threshold
+from sagnac.rig.config import RigConfig, preset
+from sagnac.rig.sections import GYRO_NAMES, DisturbanceConfig, Pairs
+from sagnac.rig.simulate import Simulation, simulate
+from sagnac.rig.truth import Truth, truth_of
 from sagnac.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 
 PAGE: Final = STABILITY_PAGE.with_name("benchmarks_recordings.md")
@@ -54,10 +58,10 @@ SHARES: Final = 0.002
 # --- the recordings ---------------------------------------------------------------------------
 
 
-def config_of(number: int) -> rig.RigConfig:
+def config_of(number: int) -> RigConfig:
     """The recording of that number: the rig of the paper, with what varies drawn."""
     random = np.random.default_rng([SEED, number])
-    base = rig.preset("paper")
+    base = preset("paper")
 
     def between(ends: tuple[float, float], size: int | None = None) -> Any:
         return np.exp(random.uniform(*np.log(ends), size))
@@ -81,18 +85,18 @@ def config_of(number: int) -> rig.RigConfig:
             heading_deg=float(random.uniform(-180.0, 180.0)),
         ),
         gyro=replace(base.gyro, arw_deg_per_sqrt_h=tuple(between(RANDOM_WALKS, 3).tolist())),
-        disturbances=rig.DisturbanceConfig(
+        disturbances=DisturbanceConfig(
             angle=_pairs(orders, between(AMPLITUDES, orders.size)),
             time=_pairs(between(band, tones), between(AMPLITUDES, tones)),
         ),
     )
 
 
-def _pairs(positions: Any, amplitudes: Any) -> rig.Pairs:
+def _pairs(positions: Any, amplitudes: Any) -> Pairs:
     return tuple(sorted(zip(positions.tolist(), amplitudes.tolist(), strict=True)))
 
 
-def true_value(truth: rig.Truth) -> float:
+def true_value(truth: Truth) -> float:
     """N of the pair, deg/sqrt(h)."""
     return truth.pairs["-".join(PAIR)].arw_deg_per_sqrt_h
 
@@ -100,7 +104,7 @@ def true_value(truth: rig.Truth) -> float:
 # --- rows -------------------------------------------------------------------------------------
 
 
-def row_of(number: int, method: Method, simulation: rig.Simulation) -> dict[str, Any]:
+def row_of(number: int, method: Method, simulation: Simulation) -> dict[str, Any]:
     """What one method makes of one recording."""
     row: dict[str, Any] = {
         "number": number,
@@ -140,7 +144,7 @@ def row_of(number: int, method: Method, simulation: rig.Simulation) -> dict[str,
     }
 
 
-def digest(config: rig.RigConfig) -> str:
+def digest(config: RigConfig) -> str:
     text = json.dumps(asdict(config), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
@@ -165,7 +169,7 @@ def make_rows(folder: Path, recordings: int, methods: Sequence[Method]) -> None:
         missing = [method for method in methods if known(folder, number, method) is None]
         if not missing:
             continue
-        simulation = rig.simulate(config_of(number))
+        simulation = simulate(config_of(number))
         for method in missing:
             row = row_of(number, method, simulation)
             path = place(folder, number, method)
@@ -204,12 +208,12 @@ class Judged:
 
 def judged(row: Mapping[str, Any]) -> Judged:
     config = config_of(row["number"])
-    truth = rig.truth_of(config)
+    truth = truth_of(config)
     turn_rate = truth.table_rate_deg_per_s / 360.0
     resolution = 1.0 / config.duration_s
     threshold = detection_threshold(config.samples // 2, FALSE_ALARM)
     walk = math.sqrt(2.0) * true_value(truth) * DEGREE_PER_ROOT_HOUR / ARCSECOND
-    steps = [config.gyro.quantization_step_arcsec[rig.GYRO_NAMES.index(name)] for name in PAIR]
+    steps = [config.gyro.quantization_step_arcsec[GYRO_NAMES.index(name)] for name in PAIR]
 
     def peak(hertz: float, amplitude: float) -> Peak:
         """With its height over the floor of the increments."""
@@ -262,7 +266,7 @@ def judged(row: Mapping[str, Any]) -> Judged:
     )
 
 
-def explicable(truth: rig.Truth, config: rig.RigConfig) -> dict[int, float]:
+def explicable(truth: Truth, config: RigConfig) -> dict[int, float]:
     """Largest amplitude, arcsec, at each order, of what is there without being put in as a line.
 
     Earth rate at order 1, and of its amplitude E where the rate ripples by a fraction f at
@@ -383,11 +387,11 @@ def parts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return text
 
 
-def _rate(configs: Mapping[int, rig.RigConfig], row: Mapping[str, Any]) -> float:
+def _rate(configs: Mapping[int, RigConfig], row: Mapping[str, Any]) -> float:
     return configs[row["number"]].table.rate_deg_per_s
 
 
-def _lines(configs: Mapping[int, rig.RigConfig], row: Mapping[str, Any]) -> int:
+def _lines(configs: Mapping[int, RigConfig], row: Mapping[str, Any]) -> int:
     disturbances = configs[row["number"]].disturbances
     return len(disturbances.angle) + len(disturbances.time)
 

@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from sagnac import series, stability_curve
-from sagnac.stability import Estimator
+from sagnac.stability.estimators import Estimator
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks_stability.md"
 FIGURE = PAGE.with_name("cost_stability.png")

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 
-from sagnac.analysis import Analysis, Settings, Spectrum
-from sagnac.estimates import Estimate, Fit
-from sagnac.lines import Line
-from sagnac.recording import Channel, Provenance, Recording
-from sagnac.stability import StabilityCurve
+from sagnac.analysis.result import Analysis
+from sagnac.analysis.settings import Settings
+from sagnac.analysis.spectra import Spectrum
+from sagnac.coefficients.estimates import Estimate, Fit
+from sagnac.lines.model import Line
+from sagnac.recording.model import Channel, Provenance, Recording
+from sagnac.stability.curve import StabilityCurve
 
 ARCSECOND = math.pi / 648_000.0
 DEGREE = math.pi / 180.0

@@ -26,15 +26,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from sagnac.stability import StabilityCurve, stability_curve
+    from sagnac.stability.curve import StabilityCurve, stability_curve
 
 __version__ = "0.1.0"
 
 __all__ = ["StabilityCurve", "__version__", "stability_curve"]
 
 _HOME: Final = {
-    "StabilityCurve": "sagnac.stability",
-    "stability_curve": "sagnac.stability",
+    "StabilityCurve": "sagnac.stability.curve",
+    "stability_curve": "sagnac.stability.curve",
 }
 
 

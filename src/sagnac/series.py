@@ -16,7 +16,7 @@ from typing import IO, Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac._kernels import FloatArray
+from sagnac.arrays import ComplexArray, FloatArray
 
 # Eight million samples are 64 MiB a series, and a search holds some ten.
 IN_MEMORY: Final = 2**23
@@ -30,6 +30,7 @@ THREADS: Final = 2
 _RELEASE_EVERY: Final = 4
 
 _Result = TypeVar("_Result")
+_Sum = TypeVar("_Sum", float, FloatArray, ComplexArray)
 
 
 def empty(size: int) -> FloatArray:
@@ -99,12 +100,89 @@ def each(
     """
     pieces = list(spans(size, length))
     if len(pieces) <= 1:
-        yield from map(work, pieces)
+        yield from (work(piece) for piece in pieces)
         return
     with ThreadPoolExecutor(THREADS) as pool:
         for first in range(0, len(pieces), 2 * THREADS):
             yield from pool.map(work, pieces[first : first + 2 * THREADS])
             release(*release_of)
+
+
+def map(
+    work: Callable[[slice], _Result],
+    size: int,
+    *touched: FloatArray,
+    length: int | None = None,
+) -> list[_Result]:
+    """Results of `work` on every block of `size` samples, in their order, some worked on at once.
+
+    Parameters
+    ----------
+    work
+        Given the slice of one block. It may read and write what it likes of the block.
+    size
+        Samples in all.
+    touched
+        Series that `work` reads or writes, whose memory is given back on the way.
+    length
+        Samples in a block, `SPAN` unless stated; the last one may be shorter.
+    """
+    return list(each(work, size, length, release_of=touched))
+
+
+def total(
+    work: Callable[[slice], _Sum],
+    size: int,
+    *touched: FloatArray,
+    length: int | None = None,
+) -> _Sum:
+    """Sum of the results of `work` on every block, added in the order of the blocks; see `map`.
+
+    Raises
+    ------
+    ValueError
+        If there is no block.
+    """
+    parts = iter(each(work, size, length, release_of=touched))
+    result = next(parts, None)
+    if result is None:
+        raise ValueError("there is nothing to sum: size is 0")
+    for part in parts:
+        result = result + part
+    return result
+
+
+def reduce(
+    step: Callable[[_Result, slice], _Result],
+    start: _Result,
+    size: int,
+    *touched: FloatArray,
+    length: int | None = None,
+) -> _Result:
+    """What `step` makes of `start` and every block in turn, one after another; see `map`."""
+    state = start
+    for number, block in enumerate(spans(size, length), start=1):
+        state = step(state, block)
+        if number % _RELEASE_EVERY == 0:
+            release(*touched)
+    release(*touched)
+    return state
+
+
+def made(
+    work: Callable[[slice], FloatArray],
+    size: int,
+    *touched: FloatArray,
+    length: int | None = None,
+) -> FloatArray:
+    """A new series, each block of it what `work` returns for it; see `map`."""
+    result = empty(size)
+
+    def fill(block: slice) -> None:
+        result[block] = work(block)
+
+    map(fill, size, result, *touched, length=length)
+    return result
 
 
 def extent(values: FloatArray) -> tuple[float, float]:

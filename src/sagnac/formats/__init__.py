@@ -12,11 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
+from sagnac.errors import RecordingError
 from sagnac.formats import csv, hdf5, matlab, npz, parquet, psins
 from sagnac.formats.assemble import assemble
 from sagnac.formats.source import Outgoing, Source, outgoing
 from sagnac.formats.statement import Statement, beside
-from sagnac.recording import Provenance, Recording, RecordingError
+from sagnac.recording.model import Provenance, Recording
 
 __all__ = ["Statement", "columns", "read", "write"]
 

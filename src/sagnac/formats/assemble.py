@@ -10,28 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.encoder import fill_missing, mark_missing
+from sagnac.arrays import FloatArray
+from sagnac.errors import RecordingError
 from sagnac.formats.source import Column, Source, Stored
-from sagnac.formats.statement import (
-    Statement,
-    as_kind,
-    is_counts,
-    is_unit,
-    of_name,
-    split_factor,
-)
-from sagnac.recording import (
-    Channel,
-    FloatArray,
-    Kind,
-    Provenance,
-    Recording,
-    RecordingError,
-    counted,
-    integrity,
-    median_step,
-    unwrapped,
-)
+from sagnac.formats.statement import Statement, as_kind, is_counts, is_unit, of_name, split_factor
+from sagnac.recording.encoder import fill_missing, mark_missing
+from sagnac.recording.findings import counted
+from sagnac.recording.kinds import median_step, unwrapped
+from sagnac.recording.model import Channel, Kind, Provenance, Recording
+from sagnac.recording.quality import integrity
 from sagnac.units import ANGLE_UNITS, ARCSECOND, RATE_UNITS, TIME_UNITS, canonical
 
 GYRO_NAMES: Final = ("x", "y", "z")

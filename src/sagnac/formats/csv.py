@@ -12,16 +12,8 @@ import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.formats.source import (
-    Outgoing,
-    Source,
-    Stored,
-    column,
-    damaged,
-    in_memory,
-    replacing,
-)
-from sagnac.recording import RecordingError
+from sagnac.errors import RecordingError
+from sagnac.formats.source import Outgoing, Source, Stored, column, damaged, in_memory, replacing
 
 FORMAT: Final = "CSV"
 SUFFIXES: Final = (".csv", ".tsv", ".txt")

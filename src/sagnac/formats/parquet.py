@@ -25,7 +25,7 @@ from sagnac.formats.source import (
     unit_size,
 )
 from sagnac.formats.statement import from_mapping
-from sagnac.recording import Kind
+from sagnac.recording.model import Kind
 
 FORMAT: Final = "Parquet"
 SUFFIXES: Final = (".parquet", ".pq")

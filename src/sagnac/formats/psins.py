@@ -12,9 +12,9 @@ from typing import Final
 
 import numpy as np
 
+from sagnac.errors import RecordingError
 from sagnac.formats.source import Column, Source, Stored, damaged, in_memory
 from sagnac.formats.statement import Statement
-from sagnac.recording import RecordingError
 
 FORMAT: Final = "PSINS imu"
 SUFFIXES: Final = (".imu",)

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
+from sagnac.errors import RecordingError
 from sagnac.formats.statement import Statement, split_factor, split_header
-from sagnac.recording import Kind, Recording, RecordingError
+from sagnac.recording.model import Kind, Recording
 from sagnac.units import ANGLE_UNITS, RATE_UNITS, angle_scale, rate_scale
 
 

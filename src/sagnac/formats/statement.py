@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, cast, get_args
 
-from sagnac.recording import Kind, RecordingError
+from sagnac.errors import RecordingError
+from sagnac.recording.model import Kind
 from sagnac.units import ANGLE_UNITS, RATE_UNITS, canonical
 
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)

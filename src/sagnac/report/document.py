@@ -14,14 +14,16 @@ from scipy.ndimage import median_filter
 from scipy.stats import gamma
 
 from sagnac import __version__
-from sagnac.analysis import Analysis, Spectrum
-from sagnac.difference import per_gyro
-from sagnac.estimates import Estimate, Fit, in_units
+from sagnac.analysis.result import Analysis
+from sagnac.analysis.spectra import Spectrum
+from sagnac.coefficients.estimates import Estimate, Fit, in_units
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.formats.source import replacing
-from sagnac.lines import Line
-from sagnac.noise import COEFFICIENT_NAMES, CoefficientName
+from sagnac.lines.model import Line
+from sagnac.recording.difference import per_gyro
 from sagnac.report.wording import FIELD_UNITS, in_field_unit
-from sagnac.stability import Estimator, StabilityCurve
+from sagnac.stability.curve import StabilityCurve
+from sagnac.stability.estimators import Estimator
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR
 
 SCHEMA: Final = "sagnac.analysis/1"

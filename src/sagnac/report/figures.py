@@ -15,12 +15,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from sagnac.analysis import Analysis, Spectrum
-from sagnac.difference import per_gyro
+from sagnac.analysis.result import Analysis
+from sagnac.analysis.spectra import Spectrum
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName, allan_variance
 from sagnac.formats.source import replacing
-from sagnac.lines import Line
-from sagnac.noise import COEFFICIENT_NAMES, CoefficientName, allan_variance
-from sagnac.recording import FloatArray
+from sagnac.lines.model import Line
+from sagnac.recording.difference import per_gyro
 from sagnac.report.document import headline_fit, per_gyro_curve
 from sagnac.report.wording import SYMBOLS, in_field_unit, number
 from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_HOUR_PER_ROOT_HERTZ

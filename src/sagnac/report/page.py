@@ -8,9 +8,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from markupsafe import Markup
 
 from sagnac import __version__
-from sagnac.analysis import Analysis
-from sagnac.estimates import Fit
-from sagnac.noise import COEFFICIENT_NAMES
+from sagnac.analysis.result import Analysis
+from sagnac.coefficients.estimates import Fit
+from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.report.document import headline_fit, residual_peaks, shown_estimates, write_text
 from sagnac.report.figures import comparison_figure, spectrum_figure, stability_figure, svg
 from sagnac.report.wording import (

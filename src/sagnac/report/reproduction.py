@@ -9,8 +9,12 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from sagnac import __version__, paper
-from sagnac.paper import Outcome, Reproduction
+from sagnac import __version__
+from sagnac.paper.least_squares import FORM, FORMS, Form
+from sagnac.paper.prediction import adequate_rate
+from sagnac.paper.published import FIGURE_2, FIGURE_3, TABLE_1, TABLE_2
+from sagnac.paper.reproduce import Outcome, Reproduction, outcomes_of_table
+from sagnac.paper.trials import NEAREST_TRIAL, Trial
 from sagnac.report.document import _cell, _csv, write_text
 from sagnac.report.figures import (
     BLUE,
@@ -88,7 +92,7 @@ def tables(reproduction: Reproduction) -> dict[str, str]:
                     str(outcome.lines),
                     str(outcome.seed),
                 ]
-                for rate, day, published, outcome in paper.outcomes_of_table(
+                for rate, day, published, outcome in outcomes_of_table(
                     reproduction, _literal(table)
                 )
             ],
@@ -98,7 +102,7 @@ def tables(reproduction: Reproduction) -> dict[str, str]:
             "trial",
             "interval[s]",
             "paper[deg/sqrt(h)]",
-            *(f"{form.replace(', ', ' ')}[deg/sqrt(h)]" for form in paper.FORMS),
+            *(f"{form.replace(', ', ' ')}[deg/sqrt(h)]" for form in FORMS),
             "estimate[deg/sqrt(h)]",
             "low[deg/sqrt(h)]",
             "high[deg/sqrt(h)]",
@@ -111,12 +115,12 @@ def tables(reproduction: Reproduction) -> dict[str, str]:
                 trial.name,
                 _cell(interval),
                 _cell(published),
-                *(_cell(outcome.least_squares.get(form, math.nan)) for form in paper.FORMS),
+                *(_cell(outcome.least_squares.get(form, math.nan)) for form in FORMS),
                 *_estimate_cells(outcome),
                 _cell(outcome.truth_deg_per_sqrt_h),
             ]
             for trial in reproduction.trials
-            for interval, published in paper.FIGURE_3.items()
+            for interval, published in FIGURE_3.items()
             for outcome in (reproduction.outcomes[f"figure3-{trial.name}-{interval:g}s"],)
         ],
     )
@@ -192,7 +196,7 @@ def page(reproduction: Reproduction, figures: dict[str, Figure] | None = None) -
         for rate, _, _, outcome in _cells(reproduction, "table1")
         if rate == 0.0 and outcome.status == "estimated"
     ]
-    slowest = paper.adequate_rate(reproduction.prediction) / DEGREE
+    slowest = adequate_rate(reproduction.prediction) / DEGREE
     return _render(
         "reproduction.html",
         title="The experiment of Yu et al. (2013), regenerated on a simulated rig",
@@ -202,12 +206,12 @@ def page(reproduction: Reproduction, figures: dict[str, Figure] | None = None) -
             for name, figure in drawn.items()
         },
         figure2=[_figure2_row(outcome) for outcome in fris],
-        figure2_paper=number(paper.FIGURE_2),
+        figure2_paper=number(FIGURE_2),
         figure2_local=number(max(_excess(outcome) for outcome in fris)),
-        forms=paper.FORMS,
+        forms=FORMS,
         trials=[_trial_rows(reproduction, trial) for trial in reproduction.trials],
-        white=_readings(reproduction, "white", paper.FORM),
-        nearest=_readings(reproduction, paper.NEAREST_TRIAL, paper.FORM),
+        white=_readings(reproduction, "white", FORM),
+        nearest=_readings(reproduction, NEAREST_TRIAL, FORM),
         rate_growth=_growth(reproduction, "rate"),
         removed=", ".join(
             f"{outcome.value * 1e4:.2f}" for outcome in _intervals(reproduction, "removed")
@@ -215,9 +219,9 @@ def page(reproduction: Reproduction, figures: dict[str, Figure] | None = None) -
         figures_456=[
             (label, _cell_row(published, outcomes[name], size))
             for label, name, published, size in (
-                ("Figure 4", "table1-0-day1", paper.TABLE_1[0.0][0], 1e-4),
-                ("Figure 5", "table1-40-day1", paper.TABLE_1[40.0][0], 1e-4),
-                ("Figure 6", "table2-40-day1", paper.TABLE_2[40.0][0], 1e-5),
+                ("Figure 4", "table1-0-day1", TABLE_1[0.0][0], 1e-4),
+                ("Figure 5", "table1-40-day1", TABLE_1[40.0][0], 1e-4),
+                ("Figure 6", "table2-40-day1", TABLE_2[40.0][0], 1e-5),
             )
         ],
         tables=[_table(reproduction, table, size) for table, size in _TABLES],
@@ -227,8 +231,8 @@ def page(reproduction: Reproduction, figures: dict[str, Figure] | None = None) -
             / _mean(_estimated(reproduction, "table2", above=20.0))
         ),
         paper_ratio=number(
-            _mean(value for days in paper.TABLE_1.values() for value in days)
-            / _mean(value for rate, days in paper.TABLE_2.items() if rate > 20 for value in days)
+            _mean(value for days in TABLE_1.values() for value in days)
+            / _mean(value for rate, days in TABLE_2.items() if rate > 20 for value in days)
         ),
         slowest=number(slowest),
         version=__version__,
@@ -250,7 +254,7 @@ def _curves_of(reproduction: Reproduction) -> dict[str, list[Outcome]]:
     outcomes = reproduction.outcomes
     return {
         "figure2": [outcomes["figure2-day1"], outcomes["table2-40-day1"]],
-        "figure3": [outcomes[f"figure3-as-simulated-{interval:g}s"] for interval in paper.FIGURE_3],
+        "figure3": [outcomes[f"figure3-as-simulated-{interval:g}s"] for interval in FIGURE_3],
         "figure4": [outcomes["table1-0-day1"]],
         "figure5": [outcomes["table1-40-day1"]],
         "figure6": [outcomes["table2-40-day1"]],
@@ -387,7 +391,7 @@ def _literal(table: str) -> Literal["table1", "table2"]:
 def _cells(
     reproduction: Reproduction, table: Literal["table1", "table2"]
 ) -> list[tuple[float, int, float, Outcome]]:
-    return list(paper.outcomes_of_table(reproduction, table))
+    return list(outcomes_of_table(reproduction, table))
 
 
 def _estimated(
@@ -423,10 +427,10 @@ def _estimate_cells(outcome: Outcome) -> list[str]:
 
 
 def _intervals(reproduction: Reproduction, trial: str) -> list[Outcome]:
-    return [reproduction.outcomes[f"figure3-{trial}-{interval:g}s"] for interval in paper.FIGURE_3]
+    return [reproduction.outcomes[f"figure3-{trial}-{interval:g}s"] for interval in FIGURE_3]
 
 
-def _readings(reproduction: Reproduction, trial: str, form: paper.Form) -> list[str]:
+def _readings(reproduction: Reproduction, trial: str, form: Form) -> list[str]:
     """N by least squares at each interval, 1e-4 deg/sqrt(h)."""
     return [
         f"{outcome.least_squares[form] * 1e4:.1f}" if form in outcome.least_squares else "–"
@@ -524,7 +528,7 @@ def _figure2_row(outcome: Outcome) -> dict[str, Any]:
             )
             if form in outcome.least_squares
             else ("–", "too few points")
-            for form in paper.FORMS
+            for form in FORMS
         ],
         "answer": "not observable"
         if outcome.status == "not observable"
@@ -532,9 +536,9 @@ def _figure2_row(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _trial_rows(reproduction: Reproduction, trial: paper.Trial) -> dict[str, Any]:
+def _trial_rows(reproduction: Reproduction, trial: Trial) -> dict[str, Any]:
     rows = []
-    for interval, published in paper.FIGURE_3.items():
+    for interval, published in FIGURE_3.items():
         outcome = reproduction.outcomes[f"figure3-{trial.name}-{interval:g}s"]
         bound = "< " if outcome.status == "upper bound" else ""
         interval_text = (
@@ -550,7 +554,7 @@ def _trial_rows(reproduction: Reproduction, trial: paper.Trial) -> dict[str, Any
                     f"{outcome.least_squares[form] * 1e4:.2f}"
                     if form in outcome.least_squares
                     else "–"
-                    for form in paper.FORMS
+                    for form in FORMS
                 ],
                 "value": f"{bound}{outcome.value * 1e4:.2f}"
                 if math.isfinite(outcome.value)

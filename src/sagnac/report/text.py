@@ -6,9 +6,10 @@ from typing import Final
 
 from rich.cells import cell_len
 
-from sagnac.analysis import Analysis
-from sagnac.noise import COEFFICIENT_NAMES
-from sagnac.recording import Finding, Recording
+from sagnac.analysis.result import Analysis
+from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.recording.findings import Finding
+from sagnac.recording.model import Recording
 from sagnac.report.document import (
     coarser,
     curve_unit,
@@ -32,7 +33,7 @@ from sagnac.report.wording import (
     subject,
     unit_cells,
 )
-from sagnac.stability import StabilityCurve
+from sagnac.stability.curve import StabilityCurve
 
 _MOST_LINES: Final = 20
 _DENSITY_ROWS: Final = 24

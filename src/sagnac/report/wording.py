@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
-from sagnac.estimates import Estimate, FitName
-from sagnac.lines import Line
-from sagnac.noise import CoefficientName
+from sagnac.coefficients.estimates import Estimate, FitName
+from sagnac.coefficients.laws import CoefficientName
+from sagnac.lines.model import Line
 from sagnac.units import (
     ARCSECOND,
     COEFFICIENT_UNITS,

@@ -1,0 +1,163 @@
+"""Compiled loops of the curve fit: arrays in, arrays out; no validation, no files."""
+
+# Compiled loops take their arrays by position.
+
+import numba
+import numpy as np
+
+from sagnac.arrays import FloatArray, IntegerArray
+
+
+@numba.njit(cache=True)
+def _markov_structure(t: float, correlation: float, near: bool) -> float:
+    """Generalized autocovariance of the angle for a Markov rate of q_c = 1.
+
+    -(T^3/2) (e^-x + x - 1), x = t/T; `near` takes off a parabola, which no second difference
+    sees and which would cost the digits where all of x is small.
+    """
+    x = t / correlation
+    if not near:
+        return float(-0.5 * correlation**3 * (np.expm1(-x) + x))
+    series = 1.0
+    for k in range(18, 3, -1):
+        series = 1.0 - series * x / k
+    return correlation**3 * series * x * x * x / 12.0
+
+
+@numba.njit(cache=True)
+def _flicker_difference(t: float, step: float) -> float:
+    """Second difference of ``t^2 ln|t|`` at t, t + step and t + 2 step."""
+    middle = abs(t + step)
+    if middle < 8.0 * step:
+        total = 0.0
+        for k in range(3):
+            place = abs(t + k * step)
+            if place > 0.0:
+                total += (-2.0 if k == 1 else 1.0) * place * place * np.log(place)
+        return float(total)
+    # Taylor's series about the middle, which loses no digits far from zero.
+    ratio = (step / middle) ** 2
+    series = 0.0
+    for k in range(9, 1, -1):
+        series = ratio * (series + 4.0 / (2.0 * k * (2.0 * k - 1.0) * (2.0 * k - 2.0)))
+    return float(step * step * (2.0 * np.log(middle) + 3.0 - series))
+
+
+@numba.njit(cache=True)
+def _cubic_difference(t: float, step: float) -> float:
+    """Second difference of ``|t|^3`` at t, t + step and t + 2 step."""
+    if t >= 0.0 or t + 2.0 * step <= 0.0:
+        return float(6.0 * step * step * abs(t + step))
+    return float(abs(t) ** 3 - 2.0 * abs(t + step) ** 3 + abs(t + 2.0 * step) ** 3)
+
+
+@numba.njit(cache=True)
+def _second_difference_covariances(
+    lag: float, first: int, second: int, correlation: float, out: FloatArray
+) -> None:
+    """Covariance at `lag` of second angle differences over `first` and `second` samples.
+
+    From the generalized autocovariance of the angle: a delta, -|t|/2, t^2 ln|t|/(2 pi) and
+    |t|^3/12 for Q, N, B and K at one and a sample interval of one; then a Markov rate.
+    """
+    out[:5] = 0.0
+    near = abs(lag) + 2.0 * (first + second) < correlation
+    for p in range(3):
+        for q in range(3):
+            weight = (-2.0 if p == 1 else 1.0) * (-2.0 if q == 1 else 1.0)
+            t = abs(lag + p * first - q * second)
+            if t == 0.0:
+                out[0] += weight
+            else:
+                out[1] -= weight * 0.5 * t
+                if correlation > 0.0:
+                    out[4] += weight * _markov_structure(t, correlation, near)
+    # The shorter of the two first: of a day at 500 Hz the cube of a lag has no digits left for it.
+    short, long = min(first, second), max(first, second)
+    start = lag if first <= second else lag - 2.0 * second
+    for p in range(3):
+        weight = -2.0 if p == 1 else 1.0
+        t = start - p * long if first <= second else start + p * long
+        out[2] += weight * _flicker_difference(t, short) / (2.0 * np.pi)
+        out[3] += weight * _cubic_difference(t, short) / 12.0
+
+
+@numba.njit(cache=True)
+def overlapped_covariances(
+    factors: IntegerArray,
+    angles: int,
+    correlation: float,
+    nodes: FloatArray,
+    weights: FloatArray,
+) -> FloatArray:
+    """Covariance of overlapped Allan variances by pairs of terms, for a sample interval of one.
+
+    ``(terms, terms, points, points)`` with the terms Q, N, B, K, a Markov rate of time
+    `correlation` in samples (0: none) and the ramp R: contracted twice with the squared
+    coefficients it is the covariance. All lags between two second
+    differences are summed, weighted by how often the record holds them; between the lags
+    where a law breaks (whole sums of the two clusters) far ones go by Gauss-Legendre panels
+    (`nodes` and `weights` on [-1, 1]) that are finer towards the breaks.
+    """
+    points = factors.size
+    out = np.zeros((6, 6, points, points))
+    breaks = np.empty(27)
+    panels = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
+    covariance = np.empty(6)
+    total = np.empty((6, 6))
+    for i in range(points):
+        for j in range(i, points):
+            first, second = factors[i], factors[j]
+            first_terms, second_terms = angles - 2 * first, angles - 2 * second
+            lowest, highest = -(second_terms - 1.0), first_terms - 1.0
+            for p in range(3):
+                for q in range(3):
+                    breaks[3 * p + q] = q * second - p * first
+            breaks[9], breaks[10] = 0.0, first_terms - second_terms
+            breaks[11], breaks[12] = lowest, highest
+            count = 13
+            reach = 1.0 * max(first, second)
+            for k in range(7):
+                breaks[count] = 2.0 * second + (2.0 ** (k + 1) - 1.0) * reach
+                breaks[count + 1] = -2.0 * first - (2.0 ** (k + 1) - 1.0) * reach
+                count += 2
+            # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
+            limit_low, limit_high = max(lowest, breaks[26]), min(highest, breaks[25])
+            ordered = np.sort(np.minimum(np.maximum(breaks[:count], limit_low), limit_high))
+            covariance[5] = 1.0 * first * first * second * second
+            total[:] = 0.0
+            for k in range(count):
+                lag = ordered[k]
+                if k + 1 < count and ordered[k + 1] == lag:
+                    continue
+                span = (ordered[k + 1] - lag - 1.0) if k + 1 < count else 0.0
+                exact = span <= 64.0
+                # Beyond the clusters' own span all is smooth, and the breaks double.
+                tail = lag >= 2.0 * second or lag < -2.0 * first
+                inner = int(span) if exact else (1 if tail else 7) * nodes.size
+                for node in range(inner + 1):
+                    weight = 1.0
+                    if node == 0:
+                        at = lag
+                    elif exact:
+                        at = lag + node
+                    else:
+                        panel, place = (node - 1) // nodes.size, (node - 1) % nodes.size
+                        start, stop = panels[panel], panels[panel + 1]
+                        if tail:
+                            start, stop = 0.0, 1.0
+                        half = 0.5 * span * (stop - start)
+                        at = lag + 0.5 + span * start + half * (1.0 + nodes[place])
+                        weight = half * weights[place]
+                    weight *= min(first_terms, second_terms + at) - max(0.0, at)
+                    _second_difference_covariances(at, first, second, correlation, covariance)
+                    for a in range(6):
+                        for b in range(6):
+                            total[a, b] += weight * covariance[a] * covariance[b]
+            total[5, 5] = 0.0  # a ramp does not vary
+            scale = 0.5 / (1.0 * first * first * second * second * first_terms * second_terms)
+            for a in range(6):
+                for b in range(6):
+                    out[a, b, i, j] = scale * total[a, b]
+                    out[a, b, j, i] = scale * total[a, b]
+    return out

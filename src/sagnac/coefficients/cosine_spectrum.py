@@ -1,0 +1,287 @@
+"""The spectrum that the likelihood fit takes: squared cosine transform of the increments."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import chi2, ncx2
+
+from sagnac import series
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.estimates import Status, crossing
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.errors import RecordingError
+from sagnac.recording.kinds import angle_increments
+from sagnac.recording.model import Kind
+from sagnac.spectrum.periodogram import bin_sums
+from sagnac.spectrum.transforms import cosine_length, cosine_transform
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CosineSpectrum:
+    """What `spectrum_fit` fits: the increments in the basis that it fits them in.
+
+    Attributes
+    ----------
+    transform
+        (samples,) orthonormal cosine transform (DCT-II) of the increments, rad, a series.
+    interval
+        Between samples, s.
+    terms
+        To fit.
+    slope
+        Taken off the increments first, rad per sample; zero without ``rate_ramp``.
+    sinusoid
+        Frequency of the one taken off, Hz, with the square of its amplitude in the
+        increments, rad^2; None where none was.
+    """
+
+    transform: FloatArray
+    interval: float
+    terms: tuple[CoefficientName, ...]
+    slope: float
+    sinusoid: tuple[float, float] | None
+
+
+def cosine_spectrum(
+    values: ArrayLike,
+    *,
+    kind: Kind,
+    sample_rate: float,
+    terms: Sequence[CoefficientName] = COEFFICIENT_NAMES,
+    sinusoid: float | None = None,
+) -> CosineSpectrum:
+    """Transform once what is to be fitted over several bands.
+
+    Of 2^17 increments or more a few of the last may be left out, so that their number has
+    a divisor for a transform in parts; a long series is worked through by spans.
+
+    Parameters
+    ----------
+    values, kind, sample_rate, terms, sinusoid
+        As in `likelihood_fit`.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite, or there are too few.
+    ValueError
+        If an argument makes no sense.
+    """
+    unknown = [name for name in terms if name not in COEFFICIENT_NAMES]
+    if unknown or not terms:
+        raise ValueError(f"terms {list(terms)} is not a choice of {', '.join(COEFFICIENT_NAMES)}")
+    interval = 1.0 / sample_rate
+    increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
+    require_increments(increments.size)
+    increments = increments[: cosine_length(increments.size)]
+    wave = 0.0
+    if sinusoid is not None:
+        wave, increments = _without_sinusoid(increments, sinusoid * interval)
+    slope = 0.0
+    if "rate_ramp" in terms:
+        slope, increments = without_slope(increments)
+    return CosineSpectrum(
+        transform=cosine_transform(increments),
+        interval=interval,
+        terms=tuple(terms),
+        slope=slope,
+        sinusoid=None if sinusoid is None else (sinusoid, wave),
+    )
+
+
+def _without_sinusoid(increments: FloatArray, cycles: float) -> tuple[float, FloatArray]:
+    """Squared amplitude of a sinusoid of `cycles` per sample, and the increments less it."""
+    if not 0.0 < cycles < 0.5:
+        raise ValueError(
+            f"sinusoid is at {cycles:g} of the sample rate; give a frequency below one half of it"
+        )
+    phase = 2.0 * np.pi * cycles * np.arange(increments.size)
+    waves = np.stack([np.cos(phase), np.sin(phase)])
+    centred = increments - increments.mean()
+    amplitudes = np.linalg.solve(waves @ waves.T, waves @ centred)
+    return float(amplitudes @ amplitudes), centred - amplitudes @ waves
+
+
+def fitted_sinusoid(
+    square: float, variance: float, confidence: float
+) -> tuple[float, float, float, Status]:
+    """Squared amplitude from the measured one, whose two parts have `variance` each.
+
+    Over the variance it is a non-central chi-square of two degrees of freedom.
+    """
+    seen = square / variance
+
+    def limit(probability: float) -> float:
+        # The non-centrality at which what was seen stands at `probability`.
+        return variance * crossing(
+            lambda centre: probability - float(ncx2.cdf(seen, 2, max(centre, 1e-12))),
+            0.0,
+            seen + 1.0,
+        )
+
+    tail = 0.5 - 0.5 * confidence
+    if seen > PRESENCE_OF_TWO and float(chi2.sf(seen, 2)) < tail:
+        return max(square - 2.0 * variance, 0.0), limit(1.0 - tail), limit(tail), "estimated"
+    high = limit(1.0 - confidence) if float(chi2.cdf(seen, 2)) > 1.0 - confidence else variance
+    return high, 0.0, high, "upper bound"
+
+
+def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
+    """Slope per sample of the increments by least squares, and what is left."""
+    size = increments.size
+    middle = 0.5 * (size - 1)
+    moment = 0.0
+    for span in series.through(size, increments):
+        moment += float((np.arange(span.start, span.stop) - middle) @ increments[span])
+    slope = 12.0 * moment / (float(size) * (float(size) ** 2 - 1.0))
+    rest = series.empty(size)
+    for span in series.through(size, increments, rest):
+        rest[span] = increments[span] - slope * (np.arange(span.start, span.stop) - middle)
+    return slope, rest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ordinates:
+    """Squares of the cosine transform, averaged over bins.
+
+    `power` (bins,) is the mean of `count` squares whose mean is ``basis @ squares``;
+    `weight` is the number of degrees of freedom granted to a bin.
+    """
+
+    basis: FloatArray
+    power: FloatArray
+    count: FloatArray
+    weight: FloatArray
+    frequency: FloatArray
+
+
+LEAST_BINS: Final = 8
+# The same probability for two parameters.
+PRESENCE_OF_TWO: Final = 11.83
+SINGLE: Final = 64
+_PER_OCTAVE: Final = 32
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpectrumBins:
+    """Ranges of the index k of a cosine transform, without what is masked.
+
+    `edges` are all starts and the last stop; `keep` says which of the ranges between them are
+    used; `starts` and `stops` (bins,) are those.
+    """
+
+    edges: NDArray[np.int64]
+    keep: NDArray[np.bool_]
+    starts: NDArray[np.int64]
+    stops: NDArray[np.int64]
+
+    @property
+    def count(self) -> FloatArray:
+        """(bins,) ordinates in each bin."""
+        return np.asarray(self.stops - self.starts, dtype=np.float64)
+
+    def mean(self, one: FloatArray, other: FloatArray) -> FloatArray:
+        """Mean over each bin of products of values at k = 0, 1, …"""
+        sums = bin_sums(lambda span: one[span] * other[span], self.edges, one, other)
+        return np.asarray(sums[self.keep] / self.count)
+
+
+def require_increments(samples: int) -> None:
+    """Refuse a record too short for a spectrum."""
+    if samples <= LEAST_BINS:
+        raise RecordingError(f"{samples} increments are too few for a spectrum; record longer")
+
+
+def cosine_bins(
+    samples: int,
+    interval: float,
+    masked: Sequence[tuple[float, float]],
+    band: tuple[float, float] | None,
+    *,
+    narrowest: int = 1,
+) -> SpectrumBins:
+    """Bins of the cosine spectrum that a fit takes."""
+    resolution = 1.0 / (2.0 * samples * interval)
+    octaves = math.log2(samples / SINGLE) if samples > SINGLE else 0.0
+    steps = max(1, round(_PER_OCTAVE * octaves))
+    spaced = np.unique(np.round(np.geomspace(SINGLE, samples, steps + 1)).astype(np.int64))
+    excluded = [np.zeros((0, 2))]
+    if len(masked):
+        limits = np.asarray(masked, dtype=np.float64).reshape(-1, 2) / resolution
+        if not (np.isfinite(limits).all() and (limits[:, 0] <= limits[:, 1]).all()):
+            raise ValueError(f"masked is {list(masked)}; give pairs (low, high) in Hz")
+        # Two indices are one resolution cell, 1/duration.
+        excluded.append(np.stack([np.floor(limits[:, 0]) - 2, np.ceil(limits[:, 1]) + 3], axis=1))
+    if band is not None:
+        low, high = band
+        if not 0.0 <= low < high:
+            raise ValueError(f"band is {band}; give (low, high) in Hz with low below high")
+        top = min(high / resolution, samples)
+        excluded.append(
+            np.array([[0.0, math.ceil(low / resolution)], [math.floor(top) + 1.0, samples]])
+        )
+    ranges = np.clip(np.concatenate(excluded), 1, samples).astype(np.int64)
+    singles = np.arange(1, min(SINGLE, samples) + 1, narrowest)
+    wide = spaced[(spaced <= samples) & (np.diff(spaced, prepend=0) >= narrowest)]
+    between = np.arange(singles[-1], wide[0] if wide.size else samples, narrowest)
+    edges = np.unique(np.concatenate([singles, between, wide, [samples], ranges.ravel()]))
+    starts, stops = edges[:-1], edges[1:]
+    opened = np.searchsorted(np.sort(ranges[:, 0]), starts, side="right")
+    closed = np.searchsorted(np.sort(ranges[:, 1]), starts, side="right")
+    keep = (opened <= closed) & (stops - starts >= narrowest)
+    if np.count_nonzero(keep) < LEAST_BINS:
+        raise RecordingError(
+            "masked and band leave too few frequencies to fit; mask less or record longer"
+        )
+    return SpectrumBins(edges=edges, keep=keep, starts=starts[keep], stops=stops[keep])
+
+
+def bin_means(bins: SpectrumBins, expected: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Mean over each bin of expected squares by index, (bins, terms)."""
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    centre = 0.5 * (bins.starts + bins.stops - 1.0)
+    # Half a step beyond the first and the last: a sum by the integral over its steps.
+    half = np.where(bins.count > 1.0, 0.5 * bins.count, 0.0)
+    index = centre[:, np.newaxis] + half[:, np.newaxis] * nodes
+    basis = expected(index.ravel()).reshape(*index.shape, -1)
+    return np.asarray(np.einsum("bnt,n->bt", basis, 0.5 * weights))
+
+
+def slope_transform(index: FloatArray, samples: int) -> FloatArray:
+    """Cosine transform (DCT-II, orthonormal) of 0, 1, 2, …, at k > 0."""
+    half = 0.5 * np.pi * index / samples
+    shape = -math.sqrt(2.0 / samples) * np.cos(half) / (2.0 * np.sin(half) ** 2)
+    return np.asarray(np.where(index % 2 == 1, shape, 0.0))
+
+
+def less_slope(
+    spectrum: Ordinates,
+    bins: SpectrumBins,
+    samples: int,
+    expected: Callable[[FloatArray], FloatArray],
+) -> Ordinates:
+    """`spectrum` of increments less their slope by least squares, expected as such.
+
+    With d the transform of a unit slope, D its square, the squares have the mean
+    ``A_k (1 - 2 d_k^2/D) + d_k^2 sum(d_j^2 A_j)/D^2`` in place of A_k. The first is left
+    out: nearly all of it is the slope.
+    """
+    index = np.arange(1.0, min(SINGLE, samples), 2.0)
+    shape = slope_transform(index, samples) ** 2
+    shape /= shape.sum()
+    share = np.zeros((spectrum.power.size, 1))
+    low = (bins.count == 1.0) & (bins.starts < SINGLE) & (bins.starts % 2 == 1)
+    share[low, 0] = shape[bins.starts[low] // 2]
+    basis = spectrum.basis * (1.0 - 2.0 * share) + share * (shape @ expected(index))
+    rest = bins.starts > 1
+    return Ordinates(
+        basis=basis[rest],
+        power=spectrum.power[rest],
+        count=spectrum.count[rest],
+        weight=spectrum.weight[rest],
+        frequency=spectrum.frequency[rest],
+    )

@@ -1,0 +1,270 @@
+"""Each of three gyros alone, from their differences."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import norm
+
+from sagnac import series
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.cosine_spectrum import (
+    bin_means,
+    cosine_bins,
+    require_increments,
+    without_slope,
+)
+from sagnac.coefficients.estimates import (
+    CONVERGED,
+    PRESENCE,
+    Estimate,
+    per_gyro_estimate,
+    require_confidence,
+)
+from sagnac.coefficients.laws import STOCHASTIC_NAMES, cosine_power_basis
+from sagnac.coefficients.maximum import solve_normal
+from sagnac.errors import RecordingError
+from sagnac.recording.kinds import angle_increments
+from sagnac.recording.model import Kind
+from sagnac.spectrum.transforms import cosine_length, cosine_transform
+
+
+def groslambert_covariance(
+    first: ArrayLike, second: ArrayLike, *, kind: Kind, sample_rate: float, taus: ArrayLike
+) -> FloatArray:
+    """Overlapped Allan covariance of two signals (Groslambert covariance).
+
+    ``mean(d1 d2) / (2 tau^2)`` over the second differences d of the angles: the Allan
+    variance, with a product where it has a square. Noise that only one of the signals has
+    drops out in the mean, so that of three gyros ``GCOV(x - y, x - z)`` is the Allan
+    variance of x alone (E. Lantz et al., IEEE Trans. UFFC 66:1942, 2019; sign
+    conventions: with ``z - x`` it is negative). The published GCODEV is
+    ``sign(GCOV) sqrt(abs(GCOV))``.
+
+    Parameters
+    ----------
+    first, second
+        (samples,), rad for ``angle`` and ``increment``, rad/s for ``rate``.
+    kind
+        What one sample is.
+    sample_rate
+        Samples per second.
+    taus
+        (points,) cluster times, s, each rounded to a whole number of samples.
+
+    Returns
+    -------
+    FloatArray
+        (points,), (rad/s)^2; either sign.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite.
+    ValueError
+        If the signals differ in length, or a cluster time does not fit in them.
+    """
+    angles = []
+    for values in (first, second):
+        increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
+        angles.append(np.concatenate([[0.0], np.cumsum(increments - increments.mean())]))
+    if angles[0].size != angles[1].size:
+        raise ValueError(
+            f"first and second have {angles[0].size} and {angles[1].size} angles; give one span"
+        )
+    covariances = []
+    for tau in np.atleast_1d(np.asarray(taus, dtype=np.float64)):
+        cluster = round(tau * sample_rate)
+        if not 1 <= cluster <= (angles[0].size - 1) // 2:
+            raise ValueError(
+                f"tau {tau:g} s is {cluster} samples; give 1 to {(angles[0].size - 1) // 2} of them"
+            )
+        one, other = (
+            angle[2 * cluster :] - 2.0 * angle[cluster:-cluster] + angle[: -2 * cluster]
+            for angle in angles
+        )
+        span = cluster / sample_rate
+        covariances.append(float(one @ other) / one.size / (2.0 * span**2))
+    return np.array(covariances)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Separation:
+    """Angle random walk of each of three gyros, from their differences alone.
+
+    Attributes
+    ----------
+    angle_random_walk
+        By gyro, rad/sqrt(s).
+    notes
+        What was noticed, a negative variance among it.
+    """
+
+    angle_random_walk: Mapping[str, Estimate]
+    notes: tuple[str, ...] = ()
+
+
+def three_cornered_hat(
+    gyros: Mapping[str, ArrayLike],
+    *,
+    kind: Kind,
+    sample_rate: float,
+    confidence: float = 0.95,
+    masked: Sequence[tuple[float, float]] = (),
+    band: tuple[float, float] | None = None,
+) -> Separation:
+    """Each gyro's own angle random walk from three that turn together.
+
+    What the gyros share (the table, the Earth) is in each of them and in no difference of
+    them, so only the differences are used: the first less the second and the second less
+    the third. Their spectra and cross spectrum are the sum of Q, N, B and K of three
+    independent gyros; all twelve squares are fitted at once by likelihood on the cosine
+    transforms, as in `likelihood_fit`. This is the three-cornered hat by covariances
+    (`sagnac.difference.groslambert_covariance`) with the weights that lose nothing.
+
+    A square may come out negative where a gyro is much quieter than the other two, or
+    where the gyros' noises are not independent. Then, and wherever the square is below
+    three standard deviations, an upper bound is given and a note says why.
+
+    Parameters
+    ----------
+    gyros
+        Three channels of one length by name, rad for ``angle`` and ``increment``, rad/s
+        for ``rate``; the share of common motion already alike, lines removed or masked.
+    kind
+        What one sample is.
+    sample_rate
+        Samples per second.
+    confidence
+        Of every interval and bound.
+    masked, band
+        As in `likelihood_fit`.
+
+    Returns
+    -------
+    Separation
+        By the names given.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite, the differences do not vary, or too little is left.
+    ValueError
+        If there are not three gyros of one length, or another argument makes no sense.
+    """
+    require_confidence(confidence)
+    if len(gyros) != 3:
+        raise ValueError(f"gyros has {len(gyros)} channels; a three-cornered hat takes three")
+    channels = [
+        angle_increments(values, kind=kind, sample_rate=sample_rate) for values in gyros.values()
+    ]
+    sizes = {channel.size for channel in channels}
+    if len(sizes) != 1:
+        raise ValueError(f"gyros have {sorted(sizes)} increments; give one span of all three")
+    require_increments(channels[0].size)
+    samples, interval = cosine_length(channels[0].size), 1.0 / sample_rate
+    # A ramp lives in the lowest indices, and least squares took what noise looks like one.
+    lowest = 4.0 / (samples * interval)
+    low, high = band if band is not None else (0.0, math.inf)
+    # One product of two transforms fits a singular matrix, at infinite likelihood.
+    bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
+    basis = bin_means(bins, lambda index: cosine_power_basis(index, samples, interval))
+    one, other = (
+        cosine_transform(without_slope(series.less(first, second)[:samples])[1])
+        for first, second in pairwise(channels)
+    )
+    moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)
+    if not min(moments[:, 0].min(), moments[:, 2].min()) > 0.0:
+        raise RecordingError(
+            f"two of the gyros {', '.join(gyros)} are the same; check the columns (--columns)"
+        )
+    squares, errors = _separate(basis, moments, bins.count)
+    column = STOCHASTIC_NAMES.index("angle_random_walk")
+    notes = []
+    estimates = {}
+    for gyro, name in enumerate(gyros):
+        square, error = float(squares[gyro, column]), float(errors[gyro, column])
+        reach = error * float(norm.ppf(0.5 + 0.5 * confidence))
+        if square > math.sqrt(PRESENCE) * error and square > reach:
+            estimates[name] = per_gyro_estimate(
+                (square, square - reach, square + reach, "estimated"), 1, confidence
+            )
+            continue
+        bound = max(square, 0.0) + error * float(norm.ppf(max(confidence, 0.5)))
+        estimates[name] = per_gyro_estimate((bound, 0.0, bound, "upper bound"), 1, confidence)
+        what = "negative" if square < 0.0 else "within three standard deviations of zero"
+        notes.append(
+            f"the squared angle random walk of {name} alone came out {what}: it is much quieter "
+            "than the others, or their noises are not independent; an upper bound is given"
+        )
+    return Separation(angle_random_walk=estimates, notes=tuple(notes))
+
+
+# First less second and second less third, in terms of the three gyros.
+_DIFFERENCES: Final = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
+
+
+def _separate(
+    basis: FloatArray, moments: FloatArray, count: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Squares of each gyro and their errors, (3, terms) each, by Fisher scoring.
+
+    The spectral matrix of the two differences is linear in the squares; scoring is least
+    squares on its entries in the metric of their own covariance, repeated.
+    """
+    terms = basis.shape[1]
+
+    def solve(squares: FloatArray) -> tuple[float, FloatArray]:
+        """-2 log likelihood and the inverse spectral matrices, (bins, 2, 2)."""
+        density = basis @ squares.T
+        spectral = np.einsum("ig,bg,jg->bij", _DIFFERENCES, density, _DIFFERENCES)
+        determinant = spectral[:, 0, 0] * spectral[:, 1, 1] - spectral[:, 0, 1] ** 2
+        if not (determinant.min() > 0.0 and spectral[:, 0, 0].min() > 0.0):
+            return math.inf, spectral
+        inverse = spectral[:, ::-1, ::-1] / determinant[:, np.newaxis, np.newaxis]
+        inverse[:, 0, 1] *= -1.0
+        inverse[:, 1, 0] *= -1.0
+        trace = (
+            inverse[:, 0, 0] * moments[:, 0]
+            + 2.0 * inverse[:, 0, 1] * moments[:, 1]
+            + inverse[:, 1, 1] * moments[:, 2]
+        )
+        return float(count @ (np.log(determinant) + trace)), inverse
+
+    # The three spectra by covariances, averaged over all bins, start it as white noise.
+    total = moments.T @ count / count.sum()
+    start = np.maximum([total[0] + total[1], -total[1], total[2] + total[1]], 0.01 * total[0])
+    squares = np.zeros((3, terms))
+    squares[:, STOCHASTIC_NAMES.index("angle_random_walk")] = start / basis[0, 1]
+    deviance, inverse = solve(squares)
+    matrix = np.stack([moments[:, 0], moments[:, 1], moments[:, 1], moments[:, 2]], axis=1).reshape(
+        -1, 2, 2
+    )
+    for _ in range(100):
+        reach = inverse @ _DIFFERENCES
+        coupling = np.einsum("ig,bih->bgh", _DIFFERENCES, reach) ** 2
+        fisher = 0.5 * np.einsum("b,bs,bt,bgh->gsht", count, basis, basis, coupling)
+        observed = np.einsum("big,bij,bjg->bg", reach, matrix, reach)
+        score = 0.5 * np.einsum("b,bs,bg->gs", count, basis, observed)
+        target = solve_normal(fisher.reshape(3 * terms, -1), score.ravel()).reshape(3, terms)
+        share = 1.0
+        for _ in range(40):
+            trial = squares + share * (target - squares)
+            outcome, trial_inverse = solve(trial)
+            if outcome <= deviance:
+                break
+            share *= 0.5
+        else:
+            break
+        fall = deviance - outcome
+        squares, deviance, inverse = trial, outcome, trial_inverse
+        if fall < CONVERGED:
+            break
+    fisher = fisher.reshape(3 * terms, -1)
+    scale = 1.0 / np.sqrt(np.diag(fisher))
+    covariance = np.linalg.pinv(fisher * scale * scale[:, np.newaxis], rcond=1e-12)
+    return squares, (np.sqrt(np.diag(covariance)) * scale).reshape(3, terms)

@@ -1,0 +1,126 @@
+"""What can be wrong with a recording and what was noticed of it, as data: who, what, what to do.
+
+Nothing here is worded for one place of use. A text may name an input of the package in braces,
+``{slice 30:90}`` or ``{method fos}``: `worded` writes it as the reader would give it, the command
+line as ``--slice 30:90``, a program as ``slice=30:90``.
+"""
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Final, Literal, Self, get_args
+
+Level = Literal["error", "warning", "remark"]
+LEVELS: Final[tuple[Level, ...]] = get_args(Level)
+
+_INPUT: Final = re.compile(r"\{([a-z]+(?:-[a-z]+)*)(?: ([^{}]*))?\}")
+
+
+def worded(text: str, form: Callable[[str, str], str] | None = None) -> str:
+    """`text` with each input that it names in braces written by `form`.
+
+    Parameters
+    ----------
+    text
+        As notes and errors hold it.
+    form
+        Given the input's name and its value, empty where the text states none. Without it,
+        ``{slice 30:90}`` becomes ``slice=30:90`` and ``{table}`` becomes ``table``.
+
+    Examples
+    --------
+    >>> worded("take the sound stretch ({slice 30:90})")
+    'take the sound stretch (slice=30:90)'
+    >>> worded("name its encoder ({table})", lambda name, value: f"--{name} {value}".strip())
+    'name its encoder (--table)'
+    """
+    form = form or (lambda name, value: f"{name}={value}" if value else name)
+    return _INPUT.sub(lambda found: form(found[1], found[2] or ""), text)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Note:
+    """One thing noticed.
+
+    Attributes
+    ----------
+    level
+        ``error``: no figure can rest on the data. ``warning``: a figure may be wrong.
+        ``remark``: good to know.
+    channel
+        Gyro name, ``table``, ``time``, or empty where it is about the whole.
+    text
+        One line, without the channel; inputs of the package in braces (see `worded`).
+
+    Raises
+    ------
+    ValueError
+        If the level is none of these.
+    """
+
+    text: str
+    level: Level = "remark"
+    channel: str = ""
+
+    def __post_init__(self) -> None:
+        if self.level not in LEVELS:
+            raise ValueError(f"level is {self.level!r}; use one of {', '.join(LEVELS)}")
+
+    def __str__(self) -> str:
+        return worded(f"{self.channel}: {self.text}" if self.channel else self.text)
+
+
+def ranked(notes: Iterable[Note]) -> tuple[Note, ...]:
+    """Errors first, then warnings, then remarks; in their order otherwise, each once."""
+    return tuple(sorted(dict.fromkeys(notes), key=lambda note: LEVELS.index(note.level)))
+
+
+class RecordingError(ValueError):
+    """Something is wrong in the data: where, what, and what to do about it.
+
+    Parameters
+    ----------
+    problem
+        What is wrong, one line; inputs of the package in braces (see `worded`).
+    path
+        Of the file, empty where it is not known (yet: see `at`).
+    channel
+        Gyro name, ``table``, ``time``, or empty where it is about the whole.
+    remedy
+        What to do, one line, or empty.
+    """
+
+    def __init__(
+        self, problem: str, *, path: str = "", channel: str = "", remedy: str = ""
+    ) -> None:
+        super().__init__(problem)
+        self.problem, self.path, self.channel, self.remedy = problem, path, channel, remedy
+
+    @classmethod
+    def of(cls, note: Note, path: str = "") -> Self:
+        """What is said by a note of level ``error``."""
+        return cls(note.text, path=path, channel=note.channel)
+
+    def at(self, path: str) -> Self:
+        """The same error with the file it is about, where that was not known."""
+        return type(self)(
+            self.problem, path=self.path or path, channel=self.channel, remedy=self.remedy
+        )
+
+    def line(self, form: Callable[[str, str], str] | None = None) -> str:
+        """The whole line, inputs of the package written by `form` (see `worded`)."""
+        said = f"{self.problem}; {self.remedy}" if self.remedy else self.problem
+        return ": ".join(part for part in (self.path, self.channel, worded(said, form)) if part)
+
+    def __str__(self) -> str:
+        return self.line()
+
+
+def as_note(noticed: "Note | str") -> Note:
+    """A note, also of a text."""
+    return noticed if isinstance(noticed, Note) else Note(text=noticed)
+
+
+def about(notes: Iterable[Note], channel: str) -> tuple[Note, ...]:
+    """Notes that name no channel, made about this one."""
+    return tuple(note if note.channel else replace(note, channel=channel) for note in notes)

@@ -1,0 +1,216 @@
+"""Compiled loops of line removal: arrays in, arrays out; no validation, no files."""
+
+# Compiled loops take their arrays by position.
+# ruff: noqa: PLR0917
+
+import numba
+import numpy as np
+
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def paired_sums(
+    rates: FloatArray,
+    in_angle: BooleanArray,
+    first: IntegerArray,
+    second: IntegerArray,
+    angle: FloatArray,
+    step: FloatArray,
+    lag: FloatArray,
+    count: FloatArray,
+    middle: float,
+    span: float,
+    turn: float,
+) -> tuple[ComplexArray, ComplexArray]:
+    """Sums over blocks of the increments of two phasors and of their derivatives.
+
+    The phase of component j is ``rates[j]`` times the table angle where ``in_angle[j]``, else
+    times the sample number from mid-record (`lag`). It is taken to be straight over a block of
+    `count` steps, which then sum to ``sin(count x / 2) / sin(x / 2)``, x the difference of both
+    phases a step. A derivative is the phasor times ``(angle - middle) / span``, or times
+    ``turn * lag``.
+
+    Returns
+    -------
+    straight, mirrored
+        (pairs, 4): `first` with the conjugate of `second`, and `first` with `second`: both plain,
+        the first's derivative, the second's derivative, both derivatives.
+    """
+    straight = np.zeros((first.size, 4), dtype=np.complex128)
+    mirrored = np.zeros((first.size, 4), dtype=np.complex128)
+    phases = np.empty(2)
+    steps = np.empty(2)
+    lags = np.empty(2)
+    sizes = np.empty(2)
+    slopes = np.empty(2)
+    for pair in range(first.size):
+        members = (first[pair], second[pair])
+        for b in range(angle.size):
+            for side in range(2):
+                rate = rates[members[side]]
+                if in_angle[members[side]]:
+                    phases[side] = rate * angle[b]
+                    steps[side] = rate * step[b]
+                    lags[side] = (angle[b] - middle) / span
+                    slope = step[b] / span
+                else:
+                    phases[side] = rate * lag[b]
+                    steps[side] = rate
+                    lags[side] = turn * lag[b]
+                    slope = turn
+                sizes[side] = 2.0 * np.sin(0.5 * steps[side])
+                slopes[side] = slope * np.cos(0.5 * steps[side])
+            product = sizes[0] * sizes[1]
+            for sign in (-1.0, 1.0):
+                half = 0.5 * (steps[0] + sign * steps[1])
+                if abs(np.sin(half)) < 1e-9:
+                    weight = count[b] * np.cos(count[b] * half) / np.cos(half)
+                else:
+                    weight = np.sin(count[b] * half) / np.sin(half)
+                phasor = weight * np.exp(1j * (phases[0] + sign * phases[1]))
+                # (1j size lag + slope) of the first times that of the second, or its conjugate.
+                target = straight if sign < 0.0 else mirrored
+                target[pair, 0] -= sign * product * phasor
+                target[pair, 1] += phasor * (
+                    -sign * product * lags[0] + sign * 1j * slopes[0] * sizes[1]
+                )
+                target[pair, 2] += phasor * (-sign * product * lags[1] + 1j * sizes[0] * slopes[1])
+                target[pair, 3] += phasor * (
+                    -sign * product * lags[0] * lags[1]
+                    + slopes[0] * slopes[1]
+                    + 1j * (lags[0] * sizes[0] * slopes[1] + sign * lags[1] * sizes[1] * slopes[0])
+                )
+    return straight, mirrored
+
+
+MIX_BLOCK = 50
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def spread(
+    table: FloatArray, steps: FloatArray, low: float, scale: float, grid: FloatArray
+) -> None:
+    """Add each step times the table's own to `grid`, over even angles about the middle of both.
+
+    Point j of the grid is the angle ``low + (j - 1) / scale``. A cubic B-spline shares a product
+    out: at x cycles a point its transform is ``sinc(x)^4``.
+    """
+    for n in range(steps.size):
+        weight = steps[n] * (table[n + 1] - table[n]) / 6.0
+        place = (0.5 * (table[n] + table[n + 1]) - low) * scale
+        at = int(place)
+        t = place - at
+        u = 1.0 - t
+        grid[at] += weight * u * u * u
+        grid[at + 1] += weight * (4.0 - 3.0 * t * t * (1.0 + u))
+        grid[at + 2] += weight * (4.0 - 3.0 * u * u * (1.0 + t))
+        grid[at + 3] += weight * t * t * t
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
+    """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
+    blocks = values.size // MIX_BLOCK
+    mixed = np.empty(blocks, dtype=np.complex128)
+    fine_cos = np.empty(MIX_BLOCK)
+    fine_sin = np.empty(MIX_BLOCK)
+    for b in range(MIX_BLOCK):
+        fine_cos[b] = np.cos(2.0 * np.pi * frequency * b)
+        fine_sin[b] = np.sin(2.0 * np.pi * frequency * b)
+    for a in range(blocks):
+        real = 0.0
+        imaginary = 0.0
+        for b in range(MIX_BLOCK):
+            value = values[a * MIX_BLOCK + b]
+            real += value * fine_cos[b]
+            imaginary -= value * fine_sin[b]
+        turns = frequency * (a * MIX_BLOCK - center)
+        turns -= np.floor(turns)
+        mixed[a] = (real + 1j * imaginary) * np.exp(-2j * np.pi * turns) / MIX_BLOCK
+    return mixed
+
+
+@numba.njit(cache=True, nogil=True)
+def spline_normal(block: IntegerArray, rows: ComplexArray, blocks: int) -> ComplexArray:
+    """Normal matrix of cubic splines, (4, blocks + 3) upper bands; the last is the diagonal.
+
+    Value n is a sum of ``rows[n, p]`` times coefficient ``block[n] + p``, p = 0 ... 3.
+    """
+    band = np.zeros((4, blocks + 3), dtype=np.complex128)
+    for n in range(block.size):
+        for p in range(4):
+            for q in range(p, 4):
+                band[3 + p - q, block[n] + q] += np.conj(rows[n, p]) * rows[n, q]
+    return band
+
+
+@numba.njit(cache=True, nogil=True)
+def spline_products(
+    block: IntegerArray, rows: ComplexArray, weights: ComplexArray, blocks: int
+) -> ComplexArray:
+    """(blocks + 3,) inner products of each column of those rows with `weights`."""
+    products = np.zeros(blocks + 3, dtype=np.complex128)
+    for n in range(block.size):
+        for p in range(4):
+            products[block[n] + p] += np.conj(rows[n, p]) * weights[n]
+    return products
+
+
+@numba.njit(cache=True, fastmath=True, nogil=True)
+def drifting_tone(
+    start: int,
+    frequency: float,
+    center: float,
+    scale: float,
+    envelope: ComplexArray,
+    phase: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Fill `out` with ``Re[a(n) exp(i phi(n)) exp(2j pi frequency (n - center))]`` from `start`.
+
+    `envelope` and `phase` are (4, blocks) polynomials of a and phi, highest power first, in
+    blocks from the start of each; there are `scale` blocks a sample.
+    """
+    blocks = envelope.shape[1]
+    for n in range(out.size):
+        place = (start + n) * scale
+        k = min(int(place), blocks - 1)
+        x = place - k
+        a = envelope[3, k] + x * (envelope[2, k] + x * (envelope[1, k] + x * envelope[0, k]))
+        phi = phase[3, k] + x * (phase[2, k] + x * (phase[1, k] + x * phase[0, k]))
+        turns = frequency * (start + n - center)
+        turns -= np.floor(turns)
+        phi += 2.0 * np.pi * turns
+        out[n] = a.real * np.cos(phi) - a.imag * np.sin(phi)
+
+
+@numba.njit(cache=True)
+def orthogonal_products(
+    sampling: ComplexArray,
+    tilted: ComplexArray,
+    chosen: IntegerArray,
+    row: FloatArray,
+    candidates: int,
+) -> ComplexArray:
+    """Inner products of exp(i k phase), k = 1 ... candidates, with one function.
+
+    `sampling[k]` is the mean of exp(i k phase), `tilted[k]` of ramp * exp(i k phase), and `row`
+    holds the function's coefficients on 1, ramp and the cosine and sine of each chosen k - 1.
+    """
+    products = np.empty(candidates, dtype=np.complex128)
+    for m in range(candidates):
+        products[m] = row[0] * sampling[m + 1] + row[1] * tilted[m + 1]
+    for term in range(chosen.size):
+        other = chosen[term]
+        up = 0.5 * (row[2 + 2 * term] - 1j * row[3 + 2 * term])
+        down = 0.5 * (row[2 + 2 * term] + 1j * row[3 + 2 * term])
+        if up == 0.0:
+            continue
+        for m in range(candidates):
+            products[m] += up * sampling[m + other + 2]
+        for m in range(min(other, candidates)):
+            products[m] += down * np.conj(sampling[other - m])
+        for m in range(other, candidates):
+            products[m] += down * sampling[m - other]
+    return products

@@ -1,0 +1,149 @@
+"""Periodic components as a fit holds them: cosine and sine over a phase."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sagnac.arrays import FloatArray
+from sagnac.spectrum.sums import angle_series, tones
+
+# Whole orders that count as the table's own and go by Fourier sums; a higher one is a line in time
+# until the table's unsteadiness shows otherwise.
+MOST_ORDERS: Final = 128
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Components:
+    """Periodic components: ``cosine * cos(c) + sine * sin(c)`` of a phase c.
+
+    The phase is ``order * alpha`` on the angle scale and
+    ``2 pi * frequency * (n - center)`` on the time scale, n the sample number: with its
+    origin at mid-record a frequency and its phase are uncorrelated.
+
+    Attributes
+    ----------
+    orders
+        (angle components,) ascending.
+    free
+        (angle components,) bool; whether the order is fitted too.
+    frequencies
+        (time components,) cycles per sample.
+    center
+        Sample number of the phase origin in time.
+    cosine, sine
+        (components,) amplitudes in rad; angle components first.
+    """
+
+    orders: FloatArray
+    free: NDArray[np.bool_]
+    frequencies: FloatArray
+    center: float
+    cosine: FloatArray
+    sine: FloatArray
+
+    @property
+    def size(self) -> int:
+        """Number of components."""
+        return self.orders.size + self.frequencies.size
+
+    @property
+    def amplitude(self) -> FloatArray:
+        """(components,) rad."""
+        return np.asarray(np.hypot(self.cosine, self.sine))
+
+    def select(self, keep: NDArray[np.bool_]) -> "Components":
+        """The components where `keep`, (components,) bool, is true."""
+        angle = keep[: self.orders.size]
+        return replace(
+            self,
+            orders=self.orders[angle],
+            free=self.free[angle],
+            frequencies=self.frequencies[keep[self.orders.size :]],
+            cosine=self.cosine[keep],
+            sine=self.sine[keep],
+        )
+
+
+def no_components(samples: int) -> Components:
+    """The empty set, for a record of `samples` angles."""
+    empty = np.empty(0)
+    return Components(
+        orders=empty,
+        free=np.empty(0, dtype=bool),
+        frequencies=empty,
+        center=0.5 * (samples - 1),
+        cosine=empty,
+        sine=empty,
+    )
+
+
+def joined(first: Components, second: Components) -> Components:
+    """Both sets as one, orders ascending."""
+    orders = np.concatenate([first.orders, second.orders])
+    ascending = np.argsort(orders, kind="stable")
+
+    def both(a: FloatArray, b: FloatArray) -> FloatArray:
+        angle = np.concatenate([a[: first.orders.size], b[: second.orders.size]])[ascending]
+        return np.concatenate([angle, a[first.orders.size :], b[second.orders.size :]])
+
+    return replace(
+        first,
+        orders=orders[ascending],
+        free=np.concatenate([first.free, second.free])[ascending],
+        frequencies=np.concatenate([first.frequencies, second.frequencies]),
+        cosine=both(first.cosine, second.cosine),
+        sine=both(first.sine, second.sine),
+    )
+
+
+def removed(
+    angle: FloatArray, table: FloatArray | None, components: Components, span: slice
+) -> FloatArray:
+    """`angle`, rad, over a span of the samples, without the components.
+
+    Parameters
+    ----------
+    angle
+        (span,) rad.
+    table
+        (samples,) table angle of the whole record, rad; None if there are no orders.
+    components
+        What to take away.
+    span
+        Which samples `angle` is.
+    """
+    rest = angle.copy()
+    angles = components.orders.size
+    if angles and table is not None:
+        alpha = table[span]
+        multiples = phase_multiples(components)
+        if multiples.any():
+            chosen = np.flatnonzero(multiples)
+            orders = components.orders[chosen].astype(np.int64)
+            sums = np.zeros(int(orders[-1]) + 1, dtype=np.complex128)
+            np.add.at(sums, orders, components.cosine[chosen] - 1j * components.sine[chosen])
+            rest -= angle_series(alpha, sums)
+        for index in np.flatnonzero(~multiples):
+            phase = components.orders[index] * alpha
+            rest -= components.cosine[index] * np.cos(phase)
+            rest -= components.sine[index] * np.sin(phase)
+    if components.frequencies.size:
+        rest -= tones(
+            span.start,
+            rest.size,
+            components.center,
+            components.frequencies,
+            cosine=components.cosine[angles:],
+            sine=components.sine[angles:],
+        )
+    return rest
+
+
+def phase_multiples(components: Components) -> NDArray[np.bool_]:
+    """(angle components,) which are whole orders that go by Fourier sums."""
+    orders = components.orders
+    return np.asarray(
+        ~components.free & (orders == np.rint(orders)) & (orders <= MOST_ORDERS), dtype=np.bool_
+    )

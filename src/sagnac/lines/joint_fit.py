@@ -1,0 +1,238 @@
+"""Joint least squares of periodic components in table angle and in time.
+
+Everything is fitted to the *increments* of an angle: there the angle random walk is
+white, so that plain least squares neither follows the walk nor leaks from it. The normal
+equations of sinusoids need no pass over the samples for each pair of them: those of two
+tones have a closed form, those of two whole orders are non-uniform Fourier sums of the
+table angle, made once for all orders, and an order and a tone meet only where their
+frequencies do. What is left of the data enters by its sums at each component alone, and
+exactly; the Gauss-Newton step moves all amplitudes and frequencies at once, and the
+inverse of its matrix gives their covariance.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from sagnac import series
+from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.lines.components import Components, phase_multiples
+from sagnac.lines.products import Sampling, inner_products, phase_range, tone_factors
+from sagnac.spectrum.sums import angle_sums
+from sagnac.spectrum.sums import tone_sums as sums_of_tones
+
+# Eigenvalues below this share of the largest (of the scaled normal matrix) are directions that
+# the data do not distinguish; nothing is fitted along them. Products of an order and a tone are
+# good to a tenth of it.
+_COLLINEAR: Final = 1e-5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComponentFit:
+    """A fitted set.
+
+    Attributes
+    ----------
+    components
+        With refined amplitudes, frequencies and free orders.
+    covariance
+        (components, 3, 3) of cosine, sine and frequency (or order), for increments of
+        unit variance: multiply by the noise floor at the component's own frequency. The
+        third row is 0 where nothing was fitted there.
+    collinear
+        Directions in which the data do not tell the components apart.
+    """
+
+    components: Components
+    covariance: FloatArray
+    collinear: int
+
+
+def fit(
+    steps: FloatArray,
+    sampled: Sampling,
+    components: Components,
+    *,
+    absent: NDArray[np.bool_] | None = None,
+) -> ComponentFit:
+    """One Gauss-Newton step of all amplitudes and frequencies jointly.
+
+    Parameters
+    ----------
+    steps
+        (samples - 1,) increments of the angle, rad, with the components already taken out.
+    sampled
+        `sampling` of the record.
+    components
+        As they were taken out. Their amplitudes must be near the solution, since the
+        derivative in frequency is proportional to them.
+    absent
+        (components,) bool: those that were not taken out, whose amplitudes are only where to
+        start. None if all were.
+
+    References
+    ----------
+    The joint step is the cyclic refinement of NOMP (arXiv:1509.01942) done at once.
+    """
+    angles = components.orders.size
+    tunable = np.concatenate([components.free, np.ones(components.frequencies.size, dtype=bool)])
+    tuned = np.flatnonzero(tunable)
+    both = np.concatenate([np.repeat(np.arange(components.size), 2), components.size + tuned])
+    # Every row is the real part of a factor times a component's phasor or its derivative.
+    factor = np.concatenate(
+        [
+            np.tile([1.0, -1.0j], components.size),
+            components.sine[tuned] + 1j * components.cosine[tuned],
+        ]
+    )
+    straight, mirrored = inner_products(sampled, components)
+    normal = (
+        0.5
+        * (
+            np.outer(factor, factor.conj()) * straight[np.ix_(both, both)]
+            + np.outer(factor, factor) * mirrored[np.ix_(both, both)]
+        ).real
+    )
+    right = (factor * _data_sums(steps, sampled, components)[both]).real
+    inverse, collinear = _inverse(normal)
+    solution = inverse @ right
+    kept = np.ones(components.size) if absent is None else 1.0 - absent
+    cosine = solution[0 : 2 * components.size : 2] + kept * components.cosine
+    sine = solution[1 : 2 * components.size : 2] + kept * components.sine
+    orders, frequencies = components.orders.copy(), components.frequencies.copy()
+    middle, span = phase_range(sampled)
+    covariance = np.zeros((components.size, 3, 3))
+    for index in range(components.size):
+        pair = slice(2 * index, 2 * index + 2)
+        covariance[index, :2, :2] = inverse[pair, pair]
+    for row, index in enumerate(tuned.tolist(), start=2 * components.size):
+        unit = 1.0 / span if index < angles else 1.0 / sampled.samples
+        step = float(np.clip(solution[row], -1.0, 1.0)) * unit
+        if index < angles:
+            # The phase origin of an angle component is alpha = 0, not mid-record.
+            orders[index] += step
+            cosine[index], sine[index] = _turned(cosine[index], sine[index], step * middle)
+        else:
+            frequencies[index - angles] += step
+        members = np.array([2 * index, 2 * index + 1, row])
+        scale = np.array([1.0, 1.0, unit])
+        covariance[index] = inverse[np.ix_(members, members)] * np.outer(scale, scale)
+        if index < angles:
+            # And the order's error moves that origin's phase with it.
+            c, s = np.cos(step * middle), np.sin(step * middle)
+            moved = np.array(
+                [[c, -s, -middle * sine[index]], [s, c, middle * cosine[index]], [0.0, 0.0, 1.0]]
+            )
+            covariance[index] = moved @ covariance[index] @ moved.T
+    return ComponentFit(
+        components=replace(
+            components, orders=orders, frequencies=frequencies, cosine=cosine, sine=sine
+        ),
+        covariance=covariance,
+        collinear=collinear,
+    )
+
+
+def _turned(cosine: float, sine: float, angle: float) -> tuple[float, float]:
+    """Amplitudes that keep the component's phase where the order's change would shift it."""
+    c, s = np.cos(angle), np.sin(angle)
+    return cosine * c - sine * s, sine * c + cosine * s
+
+
+def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:
+    """Inverse of the normal matrix, and how many directions were left out of it."""
+    scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
+    scale[scale == 0.0] = 1.0
+    eigenvalues, vectors = scipy.linalg.eigh(normal / np.outer(scale, scale))
+    keep = eigenvalues > _COLLINEAR * eigenvalues[-1] if eigenvalues.size else eigenvalues > 0
+    used = vectors[:, keep]
+    inverse = (used / eigenvalues[keep]) @ used.T
+    return inverse / np.outer(scale, scale), int((~keep).sum())
+
+
+def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArray:
+    """Inner products of `steps` and the increments of exp(1j k alpha), k = 0 … `highest`.
+
+    Summed by parts: increments of the exponential against the data are the exponential
+    itself against the data's differences.
+    """
+
+    def sums_over(span: slice) -> ComplexArray:
+        return angle_sums(table[span], _differences(steps, span), highest).conj()
+
+    sums = np.zeros(highest + 1, dtype=np.complex128)
+    for part in series.each(sums_over, table.size, release_of=(steps, table)):
+        sums += part
+    return sums
+
+
+def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> ComplexArray:
+    """As `order_sums` at any orders, and times the table's place in its range besides, (2, orders).
+
+    The place is from the middle, as a share of the range (in rad where that is below 1 rad). A
+    pass for each order.
+    """
+    table = sampled.table
+    sums = np.zeros((2, orders.size), dtype=np.complex128)
+    if table is None:
+        return sums
+    middle, range_ = phase_range(sampled)
+
+    def sums_over(span: slice) -> ComplexArray:
+        strengths, alpha = _differences(steps, span), table[span]
+        lagged = strengths * ((alpha - middle) / range_)
+        found = np.empty_like(sums)
+        for at, order in enumerate(orders):
+            phasor = np.exp(1j * order * alpha)
+            found[:, at] = strengths @ phasor, lagged @ phasor
+        return found
+
+    for part in series.each(sums_over, table.size, release_of=(steps, table)):
+        sums += part
+    return sums
+
+
+def tone_sums(steps: FloatArray, frequencies: FloatArray) -> ComplexArray:
+    """Sums of `steps` times exp(2j pi f x), and times 2 pi x / samples besides, (2, tones).
+
+    x is the middle of each step, in samples from mid-record.
+    """
+    samples = steps.size + 1
+    return sums_of_tones(steps, frequencies, 0.5 * (steps.size - 1), lag_unit=2.0 * np.pi / samples)
+
+
+def _differences(steps: FloatArray, span: slice) -> FloatArray:
+    """Each step less the next, at the sample between them; outside the record there are none."""
+    before = steps[max(span.start - 1, 0) : span.stop - 1]
+    after = steps[span.start : span.stop]
+    if span.start == 0:
+        before = np.concatenate([[0.0], before])
+    if after.size < before.size:
+        after = np.append(after, 0.0)
+    return before - after
+
+
+def _data_sums(steps: FloatArray, sampled: Sampling, components: Components) -> ComplexArray:
+    """(2 components,) of the steps and each component's phasor, then its derivative."""
+    angles = components.orders.size
+    sums = np.zeros(2 * components.size, dtype=np.complex128)
+    table = sampled.table
+    if angles and table is not None:
+        multiples = phase_multiples(components)
+        if multiples.any():
+            chosen = np.flatnonzero(multiples)
+            orders = components.orders[chosen].astype(np.int64)
+            sums[chosen] = order_sums(steps, table, int(orders[-1]))[orders]
+        loose = np.flatnonzero(~multiples)
+        if loose.size:
+            plain, tilted = sums_at_orders(steps, sampled, components.orders[loose])
+            sums[loose], sums[components.size + loose] = plain, tilted
+    if components.frequencies.size:
+        plain, tilted = tone_sums(steps, components.frequencies)
+        size, slope = tone_factors(components.frequencies, sampled.samples)
+        sums[angles : components.size] = 1j * size * plain
+        sums[components.size + angles :] = 1j * size * tilted + slope * plain
+    return sums

@@ -1,0 +1,1 @@
+"""The paper's experiment: its numbers, and runs that set ours beside them."""

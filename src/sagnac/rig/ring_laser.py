@@ -1,0 +1,284 @@
+"""The ring laser gyro: the lock-in equation integrated, and a fast model of what it does.
+
+The beat phase psi between the two waves, 2 pi for every `fringe` of input angle, obeys
+
+    d(psi)/dt = w - w_L sin(psi + beta) + quantum noise,        w = 2 pi rate / fringe
+
+(Aronowitz, in *Laser Applications* vol. 1, 1971). Backscatter couples the waves with a
+phase beta, which the moving mirrors let wander: a random walk with variance 2 D t.
+`integrate` steps this equation. `mean_rate` and `angle_random_walk` are its slow
+behaviour, derived below and tested against the integration:
+
+At constant rate
+    The beat runs at sqrt(w^2 - w_L^2), or stands still below w_L. Quantum noise is passed
+    on with (w^2 + w_L^2/2)/(w^2 - w_L^2) times its power, the weak-noise diffusion
+    v^3 <1/f^3> along f(psi) = w - w_L sin(psi). The term w_L sin(wt + beta) itself has,
+    at zero frequency, the density w_L^2 D/(w^2 + D^2): the tail of a line at the beat
+    frequency broadened by the wandering phase. So N falls as 1/rate.
+Dithered
+    Twice a cycle the rate passes zero. There psi = psi_0 + a t^2/2, with a the rate of
+    change of w, and the phase is kicked by w_L sqrt(2 pi/a) sin(psi_0 +- pi/4), of mean
+    square pi w_L^2/a. When the dither's amplitude is noisy enough that psi_0 is random,
+    kicks are independent, and 2 f pi w_L^2/a = w_L^2/W with W the dither's peak rate. In
+    angle N = rate_L sqrt(fringe/(2 pi peak)), the known law. At an input rate the zero
+    lies off the dither's steepest point and the peak becomes sqrt(peak^2 - rate^2). The
+    mean of the lock-in term is zero to second order: the scale factor is 1.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sagnac.arrays import FloatArray
+from sagnac.rig import _kernels
+
+# Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
+_RANDOM_ENOUGH: Final = 3.0  # rad: a correlation of 1 %
+_CHUNK_STEPS: Final = 1 << 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RingLaser:
+    """A ring laser.
+
+    Attributes
+    ----------
+    lock_in
+        Input rate below which the undithered beat stands still, rad/s.
+    fringe
+        Input angle per beat, rad.
+    quantum_noise
+        Angle random walk of spontaneous emission, rad/sqrt(s).
+    backscatter_diffusion
+        D of the backscatter phase, rad^2/s; its variance grows by 2 D t.
+    """
+
+    lock_in: float
+    fringe: float
+    quantum_noise: float = 0.0
+    backscatter_diffusion: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no laser.
+
+        Raises
+        ------
+        ValueError
+            If the fringe is not positive or another value is negative.
+        """
+        if not (math.isfinite(self.fringe) and self.fringe > 0.0):
+            raise ValueError(f"fringe is {self.fringe!r}; it must be a positive angle, rad")
+        for name in ("lock_in", "quantum_noise", "backscatter_diffusion"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} is {value!r}; it must not be negative")
+
+    @property
+    def phase_per_angle(self) -> float:
+        """Beat phase per input angle."""
+        return 2.0 * math.pi / self.fringe
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dither:
+    """Sinusoidal rate dither whose amplitude is drawn anew for each half cycle.
+
+    Attributes
+    ----------
+    frequency
+        Hz.
+    rate
+        Peak rate, rad/s.
+    amplitude_noise
+        Standard deviation of the peak rate, as a part of it.
+    """
+
+    frequency: float
+    rate: float
+    amplitude_noise: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is no dither.
+
+        Raises
+        ------
+        ValueError
+            If frequency or rate are not positive, or the noise is not from 0 to 0.5.
+        """
+        for name in ("frequency", "rate"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"dither {name} is {value!r}; it must be positive")
+        if not 0.0 <= self.amplitude_noise <= 0.5:
+            raise ValueError(f"amplitude_noise is {self.amplitude_noise!r}; give 0 to 0.5")
+
+
+def mean_rate(laser: RingLaser, rate: ArrayLike, dither: Dither | None = None) -> FloatArray:
+    """Rate that the beat shows at a constant input rate, rad/s, in the shape of `rate`.
+
+    Without dither sqrt(rate^2 - lock_in^2) with the sign of `rate`, which is
+    rate (1 - (lock_in/rate)^2/2 - ...) well above lock-in, and 0 below it. With dither the
+    rate itself.
+
+    Raises
+    ------
+    ValueError
+        If the dither is too weak or too regular for the model (see `angle_random_walk`).
+    """
+    rates = np.asarray(rate, dtype=np.float64)
+    if dither is not None:
+        _check_dither(laser, dither, rates)
+        return rates.copy()
+    size = np.abs(rates)
+    beat = np.sqrt(np.maximum(size - laser.lock_in, 0.0) * (size + laser.lock_in))
+    return np.asarray(np.copysign(beat, rates))
+
+
+def angle_random_walk(
+    laser: RingLaser, rate: ArrayLike, dither: Dither | None = None
+) -> FloatArray:
+    """Angle random walk N at a constant input rate, rad/sqrt(s), in the shape of `rate`.
+
+    Quantum noise, and beside it the kicks of the dither's turn-arounds or, without dither,
+    the wandering backscatter phase. A beat that stands still has none.
+
+    Raises
+    ------
+    ValueError
+        If `rate` reaches the dither's peak rate, so that turn-arounds cease, or if the
+        dither's noise leaves less than 3 rad rms between successive turn-arounds, so that
+        kicks are correlated.
+    """
+    rates = np.asarray(rate, dtype=np.float64)
+    quantum = laser.quantum_noise**2
+    if dither is not None:
+        _check_dither(laser, dither, rates)
+        steepest = np.sqrt((dither.rate - rates) * (dither.rate + rates))
+        kicks = laser.lock_in**2 * laser.fringe / (2.0 * np.pi * steepest)
+        return np.asarray(np.sqrt(quantum + kicks))
+    size = np.abs(rates)
+    moving = size > laser.lock_in
+    beat_square = np.where(moving, (size - laser.lock_in) * (size + laser.lock_in), 1.0)
+    passed = quantum * (size**2 + 0.5 * laser.lock_in**2) / beat_square
+    width = laser.backscatter_diffusion / laser.phase_per_angle
+    scatter = laser.lock_in**2 * width / laser.phase_per_angle / (beat_square + width**2)
+    return np.asarray(np.where(moving, np.sqrt(passed + scatter), 0.0))
+
+
+def _check_dither(laser: RingLaser, dither: Dither, rates: NDArray[np.float64]) -> None:
+    fastest = float(np.max(np.abs(rates), initial=0.0))
+    if fastest >= dither.rate:
+        raise ValueError(
+            f"input rate {fastest:.6g} rad/s is not below the dither's peak {dither.rate:.6g} "
+            "rad/s, so the rate never turns round; raise the dither's rate"
+        )
+    swing = 2.0 * dither.rate * laser.phase_per_angle / (2.0 * np.pi * dither.frequency)
+    spread = swing * dither.amplitude_noise
+    if spread < _RANDOM_ENOUGH:
+        raise ValueError(
+            f"amplitude_noise {dither.amplitude_noise:g} spreads the phase by {spread:.3g} rad "
+            "between turn-arounds, so their kicks are correlated; give at least "
+            f"{_RANDOM_ENOUGH / swing:.3g}"
+        )
+
+
+def integrate(
+    laser: RingLaser,
+    rate: float,
+    samples: int,
+    interval: float,
+    *,
+    dither: Dither | None = None,
+    seed: int = 0,
+    phase_step: float = 0.2,
+) -> FloatArray:
+    """Integrate the lock-in equation from zero phase.
+
+    Fourth-order Runge-Kutta for the lock-in term along the known input angle; quantum noise
+    and backscatter phase take a random step after each. Still: no dither and `rate` near
+    zero. Rate biased: no dither and a high `rate`.
+
+    Parameters
+    ----------
+    laser
+        What is integrated.
+    rate
+        Constant input rate, rad/s.
+    samples
+        Samples to return.
+    interval
+        Between samples, s; with a dither a whole number of its cycles.
+    dither
+        Added to `rate`, starting at zero rate.
+    seed
+        Of quantum noise, backscatter phase and dither amplitude.
+    phase_step
+        Largest advance of the phase in a step, rad.
+
+    Returns
+    -------
+    FloatArray
+        (samples,) measured less true input angle at the end of each interval, rad.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+    """
+    if samples < 1 or not interval > 0.0 or not phase_step > 0.0:
+        raise ValueError(
+            f"samples {samples}, interval {interval:g} and phase_step {phase_step:g} must be "
+            "positive"
+        )
+    scale = laser.phase_per_angle
+    peak = abs(rate)
+    halves = 1
+    if dither is not None:
+        cycles = interval * dither.frequency
+        if round(cycles) < 1 or abs(cycles - round(cycles)) > 1e-9 * cycles:
+            raise ValueError(
+                f"interval {interval:g} s is {cycles:g} dither cycles; give a whole number"
+            )
+        halves = 2 * round(cycles)
+        peak += dither.rate * (1.0 + 4.0 * dither.amplitude_noise)
+    steps = max(1, math.ceil(interval / halves * scale * (peak + laser.lock_in) / phase_step))
+    step = interval / (halves * steps)
+
+    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
+    noisy = laser.quantum_noise > 0.0 or laser.backscatter_diffusion > 0.0
+    strength = np.array(
+        [
+            laser.quantum_noise * scale * math.sqrt(step),
+            math.sqrt(2.0 * laser.backscatter_diffusion * step),
+        ]
+    )
+    state = np.zeros(3)
+    excess = np.empty(samples)
+    per_chunk = max(1, _CHUNK_STEPS // (halves * steps))
+    for first in range(0, samples, per_chunk):
+        count = min(per_chunk, samples - first)
+        peaks = np.zeros(count * halves)
+        if dither is not None:
+            drawn = 1.0 + dither.amplitude_noise * streams[2].standard_normal(peaks.size)
+            peaks = dither.rate * scale * drawn
+            peaks[1::2] *= -1.0
+        shape = (count * halves * steps if noisy else 0, 2)
+        normals = np.empty(shape)
+        normals[:, 0] = streams[0].standard_normal(shape[0])
+        normals[:, 1] = streams[1].standard_normal(shape[0])
+        _kernels.lock_in_steps(
+            laser.lock_in * scale,
+            rate * scale,
+            peaks,
+            steps,
+            halves,
+            step,
+            strength,
+            normals,
+            state,
+            excess[first : first + count],
+        )
+    return excess / scale

@@ -1,0 +1,1 @@
+"""Transforms, spectra and noise floors of long series."""

@@ -1,0 +1,1 @@
+"""The Allan family of stability curves, with degrees of freedom and intervals."""

@@ -1,0 +1,515 @@
+"""Compiled loops of the Allan family: arrays in, arrays out; no validation, no files."""
+
+# Compiled loops take their arrays by position.
+# ruff: noqa: PLR0917
+
+import math
+
+import numba
+import numpy as np
+
+from sagnac.arrays import FloatArray, IntegerArray
+
+# Sums may be reordered into vector lanes, but a NaN stays a NaN and no division is guessed.
+_REORDER = {"reassoc", "contract"}
+_BLOCK = 4096
+
+
+@numba.njit(cache=True)
+def accumulate_deviations(
+    values: FloatArray, mean: float, total: float, angle: FloatArray
+) -> float:
+    """Running sum of ``values - mean`` from `total` on into `angle`, (samples,); the last of it."""
+    for i in range(values.size):
+        total += values[i] - mean
+        angle[i] = total
+    return total
+
+
+@numba.njit(cache=True)
+def subtract_ramp(
+    values: FloatArray, slope: float, offset: float, first: int, angle: FloatArray
+) -> float:
+    """``values[i] - slope * (first + i) - offset`` in that order into `angle`; the last of it."""
+    for i in range(values.size):
+        angle[i] = (values[i] - slope * (first + i)) - offset
+    return float(angle[values.size - 1])
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_second_differences(
+    angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
+) -> FloatArray:
+    """`sums`, for each lag, and ``(x[i + 2 lag] - 2 x[i + lag] + x[i])**2``, begin <= i < end.
+
+    Blocks of starts go through all lags while they are in cache, and a fresh sum for each
+    block keeps the rounding error from growing with the record. `begin` and `end`, where it is
+    not that of the record, are multiples of a block: then the parts add up to the last bit.
+    """
+    sums = sums.copy()
+    for start in range(begin, min(end, angle.size), _BLOCK):
+        for j in range(lags.size):
+            lag = lags[j]
+            count = min(_BLOCK, angle.size - 2 * lag - start)
+            if count <= 0:
+                continue
+            # Slices counted from zero let the loop run in vector lanes.
+            first = angle[start : start + count]
+            middle = angle[start + lag : start + lag + count]
+            last = angle[start + 2 * lag : start + 2 * lag + count]
+            partial = 0.0
+            for k in range(count):
+                difference = (last[k] - middle[k]) - (middle[k] - first[k])
+                partial += difference * difference
+            sums[j] += partial
+    return sums
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_third_differences(
+    angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
+) -> FloatArray:
+    """As `sum_squared_second_differences`, of ``x[i+3 lag] - 3 x[i+2 lag] + 3 x[i+lag] - x[i]``."""
+    sums = sums.copy()
+    for start in range(begin, min(end, angle.size), _BLOCK):
+        for j in range(lags.size):
+            lag = lags[j]
+            count = min(_BLOCK, angle.size - 3 * lag - start)
+            if count <= 0:
+                continue
+            first = angle[start : start + count]
+            second = angle[start + lag : start + lag + count]
+            third = angle[start + 2 * lag : start + 2 * lag + count]
+            fourth = angle[start + 3 * lag : start + 3 * lag + count]
+            partial = 0.0
+            for k in range(count):
+                difference = (fourth[k] - first[k]) - 3.0 * (third[k] - second[k])
+                partial += difference * difference
+            sums[j] += partial
+    return sums
+
+
+@numba.njit(cache=True)
+def window_difference(angle: FloatArray, lag: int, start: int, stop: int, window: float) -> float:
+    """`window` and ``x[i + 2 lag] - 2 x[i + lag] + x[i]``, start <= i < stop, one by one."""
+    for i in range(start, stop):
+        window += (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
+    return window
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_window_differences(
+    angle: FloatArray,
+    lags: IntegerArray,
+    begin: int,
+    end: int,
+    sums: FloatArray,
+    windows: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Sum over j of the square of ``sum_{i=j}^{j+lag-1} (x[i+2lag] - 2 x[i+lag] + x[i])``.
+
+    `windows` are the inner sums at j = begin, and `sums` hold their squares already; what is
+    returned are both at j = end.
+
+    The inner sum moves along by one third difference a step. A step waits for the one before
+    it, so each block is run as four chains side by side from zero; what the window held at
+    the head of a chain is put in afterwards: sum (w + s_k)^2 = n w^2 + 2 w sum s_k + sum s_k^2.
+    """
+    sums, windows = sums.copy(), windows.copy()
+    steps = np.empty(_BLOCK)
+    for start in range(begin, min(end, angle.size), _BLOCK):
+        for j in range(lags.size):
+            lag = lags[j]
+            count = min(_BLOCK, angle.size - 3 * lag - start)
+            if count <= 0:
+                continue
+            first = angle[start : start + count]
+            second = angle[start + lag : start + lag + count]
+            third = angle[start + 2 * lag : start + 2 * lag + count]
+            fourth = angle[start + 3 * lag : start + 3 * lag + count]
+            for k in range(count):
+                steps[k] = (fourth[k] - first[k]) - 3.0 * (third[k] - second[k])
+            length = count // 4
+            steps_1, steps_2, steps_3 = steps[length:], steps[2 * length :], steps[3 * length :]
+            s_0, s_1, s_2, s_3 = 0.0, 0.0, 0.0, 0.0
+            line_0, line_1, line_2, line_3 = 0.0, 0.0, 0.0, 0.0
+            square_0, square_1, square_2, square_3 = 0.0, 0.0, 0.0, 0.0
+            for k in range(length):
+                s_0 += steps[k]
+                s_1 += steps_1[k]
+                s_2 += steps_2[k]
+                s_3 += steps_3[k]
+                line_0 += s_0
+                line_1 += s_1
+                line_2 += s_2
+                line_3 += s_3
+                square_0 += s_0 * s_0
+                square_1 += s_1 * s_1
+                square_2 += s_2 * s_2
+                square_3 += s_3 * s_3
+            window = windows[j]
+            partial = square_0 + square_1 + square_2 + square_3
+            for total, line in ((s_0, line_0), (s_1, line_1), (s_2, line_2), (s_3, line_3)):
+                partial += window * (length * window + 2.0 * line)
+                window += total
+            for k in range(4 * length, count):
+                window += steps[k]
+                partial += window * window
+            windows[j] = window
+            sums[j] += partial
+    return sums, windows
+
+
+@numba.njit(cache=True)
+def sum_squared_differences_in_stretches(
+    angle: FloatArray, starts: IntegerArray, lengths: IntegerArray, lags: IntegerArray, order: int
+) -> FloatArray:
+    """Sums of squared differences of `order` 2 or 3 that lie in one stretch each, for each lag."""
+    sums = np.zeros(lags.size)
+    for s in range(starts.size):
+        stretch = angle[starts[s] : starts[s] + lengths[s]]
+        if order == 2:
+            sums = sum_squared_second_differences(stretch, lags, 0, stretch.size, sums)
+        else:
+            sums = sum_squared_third_differences(stretch, lags, 0, stretch.size, sums)
+    return sums
+
+
+@numba.njit(cache=True)
+def sum_squared_window_differences_in_stretches(
+    angle: FloatArray, starts: IntegerArray, lengths: IntegerArray, lags: IntegerArray
+) -> FloatArray:
+    """Sums as of `sum_squared_window_differences` over windows that lie in one stretch each."""
+    total = np.zeros(lags.size)
+    windows = np.zeros(lags.size)
+    for s in range(starts.size):
+        stretch = angle[starts[s] : starts[s] + lengths[s]]
+        for j in range(lags.size):
+            windows[j] = 0.0
+            if 3 * lags[j] <= stretch.size:
+                windows[j] = window_difference(stretch, lags[j], 0, lags[j], 0.0)
+        sums, _ = sum_squared_window_differences(
+            stretch, lags, 0, stretch.size, windows * windows, windows
+        )
+        total += sums
+    return total
+
+
+@numba.njit(cache=True)
+def sum_squared_differences_with_gaps(
+    angle: FloatArray, lag: int, order: int, begin: int, end: int
+) -> tuple[float, int]:
+    """Sum and number of squared differences, begin <= i < end, that touch no missing angle (NaN).
+
+    `order` is 2 or 3.
+    """
+    total = 0.0
+    terms = 0
+    for i in range(begin, min(end, angle.size - order * lag)):
+        last = i + order * lag
+        if order == 2:
+            difference = (angle[last] - angle[i + lag]) - (angle[i + lag] - angle[i])
+        else:
+            difference = (angle[last] - angle[i]) - 3.0 * (angle[i + 2 * lag] - angle[i + lag])
+        if not np.isnan(difference):
+            total += difference * difference
+            terms += 1
+    return total, terms
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_squared_arms(
+    centre: FloatArray,
+    ahead: FloatArray,
+    behind: FloatArray,
+    ends: float,
+    sign_ahead: float,
+    sign_behind: float,
+) -> float:
+    """Sum of ``(2 (ends - centre) + sign_ahead ahead + sign_behind behind)**2``.
+
+    A second difference an arm of which lies beyond an end of the record, where the angle is its
+    point reflection in that end, ``x[-k] = 2 x[0] - x[k]``; `ends` are the ends reflected in.
+    """
+    total = 0.0
+    for k in range(centre.size):
+        difference = 2.0 * (ends - centre[k]) + (sign_ahead * ahead[k] + sign_behind * behind[k])
+        total += difference * difference
+    return total
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
+    """Sum over windows of 3 lag samples of the mean square of the modified total term.
+
+    Each window loses its half-average slope, is extended on both sides by its mirror image,
+    and gives 6 lag squared second differences of lag-averages. The extension repeats every
+    6 lag samples, so its running sum P from a zero mean is odd about both window ends, the
+    summed second difference is a third difference of P, and it is symmetric about two points
+    half a period apart: half a period is enough.
+    """
+    width = 3 * lag
+    half = width // 2
+    reach = width // 2  # j runs over -reach..reach
+    slope_span = 0.5 * (width + width % 2)
+    running = np.empty(2 * width + 1)  # P at -reach .. width + reach
+    total = 0.0
+    for start in range(0, angle.size - width + 1, stride):
+        window = angle[start : start + width]
+        origin = window[half]
+        first_mean = 0.0
+        for i in range(half):
+            first_mean += window[i] - origin
+        last_mean = 0.0
+        for i in range(width - half, width):
+            last_mean += window[i] - origin
+        slope = (last_mean - first_mean) / (half * slope_span)
+        mean = 0.0
+        for i in range(width):
+            mean += (window[i] - origin) - slope * i
+        mean /= width
+        inside = running[reach : reach + width + 1]
+        summed = 0.0
+        inside[0] = 0.0
+        for i in range(width):
+            summed += (window[i] - origin) - slope * i - mean
+            inside[i + 1] = summed
+        for k in range(1, reach + 1):
+            running[reach - k] = -inside[k]
+            running[reach + width + k] = -inside[width - k]
+        squares = 0.0
+        second, third, fourth = running[lag:], running[2 * lag :], running[3 * lag :]
+        for j in range(2 * reach + 1):
+            difference = (fourth[j] - running[j]) - 3.0 * (third[j] - second[j])
+            squares += difference * difference
+        if width % 2 == 0:
+            # The two points of symmetry themselves occur once in the period, the rest twice.
+            for j in (0, 2 * reach):
+                difference = (fourth[j] - running[j]) - 3.0 * (third[j] - second[j])
+                squares -= 0.5 * difference * difference
+        total += squares / width
+    return total
+
+
+@numba.njit(cache=True, fastmath=_REORDER)
+def sum_theo1_terms(angle: FloatArray, mirrored: FloatArray, span: int, stride: int) -> float:
+    """Sum over starts i of ``sum_v ((x[i] - x[i+v]) + (x[i+span] - x[i+span-v]))**2 / v``.
+
+    v runs from 1 to span/2 and is m/2 - delta of the definition. `mirrored` is the angle from the
+    last to the first: read forwards, the loop runs in vector lanes.
+    """
+    half = span // 2
+    weights = np.empty(half)
+    for v in range(half):
+        weights[v] = 1.0 / (v + 1)
+    total = 0.0
+    for i in range(0, angle.size - span, stride):
+        ends = angle[i] + angle[i + span]
+        rising = angle[i + 1 : i + 1 + half]
+        begin = angle.size - i - span
+        falling = mirrored[begin : begin + half]
+        partial = 0.0
+        for v in range(half):
+            difference = ends - (rising[v] + falling[v])
+            partial += weights[v] * difference * difference
+        total += partial
+    return total
+
+
+@numba.njit(cache=True)
+def lag_one_order(
+    angle: FloatArray, starts: IntegerArray, counts: IntegerArray, cluster: int, maximum_order: int
+) -> float:
+    """Differences needed plus fractional order, from pooled lag-1 autocorrelation.
+
+    Stretches begin at `starts` and hold `counts` samples `cluster` apart. Each loses its own
+    parabola; the whole is differenced until ``r1 / (1 + r1) < 1/4``. NaN for a constant.
+    """
+    longest = 0
+    for b in range(starts.size):
+        longest = max(longest, counts[b])
+    stretches = np.empty((starts.size, longest))
+    for b in range(starts.size):
+        n = counts[b]
+        row = stretches[b]
+        centre = 0.5 * (n - 1)
+        curvature_centre = (n * n - 1.0) / 12.0
+        for k in range(n):
+            row[k] = angle[starts[b] + k * cluster] - angle[starts[b]]
+        constant, ramp, parabola, ramp_norm, parabola_norm = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(n):
+            t = k - centre
+            q = t * t - curvature_centre
+            constant += row[k]
+            ramp += t * row[k]
+            parabola += q * row[k]
+            ramp_norm += t * t
+            parabola_norm += q * q
+        constant /= n
+        ramp /= ramp_norm
+        parabola /= parabola_norm
+        for k in range(n):
+            t = k - centre
+            row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
+    mean_count = float(counts.mean())
+    for order in range(maximum_order + 1):
+        product = 0.0
+        square = 0.0
+        for b in range(starts.size):
+            n = counts[b] - order
+            row = stretches[b]
+            mean = 0.0
+            for k in range(n):
+                mean += row[k]
+            mean /= n
+            for k in range(n - 1):
+                product += (row[k] - mean) * (row[k + 1] - mean)
+                square += (row[k] - mean) ** 2
+            square += (row[n - 1] - mean) ** 2
+        if square == 0.0:
+            return np.nan
+        # What is left of the parabola's three parameters pulls the correlation down.
+        correlation = product / square + max(3 - order, 1) / mean_count
+        fraction = correlation / (1.0 + correlation)
+        if fraction < 0.25 or order == maximum_order:
+            return order + fraction
+        for b in range(starts.size):
+            row = stretches[b]
+            for k in range(counts[b] - order - 1):
+                row[k] = row[k + 1] - row[k]
+    return np.nan
+
+
+@numba.njit(cache=True)
+def _power_law_structure(t: float, alpha: int) -> float:
+    """s_w(t): generalized autocovariance of the continuous angle noise, up to a factor."""
+    t = abs(t)
+    if t == 0.0:
+        return 0.0
+    power = t ** (3 - alpha)
+    if alpha in (2, 0, -2, -4):
+        return -power if alpha in (2, -2) else power
+    return power * math.log(t) if alpha in (1, -3) else -power * math.log(t)
+
+
+@numba.njit(cache=True)
+def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
+    """s_x(t) = F^2 (2 s_w(t) - s_w(t - 1/F) - s_w(t + 1/F)).
+
+    Away from zero the second difference is written out, so that a cluster of a million
+    samples costs no digits. F may be infinite for alpha <= 0: the second derivative.
+    """
+    t = abs(t)
+    h = 1.0 / filter_factor
+    if t == 0.0 and h == 0.0:
+        return 0.0
+    if t < h:
+        return (
+            2.0 * _power_law_structure(t, alpha)
+            - _power_law_structure(t - h, alpha)
+            - _power_law_structure(t + h, alpha)
+        ) / (h * h)
+    if alpha == 2:
+        return 0.0
+    if alpha == 0:
+        return -6.0 * t
+    if alpha == -2:
+        return 20.0 * t**3 + 10.0 * t * h * h
+    if alpha == -4:
+        return -(42.0 * t**5 + 70.0 * t**3 * h**2 + 14.0 * t * h**4)
+    u = h / t
+    power = 3 - alpha
+    if alpha == 1:
+        even = 2.0
+    elif alpha == -1:
+        even = 12.0 + 2.0 * u**2
+    else:
+        even = 30.0 + 30.0 * u**2 + 2.0 * u**4
+    if u < 1e-4:
+        odd = 2.0 * power - 1.0
+    elif u < 1.0:
+        odd = (1.0 + u) ** power * math.log1p(u) + (1.0 - u) ** power * math.log1p(-u)
+        odd /= u * u
+    else:
+        odd = 2.0**power * math.log(2.0)
+    value = t ** (power - 2) * (even * math.log(t) + odd)
+    return value if alpha == -1 else -value
+
+
+@numba.njit(cache=True)
+def difference_covariance(t: float, filter_factor: float, alpha: int, order: int) -> float:
+    """s_z(t): covariance of the order-th differences, from binomials of s_x."""
+    if order == 2:
+        return (
+            6.0 * _filtered_structure(t, filter_factor, alpha)
+            - 4.0
+            * (
+                _filtered_structure(t - 1.0, filter_factor, alpha)
+                + _filtered_structure(t + 1.0, filter_factor, alpha)
+            )
+            + _filtered_structure(t - 2.0, filter_factor, alpha)
+            + _filtered_structure(t + 2.0, filter_factor, alpha)
+        )
+    return (
+        20.0 * _filtered_structure(t, filter_factor, alpha)
+        - 15.0
+        * (
+            _filtered_structure(t - 1.0, filter_factor, alpha)
+            + _filtered_structure(t + 1.0, filter_factor, alpha)
+        )
+        + 6.0
+        * (
+            _filtered_structure(t - 2.0, filter_factor, alpha)
+            + _filtered_structure(t + 2.0, filter_factor, alpha)
+        )
+        - _filtered_structure(t - 3.0, filter_factor, alpha)
+        - _filtered_structure(t + 3.0, filter_factor, alpha)
+    )
+
+
+@numba.njit(cache=True)
+def inverse_degrees_of_freedom(
+    terms: int,
+    steps: int,
+    filter_factor: float,
+    alpha: int,
+    order: int,
+    nodes: FloatArray,
+    weights: FloatArray,
+) -> float:
+    """1/edf of a mean of `terms` squared differences, `steps` of them to one cluster.
+
+    ``(1/M) (1 + 2 sum_j (1 - j/M) (s_z(j/S)/s_z(0))**2)`` over j < min(M, (d+1) S). Between
+    whole clusters, where s_z is smooth, far lags are summed by Gauss-Legendre panels (`nodes`
+    and `weights` on [-1, 1]) that double in width away from each whole cluster.
+    """
+    direct = 64
+    lags = min(terms, (order + 1) * steps)
+    total = 0.0
+    for knot in range(0, lags, steps):
+        left = knot
+        right = min(knot + steps, lags)  # summed over left <= j < right
+        middle = (left + right) // 2
+        for side in range(2):
+            origin = left if side == 0 else right - 1
+            length = middle - left if side == 0 else right - middle
+            sign = 1 if side == 0 else -1
+            near = min(direct, length)
+            for k in range(near):
+                j = origin + sign * k
+                if j > 0:
+                    share = difference_covariance(j / steps, filter_factor, alpha, order)
+                    total += (1.0 - j / terms) * share * share
+            begin = near
+            while begin < length:
+                end = min(2 * begin, length)
+                # The sum over whole j from begin to end - 1 is the integral half a step wider.
+                half_width = 0.5 * (end - begin)
+                centre = 0.5 * (begin + end) - 0.5
+                for node in range(nodes.size):
+                    j = origin + sign * (centre + half_width * nodes[node])
+                    share = difference_covariance(j / steps, filter_factor, alpha, order)
+                    total += weights[node] * half_width * (1.0 - j / terms) * share * share
+                begin = end
+    variance = difference_covariance(0.0, filter_factor, alpha, order)
+    return (1.0 + 2.0 * total / (variance * variance)) / terms

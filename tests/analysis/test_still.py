@@ -1,0 +1,91 @@
+"""The still bench with gaps: what is shown of the whole, and what of a stretch."""
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.analysis.still import at_rest
+from sagnac.errors import RecordingError
+from sagnac.recording.model import Channel, Recording
+
+SAMPLES, RATE = 3000, 50.0
+NONE = Settings(gyros=("x",), method="none", interval=None, estimators=("oadev", "mdev"))
+
+
+def recording(values, kind="rate"):
+    unit = {"rate": "rad/s", "increment": "rad", "angle": "rad"}[kind]
+    return Recording(
+        gyros=(Channel(name="x", kind=kind, unit=unit, values=values),), sample_rate=RATE
+    )
+
+
+def white(missing=()):
+    values = np.random.default_rng(4).standard_normal(SAMPLES)
+    values[list(missing)] = np.nan
+    return values
+
+
+def test_curves_are_of_the_whole_less_what_touches_a_gap():
+    values = white([700, 701, 2900])
+    made, _ = at_rest(recording(values), NONE)
+    # Cluster means of ten samples and their successors, all there, straight from the definition.
+    cluster = 10
+    means = np.array([values[k : k + cluster].mean() for k in range(SAMPLES - cluster + 1)])
+    steps = means[cluster:] - means[:-cluster]
+    steps = steps[np.isfinite(steps)]
+    at = int(np.argmin(np.abs(made.curve.tau - cluster / RATE)))
+    assert made.curve.deviation[at] == pytest.approx(np.sqrt(0.5 * np.mean(steps**2)))
+    assert made.curve.terms[at] == steps.size
+    assert [curve.estimator for curve in made.family] == ["oadev", "mdev"]
+
+
+def test_coefficients_are_of_the_longest_stretch_and_say_so():
+    values = white([700, 701, 2900])
+    made, cleaned = at_rest(recording(values), NONE)
+    alone = analyze(recording(values[702:2900]), NONE)
+    assert made.angle_random_walk == alone.angle_random_walk
+    assert made.fits["weighted"].coefficients == alone.fits["weighted"].coefficients
+    assert made.recording.samples == SAMPLES
+    assert any("14.04 to 58 s" in note for note in made.notes)
+    assert cleaned.settings.method == "fos"
+    assert made.density is not None
+
+
+@pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
+def test_an_interval_averages_what_is_there(kind):
+    values = white([1005])
+    step = 10
+    if kind == "angle":
+        values = np.cumsum(np.nan_to_num(values))
+        values[1000] = np.nan
+    settings = Settings(gyros=("x",), method="none", interval=step / RATE)
+    made, _ = at_rest(recording(values, kind), settings)
+    assert made.curve.samples == SAMPLES // step
+    if kind == "angle":
+        coarse = values[::step]
+    else:
+        blocks = values.reshape(-1, step)
+        coarse = blocks.mean(axis=1) if kind == "rate" else blocks.sum(axis=1)
+    assert np.isnan(coarse).sum() == 1
+    x = coarse if kind == "angle" else None
+    if x is None:
+        steps = np.diff(coarse if kind == "rate" else coarse * RATE / step)
+    else:
+        steps = np.diff(x, 2) * RATE / step
+    steps = steps[np.isfinite(steps)]
+    assert made.curve.deviation[0] == pytest.approx(np.sqrt(0.5 * np.mean(steps**2)))
+
+
+def test_without_gaps_it_is_the_analysis():
+    values = white()
+    made, _ = at_rest(recording(values), NONE)
+    assert made.angle_random_walk == analyze(recording(values), NONE).angle_random_walk
+    assert np.array_equal(made.family[0].deviation, made.curve.deviation)
+
+
+def test_a_record_too_short_for_an_estimator_is_one_line():
+    short = Settings(gyros=("x",), method="none", interval=None, estimators=("theoh",))
+    with pytest.raises(RecordingError, match=r"theoh: values: 80 .* too few") as caught:
+        at_rest(recording(white()[:80]), short)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,186 @@
+"""Fast orthogonal search against greedy least squares that solves every system outright."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sagnac.lines.orthogonal_search import fast_orthogonal_search
+from tests.naive_search import greedy_pairs
+
+
+def wandering_phase(samples, turns, generator):
+    """A table angle whose rate varies by some tens of percent."""
+    rate = 1.0 + 0.3 * np.sin(np.linspace(0.0, 9.0, samples)) + 0.1 * generator.random(samples)
+    phase = np.cumsum(rate)
+    return 2.0 * np.pi * turns * phase / phase[-1] + generator.uniform(-5.0, 5.0)
+
+
+def series_with_noise(phase, generator, *, noise):
+    signal = 0.3 + 0.02 * phase + noise * generator.standard_normal(phase.size)
+    for order, amplitude in ((2, 1.0), (5, 0.6), (6, 0.5), (11, 0.2)):
+        signal += amplitude * np.cos(order * phase + generator.uniform(0.0, 6.0))
+    return signal
+
+
+def assert_same(found, naive, *, spacing, rel=1e-6):
+    chosen, left, solution = naive
+    assert found.frequencies == pytest.approx(spacing * np.array(chosen, dtype=float))
+    assert found.mean_square == pytest.approx(left, rel=rel)
+    assert (found.constant, found.slope) == pytest.approx(tuple(solution[:2]), rel=rel, abs=1e-8)
+    assert found.cosine == pytest.approx(solution[2::2], rel=rel, abs=1e-8)
+    assert found.sine == pytest.approx(solution[3::2], rel=rel, abs=1e-8)
+
+
+STOPS = {
+    "korenberg": lambda samples, _: 8.0 / (samples + 1),
+    "false-alarm": lambda samples, candidates: 2.0 * np.log(candidates / 0.05) / samples,
+    "none": lambda *_: 0.0,
+}
+
+
+@pytest.mark.parametrize("stop", STOPS)
+@pytest.mark.parametrize("seed", range(3))
+def test_order_mean_squares_and_coefficients_are_those_of_greedy_least_squares(stop, seed):
+    generator = np.random.default_rng(seed)
+    phase = wandering_phase(400, 6.3, generator)
+    signal = series_with_noise(phase, generator, noise=0.3)
+    found = fast_orthogonal_search(
+        phase, signal, spacing=1.0, candidates=20, stop=stop, most_terms=8
+    )
+    naive = greedy_pairs(
+        phase,
+        signal,
+        spacing=1.0,
+        candidates=20,
+        bound=STOPS[stop](400, 20),
+        most_terms=8,
+    )
+    assert len(naive[0]) >= 4
+    assert_same(found, naive, spacing=1.0)
+    assert found.stop == stop
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    samples=st.integers(30, 80),
+    spacing=st.floats(0.3, 2.0),
+    candidates=st.integers(1, 8),
+    terms=st.integers(0, 4),
+)
+def test_any_small_search_is_greedy_least_squares(seed, samples, spacing, candidates, terms):
+    generator = np.random.default_rng(seed)
+    phase = np.sort(generator.uniform(-20.0, 20.0, samples))
+    signal = generator.standard_normal(samples)
+    found = fast_orthogonal_search(
+        phase, signal, spacing=spacing, candidates=candidates, stop="none", most_terms=terms
+    )
+    naive = greedy_pairs(
+        phase, signal, spacing=spacing, candidates=candidates, bound=0.0, most_terms=terms
+    )
+    assert_same(found, naive, spacing=spacing, rel=1e-5)
+
+
+def test_time_scale_of_a_uniform_record():
+    # Multiples of one cycle a record, where the pairs are orthogonal but for the line's part.
+    generator = np.random.default_rng(1)
+    time = np.arange(300) / 10.0
+    signal = np.cumsum(generator.standard_normal(300))
+    spacing = 2.0 * np.pi / 30.0
+    found = fast_orthogonal_search(
+        time, signal, spacing=spacing, candidates=149, stop="none", most_terms=6
+    )
+    naive = greedy_pairs(time, signal, spacing=spacing, candidates=149, bound=0.0, most_terms=6)
+    assert_same(found, naive, spacing=spacing)
+
+
+def test_series_is_the_fit():
+    generator = np.random.default_rng(2)
+    phase = wandering_phase(500, 5.0, generator)
+    signal = series_with_noise(phase, generator, noise=0.1)
+    found = fast_orthogonal_search(phase, signal, spacing=1.0, candidates=16)
+    assert np.mean((signal - found.series(phase)) ** 2) == pytest.approx(
+        found.mean_square[-1], rel=1e-7
+    )
+
+
+def test_a_noiseless_series_is_found_whole():
+    generator = np.random.default_rng(3)
+    phase = wandering_phase(800, 12.0, generator)
+    signal = series_with_noise(phase, generator, noise=0.0)
+    found = fast_orthogonal_search(phase, signal, spacing=1.0, candidates=16)
+    assert sorted(found.frequencies) == [2.0, 5.0, 6.0, 11.0]
+    # The Fourier sums are good to 1e-9 of a sum, and the mean square left is a difference of them.
+    assert found.mean_square[-1] < 1e-9 * found.mean_square[0]
+
+
+def test_korenbergs_stop_accepts_noise_and_the_set_stop_does_not():
+    # Each pair passes the published bound with probability exp(-4): 18 of 1000 at the first
+    # step, and more as the mean square falls; the bound for the whole set passes 5 % of records.
+    taken = {"korenberg": 0, "false-alarm": 0}
+    for seed in range(10):
+        signal = np.random.default_rng(seed).standard_normal(4000)
+        time = np.arange(4000.0)
+        for stop in taken:
+            found = fast_orthogonal_search(
+                time,
+                signal,
+                spacing=2.0 * np.pi / 4000,
+                candidates=1000,
+                stop=stop,
+                most_terms=30,
+            )
+            taken[stop] += found.frequencies.size
+    assert taken["korenberg"] / 10 > 10
+    assert taken["false-alarm"] <= 3  # binomial(10, 0.05): four or more in 1 of 1000 runs
+
+
+def test_the_same_frequency_twice_is_refused():
+    # At a phase sampled 16 times a turn, order 15 is order 1 over again, 17 too, and 16 is 1.
+    phase = 2.0 * np.pi * np.arange(160) / 16.0
+    signal = np.cos(phase) + 0.5 * np.sin(3.0 * phase)
+    signal += 1e-3 * np.random.default_rng(4).standard_normal(160)
+    found = fast_orthogonal_search(
+        phase, signal, spacing=1.0, candidates=40, stop="none", most_terms=40
+    )
+    folded = {int(min(order % 16, -order % 16)) for order in found.frequencies}
+    # No order twice, none that folds to the constant, and not 8, whose sine is zero.
+    assert len(folded) == found.frequencies.size
+    assert folded <= {1, 2, 3, 4, 5, 6, 7}
+    assert np.all(np.abs(np.concatenate([found.cosine, found.sine])) < 2.0)
+
+
+def test_terms_of_zero_signal_and_no_terms():
+    phase = np.linspace(0.0, 30.0, 100)
+    found = fast_orthogonal_search(phase, np.zeros(100), spacing=1.0, candidates=5)
+    assert found.frequencies.size == 0
+    line = fast_orthogonal_search(phase, 2.0 - 3.0 * phase, spacing=1.0, candidates=5, most_terms=0)
+    assert (line.constant, line.slope) == pytest.approx((2.0, -3.0), rel=1e-12)
+    assert line.frequencies.size == 0
+
+
+def test_a_large_ramp_costs_no_precision():
+    generator = np.random.default_rng(5)
+    phase = wandering_phase(2000, 12.0, generator)
+    small = series_with_noise(phase, generator, noise=0.1)
+    without = fast_orthogonal_search(phase, small, spacing=1.0, candidates=16)
+    with_ramp = fast_orthogonal_search(phase, small + 1e6 * phase, spacing=1.0, candidates=16)
+    assert np.array_equal(with_ramp.frequencies, without.frequencies)
+    assert with_ramp.cosine == pytest.approx(without.cosine, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"spacing": 0.0}, "spacing 0.0"),
+        ({"candidates": 0}, "candidates 0"),
+        ({"most_terms": -1}, "most_terms -1"),
+        ({"signal": np.zeros(9)}, "signal \\(9,\\)"),
+    ],
+)
+def test_refusals_are_one_line(change, message):
+    arguments = {"signal": np.zeros(10), "spacing": 1.0, "candidates": 3} | change
+    with pytest.raises(ValueError, match=message) as caught:
+        fast_orthogonal_search(np.arange(10.0), arguments.pop("signal"), **arguments)
+    assert "\n" not in str(caught.value)
