@@ -346,7 +346,7 @@ def avar(
     written: list[Path] = []
     with _naming(file), _progress() as progress:
         recording, seconds = _read(file, statement, progress, verify=gaps == "reject")
-        from sagnac import bench
+        from sagnac.analysis.still import at_rest
         from sagnac.recording.gaps import with_gaps_marked
 
         if gaps == "omit":
@@ -354,7 +354,7 @@ def avar(
         for name in _gyros(options, recording):
             settings = _settings(options, (name,), method="none", interval=None)
             named = _prefixed(progress, name)
-            analysis, searched = bench.at_rest(
+            analysis, searched = at_rest(
                 recording, replace(settings, estimators=estimators), progress=named
             )
             analysis = _with_seconds(analysis, seconds)
