@@ -1,162 +1,156 @@
-"""What the headline rests on: a fit, or a bound from the curve."""
+"""What the headline rests on: the likelihood fit, or a bound from the curve."""
 
-import math
-from dataclasses import dataclass, replace
-from typing import Final, Literal
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.stats import chi2
 
-from sagnac import series
+from sagnac.analysis.curves import allan_curve, points_at
+from sagnac.analysis.fits import Coefficients
+from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import Settings
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.cosine_spectrum import cosine_spectrum
-from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
-from sagnac.coefficients.estimates import Estimate, Fit, FitName
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.coefficients.spectrum_fit import spectrum_fit
-from sagnac.errors import RecordingError
+from sagnac.coefficients.estimates import Estimate
+from sagnac.errors import Note
 from sagnac.recording.difference import per_gyro
-from sagnac.recording.kinds import angle_of
-from sagnac.recording.model import Recording
-from sagnac.recording.readout import readout_of
+from sagnac.recording.readout import JointReadout
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.degrees_of_freedom import equivalent_degrees_of_freedom
-from sagnac.units import ARCSECOND
 
+# Chance at which the curve, against a sound likelihood fit, calls it impossible.
+_VETO: Final = 1e-4
 # Samples over which a gyro's low-pass filter may still lower the curve.
 _FILTERED: Final = 10.0
-# Angles that a readout step has to leave for a fit. Of fewer, five terms are not told apart: even
-# with white readout noise nine intervals in ten hold N, and what is estimated lies half an error
-# high.
-_LEAST_DITHERED: Final = 320
-# A curve of fewer points than this has no cluster time whose deviation means anything.
-LEAST_POINTS: Final = 32
-
-
-def fit_curve(
-    method: Literal["paper", "weighted"], curve: StabilityCurve, differenced: int, confidence: float
-) -> Fit:
-    """One of the two fits to the curve; a curve too short for it observes nothing, and says so."""
-    fit = paper_fit if method == "paper" else weighted_fit
-    try:
-        return fit(curve, gyros_differenced=differenced, confidence=confidence)
-    except RecordingError as error:
-        return nothing_observed(method, confidence, f"no {method} fit: {error}")
-
-
-def nothing_observed(method: FitName, confidence: float, *notes: str) -> Fit:
-    """A fit that observes nothing."""
-    nothing = Estimate(
-        value=np.nan, low=np.nan, high=np.nan, confidence=confidence, status="not observable"
-    )
-    return Fit(method=method, coefficients=dict.fromkeys(COEFFICIENT_NAMES, nothing), notes=notes)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JointReadout:
-    """What the readouts of all gyros together allow.
+class Headline:
+    """The answer.
 
-    `step` is the sum of their steps, rad. Of angles taken `every` so many, `time` seconds apart,
-    they are dithered. `every` is None where too few are left for a fit, and `time` is infinite
-    where they are dithered at no time.
+    Attributes
+    ----------
+    estimate
+        Angle random walk of one gyro, rad/sqrt(s).
+    source
+        What it rests on, in words.
+    notes
+        Why it is no more than a bound.
     """
 
-    step: float = 0.0
-    every: int | None = 1
-    time: float = 0.0
-    notes: tuple[str, ...] = ()
+    estimate: Estimate
+    source: str
+    notes: tuple[Note, ...] = ()
 
 
-def joint_readout(recording: Recording, settings: Settings, angle_rate: float) -> JointReadout:
-    """What the gyros' readouts allow of angles taken at `angle_rate`, Hz."""
-    taken = round(recording.sample_rate / angle_rate)
-    readouts = {}
-    for name in settings.gyros:
-        angle = angle_of(recording.gyro(name), recording.sample_rate)
-        readouts[name] = readout_of(angle if taken == 1 else series.every(angle, taken))
-    step = sum(readout.step for readout in readouts.values())
-    undithered = {name: readout for name, readout in readouts.items() if readout.every != 1}
-    if not undithered:
-        return JointReadout(step=step)
-    largest = max(readout.step for readout in undithered.values()) / ARCSECOND
-    what = f"the readout step of {', '.join(undithered)} ({largest:.3g} arcsec)"
-    counts = [readout.every for readout in undithered.values() if readout.every is not None]
-    apart = max(counts) / angle_rate if len(counts) == len(undithered) else math.inf
-    if not recording.duration / apart >= _LEAST_DITHERED:
-        note = (
-            f"{recording.duration:.4g} s dither {what} too few times for a fit to tell angle "
-            "random walk from it, and only an upper bound is given; record longer, or read out "
-            "finer"
-        )
-        return JointReadout(step=step, every=None, time=apart, notes=(note,))
-    note = (
-        f"nothing dithers {what} in less than {apart:.4g} s: coefficients are of angles that far "
-        "apart, and the curve at shorter cluster times shows the readout"
-    )
-    return JointReadout(step=step, every=max(counts), time=apart, notes=(note,))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurveBound:
+    """Largest N of one gyro that a curve allows, rad/sqrt(s), and the cluster time of it, s."""
+
+    value: float
+    tau: float
 
 
-def from_cluster(curve: StabilityCurve, shortest: float) -> StabilityCurve:
-    """The part of a curve at cluster times of `shortest` (s) and more."""
-    kept = curve.tau >= shortest * (1.0 - 1e-9)
-    return replace(
-        curve,
-        tau=curve.tau[kept],
-        deviation=curve.deviation[kept],
-        terms=curve.terms[kept],
-        edf=curve.edf[kept],
-        low=curve.low[kept],
-        high=curve.high[kept],
-        noise_type=curve.noise_type[kept],
-    )
+def headline_of(
+    measured: Measurement,
+    left: Remainder,
+    curve: StabilityCurve,
+    coefficients: Coefficients,
+    settings: Settings,
+) -> Headline:
+    """The likelihood fit where the curve allows what it says, else a bound from the curve.
 
-
-def fit_likelihood(
-    angle: FloatArray,
-    sample_rate: float,
-    differenced: int,
-    confidence: float,
-    masked: tuple[tuple[float, float], ...],
-) -> tuple[Fit, float]:
-    """Likelihood fit over the widest band that the five terms describe, and its upper edge, Hz.
-
-    Vibration and resonances at high frequency are no gyro noise; the band is halved until
-    chance explains what is left, and where it never does, the band with the least is taken.
+    Parameters
+    ----------
+    measured, left
+        The angle, and what removal left of it.
+    curve
+        After removal.
+    coefficients
+        The fits.
+    settings
+        Confidence and interval.
     """
-    best: tuple[Fit, float] | None = None
-    highest = 0.5 * sample_rate
-    cosine = cosine_spectrum(angle, kind="angle", sample_rate=sample_rate)
-    while best is None or highest * angle.size / sample_rate > 2 * LEAST_POINTS:
-        fit = spectrum_fit(
-            cosine,
-            gyros_differenced=differenced,
-            confidence=confidence,
-            masked=masked,
-            band=None if best is None else (0.0, highest),
+    fit = coefficients.fits["likelihood"]
+    answer = fit.coefficients["angle_random_walk"]
+    bounding, channel = curve, measured.channel
+    if left.removal.unfinished is not None:
+        # Lines only raise a curve; half of a search can lower it.
+        whole = points_at(left.removal.unfinished, measured.sample_rate, settings.interval)
+        bounding = allan_curve(whole, settings.confidence)
+        channel = f"{channel} with its lines in"
+
+    def allowed(chance: float) -> CurveBound:
+        return highest_allowed(
+            bounding,
+            coefficients.readout,
+            chance,
+            gyros_differenced=measured.gyros_differenced,
+            sample_rate=measured.sample_rate,
         )
-        if best is None or fit.departure < best[0].departure:
-            best = fit, highest
-        if fit.departure == 0.0:
-            break
-        highest *= 0.5
-    return best
+
+    # A fit that is known not to describe its spectrum yields to the curve much sooner.
+    veto = allowed(_VETO if fit.departure == 0.0 else 1.0 - settings.confidence)
+    if left.removal.unfinished is not None:
+        notes: tuple[Note, ...] = (_search_without_end(measured.channel),)
+    elif answer.status == "not observable":
+        notes = ()
+    elif answer.low > veto.value:
+        notes = (_asks_for_too_much(measured.channel, veto.tau),)
+    else:
+        points = coefficients.points
+        return Headline(
+            estimate=answer,
+            source=f"likelihood fit of the spectrum of {points.angle.size} angles of {channel} "
+            f"at {1.0 / points.rate:.4g} s, to {coefficients.highest:.4g} Hz",
+        )
+    bound = allowed(1.0 - settings.confidence).value
+    return Headline(
+        estimate=Estimate(
+            value=bound,
+            low=0.0,
+            high=bound,
+            confidence=settings.confidence,
+            status="upper bound",
+        ),
+        source=f"lowest point of the curve of {channel} against the slope of the ARW",
+        notes=notes,
+    )
+
+
+def _search_without_end(channel: str) -> Note:
+    return Note(
+        level="warning",
+        text=f"the search for the lines of {channel} did not come to an end, and the noise that "
+        "it leaves is not to be trusted: only an upper bound is given, with all lines in; "
+        "take a stretch on which the table turns evenly ({slice})",
+    )
+
+
+def _asks_for_too_much(channel: str, tau: float) -> Note:
+    return Note(
+        level="warning",
+        text=f"the likelihood fit of {channel} asks for more angle random walk than the curve "
+        f"shows at {tau:.4g} s: the five terms do not describe this spectrum, and only an upper "
+        "bound is given",
+    )
 
 
 def highest_allowed(
     curve: StabilityCurve,
-    differenced: int,
-    sample_rate: float,
     readout: JointReadout,
     chance: float,
-) -> tuple[float, float]:
-    """Largest N that the curve allows but by `chance`, per gyro, and the cluster time of it.
+    *,
+    gyros_differenced: int,
+    sample_rate: float,
+) -> CurveBound:
+    """Largest N that the curve allows except with probability `chance`.
 
     Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's own
-    low-pass filter takes away at the shortest cluster times, which are left out. Readout steps hide
-    up to two of themselves of each second difference where nothing dithers them within a cluster:
-    the root of their mean square is raised by that. Where it does, a mean of few may still come out
-    as zero, and is raised by the square of half a step.
+    low-pass filter lowers the shortest cluster times, which are left out. If nothing dithers the
+    readout within a cluster, its steps hide up to two steps of each second difference: the
+    deviation is raised by the root of their mean square. If something does, a mean of few may
+    still come out as zero: the deviation is raised by half a step in square.
     """
     angles = curve.samples + (curve.kind != "angle")
     # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
@@ -180,4 +174,6 @@ def highest_allowed(
     high = raised * np.sqrt(edf / chi2.ppf(share, edf))
     highest = np.where(curve.tau * sample_rate < _FILTERED, np.inf, high * np.sqrt(curve.tau))
     index = int(np.nanargmin(highest))
-    return per_gyro(float(highest[index]) ** 2, differenced), float(curve.tau[index])
+    return CurveBound(
+        value=per_gyro(float(highest[index]) ** 2, gyros_differenced), tau=float(curve.tau[index])
+    )

@@ -1,17 +1,21 @@
 """Everything that one recording gave."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from html import escape
+from typing import Any
 
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Spectrum
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
+from sagnac.dataframes import frame_of
+from sagnac.errors import Note
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
 from sagnac.stability.curve import StabilityCurve
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Analysis:
     """Everything one recording gave; what the report, the JSON and the tables are made of.
 
@@ -19,6 +23,8 @@ class Analysis:
     ----------
     recording
         The input, as read (values included; the report takes only facts from it).
+    settings
+        What was asked for; the gyros are those taken.
     channel
         ``x`` or ``x-z``: what the curve and the lines are of.
     gyros_differenced
@@ -27,24 +33,27 @@ class Analysis:
         Mean table rate, rad/s, or None at rest.
     angle_random_walk
         The answer, SI (rad/sqrt(s)), with the fit it rests on in `source`.
+    source
+        What the answer rests on, in words.
     fits
         By method.
     lines
         Every periodic component found, strongest first.
     curve, curve_before
-        Stability of `channel` after and before removal (before: same interval).
+        Stability of `channel` after and before removal, at the same interval. Of a difference of
+        two gyros: ``curve.per_gyro()`` is what one gyro makes of it.
     spectrum, spectrum_before
         Rate spectrum of `channel` after and before removal, smoothed for a figure.
     per_gyro
         With a triad: each gyro's own N by three-cornered hat; else empty.
     notes
-        Every repair, refusal and doubt, in words.
+        Every repair, refusal and doubt.
     seconds
-        Time by stage.
+        Wall time by stage.
     family
         One curve for each estimator that the settings ask for.
     density
-        Multitaper rate spectrum of what the curves are of, where estimators are asked for.
+        Multitaper rate spectrum of what the curves are of, if estimators are asked for.
     """
 
     recording: Recording
@@ -61,7 +70,48 @@ class Analysis:
     spectrum: Spectrum
     spectrum_before: Spectrum
     per_gyro: Mapping[str, Estimate]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     seconds: Mapping[str, float]
     family: tuple[StabilityCurve, ...] = ()
     density: Spectrum | None = None
+
+    def __repr__(self) -> str:
+        return (
+            f"<Analysis of {self.channel}: {self.angle_random_walk!r}, {len(self.lines)} lines, "
+            f"{len(self.notes)} notes>"
+        )
+
+    def _repr_html_(self) -> str:
+        notes = "".join(f"<li>{escape(str(note))}</li>" for note in self.notes)
+        return (
+            f"<p>Angle random walk of {escape(self.channel)}: "
+            f"<b>{escape(repr(self.angle_random_walk))}</b><br>{escape(self.source)}</p>"
+            f"{self.fits['likelihood']._repr_html_() if 'likelihood' in self.fits else ''}"
+            f"<ul>{notes}</ul>"
+        )
+
+    def to_frame(self) -> Any:
+        """Every coefficient of every fit as a pandas frame, SI, a row each.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        return frame_of(
+            {
+                "fit": name,
+                "coefficient": coefficient,
+                "value": estimate.value,
+                "low": estimate.low,
+                "high": estimate.high,
+                "confidence": estimate.confidence,
+                "status": estimate.status,
+            }
+            for name, fit in self.fits.items()
+            for coefficient, estimate in fit.coefficients.items()
+        )
+
+    def with_seconds(self, before: Mapping[str, float]) -> "Analysis":
+        """The same with stages that came before it, such as reading."""
+        return replace(self, seconds={**before, **self.seconds})

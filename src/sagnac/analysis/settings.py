@@ -1,38 +1,94 @@
 """What the caller chooses."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
+from sagnac.errors import RecordingError
+from sagnac.recording.model import Recording
 from sagnac.stability.estimators import Estimator
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
 Progress = Callable[[str, float], None]
+
+MOST_GYROS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """What the caller chose.
 
-    Attributes
+    Parameters
     ----------
     gyros
-        Names: one gyro, a pair to difference, or a triad: the first less the last gives the
-        curve and the answer, and with the second each gyro's own N is told apart.
+        Names: one gyro, a pair to difference, or a triad. The first gyro of a triad less the last
+        gives the curve and the answer; with the second, each gyro's own N is told apart. Without
+        any, all gyros of the recording.
     method
-        How the periodic parts are removed.
+        How the periodic parts are removed. ``fos``: joint fit of all lines that stand above the
+        noise floor. ``fos-paper``: fast orthogonal search, each gyro first (Steps 1 and 2 of the
+        paper). ``fris``: one angle a turn. ``none``: nothing is removed.
     interval
         Seconds between the angles that the curve is made of (Step 4 of the paper: 1 s);
         None for every sample.
     confidence
-        Of every interval.
+        Of every interval, between 0 and 1.
     estimators
         Which of the Allan family to make of the same angles, with the power spectral density,
         beside the overlapping Allan deviation that the coefficients rest on.
+
+    Raises
+    ------
+    ValueError
+        If a value is none of these.
+
+    Examples
+    --------
+    >>> Settings(gyros=("x", "z"), confidence=0.9).method
+    'fos'
+    >>> Settings(method="fft")
+    Traceback (most recent call last):
+        ...
+    ValueError: method is 'fft'; use one of fos, fos-paper, fris, none
     """
 
-    gyros: tuple[str, ...]
+    gyros: tuple[str, ...] = ()
     method: Method = "fos"
     interval: float | None = 1.0
     confidence: float = 0.95
     estimators: tuple[Estimator, ...] = ()
+
+    def __post_init__(self) -> None:
+        if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):
+            raise ValueError(f"gyros is {self.gyros!r}; give names, such as ('x', 'z')")
+        object.__setattr__(self, "gyros", tuple(self.gyros))
+        object.__setattr__(self, "estimators", tuple(self.estimators))
+        _require_choice("method", self.method, get_args(Method))
+        for estimator in self.estimators:
+            _require_choice("estimators", estimator, get_args(Estimator))
+        if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):
+            raise ValueError(f"interval is {self.interval!r}; give seconds above zero, or None")
+        if not 0.0 < self.confidence < 1.0:
+            raise ValueError(f"confidence is {self.confidence!r}; give a number between 0 and 1")
+
+    def gyros_of(self, recording: Recording) -> tuple[str, ...]:
+        """The gyros asked for, or all that the recording has.
+
+        Raises
+        ------
+        RecordingError
+            If these are not one, two or three different gyros.
+        """
+        names = self.gyros or tuple(channel.name for channel in recording.gyros)
+        if not 1 <= len(names) <= MOST_GYROS or len(set(names)) != len(names):
+            raise RecordingError(
+                f"gyros {','.join(names) or '(none)'}",
+                remedy="name one gyro, a pair or a triad, each once ({gyros x,z})",
+            )
+        return names
+
+
+def _require_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise ValueError(f"{name} is {value!r}; use one of {', '.join(choices)}")

@@ -1,138 +1,188 @@
 """The still bench: one gyro as it is, every estimator asked for, gaps or none."""
 
-import math
-from dataclasses import replace
-from typing import Final
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sagnac import series
-from sagnac.analysis.pipeline import analyze, stability_family
+from sagnac.analysis.curves import family_notes, family_of
+from sagnac.analysis.fits import unobserved
+from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Progress, Settings
 from sagnac.analysis.spectra import Spectrum, multitaper_density
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Estimate
-from sagnac.errors import RecordingError
+from sagnac.errors import Note, RecordingError
 from sagnac.recording.gaps import longest_whole_stretch
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Channel, Recording
 from sagnac.stability.curve import StabilityCurve, stability_curve
 
 
-def has_gaps(recording: Recording, gyro: str) -> bool:
-    """Whether a sample of the gyro is missing."""
-    values = recording.gyro(gyro).values
-    return any(np.isnan(values[span]).any() for span in series.through(values.size, values))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtRest:
+    """One gyro on the still bench.
+
+    Attributes
+    ----------
+    analysis
+        By the method chosen, its lines listed.
+    without_lines
+        The same with the lines removed.
+    """
+
+    analysis: Analysis
+    without_lines: Analysis
 
 
 def at_rest(
     recording: Recording, settings: Settings, *, progress: Progress | None = None
-) -> tuple[Analysis, Analysis]:
+) -> AtRest:
     """Curve and coefficients of one gyro, and what they would be without its lines.
 
     With missing samples (NaN) the curves are of the whole recording, less the terms that touch
-    a gap; coefficients, lines and spectra are of its longest stretch without a gap, and where
-    that is too short for them they are not there.
+    a gap; coefficients, lines and spectra are of its longest stretch without a gap. If that is too
+    short for them they are not there.
 
     Parameters
     ----------
     recording
         Its table is not looked at.
     settings
-        Of one gyro. With the method ``none`` the lines are searched for all the same.
+        For one gyro. With the method ``none`` the lines are searched for all the same.
     progress
         Called with the stage and the fraction of it done.
-
-    Returns
-    -------
-    analysis
-        By the method chosen, its lines listed.
-    without_lines
-        The same with the lines removed.
 
     Raises
     ------
     RecordingError
         If the recording cannot give what `settings` ask for.
+    ValueError
+        If the settings do not name one gyro.
     """
+    if len(settings.gyros) != 1:
+        raise ValueError(f"gyros is {settings.gyros!r}; name one for the still bench")
     recording = replace(recording, table=None, null_pulse=None)
-    (name,) = settings.gyros
-    if has_gaps(recording, name):
-        return _with_gaps(recording, name, settings, progress)
+    if has_gaps(recording, settings.gyros[0]):
+        try:
+            return _with_gaps(recording, settings, progress)
+        except RecordingError as error:
+            path = recording.provenance.path if recording.provenance else "recording"
+            raise error.at(path) from None
     return _whole(recording, settings, progress)
 
 
-def _whole(
-    recording: Recording, settings: Settings, progress: Progress | None
-) -> tuple[Analysis, Analysis]:
+def has_gaps(recording: Recording, gyro: str) -> bool:
+    """Whether a sample of the gyro is missing."""
+    values = recording.gyro(gyro).values
+    return any(series.map(lambda block: np.isnan(values[block]).any(), values.size, values))
+
+
+def _whole(recording: Recording, settings: Settings, progress: Progress | None) -> AtRest:
     analysis = analyze(recording, settings, progress=progress)
     if settings.method != "none":
-        return analysis, analysis
+        return AtRest(analysis=analysis, without_lines=analysis)
     searched = analyze(recording, replace(settings, method="fos", estimators=()), progress=progress)
-    return replace(analysis, lines=searched.lines), searched
+    return AtRest(analysis=replace(analysis, lines=searched.lines), without_lines=searched)
 
 
-def _with_gaps(
-    recording: Recording, name: str, settings: Settings, progress: Progress | None
-) -> tuple[Analysis, Analysis]:
-    where = recording.provenance.path if recording.provenance else "recording"
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Stretch:
+    """What the longest stretch without a gap gave, and a note that says so."""
+
+    found: AtRest
+    density: Spectrum
+    note: Note
+
+
+def _with_gaps(recording: Recording, settings: Settings, progress: Progress | None) -> AtRest:
+    (name,) = settings.gyros
     gyro = recording.gyro(name)
     if settings.method != "none":
         raise RecordingError(
-            f"{where}: {name}: lines cannot be removed across gaps (--method {settings.method}); "
-            "leave --method out, or take a whole stretch with --slice START:STOP"
+            f"lines cannot be removed across gaps ({{method {settings.method}}})",
+            channel=name,
+            remedy="leave {method} out, or take a whole stretch with {slice START:STOP}",
         )
     values, rate = _averaged(gyro, recording.sample_rate, settings.interval)
     curve = stability_curve(
         values, kind=gyro.kind, sample_rate=rate, confidence=settings.confidence, gaps="omit"
     )
-    family = stability_family(values, gyro.kind, rate, settings, gaps="omit")
-    stretch, start = longest_whole_stretch(recording, name)
-    span = f"{start:.6g} to {start + stretch.samples / stretch.sample_rate:.6g} s"
-    try:
-        analysis, without_lines = _whole(
-            stretch, replace(settings, estimators=()), progress=progress
-        )
-        density = multitaper_density(
-            series.differences(angle_of(stretch.gyro(name), stretch.sample_rate)),
-            stretch.sample_rate,
-        )
-        note = (
-            f"{name}: coefficients, lines and spectra are of the longest stretch without a gap, "
-            f"{span}; the curves are of the whole recording, without the terms that touch a gap"
-        )
-    except RecordingError as error:
-        why = str(error).removeprefix(f"{where}: ")
-        analysis = without_lines = _nothing_but(curve, recording, settings)
-        density = _NO_SPECTRUM
-        note = (
-            f"{name}: no coefficients, lines or spectra: the longest stretch without a gap, "
-            f"{span}, does not give them ({why})"
-        )
+    family = family_of(values, gyro.kind, rate, settings, gaps="omit")
+    part, start = longest_whole_stretch(recording, name)
+    span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
+    stretch = _of_stretch(
+        part, span, curve=curve, recording=recording, settings=settings, progress=progress
+    )
+    analysis = stretch.found.analysis
     # What the curve of the stretch alone noticed is of no curve that is shown.
     of_stretch = [note for note in analysis.notes if note not in analysis.curve.notes]
-    noticed = [*recording.notes, note, *of_stretch, *curve.notes]
-    for one in family:
-        noticed += [f"{one.estimator}: {noted}" for noted in one.notes if noted not in curve.notes]
-    analysis = replace(
-        analysis,
-        recording=recording,
-        settings=settings,
-        source=f"{analysis.source} (of {span})" if analysis.fits else analysis.source,
-        curve=curve,
-        curve_before=curve,
-        family=family,
-        density=density,
-        notes=tuple(dict.fromkeys(noticed)),
+    notes = (
+        *recording.notes,
+        stretch.note,
+        *of_stretch,
+        *curve.notes,
+        *family_notes(family, curve),
     )
-    return analysis, without_lines
+    return replace(
+        stretch.found,
+        analysis=replace(
+            analysis,
+            recording=recording,
+            settings=settings,
+            source=f"{analysis.source} (of {span})" if analysis.fits else analysis.source,
+            curve=curve,
+            curve_before=curve,
+            family=family,
+            density=stretch.density,
+            notes=tuple(dict.fromkeys(notes)),
+        ),
+    )
+
+
+def _of_stretch(
+    part: Recording,
+    span: str,
+    *,
+    curve: StabilityCurve,
+    recording: Recording,
+    settings: Settings,
+    progress: Progress | None,
+) -> _Stretch:
+    """Coefficients, lines and spectra of the longest stretch, or nothing of them."""
+    (name,) = settings.gyros
+    try:
+        found = _whole(part, replace(settings, estimators=()), progress=progress)
+        steps = series.differences(angle_of(part.gyro(name), part.sample_rate))
+        return _Stretch(
+            found=found,
+            density=multitaper_density(steps, part.sample_rate),
+            note=Note(
+                channel=name,
+                text="coefficients, lines and spectra are of the longest stretch without a gap, "
+                f"{span}; the curves are of the whole recording, without the terms that touch a "
+                "gap",
+            ),
+        )
+    except RecordingError as error:
+        nothing = _nothing_but(curve, recording, settings)
+        why = str(RecordingError(error.problem, channel=error.channel, remedy=error.remedy))
+        return _Stretch(
+            found=AtRest(analysis=nothing, without_lines=nothing),
+            density=Spectrum.empty(),
+            note=Note(
+                channel=name,
+                level="warning",
+                text="no coefficients, lines or spectra: the longest stretch without a gap, "
+                f"{span}, does not give them ({why})",
+            ),
+        )
 
 
 def _averaged(
     gyro: Channel, sample_rate: float, interval: float | None
 ) -> tuple[FloatArray, float]:
-    """Samples at the interval of the curve, missing where one that they take is; their rate."""
+    """Samples at the interval of the curve, and their rate; missing if one they take is missing."""
     step = 1 if interval is None else max(1, round(interval * sample_rate))
     if step == 1 or gyro.kind == "angle":
         return gyro.values[::step], sample_rate / step
@@ -147,24 +197,15 @@ def _nothing_but(curve: StabilityCurve, recording: Recording, settings: Settings
         channel=settings.gyros[0],
         gyros_differenced=1,
         table_rate=None,
-        angle_random_walk=Estimate(
-            value=math.nan,
-            low=math.nan,
-            high=math.nan,
-            confidence=settings.confidence,
-            status="not observable",
-        ),
+        angle_random_walk=unobserved(settings.confidence),
         source="no stretch without a gap is long enough",
         fits={},
         lines=(),
         curve=curve,
         curve_before=curve,
-        spectrum=_NO_SPECTRUM,
-        spectrum_before=_NO_SPECTRUM,
+        spectrum=Spectrum.empty(),
+        spectrum_before=Spectrum.empty(),
         per_gyro={},
         notes=(),
         seconds={},
     )
-
-
-_NO_SPECTRUM: Final = Spectrum(frequency=np.empty(0), density=np.empty(0))

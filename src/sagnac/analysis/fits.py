@@ -1,0 +1,249 @@
+"""Coefficients three ways, and each gyro of a triad alone."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from sagnac import series
+from sagnac.analysis.curves import LEAST_POINTS, Points, points_at
+from sagnac.analysis.removal import Remainder
+from sagnac.analysis.settings import Settings
+from sagnac.coefficients.cosine_spectrum import cosine_spectrum
+from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
+from sagnac.coefficients.estimates import Estimate, Fit, FitName
+from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.spectrum_fit import spectrum_fit
+from sagnac.coefficients.three_cornered_hat import three_cornered_hat
+from sagnac.errors import Note, RecordingError
+from sagnac.recording.model import Recording
+from sagnac.recording.readout import JointReadout, joint_readout
+from sagnac.stability.curve import StabilityCurve
+
+# The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
+# and still far below the frequencies where readout and bearing noise rule.
+_FINER = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coefficients:
+    """What the fits say, and what they were made of.
+
+    Attributes
+    ----------
+    fits
+        By method.
+    per_gyro
+        Each gyro's own N by three-cornered hat, with a triad; else empty.
+    readout
+        What the readout steps allow.
+    points
+        The angles that the likelihood fit is of.
+    highest
+        Upper edge of its band, Hz; 0 where there is none.
+    notes
+        What was noticed.
+    """
+
+    fits: Mapping[FitName, Fit]
+    per_gyro: Mapping[str, Estimate]
+    readout: JointReadout
+    points: Points
+    highest: float
+    notes: tuple[Note, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandFit:
+    """A likelihood fit and the upper edge of its band, Hz."""
+
+    fit: Fit
+    highest: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Hat:
+    """Each gyro of a triad alone."""
+
+    per_gyro: Mapping[str, Estimate] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+
+
+def coefficients_of(
+    recording: Recording,
+    settings: Settings,
+    *,
+    gyros: tuple[str, ...],
+    left: Remainder,
+    second: Remainder | None,
+    points: Points,
+    curve: StabilityCurve,
+) -> Coefficients:
+    """The three fits of what is left, and the three-cornered hat of a triad.
+
+    Parameters
+    ----------
+    recording, settings
+        For the readout of the gyros and the interval and confidence asked for.
+    gyros
+        Names: one, two or three.
+    left, second
+        What removal left of the measurement and, of a triad, of the first gyro less the second.
+    points
+        The angles that the curve is made of.
+    curve
+        After removal.
+    """
+    differenced = min(len(gyros), 2)
+    fine, readout = points, JointReadout()
+    # An angle between samples, one a turn, has no step.
+    if not left.once_a_turn:
+        if settings.interval is not None:
+            finer = settings.interval / _FINER
+            fine = points_at(left.removal.residual, recording.sample_rate, finer)
+        readout = joint_readout(recording, gyros, fine.rate)
+    if readout.every is None:
+        band = BandFit(fit=nothing_observed("likelihood", settings.confidence), highest=0.0)
+    else:
+        if readout.every > 1:
+            fine = Points(
+                angle=series.every(fine.angle, readout.every), rate=fine.rate / readout.every
+            )
+        band = fit_likelihood(fine, differenced, settings.confidence, left.removal.masked)
+    of_gyro = _from_cluster(curve, readout.time)
+    fits: dict[FitName, Fit] = {
+        "paper": _fit_curve("paper", of_gyro, differenced, settings.confidence),
+        "weighted": _fit_curve("weighted", of_gyro, differenced, settings.confidence),
+        "likelihood": band.fit,
+    }
+    hat = _Hat()
+    if second is not None and readout.every is not None:
+        hat = _hat(
+            recording,
+            settings,
+            gyros=gyros,
+            left=left,
+            second=second,
+            fine=fine,
+            highest=band.highest,
+        )
+    return Coefficients(
+        fits=fits,
+        per_gyro=hat.per_gyro,
+        readout=readout,
+        points=fine,
+        highest=band.highest,
+        notes=(*readout.notes, *hat.notes, *(note for fit in fits.values() for note in fit.notes)),
+    )
+
+
+def nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
+    """A fit that observes nothing."""
+    return Fit(
+        method=method,
+        coefficients={name: unobserved(confidence) for name in COEFFICIENT_NAMES},
+        notes=notes,
+    )
+
+
+def unobserved(confidence: float) -> Estimate:
+    """A coefficient of which nothing is known."""
+    return Estimate(
+        value=np.nan, low=np.nan, high=np.nan, confidence=confidence, status="not observable"
+    )
+
+
+def fit_likelihood(
+    points: Points,
+    differenced: int,
+    confidence: float,
+    masked: tuple[tuple[float, float], ...],
+) -> BandFit:
+    """Likelihood fit over the widest band that the five terms describe.
+
+    Vibration and resonances at high frequency are no gyro noise. The band is halved until chance
+    explains what the terms do not; if it never does, the band with the least left over is taken.
+    """
+    cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
+
+    def over(band: tuple[float, float] | None) -> Fit:
+        return spectrum_fit(
+            cosine,
+            gyros_differenced=differenced,
+            confidence=confidence,
+            masked=masked,
+            band=band,
+        )
+
+    highest = 0.5 * points.rate
+    best = BandFit(fit=over(None), highest=highest)
+    latest = best.fit
+    while latest.departure != 0.0:
+        highest *= 0.5
+        if highest * points.angle.size / points.rate <= 2 * LEAST_POINTS:
+            break
+        latest = over((0.0, highest))
+        if latest.departure < best.fit.departure:
+            best = BandFit(fit=latest, highest=highest)
+    return best
+
+
+def _fit_curve(
+    method: Literal["paper", "weighted"], curve: StabilityCurve, differenced: int, confidence: float
+) -> Fit:
+    """A fit to the curve; a curve too short for it observes nothing, and says so."""
+    fit = paper_fit if method == "paper" else weighted_fit
+    try:
+        return fit(curve, gyros_differenced=differenced, confidence=confidence)
+    except RecordingError as error:
+        return nothing_observed(method, confidence, Note(text=f"no {method} fit: {error}"))
+
+
+def _from_cluster(curve: StabilityCurve, shortest: float) -> StabilityCurve:
+    """The part of a curve at cluster times of `shortest` (s) and more."""
+    kept = curve.tau >= shortest * (1.0 - 1e-9)
+    return replace(
+        curve,
+        tau=curve.tau[kept],
+        deviation=curve.deviation[kept],
+        terms=curve.terms[kept],
+        edf=curve.edf[kept],
+        low=curve.low[kept],
+        high=curve.high[kept],
+        noise_type=curve.noise_type[kept],
+    )
+
+
+def _hat(
+    recording: Recording,
+    settings: Settings,
+    *,
+    gyros: tuple[str, ...],
+    left: Remainder,
+    second: Remainder,
+    fine: Points,
+    highest: float,
+) -> _Hat:
+    """Each gyro's own N, where both searches came to an end and angles are of samples."""
+    if left.once_a_turn or any(one.removal.unfinished is not None for one in (left, second)):
+        return _Hat()
+    first, middle, last = gyros
+    step = max(1, round(recording.sample_rate / fine.rate))
+    # The hat uses differences only, so the first gyro may stand at zero.
+    separation = three_cornered_hat(
+        {
+            middle: -series.every(second.removal.residual, step),
+            first: np.zeros(fine.angle.size),
+            last: -series.every(left.removal.residual, step),
+        },
+        kind="angle",
+        sample_rate=fine.rate,
+        confidence=settings.confidence,
+        masked=left.removal.masked + second.removal.masked,
+        band=(0.0, highest),
+    )
+    return _Hat(
+        per_gyro={name: separation.angle_random_walk[name] for name in gyros},
+        notes=separation.notes,
+    )
