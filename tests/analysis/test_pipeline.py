@@ -171,7 +171,7 @@ def test_a_table_that_does_not_turn_is_noted():
     table = Channel(name="table", kind="angle", unit="rad", values=np.full(8000, 1.2))
     result = analyze(still(8000, table=table), Settings(gyros=("x",)))
     assert result.table_rate is None
-    assert any("does not turn" in note for note in result.notes)
+    assert any("does not turn" in str(note) for note in result.notes)
 
 
 # --- refusals --------------------------------------------------------------------------------
