@@ -42,7 +42,8 @@ def test_curves_are_of_the_whole_less_what_touches_a_gap():
 
 def test_coefficients_are_of_the_longest_stretch_and_say_so():
     values = white([700, 701, 2900])
-    made, cleaned = at_rest(recording(values), NONE)
+    both = at_rest(recording(values), NONE)
+    made, cleaned = both.analysis, both.without_lines
     alone = analyze(recording(values[702:2900]), NONE)
     assert made.angle_random_walk == alone.angle_random_walk
     assert made.fits["weighted"].coefficients == alone.fits["weighted"].coefficients
@@ -60,7 +61,7 @@ def test_an_interval_averages_what_is_there(kind):
         values = np.cumsum(np.nan_to_num(values))
         values[1000] = np.nan
     settings = Settings(gyros=("x",), method="none", interval=step / RATE)
-    made, _ = at_rest(recording(values, kind), settings)
+    made = at_rest(recording(values, kind), settings).analysis
     assert made.curve.samples == SAMPLES // step
     if kind == "angle":
         coarse = values[::step]
