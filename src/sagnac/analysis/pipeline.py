@@ -95,7 +95,7 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
         seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - began
 
     where = recording.provenance.path if recording.provenance else "recording"
-    notes = list(recording.notes)
+    notes = [str(note) for note in recording.notes]
     with stage("difference"):
         channel, angle, differenced = measured_angle(recording, settings, where)
         if settings.method != "fris":

@@ -112,7 +112,7 @@ def _with_gaps(
         )
     # What the curve of the stretch alone noticed is of no curve that is shown.
     of_stretch = [note for note in analysis.notes if note not in analysis.curve.notes]
-    noticed = [*recording.notes, note, *of_stretch, *curve.notes]
+    noticed = [*map(str, recording.notes), note, *of_stretch, *curve.notes]
     for one in family:
         noticed += [f"{one.estimator}: {noted}" for noted in one.notes if noted not in curve.notes]
     analysis = replace(
