@@ -108,7 +108,7 @@ def analysis(
         where = item.frequency if item.scale == "time" else item.frequency / 9.0
         before[np.argmin(np.abs(frequency - where))] *= 3e4
     channels = tuple(
-        Channel(name=name, kind="angle", unit="arcsec", values=np.zeros(3600)) for name in gyros
+        Channel(name=name, kind="angle", shown_in="arcsec", values=np.zeros(3600)) for name in gyros
     )
     recording = Recording(
         gyros=channels,

@@ -116,6 +116,42 @@ class RecordingError(ValueError):
         return self.line()
 
 
+class MissingExtra(ImportError):
+    """A package that only some uses need is not installed.
+
+    Parameters
+    ----------
+    purpose
+        What needs it, a noun that starts the sentence: ``a pandas frame``.
+    package
+        Its name.
+    extra
+        The extra of this package that brings it.
+
+    Examples
+    --------
+    >>> print(MissingExtra("a frame", "pandas", "frames"))
+    a frame needs pandas, which is not installed; install it with pip install 'sagnac[frames]'
+    """
+
+    def __init__(self, purpose: str, package: str, extra: str) -> None:
+        super().__init__(
+            f"{purpose} needs {package}, which is not installed; "
+            f"install it with pip install 'sagnac[{extra}]'",
+            name=package,
+        )
+        self.purpose, self.package, self.extra = purpose, package, extra
+
+    def __reduce__(self) -> tuple[type[Self], tuple[str, str, str]]:
+        # An error that crosses to another process is made there from its parts.
+        return type(self), (self.purpose, self.package, self.extra)
+
+
+def counted(count: int, noun: str) -> str:
+    """``1 sample``, ``2 samples``."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def as_note(noticed: "Note | str") -> Note:
     """A note, also of a text."""
     return noticed if isinstance(noticed, Note) else Note(text=noticed)

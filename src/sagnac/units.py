@@ -1,41 +1,19 @@
-"""Field units at the edges: the one module that converts.
+"""Every unit, once: the one module that converts between the field's units and SI.
 
 Inside the package every angle is in rad, every rate in rad/s and every time in s.
 """
 
 import math
-from typing import Final
+import re
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+Quantity = Literal["angle", "rate", "time", "angle random walk", "rate random walk", "rate ramp"]
+QUANTITIES: Final[tuple[Quantity, ...]] = get_args(Quantity)
 
 ARCSECOND: Final = math.pi / 648_000.0
 DEGREE: Final = math.pi / 180.0
 HOUR: Final = 3600.0
-
-ANGLE_UNITS: Final[dict[str, float]] = {
-    "rad": 1.0,
-    "mrad": 1e-3,
-    "urad": 1e-6,
-    "deg": DEGREE,
-    "arcmin": 60.0 * ARCSECOND,
-    "arcsec": ARCSECOND,
-    "mas": 1e-3 * ARCSECOND,
-    "rev": 2.0 * math.pi,
-}
-RATE_UNITS: Final[dict[str, float]] = {
-    "rad/s": 1.0,
-    "deg/s": DEGREE,
-    "deg/h": DEGREE / HOUR,
-    "arcsec/s": ARCSECOND,
-    "mrad/s": 1e-3,
-    "urad/s": 1e-6,
-}
-TIME_UNITS: Final[dict[str, float]] = {
-    "s": 1.0,
-    "ms": 1e-3,
-    "us": 1e-6,
-    "ns": 1e-9,
-    "min": 60.0,
-    "h": HOUR,
-}
 
 # Size of one field unit in SI. A coefficient in SI divided by this is the field's figure.
 DEGREE_PER_ROOT_HOUR: Final = DEGREE / math.sqrt(HOUR)  # angle random walk, rad/sqrt(s)
@@ -44,43 +22,127 @@ DEGREE_PER_HOUR_PER_ROOT_HERTZ: Final = DEGREE / HOUR  # rate noise density, rad
 DEGREE_PER_HOUR_PER_ROOT_HOUR: Final = DEGREE / HOUR / math.sqrt(HOUR)  # rate random walk
 DEGREE_PER_HOUR_PER_HOUR: Final = DEGREE / HOUR / HOUR  # rate ramp, rad/s^2
 
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unit:
+    """One unit.
+
+    Attributes
+    ----------
+    name
+        As a program writes it: ``deg/sqrt(h)``.
+    symbol
+        As a person reads it: ``°/√h``.
+    quantity
+        What it is a unit of: one of `QUANTITIES`.
+    size
+        SI size of one.
+
+    Raises
+    ------
+    ValueError
+        If the quantity is none of these or the size is not a finite number above zero.
+    """
+
+    name: str
+    symbol: str
+    quantity: Quantity
+    size: float
+
+    def __post_init__(self) -> None:
+        if self.quantity not in QUANTITIES:
+            raise ValueError(f"quantity is {self.quantity!r}; use one of {', '.join(QUANTITIES)}")
+        if not (math.isfinite(self.size) and self.size > 0.0):
+            raise ValueError(f"size is {self.size!r}; give a finite number above zero")
+
+    def __str__(self) -> str:
+        return self.name
+
+
+_TABLE: Final[tuple[tuple[Quantity, str, str, float], ...]] = (
+    ("angle", "rad", "rad", 1.0),
+    ("angle", "mrad", "mrad", 1e-3),
+    ("angle", "urad", "µrad", 1e-6),
+    ("angle", "deg", "°", DEGREE),
+    ("angle", "arcmin", "′", 60.0 * ARCSECOND),
+    ("angle", "arcsec", "″", ARCSECOND),
+    ("angle", "mas", "mas", 1e-3 * ARCSECOND),
+    ("angle", "rev", "rev", 2.0 * math.pi),
+    ("rate", "rad/s", "rad/s", 1.0),
+    ("rate", "deg/s", "°/s", DEGREE),
+    ("rate", "deg/h", "°/h", DEGREE_PER_HOUR),
+    ("rate", "arcsec/s", "″/s", ARCSECOND),
+    ("rate", "mrad/s", "mrad/s", 1e-3),
+    ("rate", "urad/s", "µrad/s", 1e-6),
+    ("time", "s", "s", 1.0),
+    ("time", "ms", "ms", 1e-3),
+    ("time", "us", "µs", 1e-6),
+    ("time", "ns", "ns", 1e-9),
+    ("time", "min", "min", 60.0),
+    ("time", "h", "h", HOUR),
+    ("angle random walk", "deg/sqrt(h)", "°/√h", DEGREE_PER_ROOT_HOUR),
+    ("angle random walk", "deg/h/sqrt(Hz)", "°/h/√Hz", DEGREE_PER_HOUR_PER_ROOT_HERTZ),
+    ("angle random walk", "rad/s/sqrt(Hz)", "rad/s/√Hz", 1.0),
+    ("angle random walk", "rad/sqrt(s)", "rad/√s", 1.0),
+    ("rate random walk", "deg/h/sqrt(h)", "°/h/√h", DEGREE_PER_HOUR_PER_ROOT_HOUR),
+    ("rate random walk", "rad/s/sqrt(s)", "rad/s/√s", 1.0),
+    ("rate ramp", "deg/h/h", "°/h/h", DEGREE_PER_HOUR_PER_HOUR),
+    ("rate ramp", "rad/s^2", "rad/s²", 1.0),
+)
+UNITS: Final[dict[str, Unit]] = {
+    name: Unit(name=name, symbol=symbol, quantity=quantity, size=size)
+    for quantity, name, symbol, size in _TABLE
+}
+
+
+def sizes(quantity: Quantity) -> dict[str, float]:
+    """Name -> SI size of every unit of a quantity.
+
+    Raises
+    ------
+    ValueError
+        If `quantity` is none of `QUANTITIES`.
+    """
+    if quantity not in QUANTITIES:
+        raise ValueError(f"quantity is {quantity!r}; use one of {', '.join(QUANTITIES)}")
+    return {unit.name: unit.size for unit in UNITS.values() if unit.quantity == quantity}
+
+
+ANGLE_UNITS: Final = sizes("angle")
+RATE_UNITS: Final = sizes("rate")
+TIME_UNITS: Final = sizes("time")
+
 # Every unit a coefficient is written in, the field's own first: the size of one in SI.
 COEFFICIENT_UNITS: Final[dict[str, dict[str, float]]] = {
-    "quantization": {"arcsec": ARCSECOND, "deg": DEGREE, "rad": 1.0},
-    "angle_random_walk": {
-        "deg/sqrt(h)": DEGREE_PER_ROOT_HOUR,
-        "deg/h/sqrt(Hz)": DEGREE_PER_HOUR_PER_ROOT_HERTZ,
-        "rad/s/sqrt(Hz)": 1.0,
-        "rad/sqrt(s)": 1.0,
-    },
-    "bias_instability": {"deg/h": DEGREE_PER_HOUR, "rad/s": 1.0},
-    "rate_random_walk": {
-        "deg/h/sqrt(h)": DEGREE_PER_HOUR_PER_ROOT_HOUR,
-        "rad/s/sqrt(s)": 1.0,
-    },
-    "rate_ramp": {"deg/h/h": DEGREE_PER_HOUR_PER_HOUR, "rad/s^2": 1.0},
+    coefficient: {name: UNITS[name].size for name in names}
+    for coefficient, names in {
+        "quantization": ("arcsec", "deg", "rad"),
+        "angle_random_walk": tuple(sizes("angle random walk")),
+        "bias_instability": ("deg/h", "rad/s"),
+        "rate_random_walk": tuple(sizes("rate random walk")),
+        "rate_ramp": tuple(sizes("rate ramp")),
+    }.items()
 }
 
 _ALIASES: Final[dict[str, str]] = {
-    "″": "arcsec",
     '"': "arcsec",
     "as": "arcsec",
     "arcseconds": "arcsec",
-    "°": "deg",
     "degree": "deg",
     "degrees": "deg",
     "radian": "rad",
     "radians": "rad",
     "dps": "deg/s",
-    "°/s": "deg/s",
-    "°/h": "deg/h",
     "deg/hr": "deg/h",
     "dph": "deg/h",
     "sec": "s",
     "seconds": "s",
     "turn": "rev",
     "hr": "h",
+    **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
 }
+_FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")
+_HEADER: Final = re.compile(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*$")
 
 
 def canonical(unit: str) -> str:
@@ -89,15 +151,104 @@ def canonical(unit: str) -> str:
     return _ALIASES.get(stripped, _ALIASES.get(stripped.lower(), stripped))
 
 
+def split_factor(unit: str) -> tuple[float, str]:
+    """Number before a unit, 1 if there is none, and the unit's name.
+
+    Examples
+    --------
+    >>> split_factor("0.1arcsec")
+    (0.1, 'arcsec')
+    >>> split_factor("°/s")
+    (1.0, 'deg/s')
+    """
+    match = _FACTOR.match(unit)
+    if match is None:
+        return 1.0, canonical(unit)
+    return float(match.group(1)), canonical(match.group(2))
+
+
+def split_header(header: str) -> tuple[str, str | None]:
+    """Name of a column and the unit in brackets after it, None if there are none.
+
+    Examples
+    --------
+    >>> split_header("x[arcsec]")
+    ('x', 'arcsec')
+    >>> split_header("x")
+    ('x', None)
+    """
+    match = _HEADER.match(header)
+    if match is None or not match.group(1):
+        return header.strip(), None
+    return match.group(1), match.group(2).strip() or None
+
+
+def unit_of(text: str, quantity: Quantity) -> Unit:
+    """The unit of a quantity that a text names, a number before it included.
+
+    Parameters
+    ----------
+    text
+        ``deg/s``, ``°/s``, ``0.1arcsec``.
+    quantity
+        What it has to be a unit of.
+
+    Raises
+    ------
+    ValueError
+        If it is none; the message lists those there are.
+
+    Examples
+    --------
+    >>> unit_of("dps", "rate").name
+    'deg/s'
+    >>> unit_of("0.5deg", "angle").size == 0.5 * DEGREE
+    True
+    """
+    factor, name = split_factor(text)
+    known = sizes(quantity)
+    if name not in known or not factor > 0.0:
+        raise ValueError(
+            f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
+        )
+    if factor == 1.0:
+        return UNITS[name]
+    return Unit(
+        name=f"{factor:g}{name}",
+        symbol=f"{factor:g} {UNITS[name].symbol}",
+        quantity=quantity,
+        size=factor * known[name],
+    )
+
+
+def field_unit(coefficient: str) -> Unit:
+    """The unit that the field writes a coefficient in.
+
+    Raises
+    ------
+    ValueError
+        If there is no coefficient of that name.
+
+    Examples
+    --------
+    >>> field_unit("angle_random_walk").symbol
+    '°/√h'
+    """
+    if coefficient not in COEFFICIENT_UNITS:
+        known = ", ".join(COEFFICIENT_UNITS)
+        raise ValueError(f"coefficient is {coefficient!r}; use one of {known}")
+    return UNITS[next(iter(COEFFICIENT_UNITS[coefficient]))]
+
+
 def angle_scale(unit: str) -> float:
     """Radians in one `unit` of angle.
 
     Raises
     ------
     ValueError
-        If `unit` is not an angle unit.
+        If `unit` is not a unit of angle.
     """
-    return _look_up(unit, ANGLE_UNITS, "angle")
+    return _plain(unit, "angle").size
 
 
 def rate_scale(unit: str) -> float:
@@ -106,9 +257,9 @@ def rate_scale(unit: str) -> float:
     Raises
     ------
     ValueError
-        If `unit` is not a rate unit.
+        If `unit` is not a unit of rate.
     """
-    return _look_up(unit, RATE_UNITS, "rate")
+    return _plain(unit, "rate").size
 
 
 def time_scale(unit: str) -> float:
@@ -117,14 +268,17 @@ def time_scale(unit: str) -> float:
     Raises
     ------
     ValueError
-        If `unit` is not a time unit.
+        If `unit` is not a unit of time.
     """
-    return _look_up(unit, TIME_UNITS, "time")
+    return _plain(unit, "time").size
 
 
-def _look_up(unit: str, table: dict[str, float], quantity: str) -> float:
-    try:
-        return table[canonical(unit)]
-    except KeyError:
-        known = ", ".join(table)
-        raise ValueError(f"unit {unit!r} is not a unit of {quantity}; use one of {known}") from None
+def _plain(text: str, quantity: Quantity) -> Unit:
+    """A unit without a number before it."""
+    name = canonical(text)
+    known = sizes(quantity)
+    if name not in known:
+        raise ValueError(
+            f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
+        )
+    return UNITS[name]

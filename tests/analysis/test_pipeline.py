@@ -135,7 +135,7 @@ def still(samples=40_000, rate=20.0, *, walk=1e-6, names=("x",), path="bench.csv
         Channel(
             name=name,
             kind="rate",
-            unit="rad/s",
+            shown_in="rad/s",
             values=3e-5 + walk * np.sqrt(rate) * generator.standard_normal(samples),
         )
         for name in names
@@ -168,7 +168,7 @@ def test_every_sample_where_no_interval_is_asked():
 
 
 def test_a_table_that_does_not_turn_is_noted():
-    table = Channel(name="table", kind="angle", unit="rad", values=np.full(8000, 1.2))
+    table = Channel(name="table", kind="angle", shown_in="rad", values=np.full(8000, 1.2))
     result = analyze(still(8000, table=table), Settings(gyros=("x",)))
     assert result.table_rate is None
     assert any("does not turn" in str(note) for note in result.notes)
@@ -179,7 +179,7 @@ def test_a_table_that_does_not_turn_is_noted():
 
 def turned(turns, samples=8000, *, share=0.577):
     angle = 2.0 * np.pi * turns * np.arange(samples) / samples
-    table = Channel(name="table", kind="angle", unit="rad", values=angle)
+    table = Channel(name="table", kind="angle", shown_in="rad", values=angle)
     recording = still(samples, table=table)
     follows = share * turns * 2.0 * np.pi / (samples / 20.0)
     gyro = replace(recording.gyros[0], values=recording.gyros[0].values + follows)

@@ -16,7 +16,7 @@ NONE = Settings(gyros=("x",), method="none", interval=None, estimators=("oadev",
 def recording(values, kind="rate"):
     unit = {"rate": "rad/s", "increment": "rad", "angle": "rad"}[kind]
     return Recording(
-        gyros=(Channel(name="x", kind=kind, unit=unit, values=values),), sample_rate=RATE
+        gyros=(Channel(name="x", kind=kind, shown_in=unit, values=values),), sample_rate=RATE
     )
 
 

@@ -214,7 +214,7 @@ def read_out(bench: Bench, generator: np.random.Generator) -> Recording:
     steps += 0.1 * rate_steps * np.cumsum(generator.standard_normal(samples))
     size = bench.step * ARCSECOND
     angle = size * np.round(generator.random() + np.cumsum(steps) / size)
-    gyro = Channel(name="x", kind="angle", unit="arcsec", values=angle)
+    gyro = Channel(name="x", kind="angle", shown_in="arcsec", values=angle)
     return Recording(gyros=(gyro,), sample_rate=10.0)
 
 

@@ -62,7 +62,7 @@ def example(kind: str = "angle", *, times: bool = False) -> Recording:
     unit = "deg/h" if kind == "rate" else "arcsec"
     return Recording(
         gyros=tuple(
-            Channel(name=name, kind=kind, unit=unit, values=1e-6 * walk(seed))
+            Channel(name=name, kind=kind, shown_in=unit, values=1e-6 * walk(seed))
             for seed, name in enumerate(("left", "z"))
         ),
         sample_rate=(SAMPLES - 1) / float(stamps[-1] - stamps[0]) if times else 50.0,
@@ -70,7 +70,7 @@ def example(kind: str = "angle", *, times: bool = False) -> Recording:
         table=Channel(
             name="table",
             kind="angle",
-            unit="deg",
+            shown_in="deg",
             values=0.02 * np.arange(SAMPLES) + 1e-4 * walk(7),
         ),
         null_pulse=np.arange(SAMPLES) % 314 == 0,
@@ -86,7 +86,7 @@ def test_what_is_written_is_read_back_without_options(tmp_path, suffix, kind, ti
     back = read(path)
     assert [gyro.name for gyro in back.gyros] == ["left", "z"]
     for gyro, original in zip(back.gyros, recording.gyros, strict=True):
-        assert (gyro.kind, gyro.unit) == (original.kind, original.unit)
+        assert (gyro.kind, gyro.shown_in) == (original.kind, original.shown_in)
         np.testing.assert_allclose(gyro.values, original.values, rtol=1e-15, atol=1e-24)
     np.testing.assert_allclose(back.table.values, recording.table.values, rtol=1e-15, atol=1e-18)
     np.testing.assert_array_equal(back.null_pulse, recording.null_pulse)
@@ -108,7 +108,7 @@ def test_what_is_written_is_read_back_without_options(tmp_path, suffix, kind, ti
 def test_any_values_survive_in_radians(tmp_path_factory, values, suffix):
     path = tmp_path_factory.mktemp("any") / f"run.{suffix}"
     array = np.array(values)
-    gyro = Channel(name="x", kind="angle", unit="rad", values=array)
+    gyro = Channel(name="x", kind="angle", shown_in="rad", values=array)
     back = read(write(Recording(gyros=(gyro,), sample_rate=2.5), path))
     np.testing.assert_array_equal(back.gyros[0].values, array)
     assert back.sample_rate == 2.5
@@ -524,7 +524,7 @@ def test_writing_where_it_cannot_be(tmp_path):
         write(example(), tmp_path / "no" / "run.csv")
     with pytest.raises(RecordingError, match=r"use one of .*\.csv"):
         write(example(), tmp_path / "run.imu")
-    gyro = Channel(name="a,b", kind="angle", unit="rad", values=walk())
+    gyro = Channel(name="a,b", kind="angle", shown_in="rad", values=walk())
     with pytest.raises(ValueError, match="cannot stand"):
         write(Recording(gyros=(gyro,), sample_rate=1.0), tmp_path / "run.csv")
 
@@ -601,10 +601,10 @@ def test_long_recordings_are_read_span_by_span(tmp_path, monkeypatch, suffix, la
             read_channels = (*recording.gyros, recording.table)
             for channel, other in zip((*back.gyros, back.table), read_channels, strict=True):
                 assert series.is_mapped(channel.values)
-                assert (channel.name, channel.kind, channel.unit) == (
+                assert (channel.name, channel.kind, channel.shown_in) == (
                     other.name,
                     other.kind,
-                    other.unit,
+                    other.shown_in,
                 )
                 np.testing.assert_array_equal(channel.values, other.values)
             np.testing.assert_array_equal(back.null_pulse, recording.null_pulse)

@@ -479,10 +479,10 @@ def check(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
                 "table": recording.table is not None,
             },
             "findings": [
-                {"level": item.level, "channel": item.channel, "message": item.message}
+                {"level": item.level, "channel": item.channel, "message": item.text}
                 for item in findings
             ],
-            "notes": list(recording.notes),
+            "notes": [str(note) for note in recording.notes],
         }
         print(json.dumps(document, allow_nan=False, indent=1))
     else:
@@ -496,7 +496,7 @@ def check(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
     if errors:
         where = f"{errors[0].channel}: " if errors[0].channel else ""
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        _complain(f"{file}: {where}{errors[0].message}{more}")
+        _complain(f"{file}: {where}{errors[0].text}{more}")
         return DATA_ERROR
     return DONE
 

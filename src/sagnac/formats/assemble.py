@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, as_note, counted
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statement, as_kind, is_counts, is_unit, of_name, split_factor
 from sagnac.recording.encoder import fill_missing, mark_missing
-from sagnac.recording.findings import counted
-from sagnac.recording.kinds import median_step, unwrapped
+from sagnac.recording.kinds import unwrapped
 from sagnac.recording.model import Channel, Kind, Provenance, Recording
 from sagnac.recording.quality import integrity
+from sagnac.recording.stamps import median_step
 from sagnac.units import ANGLE_UNITS, ARCSECOND, RATE_UNITS, TIME_UNITS, canonical
 
 GYRO_NAMES: Final = ("x", "y", "z")
@@ -149,7 +149,7 @@ class _Builder:
                 raw = self.roll_over(name, raw, kinds[name], bits)
             factor, unit = scales[name]
             channels.append(
-                Channel(name=name, kind=kinds[name], unit=unit, values=_scaled(raw, factor))
+                Channel(name=name, kind=kinds[name], shown_in=unit, values=_scaled(raw, factor))
             )
         table_channel = None
         if table is not None and table_scale is not None:
@@ -165,17 +165,16 @@ class _Builder:
             table=table_channel,
             null_pulse=pulse,
             provenance=replace(provenance(), span_s=span_s),
-            notes=tuple(self.notes),
+            notes=tuple(as_note(note) for note in self.notes),
         )
         return self.verified(recording) if verify else recording
 
     def verified(self, recording: Recording) -> Recording:
         notes = list(recording.notes)
         for finding in integrity(recording):
-            about = f"{finding.channel}: " if finding.channel else ""
             if finding.level == "error":
-                raise RecordingError(f"{self.path}: {about}{finding.message}")
-            notes.append(f"{about}{finding.message}")
+                raise RecordingError.of(finding, str(self.path))
+            notes.append(finding)
         return replace(recording, notes=tuple(notes))
 
     def error(self, channel: str, wrong: str, remedy: str) -> RecordingError:
@@ -490,7 +489,7 @@ class _Builder:
                     f"table: moves by up to {largest:.2f} of its range between samples; "
                     "unwrapping is in doubt"
                 )
-        return Channel(name="table", kind="angle", unit=unit, values=_scaled(values, factor))
+        return Channel(name="table", kind="angle", shown_in=unit, values=_scaled(values, factor))
 
     def pulses(self, column: Column, values: FloatArray) -> NDArray[np.bool_]:
         levels = np.unique(series.every(values, max(1, values.size // 100_000)))

@@ -188,11 +188,11 @@ def outgoing(recording: Recording) -> Outgoing:
         columns["time"], units["time"], sizes["time"] = recording.times, "s", 1.0
     for gyro in recording.gyros:
         check_name(gyro.name)
-        columns[gyro.name], units[gyro.name] = gyro.values, field_unit(gyro.kind, gyro.unit)
+        columns[gyro.name], units[gyro.name] = gyro.values, field_unit(gyro.kind, gyro.shown_in)
         sizes[gyro.name] = unit_size(gyro.kind, units[gyro.name])
     if recording.table is not None:
         columns["table"] = recording.table.values
-        units["table"] = field_unit("angle", recording.table.unit, is_table=True)
+        units["table"] = field_unit("angle", recording.table.shown_in, is_table=True)
         sizes["table"] = unit_size("angle", units["table"])
     if recording.null_pulse is not None:
         columns["null_pulse"] = recording.null_pulse

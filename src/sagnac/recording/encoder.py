@@ -1,4 +1,4 @@
-"""Missing encoder samples: found, and interpolated where the table cannot have strayed meanwhile.
+"""Encoder readings made the angle of a table: missing ones found and interpolated, unwrapped.
 
 An encoder on a bus drops a reading now and then. Recorders mark it by NaN, by a value off the
 table's path (0, -1, full scale), or not at all: the reading before stands there once more. A table
@@ -6,28 +6,33 @@ is heavy and its angle smooth, so an isolated reading can be told from its neigh
 sample never can, since its noise is what is measured.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.arrays import FloatArray, IntegerArray
-from sagnac.recording.model import GAP_STEPS
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.errors import Note, counted
+from sagnac.recording.kinds import finite_extent, unwrapped
+from sagnac.recording.stamps import GAP_STEPS
+from sagnac.units import ARCSECOND, Unit
 
-# Missing encoder samples are interpolated up to so many in a row: as with time stamps, from there
-# on the angle turned meanwhile is a guess. With more than this share missing the gaps come close
-# to one another, and it is no recording but what is left of one.
+# As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
+# during a longer run is a guess. If more than this share is missing, the gaps come close to one
+# another, and it is no recording but what is left of one.
 MOST_MISSING_IN_A_ROW: Final = int(GAP_STEPS) - 1
 LARGEST_SHARE_MISSING: Final = 0.01
-# A reading is off the path when it leaves by more than this many usual steps, and than this part of
+# Twice the periodic error that an encoder may have: what an interpolated reading may be off by.
+ENCODER_ACCURACY: Final = 10.0 * ARCSECOND
+# A reading is off the path if it leaves by more than this many usual steps, and than this part of
 # a turn, and is back within `MOST_MISSING_IN_A_ROW` samples: no table does that.
 _USUAL_STEPS: Final = 5.0
 _LEAST_JUMP: Final = 1.0 / 360.0
-# A reading is held where the table steps evenly, to this part, but for steps of nothing that the
-# next one makes up for. Of the steps behind it this many have to agree, of so many.
+# A reading is held if the table steps evenly, to this part, apart from steps of nothing that the
+# next one makes up for. This many of the steps behind it have to agree, of this many looked at.
 _EVEN: Final = 0.125
 _STEPS_LOOKED_AT: Final = 8
 _STEPS_THAT_AGREE: Final = 6
@@ -42,6 +47,10 @@ _WIDE_SIDE: Final = 3
 _USUAL_ERRORS: Final = 10.0
 _PLACES: Final = 1000
 _AT_ONCE: Final = 2**14
+# A table that moves by more than this part of the range between two samples may have gone either
+# way round.
+_IN_DOUBT: Final = 0.25
+_NONE: Final[IntegerArray] = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,13 +92,115 @@ class Filled:
     error: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableAngle:
+    """Angle of a table from its readings, rad, shape (samples,), and what was noticed of them."""
+
+    angle: FloatArray
+    notes: tuple[Note, ...] = ()
+
+
+def angle_of_readings(
+    readings: FloatArray, unit: Unit, *, counter_period: float | None = None
+) -> TableAngle:
+    """The table angle that an encoder's readings stand for.
+
+    Readings that stand for missing ones are marked, isolated missing ones interpolated; where
+    the readings start over, they are made continuous. They start over at a full turn, unless
+    they cover more than one: then they are a running angle, or a counter wider than a turn.
+
+    Parameters
+    ----------
+    readings
+        (samples,) in `unit`. They are worked on in place.
+    unit
+        Of angle; one count for a counter.
+    counter_period
+        Reading at which a counter starts over, if it is one.
+
+    Returns
+    -------
+    TableAngle
+        Samples that stay missing are NaN.
+    """
+    turn = 2.0 * math.pi / unit.size
+    notes = _marked_notes(mark_missing(readings, turn), unit)
+    period = turn
+    extent = finite_extent(readings)
+    if extent > turn * (1.0 + 1e-9):
+        period = counter_period if counter_period and extent < counter_period else math.inf
+    filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / unit.size)
+    notes += _filled_notes(filled, unit)
+    running, wraps = (readings, 0) if math.isinf(period) else unwrapped(readings, period)
+    if wraps:
+        notes.append(_about_table(f"unwrapped where it starts over, {counted(wraps, 'time')}"))
+    if not math.isinf(period) and running.size > 1:
+        largest = _largest_step(running) / period
+        if largest > _IN_DOUBT:
+            text = (
+                f"moves by up to {largest:.2f} of its range between samples; unwrapping is in doubt"
+            )
+            notes.append(_about_table(text, warning=True))
+    return TableAngle(angle=_scaled(running, unit.size), notes=tuple(notes))
+
+
+def _about_table(text: str, *, warning: bool = False) -> Note:
+    return Note(text=text, channel="table", level="warning" if warning else "remark")
+
+
+def _marked_notes(marked: Marked, unit: Unit) -> list[Note]:
+    notes = []
+    if marked.off_path:
+        alike = "" if marked.reading is None else f", all reading {marked.reading:.6g} {unit.name}"
+        text = f"{counted(marked.off_path, 'sample')} off its path{alike}: taken as missing"
+        notes.append(_about_table(text))
+    if marked.held:
+        text = f"{counted(marked.held, 'repeated sample')} while it turns: taken as missing"
+        notes.append(_about_table(text))
+    return notes
+
+
+def _filled_notes(filled: Filled, unit: Unit) -> list[Note]:
+    if not filled.samples:
+        return []
+    error = filled.error * unit.size / ARCSECOND
+    known = f" (known ones are met to {error:.2g} arcsec)" if math.isfinite(error) else ""
+    text = (
+        f"{counted(filled.samples, 'missing sample')}, at most {filled.longest} in a row, "
+        f"interpolated from their neighbours{known}"
+    )
+    return [_about_table(text)]
+
+
+def _largest_step(values: FloatArray) -> float:
+    """Largest step between two samples that are there."""
+
+    def larger(largest: float, block: slice) -> float:
+        steps = np.abs(np.diff(values[block.start : block.stop + 1]))
+        return max(largest, float(np.fmax.reduce(steps)))
+
+    return series.reduce(larger, 0.0, values.size - 1, values)
+
+
+def _scaled(values: FloatArray, factor: float) -> FloatArray:
+    """The values times a factor, in place."""
+    if factor != 1.0:
+
+        def scale(block: slice) -> None:
+            values[block] *= factor
+
+        series.map(scale, values.size, values)
+    return values
+
+
 def mark_missing(values: FloatArray, turn: float) -> Marked:
     """Set readings that stand for missing ones to NaN, in place.
 
-    Those off the table's path for no more samples than can be interpolated; where all of them read
-    the same, every other sample that reads so and is not one of a long row of them, since near the
-    path it cannot be told from a reading. And those held: the one before once more, or several
-    times, while the table turns, made up for by the step after.
+    Marked are readings off the table's path, if no more of them follow one another than can be
+    interpolated. If all of them read the same, every other sample that reads so is marked too,
+    since near the path it cannot be told from a reading, unless it is one of a long row. Marked
+    are also readings held: the one before once more, or several times, while the table turns,
+    made up for by the step after.
 
     Parameters
     ----------
@@ -97,11 +208,14 @@ def mark_missing(values: FloatArray, turn: float) -> Marked:
         (samples,) readings, wrapped or not.
     turn
         Reading of a full turn.
+
+    Returns
+    -------
+    Marked
+        What was found.
     """
-    # Steps between two infinite readings are no number, and no finding either.
-    with np.errstate(invalid="ignore"):
-        held = _held(values, turn)
-        off_path = _off_path(values, turn)
+    held = _held(values, turn)
+    off_path = _off_path(values, turn)
     readings = values[off_path]
     same = readings.size > 0 and bool((readings == readings[0]).all())
     reading = float(readings[0]) if same else None
@@ -115,23 +229,28 @@ def mark_missing(values: FloatArray, turn: float) -> Marked:
 def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Filled:
     """Interpolate isolated NaN from their neighbours, in place.
 
-    A cubic through two readings on each side. Left missing are runs of more than
-    `MOST_MISSING_IN_A_ROW`; all of them where more than `LARGEST_SHARE_MISSING` of the samples are
-    missing or any is infinite; those at the ends; and those where the table moved unevenly: where
-    a quintic, through three readings on each side, disagrees by more than `accuracy` and by more
-    than ten times what the cubic errs on known samples.
+    Interpolation is by a cubic through two readings on each side. These stay missing: runs of
+    more than `MOST_MISSING_IN_A_ROW`; all, if more than `LARGEST_SHARE_MISSING` of the samples are
+    missing or any is infinite; those at the ends; and those during which the table moved unevenly,
+    which shows if a quintic through three readings on each side disagrees by more than `accuracy`
+    and by more than ten times what the cubic errs on known samples.
 
     Parameters
     ----------
     values
         (samples,) readings.
     period
-        Reading at which they start over, inf where they do not. What is filled in continues the
+        Reading at which they start over, inf if they do not. What is filled in continues the
         readings before it, and may lie a little beyond the period.
     accuracy
         Error that does no harm, in the unit of `values`.
+
+    Returns
+    -------
+    Filled
+        What was interpolated.
     """
-    missing = _found(lambda piece: ~np.isfinite(piece), values)
+    missing = _found(lambda piece: ~np.isfinite(piece), values, LARGEST_SHARE_MISSING * values.size)
     nothing = Filled(samples=0, longest=0, error=float("nan"))
     if (
         missing.size == 0
@@ -146,33 +265,59 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
         usual = _error_on_known(values, length, period)
         around = _neighbours(missing, starts, length, values.size)
         usable = (around[:, 0] >= 0) & (around[:, -1] < values.size)
-        starts, around = starts[usable], around[usable]
         limit = max(accuracy, _USUAL_ERRORS * usual) if np.isfinite(usual) else accuracy
-        for some in series.spans(starts.size, _AT_ONCE):
-            cubic, quintic = _interpolated(values, starts[some], around[some], length, period)
-            doubt = np.abs(cubic - quintic).max(axis=1)
-            across = np.abs(_continued(values, around[some], period)[:, _WIDE_SIDE])
-            # Of a step of more than a quarter of the period the shorter way round is in doubt.
-            good = (doubt <= limit) & (across < 0.25 * period)
-            values[starts[some][good, np.newaxis] + np.arange(length)] = cubic[good]
-            series.release(values)
-            if good.any():
-                filled += int(good.sum()) * length
-                longest, error = length, usual
+        good = _fill_runs(
+            values,
+            starts=starts[usable],
+            around=around[usable],
+            length=length,
+            period=period,
+            limit=limit,
+        )
+        if good:
+            filled += good * length
+            longest, error = length, usual
     return Filled(samples=filled, longest=longest, error=error)
 
 
-def _found(test: Callable[[FloatArray], NDArray[np.bool_]], values: FloatArray) -> IntegerArray:
-    """Samples for which `test` holds, up to the first span in which they become too many."""
-    found: list[IntegerArray] = []
-    count = 0
-    for span in series.through(values.size, values):
-        here = span.start + np.flatnonzero(test(values[span]))
-        found.append(here)
-        count += here.size
-        if count > LARGEST_SHARE_MISSING * values.size:
-            break
-    return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
+def _fill_runs(
+    values: FloatArray,
+    *,
+    starts: IntegerArray,
+    around: IntegerArray,
+    length: int,
+    period: float,
+    limit: float,
+) -> int:
+    """Fill runs of one `length` in place if both polynomials agree to `limit`; how many were."""
+
+    def fill(good_so_far: int, some: slice) -> int:
+        cubic, quintic = _interpolated(values, starts[some], around[some], length, period)
+        doubt = np.abs(cubic - quintic).max(axis=1)
+        across = np.abs(_continued(values, around[some], period)[:, _WIDE_SIDE])
+        # If a step exceeds a quarter of the period, the shorter way round is in doubt.
+        good = (doubt <= limit) & (across < _IN_DOUBT * period)
+        values[starts[some][good, np.newaxis] + np.arange(length)] = cubic[good]
+        return good_so_far + int(good.sum())
+
+    return series.reduce(fill, 0, starts.size, values, length=_AT_ONCE)
+
+
+def _found(
+    test: Callable[[FloatArray], BooleanArray], values: FloatArray, most: float
+) -> IntegerArray:
+    """Samples for which `test` holds, up to the first block in which they become more than `most`.
+
+    What lies behind is not looked at: so many are no finding, and take memory.
+    """
+
+    def add(found: list[IntegerArray], block: slice) -> list[IntegerArray]:
+        if sum(some.size for some in found) <= most:
+            found.append(block.start + np.flatnonzero(test(values[block])))
+        return found
+
+    found = series.reduce(add, list[IntegerArray](), values.size, values)
+    return np.concatenate([_NONE, *found])
 
 
 def _runs(samples: IntegerArray) -> tuple[IntegerArray, IntegerArray]:
@@ -183,32 +328,65 @@ def _runs(samples: IntegerArray) -> tuple[IntegerArray, IntegerArray]:
 
 
 def _folded(steps: FloatArray, period: float) -> FloatArray:
-    """Steps by the shorter way round."""
+    """Steps by the shorter way round; NaN for those to or from an infinite reading."""
     if np.isinf(period):
         return steps
-    return np.asarray(steps - period * np.rint(steps / period))
+    with np.errstate(invalid="ignore"):
+        return np.asarray(steps - period * np.rint(steps / period))
+
+
+def _steps(values: FloatArray) -> FloatArray:
+    """From each value to the next; NaN between two infinite readings, which is no finding."""
+    with np.errstate(invalid="ignore"):
+        return np.diff(values)
 
 
 def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
     some = np.arange(0, values.size - 1, max(1, values.size // 100_000))
-    usual_steps = np.abs(_folded(series.at(values, some + 1) - series.at(values, some), turn))
+    with np.errstate(invalid="ignore"):
+        steps = series.at(values, some + 1) - series.at(values, some)
+    usual_steps = np.abs(_folded(steps, turn))
     usual_steps = usual_steps[np.isfinite(usual_steps)]
     if usual_steps.size == 0:
-        return np.empty(0, dtype=np.int64)
+        return _NONE
     usual = float(np.quantile(usual_steps, 0.9))
     limit = max(_USUAL_STEPS * usual, _LEAST_JUMP * turn)
-    places: list[int] = []
-    sizes: list[float] = []
-    for span in series.through(values.size - 1, values):
-        steps = _folded(np.diff(values[span.start : span.stop + 1]), turn)
-        large = np.flatnonzero(np.abs(steps) > limit)
-        places += (span.start + large).tolist()
-        sizes += steps[large].tolist()
-        if len(places) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
-            # That is how this table moves.
-            return np.empty(0, dtype=np.int64)
-    off: list[IntegerArray] = []
+    places = _found_steps(values, turn, limit)
+    if places.size > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
+        # That is how this table moves.
+        return _NONE
+    sizes = _folded(series.at(values, places + 1) - series.at(values, places), turn)
+    return _excursions(places.tolist(), sizes.tolist(), usual)
+
+
+def _found_steps(values: FloatArray, turn: float, limit: float) -> IntegerArray:
+    """Samples before steps of more than `limit`, up to the block in which they become many."""
+    most = 2.0 * LARGEST_SHARE_MISSING * values.size + 2
+
+    def add(found: list[IntegerArray], block: slice) -> list[IntegerArray]:
+        if sum(some.size for some in found) <= most:
+            steps = _folded(_steps(values[block.start : block.stop + 1]), turn)
+            found.append(block.start + np.flatnonzero(np.abs(steps) > limit))
+        return found
+
+    found = series.reduce(add, list[IntegerArray](), values.size - 1, values)
+    return np.concatenate([_NONE, *found])
+
+
+def _excursions(places: list[int], sizes: list[float], usual: float) -> IntegerArray:
+    """Samples between a large step and the next one, if that leads back.
+
+    Parameters
+    ----------
+    places
+        Samples before the large steps, ascending.
+    sizes
+        Of the steps.
+    usual
+        Size of a usual step, which the table makes meanwhile.
+    """
+    off: list[IntegerArray] = [_NONE]
     number = 0
     while number + 1 < len(places):
         out, back = places[number], places[number + 1]
@@ -220,50 +398,69 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
             number += 2
         else:
             number += 1
-    return np.concatenate(off) if off else np.empty(0, dtype=np.int64)
+    return np.concatenate(off)
 
 
 def _reading_alike(values: FloatArray, reading: float) -> IntegerArray:
-    """Samples of one reading, but for long rows of them: a table may stand there."""
-    found: list[IntegerArray] = [np.empty(0, dtype=np.int64)]
-    for span in series.through(values.size, values):
-        alike = span.start + np.flatnonzero(values[span] == reading)
-        _, lengths = _runs(alike)
-        found.append(alike[np.repeat(lengths <= MOST_MISSING_IN_A_ROW, lengths)])
-    return np.concatenate(found)
+    """Samples of one reading, except long rows of them: a table may stand there."""
+
+    def alike(block: slice) -> IntegerArray:
+        places = block.start + np.flatnonzero(values[block] == reading)
+        _, lengths = _runs(places)
+        return np.asarray(places[np.repeat(lengths <= MOST_MISSING_IN_A_ROW, lengths)])
+
+    return np.concatenate([_NONE, *series.map(alike, values.size, values)])
 
 
 def _held(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that repeat the one before while the table turns evenly."""
-    found: list[IntegerArray] = [np.empty(0, dtype=np.int64)]
+
+    def held(block: slice) -> IntegerArray:
+        first = max(0, block.start - _HELD_LOOK_BACK)
+        steps = _steps(values[first : block.stop + _STEPS_LOOKED_AT + 1])
+        return np.asarray(first + _held_steps(steps, block.start - first - 1, turn))
+
+    return np.unique(np.concatenate([_NONE, *series.map(held, values.size, values)]))
+
+
+def _held_steps(steps: FloatArray, least: int, turn: float) -> IntegerArray:
+    """Samples, counted from the one before the first step, that repeat the one before them.
+
+    Parameters
+    ----------
+    steps
+        From each sample to the next.
+    least
+        First step that may make up for those before it.
+    turn
+        Reading of a full turn.
+    """
+    # The step that makes up for it, and the last one before it that was none.
+    moving = steps != 0.0
+    late = 1 + np.flatnonzero(moving[1:] & ~moving[:-1])
+    late = late[(late >= least) & (late < steps.size - _STEPS_LOOKED_AT)]
+    if late.size == 0:
+        return _NONE
+    number = np.arange(steps.size)
+    before = np.maximum.accumulate(np.where(moving, number, -1))[late - 1]
     ahead = np.arange(1, _STEPS_LOOKED_AT + 1)
-    for span in series.through(values.size, values):
-        first = max(0, span.start - _HELD_LOOK_BACK)
-        steps = np.diff(values[first : span.stop + _STEPS_LOOKED_AT + 1])
-        # The step that makes up for it, and the last one before it that was none.
-        moving = steps != 0.0
-        late = 1 + np.flatnonzero(moving[1:] & ~moving[:-1])
-        late = late[(late + first + 1 >= span.start) & (late < steps.size - _STEPS_LOOKED_AT)]
-        if late.size == 0:
-            continue
-        number = np.arange(steps.size)
-        before = np.maximum.accumulate(np.where(moving, number, -1))[late - 1]
-        rows = _folded(steps[late[:, np.newaxis] + ahead], turn)
-        typical = np.median(rows, axis=1)
-        even = np.abs(rows - typical[:, np.newaxis]) < _EVEN * np.abs(typical)[:, np.newaxis]
-        due = (late - before) * typical
-        made_up = np.abs(_folded(steps[late], turn) - due) < _EVEN * np.abs(due)
-        # A table slower than some counts a sample repeats its readings anyway, and often.
-        changes = np.abs(np.diff(steps))
-        count = changes[changes > _ROUNDING * turn].min(initial=turn)
-        still = np.concatenate([[0], np.cumsum(~moving)])
-        earlier = still[before + 1] - still[np.maximum(before + 1 - _HELD_LOOK_BACK, 0)]
-        made_up &= (_EVEN * np.abs(typical) > count) | (earlier < _OFTEN * _HELD_LOOK_BACK)
-        held = (before >= 0) & made_up & (even.sum(axis=1) >= _STEPS_THAT_AGREE)
-        for start, stop in zip(before[held], late[held], strict=True):
-            # Step n leads from sample n to the next.
-            found.append(first + np.arange(start + 2, stop + 1))
-    return np.unique(np.concatenate(found))
+    rows = _folded(steps[late[:, np.newaxis] + ahead], turn)
+    typical = np.median(rows, axis=1)
+    even = np.abs(rows - typical[:, np.newaxis]) < _EVEN * np.abs(typical)[:, np.newaxis]
+    due = (late - before) * typical
+    made_up = np.abs(_folded(steps[late], turn) - due) < _EVEN * np.abs(due)
+    # A table slower than some counts a sample repeats its readings anyway, and often.
+    changes = np.abs(_steps(steps))
+    count = changes[changes > _ROUNDING * turn].min(initial=turn)
+    still = np.concatenate([[0], np.cumsum(~moving)])
+    earlier = still[before + 1] - still[np.maximum(before + 1 - _HELD_LOOK_BACK, 0)]
+    made_up &= (_EVEN * np.abs(typical) > count) | (earlier < _OFTEN * _HELD_LOOK_BACK)
+    held = (before >= 0) & made_up & (even.sum(axis=1) >= _STEPS_THAT_AGREE)
+    # Step n leads from sample n to the next.
+    runs = [
+        np.arange(start + 2, stop + 1) for start, stop in zip(before[held], late[held], strict=True)
+    ]
+    return np.concatenate([_NONE, *runs])
 
 
 def _neighbours(
@@ -271,7 +468,7 @@ def _neighbours(
 ) -> IntegerArray:
     """(runs, 6) nearest samples that are there, three before and three after runs of `length`.
 
-    Where they are too far, or there are none, -1 before and `size` after.
+    If they are too far, or there are none, -1 stands before and `size` after.
     """
     sides = []
     for direction, nearest, none in ((-1, starts - 1, -1), (1, starts + length, size)):

@@ -7,23 +7,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
-from sagnac.recording.findings import Finding, counted, longest_stretch, places_where
-from sagnac.recording.model import Channel, Recording, second_of
+from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.errors import Note, RecordingError, counted
+from sagnac.recording.channel import Channel
+from sagnac.recording.model import Recording, second_of
+from sagnac.recording.places import Places, longest_between
+from sagnac.recording.soundness import remedy_of
 from sagnac.units import DEGREE
 
 # A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor.
 LARGEST_SHARE: Final = 1.1
-# An encoder jumps when it moves by this much from one sample to the next, this many times as far as
-# it usually does, and the gyro moves less than half of that in so many samples around: no table
-# leaves its gyros behind, but the two may be sampled some samples apart.
+# An encoder jumps if it moves by this much from one sample to the next, this many times as far as
+# it usually does, and the gyro moves less than half of that within this many samples around: no
+# table leaves its gyros behind, but the two may be sampled some samples apart.
 LEAST_JUMP: Final = 1.0 * DEGREE
 JUMP_RATIO: Final = 10.0
 JUMP_REACH: Final = 2
 LEAST_SHARE: Final = 0.05
-# A gyro is said to turn above this rate: more than the bias of any gyro on a rate table, but
-# for a MEMS gyro as it comes from the factory.
+# Below this share a gyro is mounted across the axis, or its unit is wrong.
+LEAST_SENSED: Final = 0.01
+# A gyro is said to turn above this rate: more than the bias of any gyro on a rate table, except
+# a MEMS gyro as it comes from the factory.
 TURNING_RATE: Final = 2.0 * DEGREE
 
 
@@ -34,34 +38,37 @@ def require_encoder_follows(recording: Recording, gyro: Channel) -> None:
     gyro senses is taken as the median over the blocks in which the table turns. A block
     disagrees when gyro rate minus share times table rate exceeds the larger of 2 deg/s and
     a fifth of the rate sensed at the table's usual rate. One block in a hundred may (a
-    start, a stop, a stamp that came late); more is an error. So a gyro across the axis,
-    whose share is about zero, follows any encoder as long as it does not turn itself, and
-    turning below 2 deg/s decides nothing. A share beyond 1.1 is an error too: no gyro
-    turns faster than its table.
+    start, a stop, a stamp that came late); more is an error. A gyro across the axis,
+    whose share is about zero, therefore follows any encoder as long as it does not turn
+    itself, and turning below 2 deg/s decides nothing. A share beyond 1.1 is an error too:
+    no gyro turns faster than its table.
 
     Raises
     ------
     RecordingError
         If the two do not belong together.
     """
-    finding = _encoder_finding(recording, gyro)
-    if finding is not None:
-        where = recording.provenance.path if recording.provenance else "recording"
-        raise RecordingError(f"{where}: {finding.channel}: {finding.message}")
+    wrong = _encoder_error(recording, gyro)
+    if wrong is not None:
+        raise RecordingError.of(wrong, recording.path)
 
 
 def _block_angles(channel: Channel, sample_rate: float, edges: NDArray[np.intp]) -> FloatArray:
     """Angle turned from each edge to the next, rad, shape (edges - 1,)."""
     if channel.kind == "angle":
         return np.diff(series.at(channel.values, edges))
-    sums = np.empty(edges.size - 1)
-    for blocks in series.spans(sums.size, max(1, series.SPAN * sums.size // edges[-1])):
+    values, number = channel.values, edges.size - 1
+
+    def sums(blocks: slice) -> FloatArray:
         inside = edges[blocks.start : blocks.stop + 1]
         # reduceat runs its last sum to the end of what it is given: the last edge included.
-        values = channel.values[inside[0] + 1 : inside[-1] + 1]
-        sums[blocks] = np.add.reduceat(values, inside[:-1] - inside[0])
-        series.release(values)
-    return sums if channel.kind == "increment" else sums / sample_rate
+        steps = values[inside[0] + 1 : inside[-1] + 1]
+        return np.add.reduceat(steps, inside[:-1] - inside[0])
+
+    # As many blocks at a time as a span of samples holds.
+    together = max(1, series.SPAN * number // int(edges[-1]))
+    turned = series.made(sums, number, values, length=together)
+    return turned if channel.kind == "increment" else turned / sample_rate
 
 
 def block_rates(recording: Recording, channel: Channel) -> tuple[FloatArray, NDArray[np.intp]]:
@@ -75,7 +82,7 @@ def block_rates(recording: Recording, channel: Channel) -> tuple[FloatArray, NDA
 
 
 def _share(gyro_rate: FloatArray, table_rate: FloatArray) -> float:
-    """Share of the table rate that the gyro senses; NaN where the table does not turn."""
+    """Share of the table rate that the gyro senses; NaN if the table does not turn."""
     usual = float(np.percentile(np.abs(table_rate), 90.0))
     turning = np.abs(table_rate) > max(0.2 * usual, 0.05 * DEGREE)
     if not turning.any():
@@ -83,7 +90,8 @@ def _share(gyro_rate: FloatArray, table_rate: FloatArray) -> float:
     return float(np.median(gyro_rate[turning] / table_rate[turning]))
 
 
-def _encoder_finding(recording: Recording, gyro: Channel) -> Finding | None:
+def _encoder_error(recording: Recording, gyro: Channel) -> Note | None:
+    """Why the encoder and a gyro do not belong together, if they do not."""
     if recording.table is None:
         return None
     gyro_rate, starts = block_rates(recording, gyro)
@@ -97,83 +105,85 @@ def _encoder_finding(recording: Recording, gyro: Channel) -> Finding | None:
     if disagree.size > max(2.0, 0.01 * gyro_rate.size):
         at = second_of(recording, int(starts[disagree[0]]))
         first = disagree[0]
-        return Finding(
-            level="error",
-            channel="table",
-            message=f"the encoder does not follow gyro {gyro.name} in "
+        text = (
+            f"the encoder does not follow gyro {gyro.name} in "
             f"{100.0 * disagree.size / gyro_rate.size:.0f} % of the record, first at {at:.1f} s "
             f"(gyro {gyro_rate[first] / DEGREE:.3g} deg/s, encoder "
             f"{table_rate[first] / DEGREE:.3g} deg/s); name the right column and unit with "
-            "--table, or take a sound stretch with --slice",
+            "{table}, or take a sound stretch with {slice}"
         )
+        return Note(level="error", channel="table", text=text)
     if abs(share) > LARGEST_SHARE:
-        return Finding(
-            level="error",
-            channel=gyro.name,
-            message=f"turns {share:.3g} times as fast as the table: a unit or kind is wrong; "
-            "state --unit and --kind, or the table's with --table COLUMN:UNIT",
+        text = (
+            f"turns {share:.3g} times as fast as the table: a unit or kind is wrong; "
+            "state {unit} and {kind}, or the table's with {table COLUMN:UNIT}"
         )
+        return Note(level="error", channel=gyro.name, text=text)
     return _unfollowed_jump(recording, recording.table, gyro, share)
 
 
 def _unfollowed_jump(
     recording: Recording, table: Channel, gyro: Channel, share: float
-) -> Finding | None:
-    """A jump of the encoder that the gyro does not make; None where it senses too little."""
+) -> Note | None:
+    """A jump of the encoder that the gyro does not make; None if it senses too little."""
     if abs(share) < LEAST_SHARE:
         return None
-    angle, values = table.values, gyro.values
-    sample = np.arange(0, angle.size - 1, max(1, (angle.size - 1) // 100_000))
-    steps = np.abs(series.at(angle, sample + 1) - series.at(angle, sample))
-    limit = max(LEAST_JUMP, JUMP_RATIO * float(np.quantile(steps, 0.99)))
-    found = places_where(angle, lambda some: np.abs(np.diff(some)) > limit, following=1)
-    jumps = np.concatenate([np.empty(0, dtype=np.int64), *found])
+    jumps = jumps_of_encoder(table.values)
     if jumps.size == 0:
         return None
-    jump = series.at(angle, jumps + 1) - series.at(angle, jumps)
-    # Step n leads from sample n to the next.
-    first = np.maximum(jumps - JUMP_REACH, 0)
-    last = np.minimum(jumps + 1 + JUMP_REACH, values.size - 1)
-    if gyro.kind == "angle":
-        turned = series.at(values, last) - series.at(values, first)
-    else:
-        around = [first + number for number in range(1, 2 * JUMP_REACH + 2)]
-        turned = sum(series.at(values, np.minimum(some, last)) * (some <= last) for some in around)
-        turned = turned / (recording.sample_rate if gyro.kind == "rate" else 1.0)
+    jump = series.at(table.values, jumps + 1) - series.at(table.values, jumps)
+    turned = turned_around(gyro, recording.sample_rate, jumps)
     alone = np.flatnonzero(np.abs(turned) < 0.5 * np.abs(share * jump))
     if alone.size == 0:
         return None
     at = jumps[alone]
-    return Finding(
-        level="error",
-        channel="table",
-        message=f"{counted(alone.size, 'jump')} that gyro {gyro.name} does not make, the first by "
+    text = (
+        f"{counted(alone.size, 'jump')} that gyro {gyro.name} does not make, the first by "
         f"{jump[alone[0]] / DEGREE:.3g} deg at {second_of(recording, int(at[0]) + 1):.3f} s; "
-        f"{longest_stretch(recording, (at + 1,))}",
+        f"{remedy_of(recording, longest_between(recording.samples, at + 1))}"
     )
+    return Note(level="error", channel="table", text=text)
 
 
-def table_findings(recording: Recording, gyro: Channel) -> list[Finding]:
+def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
+    """Samples before steps of `LEAST_JUMP` that are `JUMP_RATIO` times the usual ones."""
+    sample = np.arange(0, angle.size - 1, max(1, (angle.size - 1) // 100_000))
+    steps = np.abs(series.at(angle, sample + 1) - series.at(angle, sample))
+    limit = max(LEAST_JUMP, JUMP_RATIO * float(np.quantile(steps, 0.99)))
+    return Places(values=angle, test=lambda some: np.abs(np.diff(some)) > limit, following=1).all()
+
+
+def turned_around(gyro: Channel, sample_rate: float, steps: IntegerArray) -> FloatArray:
+    """Angle that a gyro turns from `JUMP_REACH` samples before each step to as many behind, rad."""
+    values = gyro.values
+    # Step n leads from sample n to the next.
+    first = np.maximum(steps - JUMP_REACH, 0)
+    last = np.minimum(steps + 1 + JUMP_REACH, values.size - 1)
+    if gyro.kind == "angle":
+        return series.at(values, last) - series.at(values, first)
+    turned = np.zeros(steps.size)
+    for number in range(1, 2 * JUMP_REACH + 2):
+        some = first + number
+        turned = turned + series.at(values, np.minimum(some, last)) * (some <= last)
+    return turned / (sample_rate if gyro.kind == "rate" else 1.0)
+
+
+def table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     """How a gyro and the encoder go together."""
     if recording.table is None:
-        return []
-    finding = _encoder_finding(recording, gyro)
-    if finding is not None:
-        return [finding]
+        return ()
+    wrong = _encoder_error(recording, gyro)
+    if wrong is not None:
+        return (wrong,)
     gyro_rate, _ = block_rates(recording, gyro)
     table_rate, _ = block_rates(recording, recording.table)
     share = _share(gyro_rate, table_rate)
     if math.isnan(share):
-        return [Finding(level="note", channel="table", message="the table does not turn")]
-    if abs(share) < 0.01 and float(np.percentile(np.abs(table_rate), 90.0)) > TURNING_RATE:
-        return [
-            Finding(
-                level="warning",
-                channel=gyro.name,
-                message=f"senses {100.0 * share:.2g} % of the table rate: it is mounted across "
-                "the axis, or its unit or kind is wrong (--unit, --kind)",
-            )
-        ]
-    return [
-        Finding(level="note", channel=gyro.name, message=f"senses {share:.4f} of the table rate")
-    ]
+        return (Note(channel="table", text="the table does not turn"),)
+    if abs(share) < LEAST_SENSED and float(np.percentile(np.abs(table_rate), 90.0)) > TURNING_RATE:
+        text = (
+            f"senses {100.0 * share:.2g} % of the table rate: it is mounted across "
+            "the axis, or its unit or kind is wrong ({unit}, {kind})"
+        )
+        return (Note(level="warning", channel=gyro.name, text=text),)
+    return (Note(channel=gyro.name, text=f"senses {share:.4f} of the table rate"),)

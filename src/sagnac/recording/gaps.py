@@ -1,32 +1,28 @@
 """Time stamps: gaps, late and repeated stamps, and the longest stretch without any."""
 
-from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
-from sagnac.recording.findings import (
-    Finding,
-    counted,
-    is_not_finite,
-    longest_between,
-    longest_stretch,
-    not_finite_findings,
-    places_where,
-    tally,
-)
-from sagnac.recording.kinds import median_step
-from sagnac.recording.model import GAP_STEPS, Recording, second_of
-from sagnac.recording.stuck import stuck_findings
+from sagnac.errors import Note, RecordingError, counted, ranked
+from sagnac.recording.model import Recording, second_of
+from sagnac.recording.not_finite import not_finite_notes
+from sagnac.recording.places import Places, is_not_finite
+from sagnac.recording.soundness import remedy_of
+from sagnac.recording.stamps import GAP_STEPS, median_step
+from sagnac.recording.stuck import stuck_notes
 
 LATE_STEPS: Final = 1.5
 # Gaps that would hold this many times the samples there are belong to no one recording.
 LARGEST_GAPS: Final = 9
+
+
+def gaps_of(times: FloatArray, longest: float) -> Places:
+    """Samples after which the time stamps jump by more than `longest`, s."""
+    return Places(values=times, test=lambda some: np.diff(some) > longest, following=1)
 
 
 def with_gaps_marked(recording: Recording) -> Recording:
@@ -47,72 +43,114 @@ def with_gaps_marked(recording: Recording) -> Recording:
         If anything but gaps is wrong: infinite samples, stamps that run backwards, a stuck
         gyro, or gaps that hold far more samples than there are.
     """
-    where = recording.provenance.path if recording.provenance else "recording"
     recording = replace(recording, table=None, null_pulse=None)
-    findings: list[Finding] = []
-    for gyro in recording.gyros:
-        infinite, first = tally(places_where(gyro.values, np.isinf))
-        if infinite:
-            raise RecordingError(
-                f"{where}: {gyro.name}: {counted(infinite, 'sample')} infinite, the first "
-                f"at {second_of(recording, first):.3f} s; mark bad samples as NaN"
-            )
-        findings += stuck_findings(recording, gyro)
+    recording = replace(recording, notes=(*recording.notes, *_sound_apart_from_gaps(recording)))
     times = recording.times
-    if times is not None:
-        findings += time_findings(recording, times, omit_gaps=True)
-    notes = list(recording.notes)
-    for finding in sorted(findings, key=lambda finding: finding.level != "error"):
-        message = f"{finding.channel}: {finding.message}"
-        if finding.level == "error":
-            raise RecordingError(f"{where}: {message}")
-        notes.append(message)
     if times is None or times.size < 2:
-        return replace(recording, notes=tuple(notes))
-
+        return recording
     longest = GAP_STEPS * median_step(times)
-
-    def jumps() -> Iterator[NDArray[np.int64]]:
-        return places_where(times, lambda values: np.diff(values) > longest, following=1)
-
-    gaps, first = tally(jumps())
-    if gaps == 0:
-        return replace(recording, notes=tuple(notes))
-    between = 0.0
-    for span in series.through(times.size - 1, times):
-        steps = np.diff(times[span.start : span.stop + 1])
-        between += float(steps[steps <= longest].sum())
-    sample_rate = (times.size - 1 - gaps) / between
-
-    def advances(span: slice) -> FloatArray:
-        """Samples from each stamp of a span to the next."""
-        steps = np.diff(times[span.start : span.stop + 1])
-        return np.where(steps > longest, np.rint(steps * sample_rate), 1.0)
-
-    samples = 1 + int(sum(advances(s).sum() for s in series.through(times.size - 1, times)))
-    missing = samples - times.size
+    gaps = gaps_of(times, longest)
+    found = gaps.tally()
+    if found.count == 0:
+        return recording
+    grid = grid_of(times, longest, found.count)
+    missing = grid.samples - times.size
     if missing > LARGEST_GAPS * times.size:
+        remedy = remedy_of(recording, gaps.longest_between(recording.samples, later=1))
         raise RecordingError(
-            f"{where}: time: its {counted(gaps, 'gap')} would hold {missing} samples and there "
-            f"are {times.size}; {longest_stretch(recording, (places + 1 for places in jumps()))}"
+            f"its {counted(found.count, 'gap')} would hold {missing} samples and there are "
+            f"{times.size}",
+            path=recording.path,
+            channel="time",
+            remedy=remedy,
         )
-    notes.append(
-        f"time: {counted(gaps, 'gap')}, {counted(missing, 'sample')} missing, the first at "
-        f"{second_of(recording, first):.3f} s; {sample_rate:.9g} Hz between"
+    text = (
+        f"{counted(found.count, 'gap')}, {counted(missing, 'sample')} missing, the first at "
+        f"{second_of(recording, found.first):.3f} s; {grid.sample_rate:.9g} Hz between"
     )
-    gyros = [replace(gyro, values=series.empty(samples)) for gyro in recording.gyros]
-    for marked, gyro in zip(gyros, recording.gyros, strict=True):
-        for span in series.through(samples, marked.values):
-            marked.values[span] = np.nan
-        marked.values[0] = gyro.values[0]
-        place = 0.0
-        for span in series.through(times.size - 1, times, gyro.values, marked.values):
-            places = place + np.cumsum(advances(span))
-            place = float(places[-1])
-            marked.values[places.astype(np.intp)] = gyro.values[span.start + 1 : span.stop + 1]
     return replace(
-        recording, gyros=tuple(gyros), sample_rate=sample_rate, times=None, notes=tuple(notes)
+        recording,
+        gyros=tuple(
+            replace(gyro, values=on_grid(gyro.values, times, grid)) for gyro in recording.gyros
+        ),
+        sample_rate=grid.sample_rate,
+        times=None,
+        notes=(*recording.notes, Note(text=text, channel="time")),
     )
+
+
+def _sound_apart_from_gaps(recording: Recording) -> tuple[Note, ...]:
+    """What is to be known of a recording with gaps; an error if anything else is wrong."""
+    notes: list[Note] = []
+    for gyro in recording.gyros:
+        infinite = Places(values=gyro.values, test=np.isinf).tally()
+        if infinite.count:
+            raise RecordingError(
+                f"{counted(infinite.count, 'sample')} infinite, the first at "
+                f"{second_of(recording, infinite.first):.3f} s",
+                path=recording.path,
+                channel=gyro.name,
+                remedy="mark bad samples as NaN",
+            )
+        notes += stuck_notes(recording, gyro)
+    if recording.times is not None:
+        notes += stamp_notes(recording, recording.times, omit_gaps=True)
+    for note in ranked(notes):
+        if note.level == "error":
+            raise RecordingError.of(note, recording.path)
+    return ranked(notes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grid:
+    """Even times that stamps with gaps stand for.
+
+    Attributes
+    ----------
+    sample_rate
+        Mean samples per second between the gaps.
+    samples
+        With those that are missing.
+    longest
+        Interval beyond which samples are missing, s.
+    """
+
+    sample_rate: float
+    samples: int
+    longest: float
+
+    def advances(self, times: FloatArray, block: slice) -> FloatArray:
+        """Samples from each stamp of a block to the next."""
+        steps = np.diff(times[block.start : block.stop + 1])
+        return np.where(steps > self.longest, np.rint(steps * self.sample_rate), 1.0)
+
+
+def grid_of(times: FloatArray, longest: float, gaps: int) -> Grid:
+    """The grid of stamps of which `gaps` intervals are longer than `longest`, s."""
+
+    def between(block: slice) -> float:
+        steps = np.diff(times[block.start : block.stop + 1])
+        return float(steps[steps <= longest].sum())
+
+    intervals = times.size - 1
+    sample_rate = (intervals - gaps) / series.total(between, intervals, times)
+    grid = Grid(sample_rate=sample_rate, samples=0, longest=longest)
+    last = series.total(lambda block: float(grid.advances(times, block).sum()), intervals, times)
+    return replace(grid, samples=1 + int(last))
+
+
+def on_grid(values: FloatArray, times: FloatArray, grid: Grid) -> FloatArray:
+    """Values at their places of a grid, NaN at the others, shape (grid.samples,)."""
+    marked = series.made(lambda block: np.full(block.stop - block.start, np.nan), grid.samples)
+    marked[0] = values[0]
+
+    def put(place: float, block: slice) -> float:
+        places = place + np.cumsum(grid.advances(times, block))
+        marked[places.astype(np.intp)] = values[block.start + 1 : block.stop + 1]
+        return float(places[-1])
+
+    series.reduce(put, 0.0, times.size - 1, times, values, marked)
+    return marked
 
 
 def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, float]:
@@ -121,89 +159,112 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
     Returns
     -------
     recording
-        Of that gyro alone, possibly of no sample.
+        Of that gyro alone, without table and null pulse, possibly of no sample.
     start
         Of the stretch, s from the first sample of the file.
     """
     gyro = recording.gyro(name)
-    first, last = longest_between(gyro.values.size, places_where(gyro.values, is_not_finite))
+    places = Places(values=gyro.values, test=is_not_finite)
+    whole = places.longest_between(gyro.values.size)
+    first, after = whole.first, whole.after
     times = recording.times
     if times is not None:
-        times = series.less(times[first:last], times[first]) if last > first else None
+        times = series.less(times[first:after], times[first]) if whole.samples > 0 else None
     stretch = replace(
-        recording, gyros=(replace(gyro, values=gyro.values[first:last]),), times=times
+        recording,
+        gyros=(replace(gyro, values=gyro.values[first:after]),),
+        times=times,
+        table=None,
+        null_pulse=None,
     )
-    return stretch, second_of(recording, first) if last > first else 0.0
+    return stretch, second_of(recording, first) if whole.samples > 0 else 0.0
 
 
-def time_findings(
+def stamp_notes(
     recording: Recording, times: FloatArray, *, omit_gaps: bool = False
-) -> list[Finding]:
-    """What is wrong with time stamps, or to be known of them."""
-    not_finite = not_finite_findings(recording, "time", times)
+) -> tuple[Note, ...]:
+    """What is wrong with time stamps, or to be known of them.
+
+    Parameters
+    ----------
+    recording
+        It tells when a sample was taken.
+    times
+        (samples,) s.
+    omit_gaps
+        Whether gaps are no error here.
+    """
+    not_finite = not_finite_notes(recording, "time", times)
     if not_finite:
         return not_finite
-    backwards, first = tally(places_where(times, lambda some: np.diff(some) < 0.0, following=1))
-    if backwards:
-        return [
-            Finding(
-                level="error",
-                channel="time",
-                message=f"runs backwards {counted(backwards, 'time')}, first at "
-                f"{second_of(recording, first):.3f} s; correct the stamps, or state "
-                "--time none with --rate",
-            )
-        ]
+    backwards = Places(values=times, test=lambda some: np.diff(some) < 0.0, following=1).tally()
+    if backwards.count:
+        text = (
+            f"runs backwards {counted(backwards.count, 'time')}, first at "
+            f"{second_of(recording, backwards.first):.3f} s; correct the stamps, or state "
+            "{time none} with {rate}"
+        )
+        return (Note(level="error", channel="time", text=text),)
     nominal = median_step(times)
     if nominal <= 0.0:
-        return [
-            Finding(
-                level="error",
-                channel="time",
-                message="most stamps repeat the one before: the clock is too coarse; state "
-                "--time none with --rate",
-            )
-        ]
-    longest = GAP_STEPS * nominal
-
-    def jumps() -> Iterator[NDArray[np.int64]]:
-        return places_where(times, lambda some: np.diff(some) > longest, following=1)
-
-    gaps, first = tally(jumps())
-    if gaps and not omit_gaps:
-        return [
-            Finding(
-                level="error",
-                channel="time",
-                message=f"has {counted(gaps, 'gap')} of more than {GAP_STEPS:g} steps of "
-                f"{nominal:.6g} s, the first of {times[first + 1] - times[first]:.6g} s at "
-                f"{second_of(recording, first):.3f} s; "
-                f"{longest_stretch(recording, (places + 1 for places in jumps()))}",
-            )
-        ]
-    findings: list[Finding] = []
-    repeated, late, latest = 0, 0, 0.0
-    for span in series.through(times.size - 1, times):
-        steps = np.diff(times[span.start : span.stop + 1])
-        repeated += int(np.count_nonzero(steps == 0.0))
-        slow = steps[(steps > LATE_STEPS * nominal) & (steps <= longest)]
-        late += slow.size
-        latest = max(latest, float(slow.max(initial=0.0)))
-    if repeated:
-        findings.append(
-            Finding(
-                level="note",
-                channel="time",
-                message=counted(repeated, "repeated stamp"),
-            )
+        text = (
+            "most stamps repeat the one before: the clock is too coarse; state "
+            "{time none} with {rate}"
         )
-    if late:
-        findings.append(
-            Finding(
-                level="note",
-                channel="time",
-                message=f"{counted(late, 'interval')} longer than {LATE_STEPS:g} "
-                f"steps of {nominal:.6g} s, the longest {latest:.6g} s",
-            )
+        return (Note(level="error", channel="time", text=text),)
+    gaps = gaps_of(times, GAP_STEPS * nominal)
+    found = gaps.tally()
+    if found.count and not omit_gaps:
+        text = (
+            f"has {counted(found.count, 'gap')} of more than {GAP_STEPS:g} steps of "
+            f"{nominal:.6g} s, the first of {times[found.first + 1] - times[found.first]:.6g} s at "
+            f"{second_of(recording, found.first):.3f} s; "
+            f"{remedy_of(recording, gaps.longest_between(recording.samples, later=1))}"
         )
-    return findings
+        return (Note(level="error", channel="time", text=text),)
+    return _uneven_notes(uneven_of(times, nominal), nominal)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Uneven:
+    """Stamps that repeat the one before, and those that come late without leaving a gap.
+
+    Attributes
+    ----------
+    repeated, late
+        How many.
+    latest
+        Longest interval before a late one, s.
+    """
+
+    repeated: int = 0
+    late: int = 0
+    latest: float = 0.0
+
+
+def uneven_of(times: FloatArray, nominal: float) -> Uneven:
+    """Repeated and late stamps of a clock with steps of `nominal`, s."""
+
+    def add(so_far: Uneven, block: slice) -> Uneven:
+        steps = np.diff(times[block.start : block.stop + 1])
+        slow = steps[(steps > LATE_STEPS * nominal) & (steps <= GAP_STEPS * nominal)]
+        return Uneven(
+            repeated=so_far.repeated + int(np.count_nonzero(steps == 0.0)),
+            late=so_far.late + slow.size,
+            latest=max(so_far.latest, float(slow.max(initial=0.0))),
+        )
+
+    return series.reduce(add, Uneven(), times.size - 1, times)
+
+
+def _uneven_notes(uneven: Uneven, nominal: float) -> tuple[Note, ...]:
+    notes = []
+    if uneven.repeated:
+        notes.append(Note(channel="time", text=counted(uneven.repeated, "repeated stamp")))
+    if uneven.late:
+        text = (
+            f"{counted(uneven.late, 'interval')} longer than {LATE_STEPS:g} "
+            f"steps of {nominal:.6g} s, the longest {uneven.latest:.6g} s"
+        )
+        notes.append(Note(channel="time", text=text))
+    return tuple(notes)

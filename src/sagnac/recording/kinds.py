@@ -8,14 +8,26 @@ from numpy.typing import ArrayLike
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
-from sagnac.recording.model import Channel, Kind
+from sagnac.recording.channel import Channel, Kind, require_kind, require_rate
 
 
 def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
-    """Accumulated angle of a channel, rad, shape (samples,).
+    """Accumulated angle of a channel.
 
     Increments and rates are summed after their mean is taken off and put back as a
     ramp, so that a large constant rate costs no precision in the noise.
+
+    Parameters
+    ----------
+    channel
+        Of any kind.
+    sample_rate
+        Samples per second.
+
+    Returns
+    -------
+    FloatArray
+        (samples,), rad; the channel's own values if it is one of angle.
     """
     if channel.kind == "angle":
         return channel.values
@@ -23,22 +35,26 @@ def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
     per_step = 1.0 if channel.kind == "increment" else sample_rate
     mean = series.mean(values) / per_step
     angle = series.empty(values.size)
-    turned = 0.0
-    for span in series.through(values.size, values, angle):
-        steps = values[span] / per_step
+
+    def add(turned: float, block: slice) -> float:
+        """Sum over one block, from what was turned before; the ramp is put back behind it."""
+        steps = values[block] / per_step
         steps -= mean
         steps[0] += turned
-        np.cumsum(steps, out=angle[span])
-        turned = float(angle[span.stop - 1])
-        angle[span] += mean * np.arange(span.start + 1, span.stop + 1)
+        np.cumsum(steps, out=angle[block])
+        turned = float(angle[block.stop - 1])
+        angle[block] += mean * np.arange(block.start + 1, block.stop + 1)
+        return turned
+
+    series.reduce(add, 0.0, values.size, values, angle)
     return angle
 
 
 def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     """A reading that starts over at `period`, made continuous.
 
-    Of two samples less than half a period apart either way is taken to be the shorter
-    one, so the direction may be either and may change.
+    If two samples differ by more than half a period, the shorter way round is taken, so the
+    direction may be either and may change.
 
     Parameters
     ----------
@@ -50,82 +66,53 @@ def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     Returns
     -------
     values
-        (samples,), a new array where anything was unwrapped, else the one given.
+        (samples,), a new array if anything was unwrapped, else the one given.
     wraps
         How often the reading started over.
     """
 
-    def periods(span: slice) -> FloatArray:
-        """Whole periods between each sample of a span and the next."""
-        result = np.diff(values[span.start : span.stop + 1])
+    def periods(block: slice) -> FloatArray:
+        """Whole periods between each sample of a block and the next."""
+        result = np.diff(values[block.start : block.stop + 1])
         result /= period
         np.rint(result, out=result)
         result[~np.isfinite(result)] = 0.0
         return result
 
     steps = values.size - 1
-    if not any(periods(span).any() for span in series.through(steps, values)):
+    wraps = sum(series.map(lambda block: int(np.count_nonzero(periods(block))), steps, values))
+    if wraps == 0:
         return values, 0
     result = series.empty(values.size)
     result[0] = values[0]
-    wraps, total = 0, 0.0
-    for span in series.through(steps, values, result):
-        over = periods(span)
-        wraps += int(np.count_nonzero(over))
+
+    def take_off(before: float, block: slice) -> float:
+        """Periods passed in one block taken off, on top of those passed before it."""
+        over = periods(block)
         # Sums of integers, so nothing is lost.
-        over[0] += total
+        over[0] += before
         np.cumsum(over, out=over)
-        total = float(over[-1])
+        before = float(over[-1])
         over *= period
-        later = slice(span.start + 1, span.stop + 1)
+        later = slice(block.start + 1, block.stop + 1)
         np.subtract(values[later], over, out=result[later])
+        return before
+
+    series.reduce(take_off, 0.0, steps, values, result)
     return result, wraps
 
 
-def median_step(times: FloatArray, *, repeats: bool = True) -> float:
-    """Median interval of time stamps, of those that are finite and do not run backwards.
+def finite_extent(values: FloatArray) -> float:
+    """Largest less smallest of the finite samples, 0 if there are none."""
 
-    Parameters
-    ----------
-    times
-        (samples,) s.
-    repeats
-        Whether stamps that repeat the one before count.
+    def wider(ends: tuple[float, float], block: slice) -> tuple[float, float]:
+        finite = values[block][np.isfinite(values[block])]
+        if finite.size == 0:
+            return ends
+        return min(ends[0], float(finite.min())), max(ends[1], float(finite.max()))
 
-    Returns
-    -------
-    s, or NaN where there is no such interval.
-    """
-
-    def usable(span: slice) -> FloatArray:
-        steps = np.diff(times[span.start : span.stop + 1])
-        return steps[np.isfinite(steps) & ((steps >= 0.0) if repeats else (steps > 0.0))]
-
-    size = max(times.size - 1, 0)
-    if not series.is_mapped(times):
-        steps = usable(slice(0, size))
-        return float(np.median(steps)) if steps.size else math.nan
-
-    def ranked(rank: int) -> float:
-        # Floats that are not negative are ordered as the integers of the same bits; those are
-        # found sixteen at a time, by counting.
-        found = 0
-        for shift in (48, 32, 16, 0):
-            counts = np.zeros(2**16, dtype=np.int64)
-            for span in series.through(size, times):
-                bits = usable(span).view(np.int64)
-                bits = bits[bits >> (shift + 16) == found] if shift < 48 else bits
-                counts += np.bincount((bits >> shift) & 0xFFFF, minlength=2**16)
-            until = np.cumsum(counts)
-            digit = int(np.searchsorted(until, rank, side="right"))
-            rank -= int(until[digit] - counts[digit])
-            found = found << 16 | digit
-        return float(np.int64(found).view(np.float64))
-
-    number = sum(usable(span).size for span in series.through(size, times))
-    if number == 0:
-        return math.nan
-    return float(np.mean([ranked((number - 1) // 2), ranked(number // 2)]))
+    lowest, highest = series.reduce(wider, (np.inf, -np.inf), values.size, values)
+    return max(highest - lowest, 0.0)
 
 
 def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> FloatArray:
@@ -155,17 +142,15 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     samples = np.asarray(values, dtype=np.float64)
     if samples.ndim != 1:
         raise ValueError(f"values has shape {samples.shape}; give one channel, shape (samples,)")
-    if kind not in ("angle", "increment", "rate"):
-        raise ValueError(f"kind is {kind!r}; state angle, increment or rate")
-    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(f"sample_rate is {sample_rate}; give samples per second, above zero")
+    require_kind(kind)
+    require_rate(sample_rate)
     # One sum tells whole samples without a second array of their size.
     finite = samples.size == 0 or math.isfinite(series.mean(samples))
     if not finite and not np.isfinite(samples).all():
         first = int(np.argmin(np.isfinite(samples)))
         raise RecordingError(
-            f"sample {first} is not finite and there is no room for gaps here; "
-            "take a span without gaps (--slice)"
+            f"sample {first} is not finite and there is no room for gaps here",
+            remedy="take a span without gaps ({slice})",
         )
     if kind == "angle":
         return series.differences(samples)

@@ -1,57 +1,42 @@
 """A recording: gyro channels, the table encoder, sample times, and where they came from."""
 
+import importlib
 import math
-from dataclasses import dataclass
-from typing import Final, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Final, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
+from sagnac.errors import MissingExtra, Note, RecordingError, as_note
+from sagnac.recording.channel import Channel, Kind, require_rate, same_values
+from sagnac.recording.columns import gyro_of, pulses_of, seconds_of, table_of
+from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
+from sagnac.recording.stamps import Sampling, sampling
 
-# An interval longer than this many nominal steps is a gap: an error. Recorders that stamp on
-# arrival, on a clock of 1 ms, repeat a stamp now and then and follow it with one of two steps,
-# and a busy host holds a few samples back (stamps up to 4.4 steps apart at 100 Hz are known
-# from sound recordings); from more than four samples missing, the angle turned meanwhile is a
-# guess. Shorter ones are a note.
-GAP_STEPS: Final = 5.0
+__all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]
 
-
-Kind = Literal["angle", "increment", "rate"]
 MINIMUM_SAMPLES: Final = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Channel:
-    """One measured column.
+class Provenance:
+    """Where a recording came from.
 
     Attributes
     ----------
-    name
-        As the user calls it: ``x``, ``y``, ``z``, ``table``.
-    kind
-        What one sample is. ``angle``: accumulated angle at the sample time.
-        ``increment``: angle turned since the sample before. ``rate``: mean rate over
-        the sample interval.
-    unit
-        Unit the source stated, for the report; `values` are SI already.
-    values
-        (samples,), rad for ``angle`` and ``increment``, rad/s for ``rate``. Counters
-        and 360 degree encoders are unwrapped.
-    """
+    path, sha256, format
+        Of the file.
+    span_s
+        Start and stop of the span that was taken, s from the first sample of the file; None
+        for all of it.
 
-    name: str
-    kind: Kind
-    unit: str
-    values: FloatArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Provenance:
-    """Where a recording came from: path, SHA-256 of the file, format, span taken.
-
-    The span is in s from the first sample of the file, as ``--slice`` takes it.
+    Raises
+    ------
+    ValueError
+        If the span stops before it starts.
     """
 
     path: str
@@ -59,10 +44,16 @@ class Provenance:
     format: str
     span_s: tuple[float, float] | None = None
 
+    def __post_init__(self) -> None:
+        if self.span_s is not None and not self.span_s[0] <= self.span_s[1]:
+            raise ValueError(f"span_s is {self.span_s}; give (start, stop) in s, start first")
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Recording:
-    """Gyros and table encoder sampled together.
+    """Gyros and table encoder sampled together, in SI.
+
+    `from_arrays` makes one from arrays in the units of the field, `from_frame` from a frame.
 
     Attributes
     ----------
@@ -71,8 +62,7 @@ class Recording:
     sample_rate
         Nominal samples per second.
     times
-        (samples,) sample times in s from the first sample, or None where sampling is
-        uniform.
+        (samples,) sample times in s from the first sample, or None if sampling is uniform.
     table
         Table angle from the encoder, unwrapped (kind ``angle``), or None at rest.
     null_pulse
@@ -80,7 +70,28 @@ class Recording:
     provenance
         None for a recording that never was a file.
     notes
-        Everything noticed while reading, in words.
+        Everything noticed while reading.
+
+    Raises
+    ------
+    ValueError
+        If there is no gyro, two have one name, lengths differ, the table is not one of angle,
+        `times` or `null_pulse` have another type, or the rate is no finite number above zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rate = np.array([10.01, 9.99, 10.0, 10.02])
+    >>> recording = Recording.from_arrays(
+    ...     x=rate, kind="rate", unit="deg/s", sample_rate=100.0,
+    ...     table=[359.8, 359.9, 0.0, 0.1], table_unit="deg",
+    ... )
+    >>> recording
+    Recording(x (rate, deg/s); table (angle, deg); 4 samples at 100 Hz, 0.04 s)
+    >>> np.degrees(recording.table.values).round(3)
+    array([359.8, 359.9, 360. , 360.1])
+    >>> print(recording.notes[0])
+    table: unwrapped where it starts over, 1 time
     """
 
     gyros: tuple[Channel, ...]
@@ -89,7 +100,207 @@ class Recording:
     table: Channel | None = None
     null_pulse: NDArray[np.bool_] | None = None
     provenance: Provenance | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gyros", tuple(self.gyros))
+        object.__setattr__(self, "notes", tuple(as_note(note) for note in self.notes))
+        if not self.gyros:
+            raise ValueError("gyros is empty; give one channel or more")
+        names = [gyro.name for gyro in self.gyros]
+        if len(set(names)) < len(names):
+            raise ValueError(f"gyros are called {', '.join(names)}; give each a name of its own")
+        require_rate(self.sample_rate)
+        if self.table is not None and self.table.kind != "angle":
+            raise ValueError(
+                f"table is of kind {self.table.kind!r}; give the angle of the table, kind 'angle'"
+            )
+        self._require_columns()
+
+    def _require_columns(self) -> None:
+        """Refuse what was not sampled together with the first gyro."""
+        for argument, values, wanted in (
+            *((f"gyro {gyro.name}", gyro.values, np.float64) for gyro in self.gyros),
+            ("table", None if self.table is None else self.table.values, np.float64),
+            ("times", self.times, np.float64),
+            ("null_pulse", self.null_pulse, np.bool_),
+        ):
+            if values is None:
+                continue
+            if not isinstance(values, np.ndarray) or values.dtype != wanted:
+                held = getattr(values, "dtype", type(values).__name__)
+                raise ValueError(f"{argument} holds {held}; give an array of {wanted.__name__}")
+            if values.shape != (self.samples,):
+                raise ValueError(
+                    f"{argument} has shape {values.shape}; gyro {self.gyros[0].name} has "
+                    f"{self.samples} samples: give columns sampled together"
+                )
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        kind: Kind | Mapping[str, Kind],
+        unit: str | Mapping[str, str],
+        sample_rate: float | None = None,
+        times: ArrayLike | None = None,
+        time_unit: str = "s",
+        table: ArrayLike | None = None,
+        table_unit: str = "deg",
+        null_pulse: ArrayLike | None = None,
+        period: float | None = None,
+        **gyros: ArrayLike,
+    ) -> Self:
+        """A recording from columns in the units of the field, one keyword a gyro.
+
+        Values are converted to SI. Encoder readings that are missing are interpolated and those
+        that start over at a full turn unwrapped; time stamps of uniform sampling are left out;
+        all as on reading a file, and noted.
+
+        Parameters
+        ----------
+        kind
+            What one sample is: ``angle``, ``increment`` or ``rate``; one for all gyros, or by
+            name.
+        unit
+            Of the gyros; one for all, or by name.
+        sample_rate
+            Samples per second. With `times` it has to agree with them.
+        times
+            (samples,) time stamps in `time_unit`, or dates of numpy.
+        table
+            (samples,) encoder readings in `table_unit`.
+        null_pulse
+            (samples,) not 0 at the null pulse.
+        period
+            Reading, in `unit`, at which the gyros' counters start over (kind ``angle``); None
+            if they never do.
+        **gyros
+            Name -> (samples,) values: lists, arrays, columns of a frame.
+
+        Raises
+        ------
+        ValueError
+            If an argument makes no sense or columns differ in length.
+        RecordingError
+            If the stamps contradict the rate, or a counter its period.
+
+        Examples
+        --------
+        >>> Recording.from_arrays(x=[3600, 7200], kind="increment", unit="arcsec", sample_rate=2.0)
+        Recording(x (increment, arcsec); 2 samples at 2 Hz, 1 s)
+        """
+        if not gyros:
+            raise ValueError("no gyro is given; give one or more by name, x=values for one")
+        notes: list[Note] = []
+        channels = []
+        for name, values in gyros.items():
+            gyro = gyro_of(
+                name,
+                values,
+                kind=stated_for(name, kind, "kind"),
+                unit=stated_for(name, unit, "unit"),
+                period=period,
+            )
+            channels.append(gyro.channel)
+            notes += gyro.notes
+        table_channel = None
+        if table is not None:
+            taken = table_of(table, unit=table_unit)
+            table_channel = taken.channel
+            notes += taken.notes
+        rising = None
+        if null_pulse is not None:
+            pulses = pulses_of(null_pulse)
+            rising = pulses.rising
+            notes += pulses.notes
+        taken_at = _sampled(sample_rate, times, time_unit, channels[0].values.size)
+        return cls(
+            gyros=tuple(channels),
+            sample_rate=taken_at.sample_rate,
+            times=taken_at.times,
+            table=table_channel,
+            null_pulse=rising,
+            notes=(*taken_at.notes, *notes),
+        )
+
+    @classmethod
+    def from_frame(
+        cls,
+        frame: Any,
+        columns: Mapping[str, str] | None = None,
+        *,
+        kind: Kind | Mapping[str, Kind] | None = None,
+        unit: str | Mapping[str, str] | None = None,
+        sample_rate: float | None = None,
+        time_unit: str | None = None,
+        table_unit: str | None = None,
+        period: float | None = None,
+    ) -> Self:
+        """A recording from a frame: of pandas, of xarray, or a dictionary of columns.
+
+        Parameters
+        ----------
+        frame
+            What has columns by name. A column called ``x[deg/s]`` states its unit, and
+            ``frame.attrs["kind"]`` the kind, where no argument does.
+        columns
+            Name wanted -> name in the frame: gyros by the names that they shall have, besides
+            ``table``, ``time`` and ``null_pulse``. Without it, the columns called so and the
+            gyros ``x``, ``y`` and ``z`` are taken, those that are there. The dates of an index
+            are the time if there is no such column and no rate is stated.
+        kind, unit, sample_rate, time_unit, table_unit, period
+            See `from_arrays`; a time without a unit is in s and a table in degrees.
+
+        Raises
+        ------
+        ValueError
+            If a column is not there, or as `from_arrays`.
+
+        Examples
+        --------
+        >>> frame = {"x[deg/s]": [10.0, 10.1, 9.9], "table[deg]": [0.0, 0.1, 0.2]}
+        >>> Recording.from_frame(frame, kind="rate", sample_rate=100.0)
+        Recording(x (rate, deg/s); table (angle, deg); 3 samples at 100 Hz, 0.03 s)
+        """
+        found = columns_of(frame, columns, kind=kind, unit=unit, dates=sample_rate is None)
+        return cls.from_arrays(
+            kind=found.kind,
+            unit=found.unit,
+            sample_rate=sample_rate,
+            times=found.times,
+            time_unit=time_unit or found.time_unit,
+            table=found.table,
+            table_unit=table_unit or found.table_unit,
+            null_pulse=found.null_pulse,
+            period=period,
+            **found.gyros,
+        )
+
+    def to_frame(self) -> Any:
+        """A pandas frame that `from_frame` takes: ``time[s]`` and a column a channel.
+
+        Columns state the unit they are in, ``x[deg/s]``: the one that the channel is shown in,
+        or the field's if a number stands before that. ``frame.attrs["kind"]`` holds the kinds.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        try:
+            pandas = importlib.import_module("pandas")
+        except ImportError:
+            raise MissingExtra("a frame", "pandas", "frames") from None
+        times = np.arange(self.samples) / self.sample_rate if self.times is None else self.times
+        columns: dict[str, Any] = {"time[s]": times}
+        for channel in (*self.gyros, *([self.table] if self.table else [])):
+            columns[f"{channel.name}[{channel.plain_unit}]"] = channel.values_in()
+        if self.null_pulse is not None:
+            columns[NULL_PULSE_NAME] = self.null_pulse
+        frame = pandas.DataFrame(columns)
+        frame.attrs["kind"] = {gyro.name: gyro.kind for gyro in self.gyros}
+        return frame
 
     @property
     def samples(self) -> int:
@@ -103,6 +314,11 @@ class Recording:
             return float(self.times[-1] - self.times[0]) + 1.0 / self.sample_rate
         return self.samples / self.sample_rate
 
+    @property
+    def path(self) -> str:
+        """Path of the file it was read from, empty if it never was one."""
+        return self.provenance.path if self.provenance else ""
+
     def gyro(self, name: str) -> Channel:
         """The gyro called `name`.
 
@@ -115,8 +331,30 @@ class Recording:
             if channel.name == name:
                 return channel
         present = ", ".join(channel.name for channel in self.gyros)
-        where = self.provenance.path if self.provenance else "recording"
-        raise RecordingError(f"{where}: no gyro {name!r}; it has {present} (--gyros, --columns)")
+        raise RecordingError(
+            f"no gyro {name!r}; it has {present} ({{gyros}}, {{columns}})", path=self.path
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Recording):
+            return NotImplemented
+        series_of = {"times", "null_pulse"}
+        return all(
+            same_values(getattr(self, item.name), getattr(other, item.name))
+            if item.name in series_of
+            else getattr(self, item.name) == getattr(other, item.name)
+            for item in fields(self)
+        )
+
+    # Equal recordings may be changed in place, sample by sample.
+    __hash__: ClassVar[None] = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        channels = (*self.gyros, *([self.table] if self.table else []))
+        parts = [f"{one.name} ({one.kind}, {one.shown_in})" for one in channels]
+        size = f"{self.samples} samples at {self.sample_rate:g} Hz"
+        parts.append(f"{size}, {self.duration:g} s" if self.samples else size)
+        return f"Recording({'; '.join([*parts, *([self.path] if self.path else [])])})"
 
 
 def second_of(recording: Recording, index: int) -> float:
@@ -126,3 +364,23 @@ def second_of(recording: Recording, index: int) -> float:
     if recording.times is not None and math.isfinite(recording.times[index]):
         return offset + float(recording.times[index])
     return offset + index / recording.sample_rate
+
+
+def _sampled(
+    sample_rate: float | None, times: ArrayLike | None, time_unit: str, samples: int
+) -> Sampling:
+    """When samples were taken, from a rate, from stamps, or from both."""
+    if sample_rate is not None:
+        require_rate(sample_rate)
+    if times is not None:
+        stamps = seconds_of(times, unit=time_unit)
+        if stamps.size != samples:
+            raise ValueError(
+                f"times has {stamps.size} samples and the gyros have {samples}: give columns "
+                "sampled together"
+            )
+        if stamps.size:
+            return sampling(stamps, sample_rate)
+    if sample_rate is None:
+        raise ValueError("neither sample_rate nor times is given; give sample_rate in Hz")
+    return Sampling(times=None, sample_rate=sample_rate)

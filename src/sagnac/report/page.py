@@ -230,4 +230,4 @@ def _facts(analysis: Analysis) -> list[tuple[str, str]]:
 
 def _channel(analysis: Analysis, name: str) -> str:
     channel = analysis.recording.gyro(name)
-    return f"{name} ({channel.kind}, {channel.unit})"
+    return f"{name} ({channel.kind}, {channel.shown_in})"

@@ -8,7 +8,7 @@ from rich.cells import cell_len
 
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.recording.findings import Finding
+from sagnac.errors import Note, worded
 from sagnac.recording.model import Recording
 from sagnac.report.document import (
     coarser,
@@ -188,7 +188,7 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
         ],
         right=(1, 4, 5, 6),
     )
-    read = one.recording.notes
+    read = [str(note) for note in one.recording.notes]
     noticed = [f"note: {note}" for note in read] + [
         f"note: {method}: {note}"
         for method, analysis in analyses.items()
@@ -200,19 +200,21 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
     return blocks(heading, shown, reasons, "\n".join(noticed))
 
 
-def findings(found: Sequence[Finding]) -> str:
+def findings(found: Sequence[Note]) -> str:
     """What a check of the data found."""
     if not found:
         return "Nothing was found wrong."
     return table(
         ("level", "channel", "finding"),
-        [(item.level, item.channel, item.message) for item in found],
+        [(item.level, item.channel, worded(item.text)) for item in found],
     )
 
 
 def recording(read: Recording) -> str:
     """What was read, in one line."""
-    gyros = ", ".join(f"{channel.name} ({channel.kind}, {channel.unit})" for channel in read.gyros)
+    gyros = ", ".join(
+        f"{channel.name} ({channel.kind}, {channel.shown_in})" for channel in read.gyros
+    )
     encoder = "with a table encoder" if read.table is not None else "no table encoder"
     return (
         f"{read.samples} samples at {read.sample_rate:g} Hz, {read.duration:g} s; "
@@ -220,7 +222,7 @@ def recording(read: Recording) -> str:
     )
 
 
-def notes(noticed: Sequence[str]) -> str:
+def notes(noticed: Sequence[Note | str]) -> str:
     """One line each."""
     return "\n".join(f"note: {note}" for note in noticed)
 

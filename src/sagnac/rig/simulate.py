@@ -319,13 +319,13 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
             progress(span.stop / config.samples)
     recording = Recording(
         gyros=tuple(
-            Channel(name=name, kind="angle", unit="arcsec", values=angles[g])
+            Channel(name=name, kind="angle", shown_in="arcsec", values=angles[g])
             for g, name in enumerate(GYRO_NAMES)
         ),
         sample_rate=config.sample_rate_hz,
         table=None
         if table is None
-        else Channel(name="table", kind="angle", unit="deg", values=table),
+        else Channel(name="table", kind="angle", shown_in="deg", values=table),
         null_pulse=pulse,
     )
     return Simulation(recording=recording, truth=truth_of(config))

@@ -1,0 +1,230 @@
+"""A channel: what one sample of it is, and its values in SI."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar, Final, Literal, Self, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sagnac import series
+from sagnac.arrays import FloatArray
+from sagnac.units import UNITS, Quantity, Unit, split_factor, unit_of
+
+Kind = Literal["angle", "increment", "rate"]
+KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
+
+
+def require_kind(kind: str) -> None:
+    """Refuse what is no kind of sample.
+
+    Raises
+    ------
+    ValueError
+        If `kind` is none of `KINDS`.
+    """
+    if kind not in KINDS:
+        raise ValueError(f"kind is {kind!r}; state angle, increment or rate")
+
+
+def quantity_of(kind: Kind) -> Quantity:
+    """The quantity that a sample of `kind` is measured in: ``angle`` or ``rate``.
+
+    Raises
+    ------
+    ValueError
+        If `kind` is none of `KINDS`.
+    """
+    require_kind(kind)
+    return "rate" if kind == "rate" else "angle"
+
+
+def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
+    """A column of real numbers, shape (samples,), of whatever type they have.
+
+    Parameters
+    ----------
+    values
+        A list, an array, a column of a frame. What a masked array masks becomes NaN.
+    argument
+        What the caller calls it, for the message.
+
+    Raises
+    ------
+    ValueError
+        If it holds something else, or has more than one dimension.
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.filled(values.astype(np.float64), np.nan)
+    column: NDArray[Any] = np.asarray(values)
+    if column.ndim != 1:
+        raise ValueError(f"{argument} has shape {column.shape}; give one column, shape (samples,)")
+    if column.dtype.kind == "O":
+        try:
+            return np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError):
+            pass
+    if column.dtype.kind not in "iuf" and column.size:
+        raise ValueError(f"{argument} holds {column.dtype} values; give real numbers")
+    return column
+
+
+def converted(values: ArrayLike, unit: Unit, argument: str) -> FloatArray:
+    """A column in SI, a new series; see `numbers`."""
+    column = numbers(values, argument)
+    return series.made(
+        lambda block: np.multiply(column[block], unit.size, dtype=np.float64), column.size
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Channel:
+    """One measured column, in SI.
+
+    `values` are in SI whatever `shown_in` says. Use `from_values` for values in another unit.
+
+    Attributes
+    ----------
+    name
+        What the user calls it: ``x``, ``y``, ``z``, ``table``.
+    kind
+        What one sample is. ``angle``: accumulated angle at the sample time.
+        ``increment``: angle turned since the sample before. ``rate``: mean rate over
+        the sample interval.
+    values
+        (samples,) float64, rad for ``angle`` and ``increment``, rad/s for ``rate``. Counters
+        and 360 degree encoders are unwrapped. Missing samples are NaN.
+    shown_in
+        Unit that reports show and files store the channel in, as its source stated it:
+        ``arcsec``, ``deg/s``, ``0.1arcsec``. SI unless stated.
+
+    Raises
+    ------
+    ValueError
+        If the name is empty, the kind is unknown, `shown_in` is not a unit of that kind, or
+        the values are not float64 of shape (samples,).
+
+    Examples
+    --------
+    >>> Channel.from_values("x", [1.0, 2.0], kind="rate", unit="deg/s").values
+    array([0.01745329, 0.03490659])
+    """
+
+    name: str
+    kind: Kind
+    values: FloatArray
+    shown_in: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise ValueError(f"name is {self.name!r}; give the channel a name, x for one")
+        quantity = quantity_of(self.kind)
+        if not self.shown_in:
+            object.__setattr__(self, "shown_in", "rad/s" if quantity == "rate" else "rad")
+        try:
+            unit_of(self.shown_in, quantity)
+        except ValueError as error:
+            raise ValueError(
+                f"channel {self.name} of kind {self.kind}: shown_in: {error}"
+            ) from None
+        values = self.values
+        if not isinstance(values, np.ndarray) or values.dtype != np.float64 or values.ndim != 1:
+            what = (
+                f"{values.dtype} of shape {values.shape}"
+                if isinstance(values, np.ndarray)
+                else f"a {type(values).__name__}"
+            )
+            raise ValueError(
+                f"channel {self.name}: values are {what}; give float64 of shape (samples,) in SI, "
+                "or use Channel.from_values"
+            )
+
+    @classmethod
+    def from_values(cls, name: str, values: ArrayLike, *, kind: Kind, unit: str) -> Self:
+        """A channel from values in a unit of the field.
+
+        Parameters
+        ----------
+        name, kind
+            See the class.
+        values
+            (samples,) in `unit`: a list, an array, a column of a frame.
+        unit
+            ``deg/s``, ``arcsec``, ``0.1arcsec``.
+
+        Raises
+        ------
+        ValueError
+            If the unit is not one of that kind, or an argument makes no sense.
+
+        Examples
+        --------
+        >>> Channel.from_values("x", [3600.0, 7200.0], kind="increment", unit="arcsec")
+        Channel(x: 2 samples, increment, shown in arcsec)
+        """
+        try:
+            stated = unit_of(unit, quantity_of(kind))
+        except ValueError as error:
+            raise ValueError(f"channel {name} of kind {kind}: {error}") from None
+        return cls(name=name, kind=kind, values=converted(values, stated, name), shown_in=unit)
+
+    @property
+    def plain_unit(self) -> Unit:
+        """Unit to write the values in: `shown_in`, or the field's if a number stands before it."""
+        factor, name = split_factor(self.shown_in)
+        if factor != 1.0:
+            name = "deg/h" if self.kind == "rate" else "deg" if self.name == "table" else "arcsec"
+        return UNITS[name]
+
+    def values_in(self, unit: str = "") -> FloatArray:
+        """The values in a unit of the field, in `plain_unit` unless stated; a new series.
+
+        Raises
+        ------
+        ValueError
+            If `unit` is not one of the channel's kind.
+        """
+        size = (unit_of(unit, quantity_of(self.kind)) if unit else self.plain_unit).size
+        return series.made(lambda block: self.values[block] / size, self.values.size, self.values)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Channel):
+            return NotImplemented
+        return (self.name, self.kind, self.shown_in) == (
+            other.name,
+            other.kind,
+            other.shown_in,
+        ) and same_values(self.values, other.values)
+
+    # Equal channels may be changed in place, sample by sample.
+    __hash__: ClassVar[None] = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        samples = self.values.size
+        return f"Channel({self.name}: {samples} samples, {self.kind}, shown in {self.shown_in})"
+
+
+def same_values(one: FloatArray | None, other: FloatArray | None) -> bool:
+    """Whether two series, or none, are equal; NaN equals NaN."""
+    if one is None or other is None or one is other:
+        return one is other
+    return one.size == other.size and all(
+        series.map(
+            lambda block: np.array_equal(one[block], other[block], equal_nan=True),
+            one.size,
+            one,
+            other,
+        )
+    )
+
+
+def require_rate(sample_rate: float) -> None:
+    """Refuse what is no sample rate.
+
+    Raises
+    ------
+    ValueError
+        If it is not a finite number above zero.
+    """
+    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
+        raise ValueError(f"sample_rate is {sample_rate}; give samples per second, above zero")

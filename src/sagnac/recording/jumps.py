@@ -1,0 +1,33 @@
+"""Single steps of a channel far outside the rest."""
+
+import numpy as np
+
+from sagnac import series
+from sagnac.errors import Note, counted
+from sagnac.recording.channel import Channel
+from sagnac.recording.model import Recording, second_of
+from sagnac.recording.places import Places
+from sagnac.recording.soundness import remedy_of
+
+
+def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:
+    """Steps of over 20 times the 99 % quantile, which is 50 sigma of noise: a warning."""
+    values = channel.values
+    sample = np.arange(0, values.size - 1, max(1, (values.size - 1) // 100_000))
+    steps = series.at(values, sample + 1) - series.at(values, sample)
+    middle = float(np.median(steps))
+    limit = 20.0 * float(np.quantile(np.abs(steps - middle), 0.99))
+    if limit <= 0.0:
+        return ()
+    jumps = Places(
+        values=values, test=lambda some: np.abs(np.diff(some) - middle) > limit, following=1
+    )
+    found = jumps.tally()
+    if found.count == 0:
+        return ()
+    text = (
+        f"{counted(found.count, 'jump')} of over 20 times the usual step, the first at "
+        f"{second_of(recording, found.first + 1):.3f} s; "
+        f"{remedy_of(recording, jumps.longest_between(recording.samples, later=1))}"
+    )
+    return (Note(level="warning", channel=channel.name, text=text),)
