@@ -1,7 +1,9 @@
-"""Compiled loops of the rig: arrays in, arrays out; no validation, no files."""
+"""Compiled loops of the rig: arrays and named states in, arrays and states out; no validation."""
 
-# Compiled loops take their arrays by position.
+# Compiled loops take their arguments by position.
 # ruff: noqa: PLR0917
+
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -9,20 +11,84 @@ import numpy as np
 from sagnac.arrays import BooleanArray, FloatArray
 
 
+class Orders(NamedTuple):
+    """Terms at orders of an angle: ascending orders, sizes and phases in rad, each (terms,)."""
+
+    order: FloatArray
+    size: FloatArray
+    phase: FloatArray
+
+
+class MotionState(NamedTuple):
+    """Table at the last node: drive and its rate, Earth rate in b, and its integral in b."""
+
+    drive: float
+    rate: float
+    earth: tuple[float, float, float]
+    turned: tuple[float, float, float]
+
+
+class OscillatorState(NamedTuple):
+    """Angle and rate of the servo's oscillator, rad and rad/s."""
+
+    angle: float
+    rate: float
+
+
+class RateNoiseState(NamedTuple):
+    """Markov process of unit variance, the rate it makes, and the angle of that rate."""
+
+    level: float
+    rate: float
+    angle: float
+
+
+class NullState(NamedTuple):
+    """Null pulse: turns completed, passages so far, and the null just passed.
+
+    The null just passed is NaN once the table is away from it, so that jitter fires no null twice.
+    """
+
+    turns: float
+    passages: int
+    passed: float
+
+
+class LockInSteps(NamedTuple):
+    """Lock-in equation in steps: rates in rad/s of beat phase, kicks in rad rms per step.
+
+    A stretch is one half cycle of dither (without dither, just a stretch) of `steps` steps.
+    The excess is kept every `stretches` of them.
+    """
+
+    lock_in: float
+    rate: float
+    step: float
+    steps: int
+    stretches: int
+    quantum_kick: float
+    backscatter_kick: float
+
+
+class BeatState(NamedTuple):
+    """Beat phase in excess of the input's, input phase, and backscatter phase, rad."""
+
+    excess: float
+    input: float
+    backscatter: float
+
+
+# ---- table ---------------------------------------------------------------------------
+
+
 @numba.njit(cache=True)
-def rig_earth_in_table(
-    alpha: float,
-    earth: FloatArray,
-    order: FloatArray,
-    amplitude: FloatArray,
-    phase: FloatArray,
-) -> tuple[float, float, float]:
-    """Earth rate along b when the shaft is tilted by the wobble at this angle."""
+def earth_in_table(alpha: float, earth: FloatArray, wobble: Orders) -> tuple[float, float, float]:
+    """Earth rate along b when the shaft is tilted by the wobble at this table angle."""
     tilt_x = 0.0
     tilt_y = 0.0
-    for j in range(order.size):
-        tilt_x += amplitude[j] * np.cos(order[j] * alpha + phase[j])
-        tilt_y += amplitude[j] * np.sin(order[j] * alpha + phase[j])
+    for j in range(wobble.order.size):
+        tilt_x += wobble.size[j] * np.cos(wobble.order[j] * alpha + wobble.phase[j])
+        tilt_y += wobble.size[j] * np.sin(wobble.order[j] * alpha + wobble.phase[j])
     first = earth[0] - tilt_y * earth[2]
     second = earth[1] + tilt_x * earth[2]
     third = earth[2] - tilt_x * earth[1] + tilt_y * earth[0]
@@ -32,193 +98,193 @@ def rig_earth_in_table(
 
 
 @numba.njit(cache=True)
-def rig_table_angle(
-    drive: float,
-    order: FloatArray,
-    fraction: FloatArray,
-    phase: FloatArray,
-) -> float:
+def table_angle(drive: float, ripple: Orders) -> float:
     """Table angle at a drive angle: ripple of the rate at orders of the drive."""
     angle = drive
-    for j in range(order.size):
-        angle += fraction[j] / order[j] * np.sin(order[j] * drive + phase[j])
+    for j in range(ripple.order.size):
+        angle += (
+            ripple.size[j] / ripple.order[j] * np.sin(ripple.order[j] * drive + ripple.phase[j])
+        )
     return angle
 
 
 @numba.njit(cache=True)
-def rig_motion(
+def with_tilt(alpha: float, wobble: Orders, along_x: float, along_y: float) -> tuple[float, float]:
+    """Angles along the two level axes of b, with what the shaft's own tilting adds to them.
+
+    It adds, in closed form, the integral of i m a exp(i((m - 1) alpha + p)) over alpha.
+    """
+    for j in range(wobble.order.size):
+        relative = wobble.order[j] - 1.0
+        scale = wobble.order[j] * wobble.size[j]
+        if relative == 0.0:
+            along_x -= scale * alpha * np.sin(wobble.phase[j])
+            along_y += scale * alpha * np.cos(wobble.phase[j])
+        else:
+            argument = relative * alpha + wobble.phase[j]
+            along_x += scale / relative * np.cos(argument)
+            along_y += scale / relative * np.sin(argument)
+    return along_x, along_y
+
+
+@numba.njit(cache=True)
+def motion(
     drive: FloatArray,
     rate: FloatArray,
     step: float,
     substeps: int,
-    ripple_order: FloatArray,
-    ripple_fraction: FloatArray,
-    ripple_phase: FloatArray,
+    ripple: Orders,
     earth: FloatArray,
-    wobble_order: FloatArray,
-    wobble_amplitude: FloatArray,
-    wobble_phase: FloatArray,
-    state: FloatArray,
+    wobble: Orders,
+    state: MotionState,
     alpha: FloatArray,
     turned: FloatArray,
-) -> None:
+) -> MotionState:
     """Integrate the rate along b over the nodes; keep every `substeps`-th.
 
     `drive` and `rate` are node values after each step; between nodes the drive is the
-    cubic through both ends' angles and rates, and each integral is Simpson's. `state`
-    carries drive, rate and integrand of the last node and the three integrals.
-    `turned[k]` is the Earth's part of the angle along b, with the wobble's in 0 and 1.
+    cubic through both ends' angles and rates, and each integral is Simpson's. `turned` (3, n)
+    takes the Earth's part of the angle along b, with the wobble's in 0 and 1.
     """
+    drive_before, rate_before, begin, integral = state
+    turned_x, turned_y, turned_z = integral
     for n in range(drive.size):
-        middle_drive = 0.5 * (state[0] + drive[n]) + 0.125 * step * (state[1] - rate[n])
-        middle = rig_table_angle(middle_drive, ripple_order, ripple_fraction, ripple_phase)
-        end = rig_table_angle(drive[n], ripple_order, ripple_fraction, ripple_phase)
-        middle_1, middle_2, middle_3 = rig_earth_in_table(
-            middle, earth, wobble_order, wobble_amplitude, wobble_phase
-        )
-        end_1, end_2, end_3 = rig_earth_in_table(
-            end, earth, wobble_order, wobble_amplitude, wobble_phase
-        )
-        state[5] += step / 6.0 * (state[2] + 4.0 * middle_1 + end_1)
-        state[6] += step / 6.0 * (state[3] + 4.0 * middle_2 + end_2)
-        state[7] += step / 6.0 * (state[4] + 4.0 * middle_3 + end_3)
-        state[0] = drive[n]
-        state[1] = rate[n]
-        state[2] = end_1
-        state[3] = end_2
-        state[4] = end_3
+        middle_drive = 0.5 * (drive_before + drive[n]) + 0.125 * step * (rate_before - rate[n])
+        end_angle = table_angle(drive[n], ripple)
+        middle = earth_in_table(table_angle(middle_drive, ripple), earth, wobble)
+        end = earth_in_table(end_angle, earth, wobble)
+        turned_x += step / 6.0 * (begin[0] + 4.0 * middle[0] + end[0])
+        turned_y += step / 6.0 * (begin[1] + 4.0 * middle[1] + end[1])
+        turned_z += step / 6.0 * (begin[2] + 4.0 * middle[2] + end[2])
+        drive_before, rate_before, begin = drive[n], rate[n], end
         if (n + 1) % substeps == 0:
             k = n // substeps
-            alpha[k] = end
-            turned[0, k] = state[5]
-            turned[1, k] = state[6]
-            turned[2, k] = state[7]
-            # The shaft's own tilting rate seen from the turning table, in closed form:
-            # the integral of i m a exp(i((m - 1) alpha + p)) over alpha.
-            for j in range(wobble_order.size):
-                relative = wobble_order[j] - 1.0
-                scale = wobble_order[j] * wobble_amplitude[j]
-                if relative == 0.0:
-                    turned[0, k] -= scale * end * np.sin(wobble_phase[j])
-                    turned[1, k] += scale * end * np.cos(wobble_phase[j])
-                else:
-                    argument = relative * end + wobble_phase[j]
-                    turned[0, k] += scale / relative * np.cos(argument)
-                    turned[1, k] += scale / relative * np.sin(argument)
+            alpha[k] = end_angle
+            turned[0, k], turned[1, k] = with_tilt(end_angle, wobble, turned_x, turned_y)
+            turned[2, k] = turned_z
+    return MotionState(drive_before, rate_before, begin, (turned_x, turned_y, turned_z))
 
 
 @numba.njit(cache=True)
-def rig_jitter(
+def oscillator(
     normals: FloatArray,
     transition: FloatArray,
     spread: FloatArray,
-    state: FloatArray,
+    state: OscillatorState,
     angle: FloatArray,
     rate: FloatArray,
-) -> None:
-    """Position-servo jitter: a damped oscillator driven by white noise, stepped exactly."""
+) -> OscillatorState:
+    """Add a damped oscillator driven by white noise, stepped exactly, to `angle` and `rate`.
+
+    `normals` (n, 2); `transition` and `spread`, the noise factor, (2, 2).
+    """
+    held_angle, held_rate = state
     for n in range(normals.shape[0]):
-        x = transition[0, 0] * state[0] + transition[0, 1] * state[1]
-        v = transition[1, 0] * state[0] + transition[1, 1] * state[1]
-        state[0] = x + spread[0, 0] * normals[n, 0]
-        state[1] = v + spread[1, 0] * normals[n, 0] + spread[1, 1] * normals[n, 1]
-        angle[n] += state[0]
-        rate[n] += state[1]
+        free_angle = transition[0, 0] * held_angle + transition[0, 1] * held_rate
+        free_rate = transition[1, 0] * held_angle + transition[1, 1] * held_rate
+        held_angle = free_angle + spread[0, 0] * normals[n, 0]
+        held_rate = free_rate + spread[1, 0] * normals[n, 0] + spread[1, 1] * normals[n, 1]
+        angle[n] += held_angle
+        rate[n] += held_rate
+    return OscillatorState(held_angle, held_rate)
 
 
 @numba.njit(cache=True)
-def rig_wander(
+def rate_noise(
     normals: FloatArray,
     decay: float,
     spread: float,
     scale: FloatArray,
     step: float,
-    state: FloatArray,
+    state: RateNoiseState,
     angle: FloatArray,
     rate: FloatArray,
-) -> None:
-    """Slow relative wander of the rate: first-order Markov, integrated by trapezoids."""
+) -> RateNoiseState:
+    """Add first-order Markov noise of the rate, integrated by trapezoids.
+
+    `scale` (n,) is the rms rate at each node.
+    """
+    level, before, turned = state
     for n in range(normals.size):
-        state[0] = decay * state[0] + spread * normals[n]
-        now = scale[n] * state[0]
-        state[2] += 0.5 * step * (state[1] + now)
-        state[1] = now
-        angle[n] += state[2]
+        level = decay * level + spread * normals[n]
+        now = scale[n] * level
+        turned += 0.5 * step * (before + now)
+        before = now
+        angle[n] += turned
         rate[n] += now
+    return RateNoiseState(level, before, turned)
+
+
+# ---- disturbances --------------------------------------------------------------------
 
 
 @numba.njit(cache=True)
-def rig_markov(
-    normals: FloatArray,
-    decay: FloatArray,
-    spread: FloatArray,
-    weight: float,
-    state: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Sum of independent first-order Markov processes plus a random walk (the last column)."""
-    terms = decay.size
-    for n in range(out.size):
-        total = 0.0
-        for j in range(terms):
-            state[j] = decay[j] * state[j] + spread[j] * normals[n, j]
-            total += state[j]
-        state[terms] += weight * normals[n, terms]
-        out[n] += total + state[terms]
+def _to_power(
+    power: int,
+    order: float,
+    cosine: FloatArray,
+    sine: FloatArray,
+    real: FloatArray,
+    imaginary: FloatArray,
+) -> int:
+    # From exp(i power alpha) to exp(i order alpha), one factor at a time.
+    while power < order:
+        power += 1
+        for n in range(real.size):
+            product = real[n] * cosine[n] - imaginary[n] * sine[n]
+            imaginary[n] = real[n] * sine[n] + imaginary[n] * cosine[n]
+            real[n] = product
+    return power
 
 
 @numba.njit(cache=True)
-def rig_harmonics(
+def harmonics(
     alpha: FloatArray,
     orders: FloatArray,
     in_phase: FloatArray,
     quadrature: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Add ``in_phase * cos(k alpha) + quadrature * sin(k alpha)`` per channel, ascending k."""
+    """Add ``in_phase * cos(k alpha) + quadrature * sin(k alpha)`` per channel, ascending k.
+
+    `in_phase` and `quadrature` (channels, terms), `out` (channels, n).
+    """
     length = 1024
-    cosine = np.empty(length)
-    sine = np.empty(length)
-    real = np.empty(length)
-    imaginary = np.empty(length)
     for start in range(0, alpha.size, length):
-        count = min(length, alpha.size - start)
-        for n in range(count):
-            cosine[n] = np.cos(alpha[start + n])
-            sine[n] = np.sin(alpha[start + n])
-            real[n] = 1.0
-            imaginary[n] = 0.0
+        part = alpha[start : start + length]
+        cosine = np.cos(part)
+        sine = np.sin(part)
+        real = np.ones(part.size)
+        imaginary = np.zeros(part.size)
         power = 0
         for j in range(orders.size):
             whole = orders[j] == np.floor(orders[j])
             if whole:
-                while power < orders[j]:
-                    power += 1
-                    for n in range(count):
-                        product = real[n] * cosine[n] - imaginary[n] * sine[n]
-                        imaginary[n] = real[n] * sine[n] + imaginary[n] * cosine[n]
-                        real[n] = product
+                power = _to_power(power, orders[j], cosine, sine, real, imaginary)
             for c in range(out.shape[0]):
                 a = in_phase[c, j]
                 b = quadrature[c, j]
                 if whole:
-                    for n in range(count):
+                    for n in range(part.size):
                         out[c, start + n] += a * real[n] + b * imaginary[n]
                 else:
-                    for n in range(count):
-                        argument = orders[j] * alpha[start + n]
+                    for n in range(part.size):
+                        argument = orders[j] * part[n]
                         out[c, start + n] += a * np.cos(argument) + b * np.sin(argument)
 
 
 @numba.njit(cache=True)
-def rig_time_lines(
+def lines_in_time(
     first: int,
     cycles_per_sample: FloatArray,
     in_phase: FloatArray,
     quadrature: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Add ``in_phase * cos(2 pi f n) + quadrature * sin(2 pi f n)`` per channel."""
+    """Add ``in_phase * cos(2 pi f n) + quadrature * sin(2 pi f n)`` per channel.
+
+    `first` is the number n of the first sample in `out` (channels, n).
+    """
     length = 256
     for j in range(cycles_per_sample.size):
         rotate_real = np.cos(2.0 * np.pi * cycles_per_sample[j])
@@ -236,100 +302,138 @@ def rig_time_lines(
                 real = product
 
 
+# ---- encoder and gyros ---------------------------------------------------------------
+
+
 @numba.njit(cache=True)
-def rig_null_pulse(
+def null_pulse(
     alpha: FloatArray,
     errors: FloatArray,
     margin: float,
-    state: FloatArray,
+    state: NullState,
     pulse: BooleanArray,
-) -> None:
+) -> NullState:
     """Mark the first sample past each null, each passage with its own error.
 
-    `state`: turns completed, passages so far (both whole numbers), the null just passed
-    (NaN once the table is `margin` away from it, so that jitter fires no null twice).
+    `margin` is how far from a null just passed the table counts as away from it, rad.
     """
     turn = 2.0 * np.pi
+    turns, passages, passed = state
     for n in range(alpha.size):
         pulse[n] = False
-        if abs(alpha[n] - state[2]) <= margin:
+        if abs(alpha[n] - passed) <= margin:
             continue
-        error = errors[int(state[1]) % errors.size]
-        if alpha[n] >= turn * (state[0] + 1.0) + error:
-            state[0] += 1.0
-            state[1] += 1.0
-            state[2] = turn * state[0]
+        error = errors[passages % errors.size]
+        if alpha[n] >= turn * (turns + 1.0) + error:
+            turns += 1.0
+            passages += 1
+            passed = turn * turns
             pulse[n] = True
-        elif alpha[n] < turn * state[0] + error:
-            state[2] = turn * state[0]
-            state[0] -= 1.0
-            state[1] += 1.0
+        elif alpha[n] < turn * turns + error:
+            passed = turn * turns
+            turns -= 1.0
+            passages += 1
             pulse[n] = True
         else:
-            state[2] = np.nan
+            passed = np.nan
+    return NullState(turns, passages, passed)
 
 
 @numba.njit(cache=True)
-def rig_readout(
+def slow_drift(
+    normals: FloatArray,
+    decay: FloatArray,
+    spread: FloatArray,
+    step: float,
+    levels: FloatArray,
+    walked: float,
+    out: FloatArray,
+) -> float:
+    """Add independent first-order Markov processes and a random walk; return where it got to.
+
+    `normals` (n, processes + 1), the walk's last; `levels` holds the processes' state and is
+    changed; `step` is the rms of one step of the walk.
+    """
+    terms = decay.size
+    for n in range(out.size):
+        total = 0.0
+        for j in range(terms):
+            levels[j] = decay[j] * levels[j] + spread[j] * normals[n, j]
+            total += levels[j]
+        walked += step * normals[n, terms]
+        out[n] += total + walked
+    return walked
+
+
+@numba.njit(cache=True)
+def readout(
     true: FloatArray,
     noise: FloatArray,
     drift: FloatArray,
     step: float,
     quantum: float,
-    state: FloatArray,
+    walked: float,
     out: FloatArray,
-) -> None:
-    """Add true angle and walk to the disturbances in `out`, and round to the readout step.
+) -> float:
+    """Add true angle and walk to the disturbances in `out`, round, return where the walk got to.
 
-    `noise` and `drift` are a sample's random angle and its slow rate; `state` the walk.
+    `noise` and `drift` are a sample's random angle and its slow rate; `quantum` is the readout
+    step, 0 for none.
     """
     for n in range(true.size):
-        state[0] += noise[n] + drift[n] * step
-        angle = true[n] + state[0] + out[n]
+        walked += noise[n] + drift[n] * step
+        angle = true[n] + walked + out[n]
         if quantum > 0.0:
             angle = np.rint(angle / quantum) * quantum
         out[n] = angle
+    return walked
+
+
+# ---- lock-in equation ----------------------------------------------------------------
+
+
+@numba.njit(cache=True)
+def _input_phase(time: float, rate: float, swing: float, bend: float, start: float) -> float:
+    return float(start + rate * time + swing * (1.0 - np.cos(bend * time)))
 
 
 @numba.njit(cache=True)
 def lock_in_steps(
-    lock_in: float,
-    rate: float,
+    equation: LockInSteps,
     peaks: FloatArray,
-    steps: int,
-    halves: int,
-    step: float,
-    strength: FloatArray,
     normals: FloatArray,
-    state: FloatArray,
+    state: BeatState,
     excess: FloatArray,
-) -> None:
+) -> BeatState:
     """Runge-Kutta steps of the lock-in equation for the phase in excess of the input's.
 
-    Each entry of `peaks` is one half cycle of dither (or, at zero, just a stretch) of
-    `steps` steps; `excess` is kept every `halves` of them. `state`: excess, input phase at
-    the start of the stretch, backscatter phase.
+    `peaks` holds the peak rate of each stretch, 0 without dither; `normals` (steps, 2), or
+    (0, 2) without noise; `excess` takes the phase at the end of each sample.
     """
+    lock_in, rate, step, steps, stretches, quantum_kick, backscatter_kick = equation
+    ahead, entered, backscatter = state
     bend = np.pi / (steps * step)
     for k in range(peaks.size):
         swing = peaks[k] / bend
         for n in range(steps):
             time = n * step
-            start = state[1] + state[2] + rate * time + swing * (1.0 - np.cos(bend * time))
+            origin = entered + backscatter
+            start = _input_phase(time, rate, swing, bend, origin)
             time += 0.5 * step
-            middle = state[1] + state[2] + rate * time + swing * (1.0 - np.cos(bend * time))
+            middle = _input_phase(time, rate, swing, bend, origin)
             time += 0.5 * step
-            end = state[1] + state[2] + rate * time + swing * (1.0 - np.cos(bend * time))
-            slope_1 = -lock_in * np.sin(start + state[0])
-            slope_2 = -lock_in * np.sin(middle + state[0] + 0.5 * step * slope_1)
-            slope_3 = -lock_in * np.sin(middle + state[0] + 0.5 * step * slope_2)
-            slope_4 = -lock_in * np.sin(end + state[0] + step * slope_3)
-            state[0] += step / 6.0 * (slope_1 + 2.0 * slope_2 + 2.0 * slope_3 + slope_4)
+            end = _input_phase(time, rate, swing, bend, origin)
+            slope_1 = -lock_in * np.sin(start + ahead)
+            slope_2 = -lock_in * np.sin(middle + ahead + 0.5 * step * slope_1)
+            slope_3 = -lock_in * np.sin(middle + ahead + 0.5 * step * slope_2)
+            slope_4 = -lock_in * np.sin(end + ahead + step * slope_3)
+            ahead += step / 6.0 * (slope_1 + 2.0 * slope_2 + 2.0 * slope_3 + slope_4)
             if normals.shape[0] > 0:
-                state[0] += strength[0] * normals[k * steps + n, 0]
-                state[2] += strength[1] * normals[k * steps + n, 1]
+                ahead += quantum_kick * normals[k * steps + n, 0]
+                backscatter += backscatter_kick * normals[k * steps + n, 1]
         # Whole turns of the input are left out: the sine keeps its digits.
-        state[1] += rate * steps * step + 2.0 * swing
-        state[1] -= 2.0 * np.pi * np.floor(state[1] / (2.0 * np.pi))
-        if (k + 1) % halves == 0:
-            excess[k // halves] = state[0]
+        entered += rate * steps * step + 2.0 * swing
+        entered -= 2.0 * np.pi * np.floor(entered / (2.0 * np.pi))
+        if (k + 1) % stretches == 0:
+            excess[k // stretches] = ahead
+    return BeatState(ahead, entered, backscatter)

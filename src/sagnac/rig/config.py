@@ -1,44 +1,70 @@
-"""The simulated rig as a user configures it."""
+"""The simulated rig as a user configures it: all sections together, and the presets."""
 
 import os
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Annotated, Any, Final, Self, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Final, Self
 
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.rig.gyro import ring_lasers_of
+from sagnac.errors import RecordingError
+from sagnac.rig.gyro import dither_of, ring_lasers_of
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import (
     GYRO_NAMES,
-    ChoiceKey,
     DisturbanceConfig,
     EncoderConfig,
     GyroConfig,
-    Key,
-    PairsKey,
     PlatformConfig,
     TableConfig,
-    check_section,
-    is_triple,
 )
 from sagnac.rig.table import table_command
+from sagnac.rig.validation import (
+    ConfigurationError,
+    Number,
+    Rule,
+    Whole,
+    check,
+    overlaid,
+    rules_of,
+)
 from sagnac.table.frames import shares_from_deviations
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
 _CLEAR_OF_LOCK_IN = 10.0  # lock-in rates that the bias must exceed, so that jitter never locks
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class RigConfig:
-    """Everything the simulated recording is made from."""
+    """Everything that a simulated recording is made from, in the field's units.
 
-    duration_s: Annotated[float, Key(0.01, 1e7, "length of the recording")] = 7200.0
-    sample_rate_hz: Annotated[float, Key(0.1, 1e5, "samples per second")] = 500.0
-    seed: Annotated[int, Key(0, 2**32 - 1, "of every random stream")] = 1
+    ``docs/simulate.md`` lists every key with its default, its range and its meaning.
+
+    Raises
+    ------
+    ConfigurationError
+        A ValueError of one line: the key, its value, and what is allowed.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from sagnac.rig.config import GyroConfig, RigConfig, TableConfig, preset
+    >>> RigConfig(duration_s=60.0, table=TableConfig(rate_deg_per_s=20.0))
+    RigConfig(60 s at 500 Hz, table at 20 deg/s, gyros ideal, seed 1)
+    >>> replace(preset("paper"), seed=7).samples
+    3600000
+    >>> GyroConfig(warm_up_k=200.0)
+    Traceback (most recent call last):
+    ...
+    sagnac.rig.validation.ConfigurationError: gyro.warm_up_k is 200.0; it must lie from -100 to 100
+    """
+
+    duration_s: Annotated[float, Number(0.01, 1e7, "length of the recording")] = 7200.0
+    sample_rate_hz: Annotated[float, Number(0.1, 1e5, "samples per second")] = 500.0
+    seed: Annotated[int, Whole(0, 2**32 - 1, "of every random stream")] = 1
     table: TableConfig = TableConfig()
     encoder: EncoderConfig = EncoderConfig()
     platform: PlatformConfig = PlatformConfig()
@@ -46,42 +72,19 @@ class RigConfig:
     disturbances: DisturbanceConfig = DisturbanceConfig()
 
     def __post_init__(self) -> None:
-        """Check every key, and those that depend on one another.
+        check(self)
+        _check_sampling(self)
+        _check_table(self.table)
+        _check_modes(self)
 
-        Raises
-        ------
-        ValueError
-            One line: the key, its value, and what is allowed.
-        """
-        check_section(self, "")
-        nyquist = self.sample_rate_hz / 2.0
-        for frequency, _ in self.disturbances.time:
-            if frequency > nyquist:
-                raise ValueError(
-                    f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz, half of "
-                    "sample_rate_hz; give the frequency it folds to"
-                )
-        times = [time for time, _ in self.table.profile]
-        if any(later <= earlier for earlier, later in pairwise(times)):
-            raise ValueError(f"table.profile: times {times} do not increase; sort them")
-        if self.samples < 1:
-            raise ValueError(
-                f"duration_s {self.duration_s:g} holds no sample at {self.sample_rate_hz:g} Hz; "
-                "make it longer"
-            )
-        turn_round = 2.0 * abs(self.table.rate_deg_per_s) / self.table.acceleration_deg_per_s2
-        if 0.0 < self.table.reversal_interval_s <= turn_round and not self.table.profile:
-            raise ValueError(
-                f"table.reversal_interval_s {self.table.reversal_interval_s:g} leaves no time to "
-                f"turn round in {turn_round:g} s; raise it or table.acceleration_deg_per_s2"
-            )
-        ripple = sum(fraction for _, fraction in self.table.ripple)
-        if ripple >= 1.0:
-            raise ValueError(
-                f"table.ripple: fractions add up to {ripple:g}; keep them below 1 so that the "
-                "table keeps its direction"
-            )
-        _check_ring_laser(self)
+    def __repr__(self) -> str:
+        motion = f"at {self.table.rate_deg_per_s:g} deg/s" if self.turning else "at rest"
+        if self.table.profile:
+            motion = f"on a profile of {len(self.table.profile)} knots"
+        return (
+            f"RigConfig({self.duration_s:g} s at {self.sample_rate_hz:g} Hz, table {motion}, "
+            f"gyros {self.gyro.mode}, seed {self.seed})"
+        )
 
     @property
     def samples(self) -> int:
@@ -91,9 +94,7 @@ class RigConfig:
     @property
     def turning(self) -> bool:
         """Whether the table is commanded to move at all."""
-        if self.table.profile:
-            return any(rate != 0.0 for _, rate in self.table.profile)
-        return self.table.rate_deg_per_s != 0.0
+        return self.table.turning
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Self:
@@ -101,22 +102,23 @@ class RigConfig:
 
         Raises
         ------
-        ValueError
+        RecordingError
             One line with the file, the key, its value, and what is allowed.
         """
+        where, remedy = os.fspath(path), "give a TOML configuration"
         try:
             with open(path, "rb") as file:
                 return cls.from_mapping(tomllib.load(file))
         except FileNotFoundError:
-            raise ValueError(f"{path}: no such file; give a TOML configuration") from None
+            raise RecordingError("no such file", path=where, remedy=remedy) from None
         except OSError as error:
-            raise ValueError(
-                f"{path}: cannot be opened ({error.strerror}); give a TOML configuration"
-            ) from None
+            problem = f"cannot be opened ({error.strerror})"
+            raise RecordingError(problem, path=where, remedy=remedy) from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path}: not TOML ({error}); correct it there") from None
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
+            problem = f"not TOML ({error})"
+            raise RecordingError(problem, path=where, remedy="correct it there") from None
+        except ConfigurationError as error:
+            raise RecordingError(error.problem, path=where, remedy=error.remedy) from None
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
@@ -124,81 +126,105 @@ class RigConfig:
 
         Raises
         ------
-        ValueError
+        ConfigurationError
             One line with the key, its value, and what is allowed.
+
+        Examples
+        --------
+        >>> RigConfig.from_mapping({"preset": "quiet", "table": {"rate_deg_per_s": 0}})
+        RigConfig(7200 s at 500 Hz, table at rest, gyros ideal, seed 1)
         """
         values = dict(mapping)
         name = values.pop("preset", None)
         base = RigConfig() if name is None else preset(name)
-        changed: Self = _overlay(base, values, "")
+        changed: Self = overlaid(base, values)
         return changed
 
 
-def keys(section: type = RigConfig, prefix: str = "") -> dict[str, Key | PairsKey | ChoiceKey]:
-    """Every configuration key by its dotted name, with what it may hold."""
-    found: dict[str, Key | PairsKey | ChoiceKey] = {}
-    for name, hint in get_type_hints(section, include_extras=True).items():
-        if get_origin(hint) is Annotated:
-            found[prefix + name] = get_args(hint)[1]
-        else:
-            found |= keys(hint, f"{prefix}{name}.")
-    return found
+def keys() -> dict[str, Rule]:
+    """Every configuration key by its dotted name, with the rule that its value keeps."""
+    return rules_of(RigConfig)
 
 
-def _overlay(base: Any, values: Mapping[str, Any], section: str) -> Any:
-    known = [f.name for f in fields(base)]
-    changes: dict[str, Any] = {}
-    for key, value in values.items():
-        name = f"{section}{key}"
-        if key not in known:
-            raise ValueError(f"unknown key {name!r}; known here: {', '.join(known)}")
-        current = getattr(base, key)
-        if is_dataclass(current):
-            if not isinstance(value, Mapping):
-                raise ValueError(f"{name} is {value!r}; it is a table, write [{name}]")
-            changes[key] = _overlay(current, value, f"{name}.")
-        elif isinstance(value, list):
-            changes[key] = tuple(tuple(v) if isinstance(v, list) else v for v in value)
-        elif is_triple(current) and not isinstance(value, str):
-            changes[key] = (value, value, value)
-        else:
-            changes[key] = value
-    return replace(base, **changes)
+# ---- keys that depend on one another -------------------------------------------------
+
+
+def _check_sampling(config: RigConfig) -> None:
+    nyquist = config.sample_rate_hz / 2.0
+    for frequency, _ in config.disturbances.time:
+        if frequency > nyquist:
+            raise ConfigurationError(
+                f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz, half of "
+                "sample_rate_hz",
+                "give the frequency it folds to",
+            )
+    if config.samples < 1:
+        raise ConfigurationError(
+            f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz",
+            "make it longer",
+        )
+
+
+def _check_table(table: TableConfig) -> None:
+    times = [time for time, _ in table.profile]
+    if any(later <= earlier for earlier, later in pairwise(times)):
+        raise ConfigurationError(f"table.profile: times {times} do not increase", "sort them")
+    turn_round = 2.0 * abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2
+    if 0.0 < table.reversal_interval_s <= turn_round and not table.profile:
+        raise ConfigurationError(
+            f"table.reversal_interval_s {table.reversal_interval_s:g} leaves no time to "
+            f"turn round in {turn_round:g} s",
+            "raise it or table.acceleration_deg_per_s2",
+        )
+    ripple = sum(fraction for _, fraction in table.ripple)
+    if ripple >= 1.0:
+        raise ConfigurationError(
+            f"table.ripple: fractions add up to {ripple:g}",
+            "keep them below 1 so that the table keeps its direction",
+        )
+
+
+def _check_modes(config: RigConfig) -> None:
+    if config.gyro.mode == "still" and config.turning:
+        raise ConfigurationError(
+            "gyro.mode is 'still' on a turning table",
+            "set table.rate_deg_per_s = 0, or mode rate-biased or dithered",
+        )
+    slowest, fastest = _sensed_rates(config)
+    if config.gyro.mode == "rate-biased":
+        _check_clear_of_lock_in(config.gyro, slowest)
+    dither = dither_of(config.gyro)
+    if dither is not None:
+        for laser, rate in zip(ring_lasers_of(config.gyro), fastest, strict=True):
+            try:
+                angle_random_walk(laser, 1.1 * rate, dither)
+            except ValueError as error:
+                problem, _, remedy = str(error).partition("; ")
+                raise ConfigurationError(f"gyro.mode 'dithered': {problem}", remedy) from None
+
+
+def _check_clear_of_lock_in(gyro: GyroConfig, slowest: FloatArray) -> None:
+    for g, name in enumerate(GYRO_NAMES):
+        needed = _CLEAR_OF_LOCK_IN * gyro.lock_in_deg_per_h[g] * DEGREE_PER_HOUR
+        if slowest[g] < needed:
+            raise ConfigurationError(
+                f"gyro.mode is 'rate-biased' but gyro {name} comes down to "
+                f"{slowest[g] / DEGREE:.3g} deg/s",
+                f"the table must turn one way and give it {needed / DEGREE:.3g} deg/s, "
+                f"{_CLEAR_OF_LOCK_IN:g} times its lock-in",
+            )
 
 
 def _sensed_rates(config: RigConfig) -> tuple[FloatArray, FloatArray]:
     """Least and greatest rate each gyro is commanded to sense, without sign, rad/s, (3,)."""
     shares = np.abs(shares_from_deviations(config.platform.share_deviation))
-    rate = table_command(config).rate
+    rate = table_command(config.table, config.duration_s).rate
     reverses = bool(np.any(rate > 0.0) and np.any(rate < 0.0))
     slowest = 0.0 if reverses else float(np.abs(rate).min())
     return slowest * shares, float(np.abs(rate).max()) * shares
 
 
-def _check_ring_laser(config: RigConfig) -> None:
-    gyro = config.gyro
-    if gyro.mode == "still" and config.turning:
-        raise ValueError(
-            "gyro.mode is 'still' on a turning table; set table.rate_deg_per_s = 0, or mode "
-            "rate-biased or dithered"
-        )
-    slowest, fastest = _sensed_rates(config)
-    if gyro.mode == "rate-biased":
-        for g, name in enumerate(GYRO_NAMES):
-            needed = _CLEAR_OF_LOCK_IN * gyro.lock_in_deg_per_h[g] * DEGREE_PER_HOUR
-            if slowest[g] < needed:
-                raise ValueError(
-                    f"gyro.mode is 'rate-biased' but gyro {name} comes down to "
-                    f"{slowest[g] / DEGREE:.3g} deg/s; the table must turn one way and give it "
-                    f"{needed / DEGREE:.3g} deg/s, {_CLEAR_OF_LOCK_IN:g} times its lock-in"
-                )
-    lasers, dither = ring_lasers_of(config)
-    if dither is not None:
-        for laser, rate in zip(lasers, fastest, strict=True):
-            try:
-                angle_random_walk(laser, 1.1 * rate, dither)
-            except ValueError as error:
-                raise ValueError(f"gyro.mode 'dithered': {error}") from None
+# ---- presets -------------------------------------------------------------------------
 
 
 def preset(name: str) -> RigConfig:
@@ -206,11 +232,18 @@ def preset(name: str) -> RigConfig:
 
     Raises
     ------
-    ValueError
+    ConfigurationError
         If there is none of that name.
+
+    Examples
+    --------
+    >>> preset("paper")
+    RigConfig(7200 s at 500 Hz, table at 40 deg/s, gyros ideal, seed 1)
     """
     if name not in PRESETS:
-        raise ValueError(f"preset {name!r} does not exist; use one of {', '.join(PRESETS)}")
+        raise ConfigurationError(
+            f"preset {name!r} does not exist", f"use one of {', '.join(PRESETS)}"
+        )
     return PRESETS[name]
 
 

@@ -1,93 +1,276 @@
-"""The gyros of the rig: what they sense and what they add."""
-
-from __future__ import annotations
+"""The gyros of the rig: what they sense, what lock-in takes, what they add, how they read."""
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Final, Self
 
 import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.rig import _kernels
-from sagnac.rig.ring_laser import Dither, RingLaser
-from sagnac.rig.sections import GYRO_NAMES
+from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
+from sagnac.rig.sections import GYRO_NAMES, GyroConfig
+from sagnac.rig.table import Motion
 from sagnac.units import (
     ARCSECOND,
     DEGREE,
     DEGREE_PER_HOUR,
+    DEGREE_PER_HOUR_PER_HOUR,
     DEGREE_PER_HOUR_PER_ROOT_HOUR,
     DEGREE_PER_ROOT_HOUR,
 )
 
-if TYPE_CHECKING:
-    from sagnac.rig.config import RigConfig
-
-_MARKOV_RATIO = 3.0  # between neighbouring correlation times
-_LONGEST_CORRELATION = 10.0  # of the duration
+_MARKOV_RATIO: Final = 3.0  # between neighbouring correlation times
+_LONGEST_CORRELATION: Final = 10.0  # of the duration
+_MARKOV_STEP: Final = 0.02  # s, grid of bias instability and rate random walk
 
 
-def ring_lasers_of(config: RigConfig) -> tuple[tuple[RingLaser, ...], Dither | None]:
-    """The three lasers (none in mode ``ideal``) and their dither."""
-    gyro = config.gyro
-    if gyro.mode == "ideal":
-        return (), None
-    lasers = tuple(
+# ---- lock-in -------------------------------------------------------------------------
+
+
+def ring_lasers_of(config: GyroConfig) -> tuple[RingLaser, ...]:
+    """The three lasers, or none in mode ``ideal``."""
+    if config.mode == "ideal":
+        return ()
+    return tuple(
         RingLaser(
-            lock_in=gyro.lock_in_deg_per_h[g] * DEGREE_PER_HOUR,
-            fringe=gyro.fringe_arcsec * ARCSECOND,
-            quantum_noise=gyro.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR,
-            backscatter_diffusion=gyro.backscatter_diffusion_rad2_per_s,
+            lock_in=config.lock_in_deg_per_h[g] * DEGREE_PER_HOUR,
+            fringe=config.fringe_arcsec * ARCSECOND,
+            quantum_noise=config.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR,
+            backscatter_diffusion=config.backscatter_diffusion_rad2_per_s,
         )
         for g in range(len(GYRO_NAMES))
     )
-    if gyro.mode != "dithered":
-        return lasers, None
-    return lasers, Dither(
-        frequency=gyro.dither_frequency_hz,
-        rate=gyro.dither_rate_deg_per_s * DEGREE,
-        amplitude_noise=gyro.dither_amplitude_noise,
+
+
+def dither_of(config: GyroConfig) -> Dither | None:
+    """The dither of the lasers, or None in the other modes."""
+    if config.mode != "dithered":
+        return None
+    return Dither(
+        frequency=config.dither_frequency_hz,
+        rate=config.dither_rate_deg_per_s * DEGREE,
+        amplitude_noise=config.dither_amplitude_noise,
     )
+
+
+@dataclass(slots=True, kw_only=True)
+class LockIn:
+    """What lock-in makes of the rate that one ring laser senses.
+
+    Attributes
+    ----------
+    laser, dither
+        By whose model.
+    interval
+        Between samples, s.
+    before
+        True angle at the last sample, rad.
+    """
+
+    laser: RingLaser
+    dither: Dither | None
+    interval: float
+    before: float = 0.0
+
+    def advance(self, true: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Rate shown less rate sensed, rad/s, and angle random walk, rad/sqrt(s), each (n,).
+
+        `true` (n,) is the true angle at the next samples, rad.
+        """
+        sensed = np.diff(true, prepend=self.before) / self.interval
+        self.before = float(true[-1])
+        lost = mean_rate(self.laser, sensed, self.dither) - sensed
+        return lost, angle_random_walk(self.laser, sensed, self.dither)
+
+
+# ---- slow errors ---------------------------------------------------------------------
+
+
+@dataclass(slots=True, kw_only=True)
+class SlowDrift:
+    """Bias instability and rate random walk of one gyro, on a coarse grid.
+
+    Bias instability is flicker rate noise, made as a sum of Markov processes. Processes of
+    variance s^2 at correlation times a ratio r apart have the two-sided density
+    s^2 / (2 f ln r); bias instability has B^2 / (2 pi f).
+
+    Attributes
+    ----------
+    hold
+        Samples that one value holds for.
+    decay, spread
+        (processes,) correlation from one value to the next, and rms of the noise added.
+    step
+        Rms of one step of the walk, rad/s.
+    levels, walked
+        State of the processes, (processes,), and of the walk, rad/s.
+    held
+        The last value, rad/s.
+    random
+        Its stream.
+    """
+
+    hold: int
+    decay: FloatArray
+    spread: FloatArray
+    step: float
+    levels: FloatArray
+    random: np.random.Generator
+    walked: float = 0.0
+    held: float = 0.0
+
+    @classmethod
+    def stationary(
+        cls,
+        config: GyroConfig,
+        gyro: int,
+        *,
+        sample_rate: float,
+        duration: float,
+        random: np.random.Generator,
+    ) -> Self:
+        """The processes of one gyro in their stationary state, for a recording of `duration`."""
+        hold = max(1, round(_MARKOV_STEP * sample_rate))
+        step = hold * (1.0 / sample_rate)
+        instability = config.bias_instability_deg_per_h[gyro] * DEGREE_PER_HOUR
+        walk = config.rate_random_walk_deg_per_h_per_sqrt_h[gyro] * DEGREE_PER_HOUR_PER_ROOT_HOUR
+        count = 0
+        if instability > 0.0:
+            longest = max(_LONGEST_CORRELATION * duration, 10.0 * step)
+            count = 1 + math.ceil(math.log(longest / step) / math.log(_MARKOV_RATIO))
+        correlation = step * _MARKOV_RATIO ** np.arange(count)
+        deviation = instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
+        decay = np.exp(-step / correlation)
+        return cls(
+            hold=hold,
+            decay=decay,
+            spread=deviation * np.sqrt(1.0 - decay**2),
+            step=walk * math.sqrt(step),
+            levels=deviation * random.standard_normal(count),
+            random=random,
+        )
+
+    def advance(self, first: int, count: int) -> FloatArray:
+        """(count,) rates of the next samples, the first of which has number `first`, rad/s."""
+        begun = -(-first // self.hold)
+        ended = -(-(first + count) // self.hold)
+        values = np.zeros(ended - begun)
+        normals = self.random.standard_normal((values.size, self.decay.size + 1))
+        self.walked = _kernels.slow_drift(
+            normals, self.decay, self.spread, self.step, self.levels, self.walked, values
+        )
+        # The last value of a block holds on into the next.
+        held = np.concatenate([[self.held], values])
+        self.held = float(held[-1])
+        return np.asarray(held[(first + np.arange(count)) // self.hold - begun + 1])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Drift:
-    """Slow rate of one gyro on a coarse grid: its processes and their state."""
+class Trend:
+    """Bias, ramp and warming up of one gyro.
 
-    decay: FloatArray
-    spread: FloatArray
-    walk: float
-    state: FloatArray
-    random: np.random.Generator
-
-    def advance(self, points: int) -> FloatArray:
-        out = np.zeros(points)
-        normals = self.random.standard_normal((points, self.decay.size + 1))
-        _kernels.rig_markov(normals, self.decay, self.spread, self.walk, self.state, out)
-        return out
-
-
-def gyro_drift(config: RigConfig, gyro: int, step: float, random: np.random.Generator) -> _Drift:
-    """Flicker rate noise as a sum of Markov processes, rate random walk beside it.
-
-    Processes of variance s^2 at correlation times a ratio r apart have the two-sided
-    density s^2 / (2 f ln r); bias instability has B^2 / (2 pi f).
+    Attributes
+    ----------
+    bias
+        rad/s.
+    ramp
+        rad/s^2.
+    per_kelvin
+        Bias per kelvin of warming up, rad/s.
+    warm_up, warm_up_time
+        Temperature rise after a long time, K, and its time constant, s.
     """
-    instability = config.gyro.bias_instability_deg_per_h[gyro] * DEGREE_PER_HOUR
-    walk = config.gyro.rate_random_walk_deg_per_h_per_sqrt_h[gyro] * DEGREE_PER_HOUR_PER_ROOT_HOUR
-    count = 0
-    if instability > 0.0:
-        longest = max(_LONGEST_CORRELATION * config.duration_s, 10.0 * step)
-        count = 1 + math.ceil(math.log(longest / step) / math.log(_MARKOV_RATIO))
-    correlation = step * _MARKOV_RATIO ** np.arange(count)
-    deviation = instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
-    decay = np.exp(-step / correlation)
-    state = np.zeros(count + 1)
-    state[:count] = deviation * random.standard_normal(count)
-    return _Drift(
-        decay=decay,
-        spread=deviation * np.sqrt(1.0 - decay**2),
-        walk=walk * math.sqrt(step),
-        state=state,
-        random=random,
-    )
+
+    bias: float
+    ramp: float
+    per_kelvin: float
+    warm_up: float
+    warm_up_time: float
+
+    @classmethod
+    def of(cls, config: GyroConfig, gyro: int) -> Self:
+        """Of one gyro."""
+        return cls(
+            bias=config.bias_deg_per_h[gyro] * DEGREE_PER_HOUR,
+            ramp=config.rate_ramp_deg_per_h_per_h[gyro] * DEGREE_PER_HOUR_PER_HOUR,
+            per_kelvin=config.temperature_coefficient_deg_per_h_per_k[gyro] * DEGREE_PER_HOUR,
+            warm_up=config.warm_up_k,
+            warm_up_time=config.warm_up_time_s,
+        )
+
+    def add_to(self, drift: FloatArray, seconds: FloatArray) -> None:
+        """Add the rate at `seconds` from the first sample, (n,), to `drift`, rad/s."""
+        warmed = self.warm_up * -np.expm1(-np.maximum(seconds, 0.0) / self.warm_up_time)
+        drift += self.bias
+        drift += self.ramp * seconds
+        drift += self.per_kelvin * warmed
+
+
+# ---- the whole gyro ------------------------------------------------------------------
+
+
+@dataclass(slots=True, kw_only=True)
+class Gyro:
+    """One gyro of the triad.
+
+    Attributes
+    ----------
+    direction
+        (3,) its input axis in b, a row of C_b^s.
+    origin
+        Table angle one sample before the first, rad.
+    interval
+        Between samples, s.
+    random_walk
+        N, rad/sqrt(s); with lock-in the quantum limit, which the laser's model counts in.
+    quantum
+        Readout step, rad, 0 for none.
+    slow, trend
+        Slow errors.
+    lock_in
+        Of a ring laser, or None.
+    random
+        Stream of the angle random walk.
+    walked
+        Error of the angle so far, rad.
+    """
+
+    direction: FloatArray
+    origin: float
+    interval: float
+    random_walk: float
+    quantum: float
+    slow: SlowDrift
+    trend: Trend
+    lock_in: LockIn | None
+    random: np.random.Generator
+    walked: float = 0.0
+
+    def advance(self, first: int, motion: Motion, angles: FloatArray) -> None:
+        """Read the gyro at the next samples, the first of which has number `first`.
+
+        Parameters
+        ----------
+        first
+            Number of the first sample.
+        motion
+            Of the table over these samples.
+        angles
+            (n,) disturbances of the angle, rad; holds the measured angle afterwards.
+        """
+        count = motion.angle.size
+        own = self.direction[2] * (motion.angle - self.origin)
+        true = self.direction @ motion.turned + own
+        drift = self.slow.advance(first, count)
+        # A sample's drift is that of the middle of the interval before it.
+        seconds: FloatArray = (first + np.arange(count, dtype=np.float64) - 0.5) * self.interval
+        self.trend.add_to(drift, seconds)
+        strength: FloatArray | float = self.random_walk
+        if self.lock_in is not None:
+            lost, strength = self.lock_in.advance(true)
+            drift += lost
+        noise = strength * math.sqrt(self.interval) * self.random.standard_normal(count)
+        self.walked = _kernels.readout(
+            true, noise, drift, self.interval, self.quantum, self.walked, angles
+        )

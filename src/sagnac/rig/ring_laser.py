@@ -32,6 +32,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.rig import _kernels
 
@@ -54,6 +55,11 @@ class RingLaser:
         Angle random walk of spontaneous emission, rad/sqrt(s).
     backscatter_diffusion
         D of the backscatter phase, rad^2/s; its variance grows by 2 D t.
+
+    Raises
+    ------
+    ValueError
+        If the fringe is not positive or another value is negative.
     """
 
     lock_in: float
@@ -62,13 +68,6 @@ class RingLaser:
     backscatter_diffusion: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no laser.
-
-        Raises
-        ------
-        ValueError
-            If the fringe is not positive or another value is negative.
-        """
         if not (math.isfinite(self.fringe) and self.fringe > 0.0):
             raise ValueError(f"fringe is {self.fringe!r}; it must be a positive angle, rad")
         for name in ("lock_in", "quantum_noise", "backscatter_diffusion"):
@@ -94,6 +93,11 @@ class Dither:
         Peak rate, rad/s.
     amplitude_noise
         Standard deviation of the peak rate, as a part of it.
+
+    Raises
+    ------
+    ValueError
+        If frequency or rate are not positive, or the noise is not from 0 to 0.5.
     """
 
     frequency: float
@@ -101,13 +105,6 @@ class Dither:
     amplitude_noise: float
 
     def __post_init__(self) -> None:
-        """Refuse what is no dither.
-
-        Raises
-        ------
-        ValueError
-            If frequency or rate are not positive, or the noise is not from 0 to 0.5.
-        """
         for name in ("frequency", "rate"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -197,9 +194,9 @@ def integrate(
 ) -> FloatArray:
     """Integrate the lock-in equation from zero phase.
 
-    Fourth-order Runge-Kutta for the lock-in term along the known input angle; quantum noise
-    and backscatter phase take a random step after each. Still: no dither and `rate` near
-    zero. Rate biased: no dither and a high `rate`.
+    The lock-in term takes fourth-order Runge-Kutta steps along the known input angle; quantum
+    noise and backscatter phase take a random step after each. A still laser has no dither and a
+    `rate` near zero, a rate-biased one no dither and a high `rate`.
 
     Parameters
     ----------
@@ -233,52 +230,59 @@ def integrate(
             f"samples {samples}, interval {interval:g} and phase_step {phase_step:g} must be "
             "positive"
         )
+    equation = _equation(laser, rate, interval, dither, phase_step)
+    stretches, steps = equation.stretches, equation.steps
+    quantum, backscatter, amplitude = (
+        np.random.default_rng(sequence) for sequence in np.random.SeedSequence(seed).spawn(3)
+    )
+    noisy = equation.quantum_kick > 0.0 or equation.backscatter_kick > 0.0
+    state = _kernels.BeatState(0.0, 0.0, 0.0)
+    excess = np.empty(samples)
+    for part in series.spans(samples, max(1, _CHUNK_STEPS // (stretches * steps))):
+        halves = (part.stop - part.start) * stretches
+        normals = np.empty((halves * steps if noisy else 0, 2))
+        normals[:, 0] = quantum.standard_normal(len(normals))
+        normals[:, 1] = backscatter.standard_normal(len(normals))
+        peaks = _dither_peaks(laser, dither, halves, amplitude)
+        state = _kernels.lock_in_steps(equation, peaks, normals, state, excess[part])
+    return excess / laser.phase_per_angle
+
+
+def _equation(
+    laser: RingLaser, rate: float, interval: float, dither: Dither | None, phase_step: float
+) -> _kernels.LockInSteps:
+    """The equation in steps that advance the phase by no more than `phase_step`."""
     scale = laser.phase_per_angle
     peak = abs(rate)
-    halves = 1
+    stretches = 1
     if dither is not None:
         cycles = interval * dither.frequency
         if round(cycles) < 1 or abs(cycles - round(cycles)) > 1e-9 * cycles:
             raise ValueError(
                 f"interval {interval:g} s is {cycles:g} dither cycles; give a whole number"
             )
-        halves = 2 * round(cycles)
+        stretches = 2 * round(cycles)
         peak += dither.rate * (1.0 + 4.0 * dither.amplitude_noise)
-    steps = max(1, math.ceil(interval / halves * scale * (peak + laser.lock_in) / phase_step))
-    step = interval / (halves * steps)
-
-    streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
-    noisy = laser.quantum_noise > 0.0 or laser.backscatter_diffusion > 0.0
-    strength = np.array(
-        [
-            laser.quantum_noise * scale * math.sqrt(step),
-            math.sqrt(2.0 * laser.backscatter_diffusion * step),
-        ]
+    steps = max(1, math.ceil(interval / stretches * scale * (peak + laser.lock_in) / phase_step))
+    step = interval / (stretches * steps)
+    return _kernels.LockInSteps(
+        lock_in=laser.lock_in * scale,
+        rate=rate * scale,
+        step=step,
+        steps=steps,
+        stretches=stretches,
+        quantum_kick=laser.quantum_noise * scale * math.sqrt(step),
+        backscatter_kick=math.sqrt(2.0 * laser.backscatter_diffusion * step),
     )
-    state = np.zeros(3)
-    excess = np.empty(samples)
-    per_chunk = max(1, _CHUNK_STEPS // (halves * steps))
-    for first in range(0, samples, per_chunk):
-        count = min(per_chunk, samples - first)
-        peaks = np.zeros(count * halves)
-        if dither is not None:
-            drawn = 1.0 + dither.amplitude_noise * streams[2].standard_normal(peaks.size)
-            peaks = dither.rate * scale * drawn
-            peaks[1::2] *= -1.0
-        shape = (count * halves * steps if noisy else 0, 2)
-        normals = np.empty(shape)
-        normals[:, 0] = streams[0].standard_normal(shape[0])
-        normals[:, 1] = streams[1].standard_normal(shape[0])
-        _kernels.lock_in_steps(
-            laser.lock_in * scale,
-            rate * scale,
-            peaks,
-            steps,
-            halves,
-            step,
-            strength,
-            normals,
-            state,
-            excess[first : first + count],
-        )
-    return excess / scale
+
+
+def _dither_peaks(
+    laser: RingLaser, dither: Dither | None, halves: int, random: np.random.Generator
+) -> FloatArray:
+    """Peak rate of each half cycle of dither, rad/s of beat phase, or zeros without dither."""
+    if dither is None:
+        return np.zeros(halves)
+    drawn = 1.0 + dither.amplitude_noise * random.standard_normal(halves)
+    peaks = dither.rate * laser.phase_per_angle * drawn
+    peaks[1::2] *= -1.0
+    return np.asarray(peaks)

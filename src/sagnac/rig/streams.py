@@ -1,27 +1,19 @@
-"""Random streams of the rig, one for each thing that draws, and the disturbances drawn."""
+"""Random streams of the rig: one for each thing that draws."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.arrays import FloatArray
-from sagnac.rig.config import RigConfig
-from sagnac.rig.sections import GYRO_NAMES, Pairs
-from sagnac.units import ARCSECOND
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DrawnLines:
-    """One scale's periodic disturbances: (lines,) positions, (3, lines) phasors in rad."""
-
-    position: FloatArray
-    phasor: NDArray[np.complex128]
+_STREAMS = 11
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RandomStreams:
-    """Independent random streams, one for each thing that draws."""
+    """Independent random streams of one seed, one for each thing that draws.
+
+    `white` and `slow` hold one for each gyro. The others belong to the table's jitter and
+    wander, the null passages, the phases of table and encoder, and the disturbances.
+    """
 
     jitter: np.random.Generator
     wander: np.random.Generator
@@ -33,8 +25,9 @@ class RandomStreams:
 
 
 def random_streams(seed: int) -> RandomStreams:
-    """The streams of one seed."""
-    generators = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(11)]
+    """The streams of one seed; what one of them gives does not depend on the others."""
+    spawned = np.random.SeedSequence(seed).spawn(_STREAMS)
+    generators = [np.random.default_rng(sequence) for sequence in spawned]
     return RandomStreams(
         jitter=generators[0],
         wander=generators[1],
@@ -44,19 +37,3 @@ def random_streams(seed: int) -> RandomStreams:
         white=tuple(generators[5:8]),
         slow=tuple(generators[8:11]),
     )
-
-
-def _draw_lines(pairs: Pairs, random: np.random.Generator) -> DrawnLines:
-    position = np.array([position for position, _ in pairs])
-    amplitude = np.array([amplitude for _, amplitude in pairs]) * ARCSECOND
-    shape = (len(GYRO_NAMES), len(pairs))
-    amplitudes = amplitude * random.uniform(0.5, 1.0, shape)
-    phases = random.uniform(-np.pi, np.pi, shape)
-    order = np.argsort(position, kind="stable")
-    return DrawnLines(position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order])
-
-
-def disturbance_of(config: RigConfig, random: np.random.Generator) -> tuple[DrawnLines, DrawnLines]:
-    """Disturbances in table angle and in time, drawn once a recording."""
-    angle = _draw_lines(config.disturbances.angle, random)
-    return angle, _draw_lines(config.disturbances.time, random)

@@ -1,33 +1,65 @@
-"""The table of the rig: the rate commanded and the rate that it makes of it."""
+"""The table of the rig: the motion commanded, what servo and bearing make of it, what it turns.
 
-from __future__ import annotations
+The table stands one sample before the first when it is made, and `Table.advance` takes it on.
+"""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Protocol, Self
 
 import numpy as np
 import scipy.linalg
 
 from sagnac.arrays import FloatArray
-from sagnac.units import DEGREE
+from sagnac.rig import _kernels
+from sagnac.rig.sections import Pairs, TableConfig
+from sagnac.rig.streams import RandomStreams
+from sagnac.units import ARCSECOND, DEGREE
 
-if TYPE_CHECKING:
-    from sagnac.rig.config import RigConfig
+# Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
+# turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
+_LARGEST_TURN_PER_STEP = 0.02  # rad
+_LARGEST_JITTER_STEP = 0.5  # step times natural frequency of the servo
+
+
+# ---- what is commanded ---------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Command:
-    """Commanded table motion: rate at knots, straight between, constant outside."""
+class TableCommand:
+    """Commanded table motion: rate at knots, straight between, constant outside.
+
+    Attributes
+    ----------
+    time, rate, angle
+        (knots,) s, rad/s and rad.
+    """
 
     time: FloatArray
     rate: FloatArray
     angle: FloatArray
 
+    def __post_init__(self) -> None:
+        if not self.time.shape == self.rate.shape == self.angle.shape:
+            raise ValueError(
+                f"time, rate and angle have shapes {self.time.shape}, {self.rate.shape} and "
+                f"{self.angle.shape}; give one shape"
+            )
+        for array in (self.time, self.rate, self.angle):
+            array.flags.writeable = False
+
+    @property
+    def fastest(self) -> float:
+        """Largest rate, without sign, rad/s."""
+        return float(np.abs(self.rate).max())
+
     def rate_at(self, time: FloatArray) -> FloatArray:
+        """Commanded rate, rad/s."""
         return np.interp(time, self.time, self.rate)
 
     def angle_at(self, time: FloatArray) -> FloatArray:
+        """Commanded angle, rad."""
         index = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, self.time.size - 1)
         since = time - self.time[index]
         rate = self.rate_at(time)
@@ -35,39 +67,312 @@ class _Command:
         return np.asarray(self.angle[index] + 0.5 * (self.rate[index] + rate) * since)
 
 
-def table_command(config: RigConfig) -> _Command:
-    """The motion that the configuration commands."""
-    table = config.table
-    if table.profile:
-        knots = list(table.profile)
-    else:
-        knots = [(0.0, table.rate_deg_per_s)]
-        interval = table.reversal_interval_s
-        if interval > 0.0 and table.rate_deg_per_s != 0.0:
-            half_ramp = abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2
-            sign = 1.0
-            turn_round = interval
-            while turn_round < config.duration_s:
-                knots.append((turn_round - half_ramp, sign * table.rate_deg_per_s))
-                sign = -sign
-                knots.append((turn_round + half_ramp, sign * table.rate_deg_per_s))
-                turn_round += interval
-    time = np.array([time for time, _ in knots])
+def table_command(config: TableConfig, duration: float) -> TableCommand:
+    """The motion that the configuration commands in `duration` seconds."""
+    knots = config.profile or _reversals(config, duration)
+    time = np.array([time for time, _ in knots], dtype=np.float64)
     rate = np.array([rate for _, rate in knots]) * DEGREE
     pieces = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
     angle = np.concatenate([[0.0], np.cumsum(pieces)])
-    command = _Command(time=time, rate=rate, angle=angle)
-    start = table.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
+    command = TableCommand(time=time, rate=rate, angle=angle)
+    start = config.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
     return replace(command, angle=angle + start)
 
 
-def jitter_step(config: RigConfig, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Exact transition, noise factor and starting spread of the servo's oscillator."""
-    natural = 2.0 * math.pi * config.table.jitter_bandwidth_hz
-    rms = config.table.jitter_rms_deg_per_s * DEGREE
-    damping = config.table.jitter_damping
-    stationary = np.diag([(rms / natural) ** 2, rms**2])
-    slope = np.array([[0.0, 1.0], [-natural * natural, -2.0 * damping * natural]])
-    transition = np.asarray(scipy.linalg.expm(slope * step))
-    added = stationary - transition @ stationary @ transition.T
-    return transition, np.linalg.cholesky(added), np.sqrt(np.diag(stationary))
+def _reversals(config: TableConfig, duration: float) -> Pairs:
+    knots = [(0.0, config.rate_deg_per_s)]
+    interval = config.reversal_interval_s
+    if interval > 0.0 and config.rate_deg_per_s != 0.0:
+        half_ramp = abs(config.rate_deg_per_s) / config.acceleration_deg_per_s2
+        sign = 1.0
+        turn_round = interval
+        while turn_round < duration:
+            knots.append((turn_round - half_ramp, sign * config.rate_deg_per_s))
+            sign = -sign
+            knots.append((turn_round + half_ramp, sign * config.rate_deg_per_s))
+            turn_round += interval
+    return tuple(knots)
+
+
+# ---- what the servo adds -------------------------------------------------------------
+
+
+class Mover(Protocol):
+    """Something that moves the table's drive beside the command."""
+
+    def begin(self, drive: float, rate: float) -> tuple[float, float]:
+        """Drive and rate one sample before the first, with this mover's part added."""
+
+    def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
+        """Add this mover's part to drive and rate at the next nodes.
+
+        `commanded`, `drive` and `rate` are (nodes,), in rad/s, rad and rad/s.
+        """
+
+
+@dataclass(slots=True, kw_only=True)
+class PositionJitter:
+    """Jitter of a servo that holds the angle: an oscillator driven by white noise.
+
+    Attributes
+    ----------
+    transition, spread
+        (2, 2) exact step of angle and rate, and the factor of the noise added to it.
+    state
+        Of the last node.
+    random
+        Its stream.
+    """
+
+    transition: FloatArray
+    spread: FloatArray
+    state: _kernels.OscillatorState
+    random: np.random.Generator
+
+    @classmethod
+    def stationary(cls, config: TableConfig, step: float, random: np.random.Generator) -> Self:
+        """The oscillator in its stationary state, to be stepped by `step` seconds."""
+        natural = 2.0 * math.pi * config.jitter_bandwidth_hz
+        rms = config.jitter_rms_deg_per_s * DEGREE
+        stationary = np.diag([(rms / natural) ** 2, rms**2])
+        slope = np.array([[0.0, 1.0], [-natural * natural, -2.0 * config.jitter_damping * natural]])
+        transition = np.asarray(scipy.linalg.expm(slope * step))
+        added = stationary - transition @ stationary @ transition.T
+        angle, rate = np.sqrt(np.diag(stationary)) * random.standard_normal(2)
+        return cls(
+            transition=transition,
+            spread=np.linalg.cholesky(added),
+            state=_kernels.OscillatorState(float(angle), float(rate)),
+            random=random,
+        )
+
+    def begin(self, drive: float, rate: float) -> tuple[float, float]:
+        """See `Mover`."""
+        return drive + self.state.angle, rate + self.state.rate
+
+    def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
+        """See `Mover`."""
+        normals = self.random.standard_normal((commanded.size, 2))
+        self.state = _kernels.oscillator(
+            normals, self.transition, self.spread, self.state, drive, rate
+        )
+
+
+@dataclass(slots=True, kw_only=True)
+class RateNoise:
+    """First-order Markov noise of the rate, whose angle walks: rate jitter, or slow wander.
+
+    Attributes
+    ----------
+    rms
+        Commanded rate -> rms of the noise, rad/s.
+    decay
+        Correlation from one node to the next.
+    step
+        Between nodes, s.
+    state
+        Of the last node.
+    random
+        Its stream.
+    """
+
+    rms: Callable[[FloatArray], FloatArray]
+    decay: float
+    step: float
+    state: _kernels.RateNoiseState
+    random: np.random.Generator
+
+    @classmethod
+    def jitter(cls, config: TableConfig, step: float, random: np.random.Generator) -> Self:
+        """Jitter of a servo that holds the rate, of one size whatever the rate."""
+        rms = config.jitter_rms_deg_per_s * DEGREE
+        natural = 2.0 * math.pi * config.jitter_bandwidth_hz
+        return cls._stationary(
+            lambda commanded: np.full(commanded.size, rms), math.exp(-natural * step), step, random
+        )
+
+    @classmethod
+    def wander(cls, config: TableConfig, step: float, random: np.random.Generator) -> Self:
+        """Slow wander of the rate, in proportion to it."""
+        return cls._stationary(
+            lambda commanded: config.wander_fraction * commanded,
+            math.exp(-step / config.wander_time_s),
+            step,
+            random,
+        )
+
+    @classmethod
+    def _stationary(
+        cls,
+        rms: Callable[[FloatArray], FloatArray],
+        decay: float,
+        step: float,
+        random: np.random.Generator,
+    ) -> Self:
+        state = _kernels.RateNoiseState(float(random.standard_normal()), 0.0, 0.0)
+        return cls(rms=rms, decay=decay, step=step, state=state, random=random)
+
+    def begin(self, drive: float, rate: float) -> tuple[float, float]:
+        """See `Mover`."""
+        own = float(self.rms(np.array([rate]))[0]) * self.state.level
+        self.state = self.state._replace(rate=own)
+        return drive, rate + own
+
+    def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
+        """See `Mover`."""
+        self.state = _kernels.rate_noise(
+            self.random.standard_normal(commanded.size),
+            self.decay,
+            math.sqrt(1.0 - self.decay**2),
+            self.rms(commanded),
+            self.step,
+            self.state,
+            drive,
+            rate,
+        )
+
+
+def _movers(config: TableConfig, step: float, streams: RandomStreams) -> tuple[Mover, ...]:
+    movers: list[Mover] = []
+    if config.turning and config.jitter_rms_deg_per_s > 0.0:
+        held = (
+            PositionJitter.stationary if config.jitter_spectrum == "position" else RateNoise.jitter
+        )
+        movers.append(held(config, step, streams.jitter))
+    if config.turning and config.wander_fraction > 0.0:
+        movers.append(RateNoise.wander(config, step, streams.wander))
+    return tuple(movers)
+
+
+# ---- what the bearing makes of it ----------------------------------------------------
+
+
+def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float = 1.0) -> _kernels.Orders:
+    """Terms at ascending orders, their sizes times `unit`, at phases that are drawn."""
+    ordered = sorted(pairs)
+    order = np.array([order for order, _ in ordered], dtype=np.float64)
+    size = np.array([size for _, size in ordered], dtype=np.float64) * unit
+    return _kernels.Orders(order, size, random.uniform(-np.pi, np.pi, order.size))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """True motion of the table over consecutive samples.
+
+    Attributes
+    ----------
+    angle
+        (n,) table angle, rad.
+    turned
+        (3, n) angle turned along b since one sample before the first, without the table's own:
+        the Earth's, and on the level axes the wobble's, rad.
+    """
+
+    angle: FloatArray
+    turned: FloatArray
+
+
+@dataclass(slots=True, kw_only=True)
+class Table:
+    """The table on its way, and the rate along b integrated on it (Eq. 4 without the shares).
+
+    Attributes
+    ----------
+    command
+        What is commanded.
+    movers
+        What the servo adds, in the order in which it is added.
+    ripple, wobble
+        Of the bearing.
+    earth
+        (3,) Earth rate in b0, rad/s.
+    interval, substeps
+        Between samples, s; nodes in it.
+    state
+        Of the last node.
+    origin
+        Table angle one sample before the first, rad.
+    """
+
+    command: TableCommand
+    movers: tuple[Mover, ...]
+    ripple: _kernels.Orders
+    wobble: _kernels.Orders
+    earth: FloatArray
+    interval: float
+    substeps: int
+    state: _kernels.MotionState
+    origin: float
+
+    @classmethod
+    def before_first(
+        cls,
+        config: TableConfig,
+        command: TableCommand,
+        earth: FloatArray,
+        interval: float,
+        streams: RandomStreams,
+    ) -> Self:
+        """The table one sample before the first; ripple phases are drawn before wobble's."""
+        substeps = substeps_of(config, command, interval)
+        movers = _movers(config, interval / substeps, streams)
+        ripple = drawn_orders(config.ripple, streams.phases)
+        wobble = drawn_orders(config.wobble, streams.phases, ARCSECOND)
+        start: FloatArray = np.array([-interval])
+        drive, rate = float(command.angle_at(start)[0]), float(command.rate_at(start)[0])
+        for mover in movers:
+            drive, rate = mover.begin(drive, rate)
+        origin = float(_kernels.table_angle(drive, ripple))
+        sensed = _kernels.earth_in_table(origin, earth, wobble)
+        return cls(
+            command=command,
+            movers=movers,
+            ripple=ripple,
+            wobble=wobble,
+            earth=earth,
+            interval=interval,
+            substeps=substeps,
+            state=_kernels.MotionState(drive, rate, sensed, (0.0, 0.0, 0.0)),
+            origin=origin,
+        )
+
+    def advance(self, first: int, count: int) -> Motion:
+        """The motion over the next `count` samples, the first of which has number `first`."""
+        step = self.interval / self.substeps
+        nodes = count * self.substeps
+        begin = first * self.substeps + 1
+        time = np.arange(begin, begin + nodes, dtype=np.float64) * step - self.interval
+        drive = self.command.angle_at(time)
+        commanded = self.command.rate_at(time)
+        rate = commanded.copy()
+        for mover in self.movers:
+            mover.advance(commanded, drive, rate)
+        angle = np.empty(count)
+        turned = np.empty((3, count))
+        self.state = _kernels.motion(
+            drive,
+            rate,
+            step,
+            self.substeps,
+            self.ripple,
+            self.earth,
+            self.wobble,
+            self.state,
+            angle,
+            turned,
+        )
+        return Motion(angle=angle, turned=turned)
+
+
+def fastest_rate(config: TableConfig, command: TableCommand) -> float:
+    """Largest rate with its ripple, rad/s."""
+    return command.fastest * (1.0 + sum(fraction for _, fraction in config.ripple))
+
+
+def substeps_of(config: TableConfig, command: TableCommand, interval: float) -> int:
+    """Nodes in a sample interval, close enough for Simpson's rule and for the servo's jitter."""
+    needed = [1, math.ceil(fastest_rate(config, command) * interval / _LARGEST_TURN_PER_STEP)]
+    if config.turning and config.jitter_rms_deg_per_s > 0.0:
+        natural = 2.0 * math.pi * config.jitter_bandwidth_hz
+        needed.append(math.ceil(natural * interval / _LARGEST_JITTER_STEP))
+    return max(needed)

@@ -3,23 +3,25 @@
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.rig.config import RigConfig
-from sagnac.rig.gyro import ring_lasers_of
+from sagnac.rig.disturbances import Disturbances, DrawnLines
+from sagnac.rig.gyro import dither_of, ring_lasers_of
 from sagnac.rig.ring_laser import angle_random_walk
-from sagnac.rig.sections import GYRO_NAMES, Triple
-from sagnac.rig.streams import disturbance_of, random_streams
-from sagnac.rig.table import table_command
+from sagnac.rig.sections import GYRO_NAMES, PlatformConfig, Triple
+from sagnac.rig.streams import random_streams
+from sagnac.rig.table import TableCommand, table_command
 from sagnac.table.earth import earth_rate
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
 TRUTH_SCHEMA: Final = "sagnac.truth/1"
+Scale = Literal["angle", "time"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +38,13 @@ class NoiseTruth:
     rate_random_walk_deg_per_h_per_sqrt_h: float
     rate_ramp_deg_per_h_per_h: float
 
+    def __post_init__(self) -> None:
+        for term in fields(self):
+            value = getattr(self, term.name)
+            signed = term.name == "rate_ramp_deg_per_h_per_h"
+            if not math.isfinite(value) or (value < 0.0 and not signed):
+                raise ValueError(f"{term.name} is {value!r}; it must be finite and not negative")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineTruth:
@@ -44,15 +53,25 @@ class LineTruth:
     ``amplitude * cos(2 pi f t + phase)`` with t from the first sample, or
     ``amplitude * cos(order alpha + phase)``, for each gyro; the constant of Eqs. 10 and
     11 that makes it zero at the start is left out. `difference_amplitude_arcsec` is what
-    is left in each difference of two.
+    is left in each difference of two. A line in angle has an order, a line in time a frequency.
     """
 
-    scale: Literal["angle", "time"]
+    scale: Scale
     order: float | None
     frequency_hz: float | None
     amplitude_arcsec: Mapping[str, float]
     phase_rad: Mapping[str, float]
     difference_amplitude_arcsec: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        if self.scale not in get_args(Scale):
+            raise ValueError(f"scale is {self.scale!r}; use one of {', '.join(get_args(Scale))}")
+        if (self.order is None) != (self.scale == "time"):
+            raise ValueError(f"order is {self.order!r} at scale {self.scale}; only angle has one")
+        if (self.frequency_hz is None) != (self.scale == "angle"):
+            raise ValueError(
+                f"frequency_hz is {self.frequency_hz!r} at scale {self.scale}; only time has one"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,19 +92,47 @@ class Truth:
     earth_rate_order_one: LineTruth | None
     config: Mapping[str, Any]
 
+    def __post_init__(self) -> None:
+        if tuple(self.gyros) != GYRO_NAMES:
+            raise ValueError(f"gyros are {', '.join(self.gyros)}; give {', '.join(GYRO_NAMES)}")
+        if self.samples < 1:
+            raise ValueError(f"samples is {self.samples}; give at least 1")
+
 
 def truth_of(config: RigConfig) -> Truth:
     """What a recording of this configuration is made from, without making it."""
-    gyro = config.gyro
-    shares = shares_from_deviations(config.platform.share_deviation)
-    earth = earth_rate(config.platform.latitude_deg * DEGREE, config.platform.heading_deg * DEGREE)
-    command = table_command(config)
-    mean_rate_of_table = float(
-        (command.angle_at(np.array([config.duration_s])) - command.angle_at(np.zeros(1)))[0]
-        / config.duration_s
+    platform = config.platform
+    shares = shares_from_deviations(platform.share_deviation)
+    earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
+    command = table_command(config.table, config.duration_s)
+    rate = _mean_rate(command, config.duration_s)
+    gyros = _gyro_truths(config, rate)
+    return Truth(
+        schema=TRUTH_SCHEMA,
+        seed=config.seed,
+        samples=config.samples,
+        sample_rate_hz=config.sample_rate_hz,
+        table_rate_deg_per_s=rate / DEGREE,
+        table_jitter_rms_deg_per_s=config.table.jitter_rms_deg_per_s,
+        shares=dict(zip(GYRO_NAMES, shares.tolist(), strict=True)),
+        earth_rate_b0_deg_per_h=tuple((earth / DEGREE_PER_HOUR).tolist()),
+        gyros=gyros,
+        pairs={f"{a}-{b}": _pair_truth(gyros[a], gyros[b]) for a, b in _PAIRS},
+        lines=_line_truths(config),
+        earth_rate_order_one=_order_one(command, shares, earth),
+        config=asdict(config),
     )
-    noise = _angle_random_walk(config, mean_rate_of_table)
-    gyros = {
+
+
+def _mean_rate(command: TableCommand, duration: float) -> float:
+    ends = command.angle_at(np.array([duration])) - command.angle_at(np.zeros(1))
+    return float(ends[0] / duration)
+
+
+def _gyro_truths(config: RigConfig, table_rate: float) -> dict[str, NoiseTruth]:
+    gyro = config.gyro
+    noise = _angle_random_walk(config, table_rate)
+    return {
         name: NoiseTruth(
             quantization_arcsec=gyro.quantization_step_arcsec[g] / math.sqrt(12.0),
             arw_deg_per_sqrt_h=noise[g],
@@ -95,54 +142,49 @@ def truth_of(config: RigConfig) -> Truth:
         )
         for g, name in enumerate(GYRO_NAMES)
     }
-    angle_lines, time_lines = disturbance_of(config, random_streams(config.seed).disturbances)
-    lines = [
-        _line_truth("angle", float(position), angle_lines.phasor[:, j])
-        for j, position in enumerate(angle_lines.position)
-    ] + [
-        _line_truth("time", float(position), time_lines.phasor[:, j])
-        for j, position in enumerate(time_lines.position)
-    ]
-    order_one = None
-    if command.rate.size == 1 and command.rate[0] != 0.0:
-        # k1 sin(alpha) - k2 cos(alpha) of Eq. 6, over the rate, as one phasor.
-        matrix = table_to_gyro_matrix(*shares)
-        k1 = matrix[:, 0] * earth[0] + matrix[:, 1] * earth[1]
-        k2 = matrix[:, 0] * earth[1] - matrix[:, 1] * earth[0]
-        order_one = _line_truth("angle", 1.0, (-k2 - 1j * k1) / command.rate[0])
-    return Truth(
-        schema=TRUTH_SCHEMA,
-        seed=config.seed,
-        samples=config.samples,
-        sample_rate_hz=config.sample_rate_hz,
-        table_rate_deg_per_s=mean_rate_of_table / DEGREE,
-        table_jitter_rms_deg_per_s=config.table.jitter_rms_deg_per_s,
-        shares=dict(zip(GYRO_NAMES, shares.tolist(), strict=True)),
-        earth_rate_b0_deg_per_h=tuple((earth / DEGREE_PER_HOUR).tolist()),
-        gyros=gyros,
-        pairs={f"{a}-{b}": _pair_truth(gyros[a], gyros[b]) for a, b in _PAIRS},
-        lines=tuple(lines),
-        earth_rate_order_one=order_one,
-        config=asdict(config),
-    )
 
 
 def _angle_random_walk(config: RigConfig, table_rate: float) -> list[float]:
     """N of each gyro at the mean of what it senses, deg/sqrt(h)."""
-    lasers, dither = ring_lasers_of(config)
+    lasers, dither = ring_lasers_of(config.gyro), dither_of(config.gyro)
     if not lasers:
         return list(config.gyro.arw_deg_per_sqrt_h)
-    platform = config.platform
-    matrix = table_to_gyro_matrix(*shares_from_deviations(platform.share_deviation))
-    earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
-    # On a turning table the Earth's horizontal part averages out.
-    still = matrix @ earth
-    turning = matrix[:, 2] * (table_rate + earth[2])
-    sensed = turning if config.turning else still
+    sensed = _sensed_rates(config.platform, table_rate if config.turning else None)
     return [
         float(angle_random_walk(laser, rate, dither)) / DEGREE_PER_ROOT_HOUR
         for laser, rate in zip(lasers, sensed, strict=True)
     ]
+
+
+def _sensed_rates(platform: PlatformConfig, table_rate: float | None) -> FloatArray:
+    """Mean rate that each gyro senses, rad/s, (3,); a `table_rate` of None is a table at rest."""
+    matrix = table_to_gyro_matrix(*shares_from_deviations(platform.share_deviation))
+    earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
+    if table_rate is None:
+        return np.asarray(matrix @ earth)
+    # On a turning table the Earth's horizontal part averages out.
+    return np.asarray(matrix[:, 2] * (table_rate + earth[2]))
+
+
+def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
+    drawn = Disturbances.drawn(config.disturbances, random_streams(config.seed).disturbances)
+    scales: tuple[tuple[Scale, DrawnLines], ...] = (("angle", drawn.angle), ("time", drawn.time))
+    return tuple(
+        _line_truth(scale, float(position), lines.phasor[:, j])
+        for scale, lines in scales
+        for j, position in enumerate(lines.position)
+    )
+
+
+def _order_one(command: TableCommand, shares: FloatArray, earth: FloatArray) -> LineTruth | None:
+    """The harmonic that the Earth rate makes at a constant table rate, or None."""
+    if command.rate.size != 1 or command.rate[0] == 0.0:
+        return None
+    # k1 sin(alpha) - k2 cos(alpha) of Eq. 6, over the rate, as one phasor.
+    matrix = table_to_gyro_matrix(*shares)
+    k1 = matrix[:, 0] * earth[0] + matrix[:, 1] * earth[1]
+    k2 = matrix[:, 0] * earth[1] - matrix[:, 1] * earth[0]
+    return _line_truth("angle", 1.0, (-k2 - 1j * k1) / command.rate[0])
 
 
 def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
@@ -156,9 +198,7 @@ def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
     return NoiseTruth(**mean_square)
 
 
-def _line_truth(
-    scale: Literal["angle", "time"], position: float, phasor: NDArray[np.complex128]
-) -> LineTruth:
+def _line_truth(scale: Scale, position: float, phasor: ComplexArray) -> LineTruth:
     arcsec = dict(zip(GYRO_NAMES, phasor / ARCSECOND, strict=True))
     return LineTruth(
         scale=scale,
