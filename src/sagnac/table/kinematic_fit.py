@@ -115,12 +115,10 @@ def design(
     shift: FloatArray | None = None,
 ) -> Design:
     """Columns for these `orders`, with a drift or without, and with a `shift` column if given."""
-    time: FloatArray = np.arange(kinematic.angle.size) * kinematic.interval
-    if not with_drift:
-        time = np.zeros(time.size)
+    count = kinematic.angle.size
     columns: tuple[FloatArray, ...] = (
         kinematic.angle,
-        time,
+        np.asarray(np.arange(count) * kinematic.interval) if with_drift else np.zeros(count),
         kinematic.cosine,
         kinematic.sine,
     )
