@@ -123,7 +123,8 @@ def test_fris_refuses_fewer_than_two_turns(turns):
     with pytest.raises(RecordingError, match="never completes two full turns") as caught:
         full_rotation_samples(np.zeros(500), table)
     assert "\n" not in str(caught.value)
-    assert "--method fos" in str(caught.value)
+    assert caught.value.channel == "table"
+    assert caught.value.remedy == "use {method fos}"
 
 
 def test_rates_and_turns():

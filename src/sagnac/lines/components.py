@@ -4,14 +4,15 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.spectrum.sums import angle_series, tones
 
-# Whole orders that count as the table's own and go by Fourier sums; a higher one is a line in time
-# until the table's unsteadiness shows otherwise.
 MOST_ORDERS: Final = 128
+"""Highest whole order that counts as the table's own and goes by Fourier sums.
+
+A higher one is a line in time until the table's unsteadiness shows otherwise.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,14 +35,31 @@ class Components:
         Sample number of the phase origin in time.
     cosine, sine
         (components,) amplitudes in rad; angle components first.
+
+    Raises
+    ------
+    ValueError
+        If the sizes do not agree.
     """
 
     orders: FloatArray
-    free: NDArray[np.bool_]
+    free: BooleanArray
     frequencies: FloatArray
     center: float
     cosine: FloatArray
     sine: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.free.shape != self.orders.shape:
+            raise ValueError(
+                f"free has shape {self.free.shape} and orders {self.orders.shape}; give one of "
+                "each an angle component"
+            )
+        if not self.cosine.shape == self.sine.shape == (self.size,):
+            raise ValueError(
+                f"cosine and sine have shapes {self.cosine.shape} and {self.sine.shape}; "
+                f"{self.size} components have one of each"
+            )
 
     @property
     def size(self) -> int:
@@ -53,7 +71,7 @@ class Components:
         """(components,) rad."""
         return np.asarray(np.hypot(self.cosine, self.sine))
 
-    def select(self, keep: NDArray[np.bool_]) -> "Components":
+    def select(self, keep: BooleanArray) -> "Components":
         """The components where `keep`, (components,) bool, is true."""
         angle = keep[: self.orders.size]
         return replace(
@@ -67,7 +85,7 @@ class Components:
 
 
 def no_components(samples: int) -> Components:
-    """The empty set, for a record of `samples` angles."""
+    """No components, for a record of `samples` angles."""
     empty = np.empty(0)
     return Components(
         orders=empty,
@@ -101,7 +119,7 @@ def joined(first: Components, second: Components) -> Components:
 def removed(
     angle: FloatArray, table: FloatArray | None, components: Components, span: slice
 ) -> FloatArray:
-    """`angle`, rad, over a span of the samples, without the components.
+    """`angle`, rad, over a block of the samples, without the components; a copy.
 
     Parameters
     ----------
@@ -113,9 +131,16 @@ def removed(
         What to take away.
     span
         Which samples `angle` is.
+
+    Raises
+    ------
+    ValueError
+        If there are orders and no table.
     """
     rest = angle.copy()
     angles = components.orders.size
+    if angles and table is None:
+        raise ValueError(f"{angles} orders of table angle, and table is None; give the table angle")
     if angles and table is not None:
         alpha = table[span]
         multiples = phase_multiples(components)
@@ -141,9 +166,7 @@ def removed(
     return rest
 
 
-def phase_multiples(components: Components) -> NDArray[np.bool_]:
-    """(angle components,) which are whole orders that go by Fourier sums."""
+def phase_multiples(components: Components) -> BooleanArray:
+    """(angle components,) bool: whole orders that go by Fourier sums."""
     orders = components.orders
-    return np.asarray(
-        ~components.free & (orders == np.rint(orders)) & (orders <= MOST_ORDERS), dtype=np.bool_
-    )
+    return np.asarray(~components.free & (orders == np.rint(orders)) & (orders <= MOST_ORDERS))

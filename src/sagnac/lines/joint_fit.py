@@ -5,9 +5,9 @@ white, so that plain least squares neither follows the walk nor leaks from it. T
 equations of sinusoids need no pass over the samples for each pair of them: those of two
 tones have a closed form, those of two whole orders are non-uniform Fourier sums of the
 table angle, made once for all orders, and an order and a tone meet only where their
-frequencies do. What is left of the data enters by its sums at each component alone, and
-exactly; the Gauss-Newton step moves all amplitudes and frequencies at once, and the
-inverse of its matrix gives their covariance.
+frequencies do. The data enter by their sums at each component alone, and exactly. The
+Gauss-Newton step moves all amplitudes and frequencies at once, and the inverse of its
+matrix gives their covariance.
 """
 
 from dataclasses import dataclass, replace
@@ -15,10 +15,9 @@ from typing import Final
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.lines.components import Components, phase_multiples
 from sagnac.lines.products import Sampling, inner_products, phase_range, tone_factors
 from sagnac.spectrum.sums import angle_sums
@@ -28,6 +27,8 @@ from sagnac.spectrum.sums import tone_sums as sums_of_tones
 # the data do not distinguish; nothing is fitted along them. Products of an order and a tone are
 # good to a tenth of it.
 _COLLINEAR: Final = 1e-5
+# A frequency moves by no more than this in one step, in radians of phase at the record's ends.
+_LONGEST_STEP: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,11 +45,22 @@ class ComponentFit:
         third row is 0 where nothing was fitted there.
     collinear
         Directions in which the data do not tell the components apart.
+
+    Raises
+    ------
+    ValueError
+        If there is not one covariance a component.
     """
 
     components: Components
     covariance: FloatArray
     collinear: int
+
+    def __post_init__(self) -> None:
+        if self.covariance.shape != (self.components.size, 3, 3):
+            raise ValueError(
+                f"covariance has shape {self.covariance.shape}; give ({self.components.size}, 3, 3)"
+            )
 
 
 def fit(
@@ -56,7 +68,7 @@ def fit(
     sampled: Sampling,
     components: Components,
     *,
-    absent: NDArray[np.bool_] | None = None,
+    absent: BooleanArray | None = None,
 ) -> ComponentFit:
     """One Gauss-Newton step of all amplitudes and frequencies jointly.
 
@@ -73,77 +85,147 @@ def fit(
         (components,) bool: those that were not taken out, whose amplitudes are only where to
         start. None if all were.
 
+    Raises
+    ------
+    ValueError
+        If the sizes do not agree.
+
     References
     ----------
     The joint step is the cyclic refinement of NOMP (arXiv:1509.01942) done at once.
     """
-    angles = components.orders.size
+    if steps.shape != (sampled.samples - 1,):
+        raise ValueError(
+            f"steps have shape {steps.shape}; {sampled.samples} samples have {sampled.samples - 1}"
+        )
+    if absent is not None and absent.shape != (components.size,):
+        raise ValueError(f"absent has shape {absent.shape}; give ({components.size},)")
+    unknowns = unknowns_of(components)
+    inverse, collinear = _inverse(normal_matrix(sampled, components, unknowns))
+    sums = _data_sums(steps, sampled, components)
+    solution = inverse @ (unknowns.factor * sums[unknowns.phasor]).real
+    kept = np.ones(components.size) if absent is None else 1.0 - absent
+    amplitudes = solution[: 2 * components.size].reshape(-1, 2)
+    started = replace(
+        components,
+        cosine=amplitudes[:, 0] + kept * components.cosine,
+        sine=amplitudes[:, 1] + kept * components.sine,
+    )
+    return _moved(
+        started,
+        unknowns,
+        sampled,
+        solution=solution,
+        inverse=inverse,
+        collinear=collinear,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unknowns:
+    """Unknowns of a joint step: the cosine and sine of every component, then what is tuned.
+
+    Every column of the regression is the real part of a factor times the increments of a
+    component's phasor, or of the phasor's derivative in frequency.
+
+    Attributes
+    ----------
+    tuned
+        (tuned,) components whose frequency or order is fitted.
+    phasor
+        (unknowns,) which of the phasors and derivatives of `InnerProducts` each one goes with.
+    factor
+        (unknowns,) what that is multiplied by.
+    """
+
+    tuned: IntegerArray
+    phasor: IntegerArray
+    factor: ComplexArray
+
+
+def unknowns_of(components: Components) -> Unknowns:
+    """The unknowns of a joint step of these components."""
     tunable = np.concatenate([components.free, np.ones(components.frequencies.size, dtype=bool)])
     tuned = np.flatnonzero(tunable)
-    both = np.concatenate([np.repeat(np.arange(components.size), 2), components.size + tuned])
-    # Every row is the real part of a factor times a component's phasor or its derivative.
-    factor = np.concatenate(
-        [
-            np.tile([1.0, -1.0j], components.size),
-            components.sine[tuned] + 1j * components.cosine[tuned],
-        ]
+    return Unknowns(
+        tuned=tuned,
+        phasor=np.concatenate([np.repeat(np.arange(components.size), 2), components.size + tuned]),
+        factor=np.concatenate(
+            [
+                np.tile([1.0, -1.0j], components.size),
+                components.sine[tuned] + 1j * components.cosine[tuned],
+            ]
+        ),
     )
-    straight, mirrored = inner_products(sampled, components)
-    normal = (
-        0.5
-        * (
-            np.outer(factor, factor.conj()) * straight[np.ix_(both, both)]
-            + np.outer(factor, factor) * mirrored[np.ix_(both, both)]
-        ).real
+
+
+def normal_matrix(sampled: Sampling, components: Components, unknowns: Unknowns) -> FloatArray:
+    """(unknowns, unknowns) inner products of the columns of a joint step."""
+    products = inner_products(sampled, components)
+    places = np.ix_(unknowns.phasor, unknowns.phasor)
+    factor = unknowns.factor
+    total = (
+        np.outer(factor, factor.conj()) * products.straight[places]
+        + np.outer(factor, factor) * products.mirrored[places]
     )
-    right = (factor * _data_sums(steps, sampled, components)[both]).real
-    inverse, collinear = _inverse(normal)
-    solution = inverse @ right
-    kept = np.ones(components.size) if absent is None else 1.0 - absent
-    cosine = solution[0 : 2 * components.size : 2] + kept * components.cosine
-    sine = solution[1 : 2 * components.size : 2] + kept * components.sine
-    orders, frequencies = components.orders.copy(), components.frequencies.copy()
-    middle, span = phase_range(sampled)
-    covariance = np.zeros((components.size, 3, 3))
-    for index in range(components.size):
+    return np.asarray(0.5 * total.real)
+
+
+def _moved(
+    started: Components,
+    unknowns: Unknowns,
+    sampled: Sampling,
+    *,
+    solution: FloatArray,
+    inverse: FloatArray,
+    collinear: int,
+) -> ComponentFit:
+    """The fit with its frequencies and free orders moved by the solution.
+
+    The derivative in an order is about the middle of the table's range (`phase_range`), and that in
+    a frequency about mid-record, where it is uncorrelated with the phase. The phase origin of an
+    angle component is alpha = 0, so that a move of its order turns its amplitudes, and an error of
+    its order is one of its phase.
+    """
+    angles = started.orders.size
+    orders, frequencies = started.orders.copy(), started.frequencies.copy()
+    cosine, sine = started.cosine.copy(), started.sine.copy()
+    middle, width = phase_range(sampled)
+    covariance = np.zeros((started.size, 3, 3))
+    for index in range(started.size):
         pair = slice(2 * index, 2 * index + 2)
         covariance[index, :2, :2] = inverse[pair, pair]
-    for row, index in enumerate(tuned.tolist(), start=2 * components.size):
-        unit = 1.0 / span if index < angles else 1.0 / sampled.samples
-        step = float(np.clip(solution[row], -1.0, 1.0)) * unit
-        if index < angles:
-            # The phase origin of an angle component is alpha = 0, not mid-record.
-            orders[index] += step
-            cosine[index], sine[index] = _turned(cosine[index], sine[index], step * middle)
-        else:
-            frequencies[index - angles] += step
+    for row, index in enumerate(unknowns.tuned.tolist(), start=2 * started.size):
+        in_angle = index < angles
+        unit = 1.0 / (width if in_angle else sampled.samples)
+        step = float(np.clip(solution[row], -_LONGEST_STEP, _LONGEST_STEP)) * unit
         members = np.array([2 * index, 2 * index + 1, row])
         scale = np.array([1.0, 1.0, unit])
-        covariance[index] = inverse[np.ix_(members, members)] * np.outer(scale, scale)
-        if index < angles:
-            # And the order's error moves that origin's phase with it.
+        own = inverse[np.ix_(members, members)] * np.outer(scale, scale)
+        if in_angle:
+            orders[index] += step
             c, s = np.cos(step * middle), np.sin(step * middle)
-            moved = np.array(
+            a, b = cosine[index], sine[index]
+            cosine[index], sine[index] = a * c - b * s, b * c + a * s
+            turn = np.array(
                 [[c, -s, -middle * sine[index]], [s, c, middle * cosine[index]], [0.0, 0.0, 1.0]]
             )
-            covariance[index] = moved @ covariance[index] @ moved.T
+            own = turn @ own @ turn.T
+        else:
+            frequencies[index - angles] += step
+        covariance[index] = own
+    covariance.flags.writeable = False
     return ComponentFit(
         components=replace(
-            components, orders=orders, frequencies=frequencies, cosine=cosine, sine=sine
+            started, orders=orders, frequencies=frequencies, cosine=cosine, sine=sine
         ),
         covariance=covariance,
         collinear=collinear,
     )
 
 
-def _turned(cosine: float, sine: float, angle: float) -> tuple[float, float]:
-    """Amplitudes that keep the component's phase where the order's change would shift it."""
-    c, s = np.cos(angle), np.sin(angle)
-    return cosine * c - sine * s, sine * c + cosine * s
-
-
 def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:
-    """Inverse of the normal matrix, and how many directions were left out of it."""
+    """Inverse of the normal matrix, and the number of directions that were left out of it."""
     scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
     scale[scale == 0.0] = 1.0
     eigenvalues, vectors = scipy.linalg.eigh(normal / np.outer(scale, scale))
@@ -163,36 +245,30 @@ def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArr
     def sums_over(span: slice) -> ComplexArray:
         return angle_sums(table[span], _differences(steps, span), highest).conj()
 
-    sums = np.zeros(highest + 1, dtype=np.complex128)
-    for part in series.each(sums_over, table.size, release_of=(steps, table)):
-        sums += part
-    return sums
+    return series.total(sums_over, table.size, steps, table)
 
 
 def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> ComplexArray:
     """As `order_sums` at any orders, and times the table's place in its range besides, (2, orders).
 
-    The place is from the middle, as a share of the range (in rad where that is below 1 rad). A
-    pass for each order.
+    The place is counted from the middle, as a share of the range (in rad if that is below 1 rad).
+    One pass serves all orders, each with exponentials of its own.
     """
     table = sampled.table
-    sums = np.zeros((2, orders.size), dtype=np.complex128)
     if table is None:
-        return sums
+        return np.zeros((2, orders.size), dtype=np.complex128)
     middle, range_ = phase_range(sampled)
 
     def sums_over(span: slice) -> ComplexArray:
         strengths, alpha = _differences(steps, span), table[span]
         lagged = strengths * ((alpha - middle) / range_)
-        found = np.empty_like(sums)
+        found = np.empty((2, orders.size), dtype=np.complex128)
         for at, order in enumerate(orders):
             phasor = np.exp(1j * order * alpha)
             found[:, at] = strengths @ phasor, lagged @ phasor
         return found
 
-    for part in series.each(sums_over, table.size, release_of=(steps, table)):
-        sums += part
-    return sums
+    return series.total(sums_over, table.size, steps, table)
 
 
 def tone_sums(steps: FloatArray, frequencies: FloatArray) -> ComplexArray:

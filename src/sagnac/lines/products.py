@@ -5,10 +5,9 @@ from typing import Final
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS, Components, phase_multiples
 from sagnac.spectrum.sums import angle_sums
@@ -21,16 +20,38 @@ _LONGEST_BLOCK: Final = 256
 # cycles over the whole range, are orthogonal to within a third of a per cent.
 _APART: Final = 100.0
 # An order that comes that close to a tone on less than this share of the record does not count.
-# Of few pairs and blocks all do, for no gain in leaving them out.
-_FEW: Final = 2_000_000
 _LEAST_MEETING: Final = 1e-2
+# If there are fewer pairs times blocks than this, all count: leaving some out would gain nothing.
+_FEW: Final = 2_000_000
+# Error of an expansion in Chebyshev polynomials, and the highest degree that is tried.
 _EXPANSION: Final = 1e-9
 _HIGHEST_DEGREE: Final = 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sampling:
-    """What the normal equations need to know of when and at which table angle was sampled.
+class EvenBlocks:
+    """Blocks of steps on which the table is taken to turn evenly.
+
+    Attributes
+    ----------
+    angle, step, lag, count
+        (blocks,) mean table angle, rad; mean step, rad; middle of the block in samples from
+        mid-record; number of its steps.
+    """
+
+    angle: FloatArray
+    step: FloatArray
+    lag: FloatArray
+    count: FloatArray
+
+    def __post_init__(self) -> None:
+        if not self.angle.shape == self.step.shape == self.lag.shape == self.count.shape:
+            raise ValueError("angle, step, lag and count differ in shape; give one of each a block")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OrderSums:
+    """Products of whole orders, each pair by a combination of a few Fourier sums.
 
     An increment of ``exp(1j k alpha)`` is ``2j sin(k step / 2) exp(1j k middle)``, with the
     step of the table and the angle in its middle. The product of two has
@@ -40,73 +61,107 @@ class Sampling:
 
     Attributes
     ----------
-    samples
-        Of the angle.
-    table
-        (samples,) table angle, rad, or None.
     expansion
         (degree + 1, orders) coefficients of ``cos(s * step / 2)`` for s = 0, 1, ….
     sums
         (degree + 1, orders) sums of each polynomial times ``exp(1j * s * middle)``.
-    block
-        Steps in each block on which the table is taken to turn evenly.
-    angle, step, lag, count
-        (blocks,) of each block: mean table angle, rad; mean step, rad; its middle in
-        samples from mid-record; number of its steps.
+    """
+
+    expansion: FloatArray
+    sums: ComplexArray
+
+    def __post_init__(self) -> None:
+        if self.expansion.shape != self.sums.shape:
+            raise ValueError(
+                f"expansion has shape {self.expansion.shape} and sums {self.sums.shape}; "
+                "give one of each a polynomial and order"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sampling:
+    """What the normal equations need to know of when and at which table angle was sampled.
+
+    Attributes
+    ----------
+    samples
+        Of the angle.
+    table
+        (samples,) table angle, rad, or None.
+    blocks
+        On which the table turns evenly; none at rest.
+    order_sums
+        Of whole orders; None at rest.
     """
 
     samples: int
     table: FloatArray | None
-    expansion: FloatArray
-    sums: ComplexArray
-    block: int
-    angle: FloatArray
-    step: FloatArray
-    lag: FloatArray
-    count: FloatArray
+    blocks: EvenBlocks
+    order_sums: OrderSums | None
+
+    def __post_init__(self) -> None:
+        if self.table is not None and self.table.shape != (self.samples,):
+            raise ValueError(f"table has shape {self.table.shape}; give ({self.samples},)")
+        if (self.table is None) != (self.order_sums is None):
+            raise ValueError("table and order_sums go together; give both or none")
+
+    @property
+    def angle(self) -> FloatArray:
+        """(blocks,) mean table angle, rad."""
+        return self.blocks.angle
+
+    @property
+    def lag(self) -> FloatArray:
+        """(blocks,) middle of each block in samples from mid-record."""
+        return self.blocks.lag
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InnerProducts:
+    """Sums of the products of increments of phasors and of their derivatives.
+
+    Attributes
+    ----------
+    straight
+        (2 components, 2 components) of every one with the conjugate of every other: phasors
+        first, then derivatives.
+    mirrored
+        The same of every one with the other itself.
+    """
+
+    straight: ComplexArray
+    mirrored: ComplexArray
 
 
 def sampling(samples: int, table: FloatArray | None) -> Sampling:
-    """`Sampling` of a record: two passes over the table angle."""
+    """`Sampling` of a record: a few passes over the table angle.
+
+    Parameters
+    ----------
+    samples
+        Of the angle.
+    table
+        (samples,) table angle, rad; None at rest.
+
+    Raises
+    ------
+    ValueError
+        If the table has another number of samples, or fewer than two.
+    """
     if table is None:
         none = np.empty(0)
-        return Sampling(
-            samples=samples,
-            table=None,
-            expansion=np.empty((1, 1)),
-            sums=np.empty((1, 1), dtype=np.complex128),
-            block=1,
-            angle=none,
-            step=none,
-            lag=none,
-            count=none,
-        )
-    block, angle, step, lag, count = _blocks(table)
-    expansion, sums = _order_products(table, float(np.abs(step).max()))
-    return Sampling(
-        samples=samples,
-        table=table,
-        expansion=expansion,
-        sums=sums,
-        block=block,
-        angle=angle,
-        step=step,
-        lag=lag,
-        count=count,
-    )
+        at_rest = EvenBlocks(angle=none, step=none, lag=none, count=none)
+        return Sampling(samples=samples, table=None, blocks=at_rest, order_sums=None)
+    if table.size < 2:
+        raise ValueError(f"table has {table.size} samples; a step needs 2")
+    blocks = even_blocks(table)
+    sums = order_products(table, float(np.abs(blocks.step).max()))
+    return Sampling(samples=samples, table=table, blocks=blocks, order_sums=sums)
 
 
-def _blocks(table: FloatArray) -> tuple[int, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Blocks of steps as long as the table turns evenly on them."""
-    block = _LONGEST_BLOCK
-    coarse = np.diff(series.every(table, block)) / block
-    # Half as long, the straight line is four times better kept.
-    while block > 1:
-        bend = float(np.sqrt(np.mean(np.diff(coarse) ** 2))) if coarse.size > 1 else np.inf
-        if MOST_ORDERS * bend * block / 8.0 < _BLOCK_PHASE:
-            break
-        block //= 2
-        coarse = np.diff(series.every(table, block)) / block
+def even_blocks(table: FloatArray) -> EvenBlocks:
+    """Blocks of steps as long as the table, (samples,) rad, turns evenly on them."""
+    block = _block_length(table)
     steps = table.size - 1
     starts = np.arange(0, steps, block)
     ends = np.minimum(starts + block, steps)
@@ -121,86 +176,121 @@ def _blocks(table: FloatArray) -> tuple[int, FloatArray, FloatArray, FloatArray,
         angle[first : first + own.size] = own
         angle[first : first + own.size] /= count[first : first + own.size]
 
-    length = block * max(1, series.SPAN // block)
-    list(series.each(middles, steps, length, release_of=(table,)))
-    step = (series.at(table, ends) - series.at(table, starts)) / count
-    lag = 0.5 * (starts + ends - steps)
-    return block, angle, np.asarray(step), np.asarray(lag), count
+    series.map(middles, steps, table, length=block * max(1, series.SPAN // block))
+    return EvenBlocks(
+        angle=angle,
+        step=np.asarray((series.at(table, ends) - series.at(table, starts)) / count),
+        lag=np.asarray(0.5 * (starts + ends - steps)),
+        count=count,
+    )
 
 
-def _order_products(table: FloatArray, fastest: float) -> tuple[FloatArray, ComplexArray]:
-    """`expansion` and `sums` of `Sampling`.
+def _block_length(table: FloatArray) -> int:
+    """Steps in the longest block on which the table turns evenly: a power of 2."""
+    block = _LONGEST_BLOCK
+    # Half as long, the straight line is four times better kept.
+    while block > 1:
+        coarse = np.diff(series.every(table, block)) / block
+        bend = float(np.sqrt(np.mean(np.diff(coarse) ** 2))) if coarse.size > 1 else np.inf
+        if MOST_ORDERS * bend * block / 8.0 < _BLOCK_PHASE:
+            break
+        block //= 2
+    return block
 
-    A single wild step of the encoder is no rate: steps count up to half above the fastest
-    block.
+
+def order_products(table: FloatArray, fastest: float) -> OrderSums:
+    """Products of the whole orders of a table angle, (samples,) rad.
+
+    `fastest` is the largest mean step of a block, rad. A single wild step of the encoder is no
+    rate: steps count up to half above the fastest block.
     """
     highest = 2 * MOST_ORDERS
-    limit = (1.5 * fastest) ** 2
+    low, high = _squared_steps(table, (1.5 * fastest) ** 2)
+    # Beyond its Nyquist frequency an order is no candidate, and need not be expanded well.
+    reach = np.minimum(np.arange(highest + 1.0), 2.0 * np.pi / max(fastest, 1e-12))
+    expansion = _half_cosines_expanded(low, high, reach)
+
+    def sums_over(span: slice) -> ComplexArray:
+        here = table[span.start : span.stop + 1]
+        squares = np.minimum(np.diff(here) ** 2, high)
+        middle = 0.5 * (here[1:] + here[:-1])
+        polynomials = _polynomials(squares, low, high, expansion.shape[0] - 1)
+        columns = np.ascontiguousarray(polynomials.T, dtype=np.float64)
+        return angle_sums(middle, columns, highest).conj()
+
+    return OrderSums(expansion=expansion, sums=series.total(sums_over, table.size - 1, table))
+
+
+def _squared_steps(table: FloatArray, limit: float) -> tuple[float, float]:
+    """Smallest and largest squared step of the table, rad^2, none counted above `limit`."""
 
     def extremes(span: slice) -> tuple[float, float]:
         squares = np.diff(table[span.start : span.stop + 1]) ** 2
         return float(squares.min()), min(float(squares.max()), limit)
 
-    found = list(series.each(extremes, table.size - 1, release_of=(table,)))
+    found = series.map(extremes, table.size - 1, table)
     low, high = min(pair[0] for pair in found), max(pair[1] for pair in found)
-    low = min(low, high)
-    orders = np.arange(highest + 1.0)
-    # Beyond its Nyquist frequency an order is no candidate, and need not be expanded well.
-    reach = np.minimum(orders, 2.0 * np.pi / max(fastest, 1e-12))
+    return min(low, high), high
+
+
+def _polynomials(squares: FloatArray, low: float, high: float, degree: int) -> FloatArray:
+    """(values, degree + 1) Chebyshev polynomials of squares between `low` and `high`."""
+    width = max(high - low, 1e-300)
+    return np.asarray(chebyshev.chebvander(2.0 * (squares - low) / width - 1.0, degree))
+
+
+def _half_cosines_expanded(low: float, high: float, reach: FloatArray) -> FloatArray:
+    """(degree + 1, orders) coefficients of ``cos(reach * step / 2)`` in the squared step.
+
+    The degree is the lowest that is good to 1e-9, 24 at most.
+    """
 
     def half_cosines(squares: FloatArray) -> FloatArray:
         return np.cos(0.5 * np.outer(np.sqrt(np.maximum(squares, 0.0)), reach))
 
     check = np.linspace(low, high, 33)
-    width = max(high - low, 1e-300)
     for degree in range(1, _HIGHEST_DEGREE + 1):
         nodes = chebyshev.chebpts1(degree + 1)
         expansion = np.linalg.solve(
             chebyshev.chebvander(nodes, degree),
             half_cosines(low + 0.5 * (nodes + 1.0) * (high - low)),
         )
-        values = chebyshev.chebvander(2.0 * (check - low) / width - 1.0, degree) @ expansion
+        values = _polynomials(check, low, high, degree) @ expansion
         if np.abs(values - half_cosines(check)).max() < _EXPANSION:
             break
-
-    def sums_over(span: slice) -> ComplexArray:
-        here = table[span.start : span.stop + 1]
-        squares = np.minimum(np.diff(here) ** 2, high)
-        middle = 0.5 * (here[1:] + here[:-1])
-        polynomials = chebyshev.chebvander(2.0 * (squares - low) / width - 1.0, degree)
-        columns = np.ascontiguousarray(polynomials.T, dtype=np.float64)
-        return angle_sums(middle, columns, highest).conj()
-
-    sums = np.zeros((degree + 1, highest + 1), dtype=np.complex128)
-    for part in series.each(sums_over, table.size - 1, release_of=(table,)):
-        sums += part
-    return np.asarray(expansion), sums
+    return np.asarray(expansion)
 
 
-def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexArray, ComplexArray]:
-    """Sums of the products of all phasors and derivatives, (2 components, 2 components) each.
-
-    Of every increment with the conjugate of every other, and with the other itself.
-    """
-    size, angles = components.size, components.orders.size
+def inner_products(sampled: Sampling, components: Components) -> InnerProducts:
+    """Inner products of all components and their derivatives over a record."""
+    size = components.size
     straight = np.zeros((2 * size, 2 * size), dtype=np.complex128)
     mirrored = np.zeros((2 * size, 2 * size), dtype=np.complex128)
-    multiples = np.flatnonzero(phase_multiples(components))
-    if multiples.size:
-        orders = components.orders[multiples].astype(np.int64)
-        difference = orders[:, None] - orders[None, :]
-        total = orders[:, None] + orders[None, :]
-        apart = np.abs(difference)
-        shape = sampled.expansion[:, apart] - sampled.expansion[:, total]
-        sums = np.where(difference < 0, sampled.sums[:, apart].conj(), sampled.sums[:, apart])
-        places = np.ix_(multiples, multiples)
-        straight[places] = 2.0 * (shape * sums).sum(axis=0)
-        mirrored[places] = -2.0 * (shape * sampled.sums[:, total]).sum(axis=0)
+    if sampled.order_sums is not None:
+        _add_multiples(straight, mirrored, sampled.order_sums, components)
     if components.frequencies.size:
         _add_tones(straight, mirrored, components.frequencies, sampled.samples)
-    if angles:
+    if components.orders.size:
         _add_pairs(straight, mirrored, sampled, components)
-    return straight, mirrored
+    return InnerProducts(straight=straight, mirrored=mirrored)
+
+
+def _add_multiples(
+    straight: ComplexArray, mirrored: ComplexArray, known: OrderSums, components: Components
+) -> None:
+    """Products of two whole orders, by the Fourier sums of all."""
+    multiples = np.flatnonzero(phase_multiples(components))
+    if multiples.size == 0:
+        return
+    orders = components.orders[multiples].astype(np.int64)
+    difference = orders[:, None] - orders[None, :]
+    total = orders[:, None] + orders[None, :]
+    apart = np.abs(difference)
+    shape = known.expansion[:, apart] - known.expansion[:, total]
+    sums = np.where(difference < 0, known.sums[:, apart].conj(), known.sums[:, apart])
+    places = np.ix_(multiples, multiples)
+    straight[places] = 2.0 * (shape * sums).sum(axis=0)
+    mirrored[places] = -2.0 * (shape * known.sums[:, total]).sum(axis=0)
 
 
 def _add_tones(
@@ -233,7 +323,7 @@ def _moments(frequency: FloatArray, samples: int) -> tuple[FloatArray, ComplexAr
     """
     steps = samples - 1
     turn = 2.0 * np.pi / samples
-    # One period: D repeats at 2 pi but for its sign, which steps and samples between share.
+    # One period: D repeats at 2 pi except for its sign, which changes if the steps are even.
     whole = np.rint(frequency / (2.0 * np.pi))
     w = frequency - 2.0 * np.pi * whole
     sign = np.where((whole % 2 != 0) & (steps % 2 == 0), -1.0, 1.0)
@@ -278,17 +368,17 @@ def _add_pairs(
             in_angle,
             first[part],
             second[part],
-            sampled.angle,
-            sampled.step,
-            sampled.lag,
-            sampled.count,
+            sampled.blocks.angle,
+            sampled.blocks.step,
+            sampled.blocks.lag,
+            sampled.blocks.count,
             middle,
             span,
             2.0 * np.pi / sampled.samples,
         )
 
     length = max(1, -(-first.size // (2 * series.THREADS)))
-    parts = list(series.each(over, first.size, length))
+    parts = series.map(over, first.size, length=length)
     plus = np.concatenate([part[0] for part in parts])
     minus = np.concatenate([part[1] for part in parts])
     for kind, (rows, columns) in enumerate(((0, 0), (1, 0), (0, 1), (1, 1))):
@@ -299,44 +389,54 @@ def _add_pairs(
         mirrored[there, here] = minus[:, kind]
 
 
-def _meeting(
-    sampled: Sampling, components: Components
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _meeting(sampled: Sampling, components: Components) -> tuple[IntegerArray, IntegerArray]:
     """Pairs of components, each once, whose products are not negligible or known already."""
-    angles = components.orders.size
     loose = np.flatnonzero(~phase_multiples(components))
-    turns = phase_range(sampled)[1] / (2.0 * np.pi)
-    possible = (loose.size + components.frequencies.size) * angles
+    possible = (loose.size + components.frequencies.size) * components.orders.size
     everything = possible * sampled.angle.size <= _FEW
+    pairs = _pairs_of_orders(sampled, components.orders, loose, everything=everything)
+    if components.frequencies.size:
+        pairs += _pairs_with_tones(sampled, components, everything=everything)
+    first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    return first, second
+
+
+def _pairs_of_orders(
+    sampled: Sampling, orders: FloatArray, loose: IntegerArray, *, everything: bool
+) -> list[tuple[int, int]]:
+    """Each order of `loose`, which Fourier sums do not cover, with every order near it."""
+    turns = phase_range(sampled)[1] / (2.0 * np.pi)
     pairs: list[tuple[int, int]] = []
     for index in loose.tolist():
-        others = components.orders
-        near = np.abs(others - components.orders[index]) * turns < _APART
-        near |= (others + components.orders[index]) * turns < _APART
+        near = np.abs(orders - orders[index]) * turns < _APART
+        near |= (orders + orders[index]) * turns < _APART
         near |= everything
         pairs += [
             (index, other)
             for other in np.flatnonzero(near).tolist()
             if other not in loose or other >= index
         ]
-    if components.frequencies.size:
-        steps = np.sort(sampled.step)
-        reach = 2.0 * np.pi * _APART / sampled.samples
-        rates = 2.0 * np.pi * components.frequencies
-        for index, order in enumerate(components.orders):
-            # The table may turn either way.
-            share = np.zeros(rates.size)
-            for sign in (1.0, -1.0):
-                low = np.searchsorted(steps, (sign * rates - reach) / order)
-                high = np.searchsorted(steps, (sign * rates + reach) / order)
-                share += (high - low) / steps.size
-            met = everything | (share > _LEAST_MEETING)
-            pairs += [(index, angles + at) for at in np.flatnonzero(met).tolist()]
-    if not pairs:
-        none = np.empty(0, dtype=np.int64)
-        return none, none
-    first, second = np.array(pairs, dtype=np.int64).T
-    return first, second
+    return pairs
+
+
+def _pairs_with_tones(
+    sampled: Sampling, components: Components, *, everything: bool
+) -> list[tuple[int, int]]:
+    """Each order with every tone whose frequency the table makes of it long enough."""
+    steps = np.sort(sampled.blocks.step)
+    reach = 2.0 * np.pi * _APART / sampled.samples
+    rates = 2.0 * np.pi * components.frequencies
+    pairs: list[tuple[int, int]] = []
+    for index, order in enumerate(components.orders):
+        # The table may turn either way.
+        share = np.zeros(rates.size)
+        for sign in (1.0, -1.0):
+            low = np.searchsorted(steps, (sign * rates - reach) / order)
+            high = np.searchsorted(steps, (sign * rates + reach) / order)
+            share += (high - low) / steps.size
+        met = everything | (share > _LEAST_MEETING)
+        pairs += [(index, components.orders.size + at) for at in np.flatnonzero(met).tolist()]
+    return pairs
 
 
 def phase_range(sampled: Sampling) -> tuple[float, float]:
@@ -348,7 +448,7 @@ def phase_range(sampled: Sampling) -> tuple[float, float]:
 
 
 def tone_factors(frequencies: FloatArray, samples: int) -> tuple[FloatArray, FloatArray]:
-    """Of an increment of a tone, over its phasor at mid-step: its size, and that of its slope.
+    """Size of a tone's increment over its phasor at mid-step, and of the slope's, (tones,) each.
 
     The increment of ``exp(1j w n)`` is ``1j size exp(1j w x)``, and that of
     ``lag exp(1j w n)`` is ``(1j size lag + slope) exp(1j w x)``.

@@ -1,16 +1,21 @@
 """Fourier sums over uneven phases: table angle, and tones at any frequency."""
 
-from typing import Final
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Final
 
-import finufft
 import numpy as np
-from numpy.typing import NDArray
+import scipy.fft
 
 from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.errors import MissingExtra
 from sagnac.spectrum.transforms import THREADS, TONE_WIDTH
 
+_TURN: Final = 2.0 * np.pi
 _NUFFT_TOLERANCE: Final = 1e-9
+# Rounding of a phase below one turn that was made by a few multiplications, rad.
+_ROUNDED: Final = 8.0 * np.finfo(np.float64).eps * _TURN
 # Frequencies worked on at once: their tables take 12 MiB.
 _TONES_AT_ONCE: Final = 512
 # A frequency times a lag is exact where the first has 23 bits after the point and the second,
@@ -24,7 +29,7 @@ def angle_sums(
     orders: int,
     *,
     tolerance: float = _NUFFT_TOLERANCE,
-) -> NDArray[np.complex128]:
+) -> ComplexArray:
     """Sums of ``strengths * exp(-1j * k * phase)`` for k = 0 ... `orders`, by one NUFFT.
 
     Parameters
@@ -39,14 +44,19 @@ def angle_sums(
     Returns
     -------
     (orders + 1,) or (several, orders + 1) in the unit of the strengths.
+
+    Raises
+    ------
+    MissingExtra
+        If finufft is not installed.
     """
-    # Of real strengths the sums at -k are the conjugates of those at k: two sets go into one
+    # The sums of real strengths at -k are the conjugates of those at k: two sets go into one
     # transform, as real and as imaginary part, and come apart again.
     several = np.atleast_2d(strengths)
     paired = several[0::2].astype(np.complex128)
     paired.imag[: several.shape[0] // 2] = several[1::2]
-    modes = finufft.nufft1d1(
-        np.remainder(phase, 2.0 * np.pi),
+    modes = _finufft().nufft1d1(
+        np.remainder(phase, _TURN),
         paired,
         2 * orders + 1,
         eps=tolerance,
@@ -62,7 +72,7 @@ def angle_sums(
 
 
 def angle_series(
-    phase: FloatArray, sums: NDArray[np.complex128], *, tolerance: float = _NUFFT_TOLERANCE
+    phase: FloatArray, sums: ComplexArray, *, tolerance: float = _NUFFT_TOLERANCE
 ) -> FloatArray:
     """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k, by one NUFFT.
 
@@ -78,23 +88,60 @@ def angle_series(
     Returns
     -------
     (samples,) in the unit of the sums.
+
+    Raises
+    ------
+    MissingExtra
+        If finufft is not installed.
     """
     modes = np.zeros(2 * sums.size - 1, dtype=np.complex128)
     modes[sums.size - 1 :] = sums
-    values = finufft.nufft1d2(
-        np.remainder(phase, 2.0 * np.pi), modes, eps=tolerance, isign=1, nthreads=THREADS
+    values = _finufft().nufft1d2(
+        np.remainder(phase, _TURN), modes, eps=tolerance, isign=1, nthreads=THREADS
     )
     return np.ascontiguousarray(values.real)
 
 
+def is_even_turn(phase: FloatArray) -> bool:
+    """Whether a phase, (samples,) rad, starts at 0 and makes one turn in even steps, to rounding.
+
+    Time in units of a record over 2 pi is such a phase.
+    """
+    if phase.size == 0:
+        return False
+    even = np.arange(phase.size) * (_TURN / phase.size)
+    return bool(np.abs(phase - even).max() <= _ROUNDED)
+
+
+def even_turn_sums(strengths: FloatArray, orders: int) -> ComplexArray:
+    """`angle_sums` of a phase that `is_even_turn`, exactly, by one Fourier transform.
+
+    Parameters
+    ----------
+    strengths
+        (samples,) real.
+    orders
+        The highest k; from the number of samples on, the sums repeat.
+
+    Returns
+    -------
+    (orders + 1,) in the unit of the strengths.
+    """
+    spectrum = scipy.fft.rfft(strengths)
+    place = np.arange(orders + 1) % strengths.size
+    mirrored = place > strengths.size // 2
+    sums = spectrum[np.where(mirrored, strengths.size - place, place)]
+    return np.asarray(np.where(mirrored, sums.conj(), sums))
+
+
 def tone_sums(
     values: FloatArray, frequencies: FloatArray, center: float, *, lag_unit: float
-) -> NDArray[np.complex128]:
+) -> ComplexArray:
     """Sums of ``values * lag**r * exp(2j * pi * f * (n - center))`` for r = 0, 1, exactly.
 
     Here n is the sample number and ``lag = (n - center) * lag_unit``. The frequencies are any.
-    Every span is a product of the samples, in rows, with a table of the waves along a row, and
-    the rows are then brought into phase. Limit the BLAS to one thread around it: spans are shared
+    Every block is a product of the samples, in rows, with a table of the waves along a row, and
+    the rows are then brought into phase. Limit the BLAS to one thread around it: blocks are shared
     out among threads here.
 
     Parameters
@@ -112,39 +159,68 @@ def tone_sums(
     -------
     (2, frequencies).
     """
-    width = min(TONE_WIDTH, max(values.size, 1))
-    rows = -(-min(series.SPAN, values.size) // width)
-    sums = np.empty((2, frequencies.size), dtype=np.complex128)
+    sums = np.zeros((2, frequencies.size), dtype=np.complex128)
+    if values.size == 0:
+        return sums
     for some in series.spans(frequencies.size, _TONES_AT_ONCE):
-        wanted = frequencies[some]
-        waves = _waves(wanted, width)
-        # Real and imaginary parts side by side: a complex table is a real one of twice the width.
-        table = np.hstack([waves, np.arange(width)[:, np.newaxis] * waves]).view(np.float64)
-        of_rows = _waves(wanted * width, rows)
+        waves = _WaveTables.of(frequencies[some], values.size)
 
-        def span_sums(
-            span: slice,
-            wanted: FloatArray = wanted,
-            table: FloatArray = table,
-            of_rows: NDArray[np.complex128] = of_rows,
-        ) -> NDArray[np.complex128]:
-            piece = values[span]
-            if piece.size % width:
-                piece = np.append(piece, np.zeros(-piece.size % width))
-            along = (piece.reshape(-1, width) @ table).view(np.complex128)
-            plain, ramped = along[:, : wanted.size], along[:, wanted.size :]
-            ramped += plain * (width * np.arange(along.shape[0]))[:, np.newaxis]
-            total = np.einsum("ij,ij->j", plain, of_rows[: along.shape[0]])
-            tilted = np.einsum("ij,ij->j", ramped, of_rows[: along.shape[0]])
-            tilted += (span.start - center) * total
-            origin = np.exp(2j * np.pi * _turns(wanted, span.start - center))
-            return np.stack([total * origin, lag_unit * tilted * origin])
+        def block_sums(block: slice, waves: _WaveTables = waves) -> ComplexArray:
+            return waves.sums(values[block], block.start - center, lag_unit)
 
-        sums[:, some] = sum(
-            series.each(span_sums, values.size, series.SPAN, release_of=(values,)),
-            start=np.zeros((2, wanted.size), dtype=np.complex128),
-        )
+        sums[:, some] = series.total(block_sums, values.size, values)
     return sums
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _WaveTables:
+    """Waves of some frequencies along a row of samples, and from row to row.
+
+    Attributes
+    ----------
+    frequencies
+        (frequencies,) cycles per sample.
+    width
+        Samples in a row.
+    along
+        (width, 4 frequencies) real and imaginary parts side by side: the waves, then the waves
+        times the place in the row. A complex table is a real one of twice the width.
+    rows
+        (rows, frequencies) the waves at the start of each row.
+    """
+
+    frequencies: FloatArray
+    width: int
+    along: FloatArray
+    rows: ComplexArray
+
+    @classmethod
+    def of(cls, frequencies: FloatArray, samples: int) -> "_WaveTables":
+        """Tables for blocks of a record of that many samples."""
+        width = min(TONE_WIDTH, samples)
+        rows = -(-min(series.SPAN, samples) // width)
+        waves = _waves(frequencies, width)
+        along = np.hstack([waves, np.arange(width)[:, np.newaxis] * waves]).view(np.float64)
+        return cls(
+            frequencies=frequencies,
+            width=width,
+            along=along,
+            rows=_waves(frequencies * width, rows),
+        )
+
+    def sums(self, piece: FloatArray, lag: float, lag_unit: float) -> ComplexArray:
+        """`tone_sums` of a block whose first sample is `lag` samples from the phase origin."""
+        width, count = self.width, self.frequencies.size
+        if piece.size % width:
+            piece = np.append(piece, np.zeros(-piece.size % width))
+        along = (piece.reshape(-1, width) @ self.along).view(np.complex128)
+        plain, ramped = along[:, :count], along[:, count:]
+        ramped += plain * (width * np.arange(along.shape[0]))[:, np.newaxis]
+        total = np.einsum("ij,ij->j", plain, self.rows[: along.shape[0]])
+        tilted = np.einsum("ij,ij->j", ramped, self.rows[: along.shape[0]])
+        tilted += lag * total
+        origin = np.exp(2j * np.pi * _turns(self.frequencies, lag))
+        return np.stack([total * origin, lag_unit * tilted * origin])
 
 
 def tones(
@@ -158,7 +234,7 @@ def tones(
 ) -> FloatArray:
     """Sum of ``cosine * cos(c) + sine * sin(c)``, c = 2 pi f (n - center), over frequencies f.
 
-    Limit the BLAS to one thread where several threads call this.
+    Limit the BLAS to one thread if several threads call this.
 
     Parameters
     ----------
@@ -187,6 +263,18 @@ def tones(
     return total.reshape(-1)[:count]
 
 
+def _finufft() -> Any:
+    """The package finufft, imported where it is used: a still bench does without it."""
+    try:
+        return import_module("finufft")
+    except ImportError as error:
+        raise MissingExtra(
+            package="finufft",
+            extra="table",
+            purpose="a turning table (a sum over angles at uneven steps)",
+        ) from error
+
+
 def _turns(frequencies: FloatArray, lag: float) -> FloatArray:
     """``frequencies * lag`` in cycles, without whole ones and without the rounding of many."""
     coarse = np.rint(frequencies / _FREQUENCY_STEP) * _FREQUENCY_STEP
@@ -194,7 +282,7 @@ def _turns(frequencies: FloatArray, lag: float) -> FloatArray:
     return np.asarray((cycles - np.rint(cycles)) + (frequencies - coarse) * lag)
 
 
-def _waves(frequencies: FloatArray, count: int) -> NDArray[np.complex128]:
+def _waves(frequencies: FloatArray, count: int) -> ComplexArray:
     """(count, frequencies) values of ``exp(2j * pi * f * k)`` for k = 0 ... count - 1."""
     # Products of two short tables: a product is a tenth of an exponential.
     fine = 32

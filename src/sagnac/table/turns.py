@@ -1,21 +1,42 @@
-"""Turns of the table, and angles taken once a turn."""
+"""Turns of the table, and angles taken once a turn (full-turn sampling)."""
 
-from typing import Final
+import math
+from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.errors import RecordingError
 from sagnac.table.kinematics import KINEMATIC_RATE
 
+FEW_TURNS: Final = 4.0
+"""A table that makes fewer turns than this does not tell neighbouring orders apart."""
+
+SHORTEST: Final = 10.0
+"""Seconds of a turning table below which its averages of 1 s do not say how steadily it turns."""
+
 # The table is at rest below this motion over the whole record.
 _AT_REST: Final = np.radians(0.1)
-# A table with fewer turns than this does not tell neighbouring orders apart.
-FEW_TURNS: Final = 4.0
-# Seconds of a turning table below which its averages of 1 s do not say how steadily it turns.
-SHORTEST: Final = 10.0
+_TURN: Final = 2.0 * np.pi
+# Two full turns are three passes.
+_FEWEST_PASSES: Final = 3
+
+
+class FullTurnSamples(NamedTuple):
+    """What `full_rotation_samples` reads.
+
+    Attributes
+    ----------
+    times
+        (turns + 1,) fractional sample numbers, ascending.
+    values
+        (turns + 1,) the angle at `times`, rad.
+    """
+
+    times: FloatArray
+    values: FloatArray
 
 
 def is_turning(table: FloatArray | None) -> bool:
@@ -29,11 +50,28 @@ def is_turning(table: FloatArray | None) -> bool:
 def full_turns(table: FloatArray) -> float:
     """Turns between the lowest and the highest table angle, (samples,) rad."""
     lowest, highest = series.extent(table)
-    return (highest - lowest) / (2.0 * np.pi)
+    return (highest - lowest) / _TURN
 
 
 def mean_rate(table: FloatArray, sample_rate: float) -> float:
-    """Mean speed of the table, rad/s, signed by its net direction where it has one."""
+    """Mean speed of the table, rad/s, signed by its net direction if it has one.
+
+    Parameters
+    ----------
+    table
+        (samples,) unwrapped table angle, rad.
+    sample_rate
+        Hz.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two samples, or the sample rate is not positive.
+    """
+    if table.size < 2:
+        raise ValueError(f"table has {table.size} samples; a rate needs 2")
+    if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
+        raise ValueError(f"sample_rate is {sample_rate!r}; give a positive number of Hz")
     net = float(table[-1] - table[0])
     # Quantization noise of the encoder would add to the path at every sample.
     coarse = series.every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
@@ -42,11 +80,22 @@ def mean_rate(table: FloatArray, sample_rate: float) -> float:
     return sign * path * sample_rate / (table.size - 1)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Passes:
+    """Passes of full turns so far, and the furthest turn reached.
+
+    The furthest turn stays while the table goes back, so that each full turn is passed once.
+    """
+
+    reached: float
+    times: tuple[FloatArray, ...]
+
+
 def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray:
     """Fractional sample numbers at which the table passes each full turn.
 
-    Linear interpolation between the two samples beside the crossing. A table that reverses
-    passes the same angle again; only crossings in its net direction that open a new turn
+    The time is interpolated linearly between the two samples beside the pass. A table that
+    reverses passes the same angle again. Only passes in its net direction that open a new turn
     count, so that the turns between consecutive times are whole.
 
     Parameters
@@ -58,35 +107,40 @@ def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray
 
     Returns
     -------
-    (crossings,) ascending.
+    FloatArray
+        (passes,) ascending.
     """
     sign = -1.0 if table[-1] < table[0] else 1.0
-    times: list[FloatArray] = [np.empty(0)]
-    # The furthest turn reached so far: flat while the table goes back, so each whole turn
-    # is crossed exactly once.
-    reached = -np.inf
-    for span in series.through(table.size - 1, table):
-        turn = sign * ((table[span.start : span.stop + 1] - null_angle) / (2.0 * np.pi))
-        furthest = np.maximum.accumulate(np.maximum(turn, reached))
-        lowest = np.ceil(turn[0]) if span.start == 0 else np.floor(reached) + 1.0
-        reached = furthest[-1]
-        whole = np.arange(lowest, np.floor(reached) + 1.0)
-        after = np.maximum(np.searchsorted(furthest, whole, side="left"), 1)
-        before = furthest[after - 1]
-        step = furthest[after] - before
-        fraction = np.where(step > 0.0, (whole - before) / np.where(step > 0.0, step, 1.0), 0.0)
-        times.append(span.start + after - 1 + np.clip(fraction, 0.0, 1.0))
-    return np.concatenate(times)
+
+    def go_on(before: _Passes, block: slice) -> _Passes:
+        turn = sign * ((table[block.start : block.stop + 1] - null_angle) / _TURN)
+        furthest = np.maximum.accumulate(np.maximum(turn, before.reached))
+        lowest = np.ceil(turn[0]) if block.start == 0 else np.floor(before.reached) + 1.0
+        whole = np.arange(lowest, np.floor(furthest[-1]) + 1.0)
+        passed = _passed(furthest, whole, block.start)
+        return _Passes(reached=furthest[-1], times=(*before.times, passed))
+
+    start = _Passes(reached=-np.inf, times=(np.empty(0),))
+    return np.concatenate(series.reduce(go_on, start, table.size - 1, table).times)
+
+
+def _passed(furthest: FloatArray, whole: FloatArray, start: int) -> FloatArray:
+    """Fractional sample numbers at which `furthest`, from sample `start`, reaches `whole` turns."""
+    after = np.maximum(np.searchsorted(furthest, whole, side="left"), 1)
+    before = furthest[after - 1]
+    step = furthest[after] - before
+    fraction = np.where(step > 0.0, (whole - before) / np.where(step > 0.0, step, 1.0), 0.0)
+    return np.asarray(start + after - 1 + np.clip(fraction, 0.0, 1.0))
 
 
 def full_rotation_samples(
-    angle: FloatArray, table: FloatArray | None, null_pulse: NDArray[np.bool_] | None = None
-) -> tuple[FloatArray, FloatArray]:
+    angle: FloatArray, table: FloatArray | None, null_pulse: BooleanArray | None = None
+) -> FullTurnSamples:
     """Full rotation interval sampling (FRIS): the angle at each full turn, Eq. 8.
 
-    Full turns are counted from the null pulse where there is one, and from where the encoder
-    reads zero where there is none. The time of each is interpolated in the encoder's angle;
-    without an encoder it is taken midway between the pulse and the sample before.
+    Full turns are counted from the null pulse if there is one, and otherwise from the angle at
+    which the encoder reads zero. The time of each is interpolated in the encoder's angle; without
+    an encoder it is taken midway between the pulse and the sample before.
 
     Parameters
     ----------
@@ -99,11 +153,13 @@ def full_rotation_samples(
 
     Returns
     -------
-    times, values
-        (turns + 1,) fractional sample numbers, and the angle there, rad.
+    FullTurnSamples
+        Times and the angle there.
 
     Raises
     ------
+    ValueError
+        If the arrays do not have one sample each, or there is neither an encoder nor a null pulse.
     RecordingError
         If the table completes fewer than two full turns.
 
@@ -111,24 +167,37 @@ def full_rotation_samples(
     ----------
     Eqs. 8 and 9 of Yu et al. 2013.
     """
+    if table is None and null_pulse is None:
+        raise ValueError("full turns need a table angle or a null pulse; give table or null_pulse")
+    for name, given in (("table", table), ("null_pulse", null_pulse)):
+        if given is not None and given.shape != angle.shape:
+            raise ValueError(
+                f"{name} has shape {given.shape} and angle {angle.shape}; give one value a sample"
+            )
     pulses = np.empty(0, dtype=np.int64) if null_pulse is None else np.flatnonzero(null_pulse)
     pulses = pulses[pulses > 0]
     if table is None:
         times = pulses.astype(np.float64) - 0.5
     else:
-        null_angle = 0.0
-        if pulses.size:
-            # It lies somewhere in the step before; the mean over the turns is finer than a step.
-            middles = 0.5 * (series.at(table, pulses) + series.at(table, pulses - 1))
-            null_angle = float(np.angle(np.exp(1j * middles).sum()))
-        times = full_turn_times(table, null_angle=null_angle)
-    if times.size < 3:
+        times = full_turn_times(table, null_angle=_null_angle(table, pulses))
+    if times.size < _FEWEST_PASSES:
         covered = "" if table is None else f" (it covers {360.0 * full_turns(table):.1f} deg)"
         raise RecordingError(
             f"the table never completes two full turns{covered}, so full rotation interval "
-            "sampling has nothing to sample; use --method fos"
+            "sampling has nothing to sample",
+            channel="table",
+            remedy="use {method fos}",
         )
     first = np.minimum(times.astype(np.int64), angle.size - 2)
     fraction = times - first
     before = series.at(angle, first)
-    return times, before + fraction * (series.at(angle, first + 1) - before)
+    return FullTurnSamples(times, before + fraction * (series.at(angle, first + 1) - before))
+
+
+def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
+    """Table angle of the null pulse, rad: 0 if no sample of `pulses` has one."""
+    if pulses.size == 0:
+        return 0.0
+    # It lies somewhere in the step before; the mean over the turns is finer than a step.
+    middles = 0.5 * (series.at(table, pulses) + series.at(table, pulses - 1))
+    return float(np.angle(np.exp(1j * middles).sum()))

@@ -1,0 +1,269 @@
+"""Ridge regression of a gyro's averages on the kinematics of the table.
+
+The columns are the table angle (the share), time (the drift), the integrals of its cosine and sine
+(Earth rate), a shift in time if one is sought, and the cosine and sine of each order beside them.
+All are fitted in increments, in which the angle random walk is white.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import scipy.linalg
+
+from sagnac import series
+from sagnac.arrays import FloatArray
+from sagnac.table.earth import LARGEST_EARTH_RATE, bounded_by_earth
+from sagnac.table.kinematics import Kinematics, highest_harmonic
+
+# Orders allowed for while nobody knows which there are.
+_NUISANCE_ORDERS: Final = 128
+# Averages whose columns are held at a time.
+_AT_ONCE: Final = 8192
+# Columns of Earth rate among those of a `Design`.
+_EARTH: Final = slice(2, 4)
+# Singular values below this share of the largest are directions that the data do not distinguish.
+_COLLINEAR: Final = 1e-11
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KinematicFit:
+    """Coefficients of the table's kinematics in averages of a gyro angle.
+
+    Attributes
+    ----------
+    share
+        rad per rad of table angle.
+    drift
+        rad/s.
+    earth
+        Coefficients of the integrals of cosine and sine of the table angle, rad/s.
+    shift
+        Time by which the encoder leads the gyro beyond the lag known, s; 0 if none was sought.
+    orders, cosine, sine
+        (orders,) of table angle beside them, and their coefficients in the averages, rad.
+    """
+
+    share: float
+    drift: float
+    earth: tuple[float, float]
+    shift: float
+    orders: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """Columns of the regression, made some averages at a time.
+
+    Attributes
+    ----------
+    kinematic
+        Of the table.
+    columns
+        (averages,) each: table angle in rad, time in s (zeros without a drift), the integrals of
+        cosine and sine in s, and if a shift is sought the change that it makes, rad/s.
+    orders
+        (orders,) whose cosine and sine follow.
+
+    Raises
+    ------
+    ValueError
+        If a column does not have one value an average.
+    """
+
+    kinematic: Kinematics
+    columns: tuple[FloatArray, ...]
+    orders: FloatArray
+
+    def __post_init__(self) -> None:
+        averages = self.kinematic.angle.shape
+        for column in self.columns:
+            if column.shape != averages:
+                raise ValueError(f"a column has shape {column.shape}; the averages have {averages}")
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients."""
+        return len(self.columns) + 2 * self.orders.size
+
+    @property
+    def deviations(self) -> FloatArray:
+        """(coefficients,) prior standard deviation of each: Earth rate alone has one."""
+        prior = np.full(self.size, np.inf)
+        prior[_EARTH] = LARGEST_EARTH_RATE
+        return prior
+
+    def increments(self, block: slice) -> FloatArray:
+        """(coefficients, block) increments of every column."""
+        here = slice(block.start, block.stop + 1)
+        phase = np.outer(self.orders, self.kinematic.angle[here])
+        rows = np.empty((self.size, phase.shape[1]))
+        for row, column in zip(rows, self.columns, strict=False):
+            row[:] = column[here]
+        rows[len(self.columns) :: 2] = np.cos(phase)
+        rows[len(self.columns) + 1 :: 2] = np.sin(phase)
+        return np.diff(rows, axis=1)
+
+
+def design(
+    kinematic: Kinematics,
+    orders: FloatArray,
+    *,
+    with_drift: bool,
+    shift: FloatArray | None = None,
+) -> Design:
+    """Columns for these `orders`, with a drift or without, and with a `shift` column if given."""
+    count = kinematic.angle.size
+    columns: tuple[FloatArray, ...] = (
+        kinematic.angle,
+        np.asarray(np.arange(count) * kinematic.interval) if with_drift else np.zeros(count),
+        kinematic.cosine,
+        kinematic.sine,
+    )
+    return Design(
+        kinematic=kinematic,
+        columns=columns if shift is None else (*columns, shift),
+        orders=orders,
+    )
+
+
+def kinematic_fit(
+    averages: FloatArray,
+    kinematic: Kinematics,
+    harmonics: FloatArray | None,
+    *,
+    with_drift: bool,
+    shift: FloatArray | None = None,
+) -> KinematicFit:
+    """Fit the kinematics, and beside them those harmonics that the averages can show.
+
+    Parameters
+    ----------
+    averages
+        (averages,) of the gyro angle, rad.
+    kinematic
+        Of the table.
+    harmonics
+        Orders present in the angle; None if that is not known: all are allowed for, up to 128.
+    with_drift
+        Whether a drift is fitted.
+    shift
+        (averages,) change, rad/s, that a shift of the encoder in time makes; None: none is sought.
+    """
+    orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
+    orders = orders[orders <= highest_harmonic(kinematic)]
+    columns = design(kinematic, orders, with_drift=with_drift, shift=shift)
+    # Harmonics are known only after a search, which takes lines in time out as well.
+    return regression(averages, columns, lines_taken=harmonics is not None and harmonics.size > 0)
+
+
+def regression(averages: FloatArray, columns: Design, *, lines_taken: bool) -> KinematicFit:
+    """Least squares of the columns on increments of averages, Earth rate held by its prior.
+
+    Parameters
+    ----------
+    averages
+        (averages,) of the gyro angle, rad.
+    columns
+        As `design` makes them.
+    lines_taken
+        Whether lines in time are out of the averages. If they are still in, they count as noise:
+        they would otherwise buy any Earth rate that lowers them a little.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two averages, or not as many as the columns have.
+    """
+    if averages.shape != columns.kinematic.angle.shape or averages.size < 2:
+        raise ValueError(
+            f"averages have shape {averages.shape} and the kinematics "
+            f"{columns.kinematic.angle.shape}; give two or more of each"
+        )
+    target = np.diff(averages)
+    reduced = Triangle.of(triangle(columns, target))
+    left = leftover(columns, target, reduced.solution(np.zeros(columns.size)))
+    penalty = noise(left, lines_taken=lines_taken) / (columns.deviations * reduced.scale)
+    solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
+    plain = len(columns.columns)
+    earth = solution[_EARTH]
+    return KinematicFit(
+        share=float(solution[0]),
+        drift=float(solution[1]),
+        earth=(float(earth[0]), float(earth[1])),
+        shift=float(solution[_EARTH.stop]) if plain > _EARTH.stop else 0.0,
+        orders=columns.orders,
+        cosine=solution[plain::2],
+        sine=solution[plain + 1 :: 2],
+    )
+
+
+def triangle(columns: Design, target: FloatArray) -> FloatArray:
+    """Triangular factor of the columns beside the target, (rows, coefficients + 1).
+
+    Orthogonal triangles, not the normal equations: the parts of these columns that tell them apart
+    can be 1e-7 of their size, which squared is below rounding.
+    """
+    width = columns.size + 1
+
+    def stacked(before: FloatArray, block: slice) -> FloatArray:
+        rows = np.vstack([before, np.vstack([columns.increments(block), target[block]]).T])
+        return np.asarray(scipy.linalg.qr(rows, mode="r", overwrite_a=True)[0][:width])
+
+    return series.reduce(stacked, np.empty((0, width)), target.size, length=_AT_ONCE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Triangle:
+    """Least squares reduced to a triangle, its columns scaled to unit length.
+
+    Attributes
+    ----------
+    factor
+        (rows, coefficients).
+    right
+        (rows,) what it has to give.
+    scale
+        (coefficients,) length of each column; 1 for a column of zeros.
+    """
+
+    factor: FloatArray
+    right: FloatArray
+    scale: FloatArray
+
+    @classmethod
+    def of(cls, rows: FloatArray) -> "Triangle":
+        """Of what `triangle` makes: columns, and the target last."""
+        scale = np.sqrt(np.einsum("ij,ij->j", rows, rows))[:-1]
+        scale[scale == 0.0] = 1.0
+        return cls(
+            factor=rows[: scale.size, :-1] / scale, right=rows[: scale.size, -1], scale=scale
+        )
+
+    def solution(self, penalty: FloatArray) -> FloatArray:
+        """(coefficients,) of the ridge regression with a penalty on each scaled coefficient."""
+        stacked = np.vstack([self.factor, np.diag(penalty)])
+        target = np.concatenate([self.right, np.zeros(self.scale.size)])
+        return np.asarray(
+            scipy.linalg.lstsq(stacked, target, cond=_COLLINEAR)[0] / self.scale, dtype=np.float64
+        )
+
+
+def leftover(columns: Design, target: FloatArray, solution: FloatArray) -> FloatArray:
+    """(averages - 1,) of the target without the columns times the solution, rad."""
+    return series.made(
+        lambda block: target[block] - solution @ columns.increments(block),
+        target.size,
+        length=_AT_ONCE,
+    )
+
+
+def noise(left: FloatArray, *, lines_taken: bool) -> float:
+    """Standard deviation of white noise in what is left, rad; see `regression`."""
+    if not lines_taken:
+        return float(np.sqrt(np.mean(left**2)))
+    power = np.abs(np.fft.rfft(left)[1:]) ** 2 / left.size
+    # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
+    return float(np.sqrt(np.median(power) / np.log(2.0)))
