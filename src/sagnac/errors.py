@@ -116,6 +116,33 @@ class RecordingError(ValueError):
         return self.line()
 
 
+class MissingExtra(ImportError):
+    """A package that is not installed, and the extra of this one that brings it.
+
+    Parameters
+    ----------
+    package
+        What is imported: ``finufft``.
+    extra
+        Extra of this package that brings it: ``table``.
+    purpose
+        What needs it, as the subject of a sentence: ``a turning table``.
+
+    Examples
+    --------
+    >>> print(MissingExtra(package="rich", extra="all", purpose="this view"))
+    this view needs rich, which is not installed; install it with pip install 'sagnac[all]'
+    """
+
+    def __init__(self, *, package: str, extra: str, purpose: str) -> None:
+        super().__init__(
+            f"{purpose} needs {package}, which is not installed; install it with "
+            f"pip install 'sagnac[{extra}]'",
+            name=package,
+        )
+        self.package, self.extra, self.purpose = package, extra, purpose
+
+
 def as_note(noticed: "Note | str") -> Note:
     """A note, also of a text."""
     return noticed if isinstance(noticed, Note) else Note(text=noticed)

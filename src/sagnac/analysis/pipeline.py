@@ -196,10 +196,10 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             per_gyro_estimates = {
                 name: separation.angle_random_walk[name] for name in settings.gyros
             }
-            notes += separation.notes
+            notes += map(str, separation.notes)
         for fit in fits.values():
-            notes += [note for note in fit.notes if note not in notes]
-    notes += curve.notes
+            notes += [text for text in map(str, fit.notes) if text not in notes]
+    notes += map(str, curve.notes)
     for one in family:
         notes += [f"{one.estimator}: {note}" for note in one.notes if note not in curve.notes]
     source = (

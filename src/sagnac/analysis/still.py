@@ -111,8 +111,9 @@ def _with_gaps(
             f"{span}, does not give them ({why})"
         )
     # What the curve of the stretch alone noticed is of no curve that is shown.
-    of_stretch = [note for note in analysis.notes if note not in analysis.curve.notes]
-    noticed = [*recording.notes, note, *of_stretch, *curve.notes]
+    of_curve = [str(noted) for noted in analysis.curve.notes]
+    of_stretch = [noted for noted in analysis.notes if noted not in of_curve]
+    noticed = [*recording.notes, note, *of_stretch, *map(str, curve.notes)]
     for one in family:
         noticed += [f"{one.estimator}: {noted}" for noted in one.notes if noted not in curve.notes]
     analysis = replace(
