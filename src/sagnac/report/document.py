@@ -336,7 +336,7 @@ def _family(analysis: Analysis) -> dict[str, Any]:
                 "edf": curve.edf.tolist(),
                 "terms": curve.terms.tolist(),
                 "noise_type": curve.noise_type.tolist(),
-                "notes": list(curve.notes),
+                "notes": [str(note) for note in curve.notes],
             }
         )
     density = per_gyro_density(analysis)

@@ -23,27 +23,40 @@ Riley and Greenhall
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from html import escape
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gammaincinv
 
 from sagnac.arrays import FloatArray
+from sagnac.errors import MissingExtra, Note
 from sagnac.recording.model import Kind
 from sagnac.stability.accumulate import accumulated_track
 from sagnac.stability.clusters import cluster_sizes
-from sagnac.stability.degrees_of_freedom import curve_degrees_of_freedom
-from sagnac.stability.estimators import DIFFERENCES, Estimator, Gaps, check_choice
-from sagnac.stability.noise_type import check_noise_type, identified_noise_types
-from sagnac.stability.sums import POINTS
+from sagnac.stability.degrees_of_freedom import chi_squared_limits
+from sagnac.stability.estimators import ESTIMATORS, properties_of
+from sagnac.stability.names import Estimator, Gaps, check_choice
+from sagnac.stability.noise_type import NoiseTypes, check_noise_type, identified_noise_types
 
 # Share of the variance below which nobody asks what removing lines took.
 _SEEN_SHARE: Final = 1e-3
+# Rows that a notebook shows of a curve.
+_SHOWN_POINTS: Final = 12
+_ARRAYS: Final[Mapping[str, type]] = {
+    "tau": np.float64,
+    "deviation": np.float64,
+    "terms": np.int64,
+    "edf": np.float64,
+    "low": np.float64,
+    "high": np.float64,
+    "noise_type": np.int64,
+}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class StabilityCurve:
     """Deviation against cluster time, with its interval and its settings.
 
@@ -52,7 +65,7 @@ class StabilityCurve:
     tau
         (points,) cluster times, s.
     deviation
-        (points,) in the unit of the values given, per second.
+        (points,) in the unit of the values given, per second (the unit itself for ``tdev``).
     terms
         (points,) number of squared terms averaged.
     edf
@@ -67,6 +80,25 @@ class StabilityCurve:
         The settings it was made with.
     notes
         What was noticed, gap terms left out among them.
+    gyros_differenced
+        2 if the values were the difference of two gyros, so that the curve lies a factor
+        sqrt(2) above that of one (see `per_gyro`); 1 otherwise.
+
+    Raises
+    ------
+    ValueError
+        If an array differs in length from `tau`, or a setting is none of its choices.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac.stability.curve import stability_curve
+    >>> rate = np.random.default_rng(1).standard_normal(1000)
+    >>> curve = stability_curve(rate, kind="rate", sample_rate=10.0, taus=[0.1, 1.0, 10.0])
+    >>> curve
+    <StabilityCurve oadev, 3 points, tau 0.1 s to 10 s, 1000 samples of rate at 10 Hz>
+    >>> curve.deviation.round(3)
+    array([0.991, 0.324, 0.078])
     """
 
     tau: FloatArray
@@ -81,7 +113,108 @@ class StabilityCurve:
     sample_rate: float
     confidence: float
     samples: int
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
+    gyros_differenced: int = 1
+
+    def __post_init__(self) -> None:
+        for name, kind in _ARRAYS.items():
+            array: NDArray[Any] = np.array(getattr(self, name), dtype=kind)
+            if array.ndim != 1 or array.shape != np.shape(self.tau):
+                raise ValueError(
+                    f"{name} has shape {array.shape}; give one value for each tau, "
+                    f"shape {np.shape(self.tau)}"
+                )
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        if not np.all(self.tau > 0.0):
+            raise ValueError("tau holds a value that is not above zero; give cluster times in s")
+        check_choice("estimator", self.estimator, Estimator)
+        check_choice("kind", self.kind, Kind)
+        _check_sample_rate(self.sample_rate)
+        _check_confidence(self.confidence)
+        if self.gyros_differenced not in (1, 2):
+            raise ValueError(
+                f"gyros_differenced is {self.gyros_differenced!r}; use 1 (a gyro) or 2 (a pair)"
+            )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, StabilityCurve):
+            return NotImplemented
+        return all(
+            np.array_equal(one, two, equal_nan=True)
+            if isinstance(one, np.ndarray)
+            else bool(one == two)
+            for one, two in (
+                (getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__
+            )
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # arrays have none
+
+    def __repr__(self) -> str:
+        taus = f", tau {self.tau[0]:.4g} s to {self.tau[-1]:.4g} s" if self.tau.size else ""
+        pair = ", difference of two gyros" if self.gyros_differenced == 2 else ""
+        return (
+            f"<StabilityCurve {self.estimator}, {self.tau.size} points{taus}, "
+            f"{self.samples} samples of {self.kind} at {self.sample_rate:g} Hz{pair}>"
+        )
+
+    def _repr_html_(self) -> str:
+        chosen = np.unique(
+            np.linspace(0, self.tau.size - 1, min(self.tau.size, _SHOWN_POINTS)).round().astype(int)
+        )
+        rows = "".join(
+            f"<tr><td>{self.tau[i]:.4g}</td><td>{self.deviation[i]:.4g}</td>"
+            f"<td>{self.low[i]:.4g}</td><td>{self.high[i]:.4g}</td>"
+            f"<td>{self.edf[i]:.3g}</td><td>{self.noise_type[i]}</td></tr>"
+            for i in chosen
+        )
+        return (
+            f"<table><caption>{escape(repr(self)[1:-1])}</caption>"
+            "<tr><th>tau, s</th><th>deviation</th><th>low</th><th>high</th>"
+            f"<th>edf</th><th>noise type</th></tr>{rows}</table>"
+        )
+
+    def per_gyro(self) -> "StabilityCurve":
+        """The curve of one gyro: that of a pair over sqrt(2), any other as it is.
+
+        Independent gyros add in square, so a difference of two has twice their mean variance.
+        """
+        if self.gyros_differenced == 1:
+            return self
+        root = math.sqrt(self.gyros_differenced)
+        return replace(
+            self,
+            deviation=self.deviation / root,
+            low=self.low / root,
+            high=self.high / root,
+            gyros_differenced=1,
+        )
+
+    def to_frame(self) -> Any:
+        """One row a point: tau, deviation, low, high, edf, terms and noise type.
+
+        The settings are in its ``attrs``.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        try:
+            import pandas  # type: ignore[import-untyped, unused-ignore]  # noqa: PLC0415 - not needed for a curve
+        except ImportError:
+            raise MissingExtra(
+                purpose="a curve as a data frame", package="pandas", extra="frames"
+            ) from None
+        names = ("tau", "deviation", "low", "high", "edf", "terms", "noise_type")
+        frame = pandas.DataFrame({name: getattr(self, name) for name in names})
+        frame.attrs.update(self._settings())
+        return frame
+
+    def _settings(self) -> dict[str, Any]:
+        names = ("estimator", "kind", "sample_rate", "confidence", "samples", "gyros_differenced")
+        return {name: getattr(self, name) for name in names}
 
 
 def stability_curve(
@@ -122,7 +255,7 @@ def stability_curve(
         of the curve is then its effective 0.75 m tau0. None: 20 to the decade, up to the
         longest that the record allows (for ``haar`` every power of two).
     confidence
-        Probability content of [low, high].
+        Probability content of [low, high], between 0 and 1.
     gaps
         ``reject``: a missing sample is an error. ``omit``: every term that touches one is
         left out, counted and noted; a missing rate or increment breaks the accumulated
@@ -142,45 +275,52 @@ def stability_curve(
         If a value is infinite, or missing and `gaps` is ``reject``.
     ValueError
         If an argument cannot be used, or the record is too short.
+
+    Examples
+    --------
+    White rate noise of 0.02 deg/s/sqrt(Hz), sampled at 50 Hz: the deviation at 1 s is 0.02 deg/s.
+
+    >>> import numpy as np
+    >>> from sagnac.stability.curve import stability_curve
+    >>> rate = 0.02 * np.sqrt(50.0) * np.random.default_rng(2).standard_normal(20_000)
+    >>> curve = stability_curve(rate, kind="rate", sample_rate=50.0, taus=[1.0], confidence=0.95)
+    >>> bool(curve.low[0] < 0.02 < curve.high[0])
+    True
+    >>> curve.noise_type
+    array([0])
     """
     check_choice("kind", kind, Kind)
-    check_choice("estimator", estimator, Estimator)
+    row = properties_of(estimator)
     check_choice("gaps", gaps, Gaps)
-    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(f"sample_rate {sample_rate!r} is not a positive number of hertz")
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence {confidence!r} is not between 0 and 1; give 0.95 for 95 %")
+    _check_sample_rate(sample_rate)
+    _check_confidence(confidence)
     if noise_type is not None:
-        check_noise_type(noise_type, estimator)
+        check_noise_type(noise_type, row)
     samples = np.asarray(values, dtype=np.float64)
     if samples.ndim != 1:
         raise ValueError(f"values has shape {samples.shape}; give one channel, shape (samples,)")
-    track = accumulated_track(samples, kind, sample_rate, gaps, estimator)
-    notes: list[str] = []
-    if track.missing:
-        notes.append(f"{track.missing} of {samples.size} samples are missing")
-    clusters = cluster_sizes(taus, track.angle.size, sample_rate, estimator, notes)
-    scale = 1.0 if kind == "rate" else sample_rate
-
-    points = POINTS[estimator](track, clusters, notes)
+    only_whole = estimator if row.whole_record_only else None
+    track = accumulated_track(samples, kind, sample_rate, gaps, only_whole=only_whole)
+    angles = track.angle.size
+    clusters = cluster_sizes(taus, angles, sample_rate, row)
+    points = row.sums(track, clusters.sizes)
     tau = points.tau_samples / sample_rate
-    deviation = np.sqrt(points.variance) * scale
-    if estimator == "tdev":
-        deviation = deviation * tau / math.sqrt(3.0)
-    noise = (
-        identified_noise_types(track, points.clusters, DIFFERENCES[estimator], notes)
-        if noise_type is None
-        else np.full(tau.size, noise_type, dtype=np.int64)
-    )
+    scale = 1.0 if kind == "rate" else sample_rate
+    deviation = row.finished(np.sqrt(points.variance) * scale, tau)
+    if noise_type is None:
+        noise = identified_noise_types(track, points.clusters, row)
+    else:
+        noise = NoiseTypes(exponents=np.full(tau.size, noise_type, dtype=np.int64))
     edf = np.array(
         [
-            curve_degrees_of_freedom(rule, int(alpha), int(cluster), track.angle.size, int(terms))
-            for rule, alpha, cluster, terms in zip(
-                points.estimators, noise, points.clusters, points.windows, strict=True
+            ESTIMATORS[rule].freedom(int(alpha), int(cluster), angles, int(windows))
+            for rule, alpha, cluster, windows in zip(
+                points.rules, noise.exponents, points.clusters, points.windows, strict=True
             )
         ]
     )
-    low, high = _limits(deviation, edf, confidence)
+    low, high = chi_squared_limits(deviation, edf, confidence)
+    missing = Note(text=f"{track.missing} of {samples.size} samples are missing")
     return StabilityCurve(
         tau=tau,
         deviation=deviation,
@@ -188,14 +328,29 @@ def stability_curve(
         edf=edf,
         low=low,
         high=high,
-        noise_type=noise,
+        noise_type=noise.exponents,
         estimator=estimator,
         kind=kind,
         sample_rate=float(sample_rate),
         confidence=float(confidence),
         samples=int(samples.size),
-        notes=tuple(notes),
+        notes=(
+            *((missing,) if track.missing else ()),
+            *clusters.notes,
+            *points.notes,
+            *noise.notes,
+        ),
     )
+
+
+def _check_sample_rate(sample_rate: float) -> None:
+    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
+        raise ValueError(f"sample_rate {sample_rate!r} is not a positive number of hertz")
+
+
+def _check_confidence(confidence: float) -> None:
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence {confidence!r} is not between 0 and 1; give 0.95 for 95 %")
 
 
 def with_noise_restored(curve: StabilityCurve, taken: FloatArray, lines: int) -> StabilityCurve:
@@ -241,19 +396,11 @@ def with_noise_restored(curve: StabilityCurve, taken: FloatArray, lines: int) ->
     if share[most] >= _SEEN_SHARE:
         counted = "1 line" if lines == 1 else f"{lines} lines"
         notes += (
-            f"removal of {counted} took up to {100.0 * share[most]:.2g} % of the noise variance "
-            f"(at tau = {curve.tau[most]:.4g} s); it is added back",
+            Note(
+                text=f"removal of {counted} took up to {100.0 * share[most]:.2g} % of the noise "
+                f"variance (at tau = {curve.tau[most]:.4g} s); it is added back"
+            ),
         )
     return replace(
         curve, deviation=raised, low=curve.low * factor, high=curve.high * factor, notes=notes
     )
-
-
-def _limits(
-    deviation: FloatArray, edf: FloatArray, confidence: float
-) -> tuple[FloatArray, FloatArray]:
-    """Limits of the deviation: edf s^2 / sigma^2 is chi-squared with edf degrees."""
-    tail = 0.5 * (1.0 - confidence)
-    upper = 2.0 * gammaincinv(0.5 * edf, 1.0 - tail)
-    lower = 2.0 * gammaincinv(0.5 * edf, tail)
-    return deviation * np.sqrt(edf / upper), deviation * np.sqrt(edf / lower)

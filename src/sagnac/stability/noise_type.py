@@ -1,6 +1,7 @@
 """Which power law rules at a cluster time."""
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -8,87 +9,143 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
+from sagnac.errors import Note
 from sagnac.stability import _kernels
 from sagnac.stability.accumulate import Track
-from sagnac.stability.estimators import DIFFERENCES, Estimator
+from sagnac.stability.estimators import Properties
+
+_FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
+_SURE_OF_NOISE: Final = 200  # angles that leave no doubt between one type and the next
+_NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
+# Angles taken a cluster apart stay correlated after differencing if they are integrals of
+# a random walk: the method reads -2.4, -3.9 and -4.6 for -2, -3 and -4.
+_NOISE_BOUNDS_APART: Final = (1.5, 0.5, -0.5, -1.5, -3.1, -4.25)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseTypes:
+    """Power law of the rate noise at each cluster, (points,), and what was noticed."""
+
+    exponents: NDArray[np.int64]
+    notes: tuple[Note, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Reading:
+    """Exponent as read, not rounded, and about its standard deviation times 1.3."""
+
+    exponent: float
+    scatter: float
 
 
 def identified_noise_types(
-    track: Track, clusters: NDArray[np.int64], order: int, notes: list[str]
-) -> NDArray[np.int64]:
+    track: Track, clusters: NDArray[np.int64], estimator: Properties
+) -> NoiseTypes:
     """Power law of the rate noise at each cluster, by lag-1 autocorrelation.
 
     Angles a cluster apart lose a parabola and are differenced until they are stationary.
     From short clusters to long, on octaves at least, the type found before stands as long as
-    the reading is within its scatter of it, or less red; and it stands for good where fewer than
-    30 angles are left.
+    the reading is within its scatter of it, or less red. Beyond the longest cluster that leaves
+    30 angles, the last type stands.
+
+    Parameters
+    ----------
+    track
+        The record.
+    clusters
+        (points,) in samples, ascending.
+    estimator
+        Its row of the table.
+
+    References
+    ----------
+    Riley and Greenhall, Power law noise identification using the lag 1 autocorrelation,
+    EFTF 2004.
     """
-    starts, lengths = track.starts, track.lengths
-    longest = int(lengths.max(initial=1)) - 1
+    longest = int(track.lengths.max(initial=1)) - 1
     usable = longest // (_FEWEST_FOR_NOISE - 1)
-    anchor = max(1, min(int(clusters[0]), longest // _SURE_OF_NOISE))
-    octaves = anchor * 2 ** np.arange(int(clusters[-1]).bit_length(), dtype=np.int64)
-    ladder = np.unique(np.concatenate((octaves[octaves <= clusters[-1]], clusters)))
+    ladder = _ladder(clusters, longest)
     ladder = ladder[ladder <= usable]
     found: list[int] = []
     for m in map(int, ladder):
-        reading, scatter = _read_noise(track.angle, starts, lengths, m, order)
-        previous = found[-1] if found else None
-        if math.isnan(reading):
+        reading = _read_noise(track, m, estimator.order)
+        if math.isnan(reading.exponent):
             break
-        lowest = -2 if order == 2 else -4
-        nearest = max(_nearest_type(reading, m), lowest)
-        above = max(_nearest_type(reading + scatter, m), lowest)
-        below = max(_nearest_type(reading - scatter, m), lowest)
-        # Noise only gets redder with the cluster time: of a sum of power laws the redder rules
-        # the longer, and a reading that says otherwise is scatter, or a line.
-        stands = previous is not None and (below <= previous <= above or nearest > previous)
-        found.append(previous if previous is not None and stands else nearest)
-    if not found:
-        notes.append(
-            "noise type taken as 0 (angle random walk) for the intervals: "
-            f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from"
+        found.append(
+            _standing_type(reading, m, found[-1] if found else None, estimator.lowest_exponent)
         )
-        return np.zeros(clusters.size, dtype=np.int64)
+    if not found:
+        note = Note(
+            text="noise type taken as 0 (angle random walk) for the intervals: "
+            f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from",
+        )
+        return NoiseTypes(exponents=np.zeros(clusters.size, dtype=np.int64), notes=(note,))
     ladder = ladder[: len(found)]
     carried = int((clusters > usable).sum())
+    notes: tuple[Note, ...] = ()
     if carried:
-        notes.append(
-            f"noise type of the {carried} longest taus is that found at {ladder[-1]} samples"
+        notes = (
+            Note(
+                text=f"noise type of the {carried} longest taus is that found at "
+                f"{ladder[-1]} samples"
+            ),
         )
     place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)
-    return np.array(found, dtype=np.int64)[place]
+    return NoiseTypes(exponents=np.array(found, dtype=np.int64)[place], notes=notes)
 
 
-def _read_noise(
+def _ladder(clusters: NDArray[np.int64], longest: int) -> NDArray[np.int64]:
+    """Clusters to read the noise at: those asked for, and octaves from a sure one up."""
+    anchor = max(1, min(int(clusters[0]), longest // _SURE_OF_NOISE))
+    octaves = anchor * 2 ** np.arange(int(clusters[-1]).bit_length(), dtype=np.int64)
+    return np.unique(np.concatenate((octaves[octaves <= clusters[-1]], clusters)))
+
+
+def _standing_type(reading: _Reading, cluster: int, previous: int | None, lowest: int) -> int:
+    """Noise type of a reading, after that of the shorter clusters."""
+    nearest = max(_nearest_type(reading.exponent, cluster), lowest)
+    if previous is None:
+        return nearest
+    above = max(_nearest_type(reading.exponent + reading.scatter, cluster), lowest)
+    below = max(_nearest_type(reading.exponent - reading.scatter, cluster), lowest)
+    # Noise only gets redder with the cluster time: in a sum of power laws the redder rules
+    # the longer, and a reading that says otherwise is scatter, or a line.
+    return previous if below <= previous <= above or nearest > previous else nearest
+
+
+def _read_noise(track: Track, cluster: int, order: int) -> _Reading:
+    counts = (track.lengths - 1) // cluster + 1
+    enough = counts >= _FEWEST_FOR_NOISE
+    first, count = _sample_stretches(track.starts[enough], track.lengths[enough], cluster)
+    level = _lag_one_order(track.angle, first, count, cluster, order)
+    fewest = min(int(counts[enough].sum()), int(count.sum()))
+    return _Reading(exponent=2.0 - 2.0 * level, scatter=2.0 / math.sqrt(fewest))
+
+
+def _lag_one_order(
     angle: FloatArray,
-    starts: NDArray[np.int64],
-    lengths: NDArray[np.int64],
+    first: NDArray[np.int64],
+    count: NDArray[np.int64],
     cluster: int,
     order: int,
-) -> tuple[float, float]:
-    """Exponent as read, not rounded, and about its standard deviation times 1.3."""
-    counts = (lengths - 1) // cluster + 1
-    enough = counts >= _FEWEST_FOR_NOISE
-    first, count = _sample_stretches(starts[enough], lengths[enough], cluster)
-    if series.is_mapped(angle):
-        # Reading here and there would bring in all of the record.
-        places = np.concatenate(
-            [start + cluster * np.arange(size) for start, size in zip(first, count, strict=True)]
-        )
-        ascending = np.argsort(places)
-        values = np.empty(places.size)
-        values[ascending] = series.at(angle, places[ascending])
-        ends = np.cumsum(count)
-        level = float(_kernels.lag_one_order(values, ends - count, count, 1, order))
-    else:
-        level = float(_kernels.lag_one_order(angle, first, count, cluster, order))
-    return 2.0 - 2.0 * level, 2.0 / math.sqrt(min(int(counts[enough].sum()), int(count.sum())))
+) -> float:
+    """Integrations of white noise that angles a cluster apart amount to; NaN for a constant."""
+    if not series.is_mapped(angle):
+        return float(_kernels.lag_one_order(angle, first, count, cluster, order))
+    # Reading here and there would bring in all of the record.
+    places = np.concatenate(
+        [start + cluster * np.arange(size) for start, size in zip(first, count, strict=True)]
+    )
+    ascending = np.argsort(places)
+    values = np.empty(places.size)
+    values[ascending] = series.at(angle, places[ascending])
+    ends = np.cumsum(count)
+    return float(_kernels.lag_one_order(values, ends - count, count, 1, order))
 
 
-def _nearest_type(reading: float, cluster: int) -> int:
+def _nearest_type(exponent: float, cluster: int) -> int:
     bounds = _NOISE_BOUNDS if cluster == 1 else _NOISE_BOUNDS_APART
-    return 2 - sum(reading < bound for bound in bounds)
+    return 2 - sum(exponent < bound for bound in bounds)
 
 
 def _sample_stretches(
@@ -119,18 +176,16 @@ def _sample_stretches(
     return np.array(places)[chosen], np.array(sizes)[chosen]
 
 
-def check_noise_type(noise_type: int, estimator: Estimator) -> None:
-    """Refuse a power law for which the estimator does not converge."""
-    lowest = -2 if DIFFERENCES[estimator] == 2 else -4
+def check_noise_type(noise_type: int, estimator: Properties) -> None:
+    """Refuse a power law for which the estimator does not converge.
+
+    Raises
+    ------
+    ValueError
+        With the exponents to choose from.
+    """
+    lowest = estimator.lowest_exponent
     if noise_type not in range(lowest, 3):
         raise ValueError(
-            f"noise_type {noise_type!r} is out of range for {estimator}; use {lowest} to 2"
+            f"noise_type {noise_type!r} is out of range for {estimator.name}; use {lowest} to 2"
         )
-
-
-_FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
-_SURE_OF_NOISE: Final = 200  # angles that leave no doubt between one type and the next
-_NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
-# Angles taken a cluster apart stay correlated after differencing where they are integrals of
-# a random walk: the method reads -2.4, -3.9 and -4.6 for -2, -3 and -4.
-_NOISE_BOUNDS_APART: Final = (1.5, 0.5, -0.5, -1.5, -3.1, -4.25)
