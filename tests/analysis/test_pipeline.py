@@ -189,26 +189,26 @@ def turned(turns, samples=8000, *, share=0.577):
 @pytest.mark.parametrize(
     ("recording", "settings", "words"),
     [
-        (still(), Settings(gyros=("x",), method="fris"), ["needs a turning table", "--table"]),
+        (still(), Settings(gyros=("x",), method="fris"), ["needs a turning table", "table=COLUMN:UNIT"]),
         (
             turned(1.3),
             Settings(gyros=("x",), method="fris"),
-            ["never completes two full turns", "--method fos"],
+            ["never completes two full turns", "method=fos"],
         ),
         (
             turned(20, share=-0.577 * 20),
             Settings(gyros=("x",)),
-            ["x", "times as fast as the table", "--unit"],
+            ["x", "times as fast as the table", "unit"],
         ),
-        (still(400), Settings(gyros=("x",)), ["a curve needs 32", "--interval 0.31s"]),
+        (still(400), Settings(gyros=("x",)), ["a curve needs 32", "interval=0.31s"]),
         (
             turned(1.0, 180),
             Settings(gyros=("x",), interval=0.1),
-            ["9 s of a turning table", "10 s or more", "--slice"],
+            ["9 s of a turning table", "10 s or more", "slice"],
         ),
-        (still(), Settings(gyros=("q",)), ["no gyro 'q'", "it has x", "--gyros"]),
-        (still(), Settings(gyros=("x", "x")), ["x,x", "--gyros x,z"]),
-        (still(), Settings(gyros=()), ["(none)", "--gyros x,z"]),
+        (still(), Settings(gyros=("q",)), ["no gyro 'q'", "it has x", "gyros"]),
+        (still(), Settings(gyros=("x", "x")), ["x,x", "gyros=x,z"]),
+        (still(), Settings(gyros=("a", "b", "c", "d")), ["a,b,c,d", "gyros=x,z"]),
     ],
     ids=[
         "fris at rest",
@@ -218,7 +218,7 @@ def turned(turns, samples=8000, *, share=0.577):
         "too short to follow a table",
         "unknown",
         "twice",
-        "no gyro named",
+        "four gyros",
     ],
 )
 def test_refusals_are_one_line_with_the_file_and_a_remedy(recording, settings, words):
