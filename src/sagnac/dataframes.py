@@ -1,13 +1,18 @@
-"""Tables of results as pandas frames, if pandas is installed."""
+"""Data frames: pandas, if it is installed."""
 
-from collections.abc import Iterable, Mapping
+import importlib
 from typing import Any
 
 from sagnac.errors import MissingExtra
 
 
-def frame_of(rows: Iterable[Mapping[str, Any]]) -> Any:
-    """A pandas frame of rows.
+def pandas_for(purpose: str) -> Any:
+    """The pandas module, imported where it is needed.
+
+    Parameters
+    ----------
+    purpose
+        What needs it, for the error: ``a curve as a data frame``.
 
     Raises
     ------
@@ -15,7 +20,6 @@ def frame_of(rows: Iterable[Mapping[str, Any]]) -> Any:
         If pandas is not installed.
     """
     try:
-        import pandas as pd  # noqa: PLC0415
+        return importlib.import_module("pandas")
     except ImportError:
-        raise MissingExtra(purpose="a data frame", package="pandas", extra="frames") from None
-    return pd.DataFrame(list(rows))
+        raise MissingExtra(purpose, "pandas", "frames") from None

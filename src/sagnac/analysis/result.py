@@ -8,7 +8,7 @@ from typing import Any
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Spectrum
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
-from sagnac.dataframes import frame_of
+from sagnac.dataframes import pandas_for
 from sagnac.errors import Note
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
@@ -98,7 +98,7 @@ class Analysis:
         MissingExtra
             If pandas is not installed.
         """
-        return frame_of(
+        rows = [
             {
                 "fit": name,
                 "coefficient": coefficient,
@@ -110,7 +110,8 @@ class Analysis:
             }
             for name, fit in self.fits.items()
             for coefficient, estimate in fit.coefficients.items()
-        )
+        ]
+        return pandas_for("an analysis as a data frame").DataFrame(rows)
 
     def with_seconds(self, before: Mapping[str, float]) -> "Analysis":
         """The same with stages that came before it, such as reading."""

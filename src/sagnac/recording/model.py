@@ -1,6 +1,5 @@
 """A recording: gyro channels, the table encoder, sample times, and where they came from."""
 
-import importlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -10,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import MissingExtra, Note, RecordingError, as_note
+from sagnac.dataframes import pandas_for
+from sagnac.errors import Note, RecordingError, as_note
 from sagnac.recording.channel import Channel, Kind, require_rate, same_values
 from sagnac.recording.columns import gyro_of, pulses_of, seconds_of, table_of
 from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
@@ -288,10 +288,7 @@ class Recording:
         MissingExtra
             If pandas is not installed.
         """
-        try:
-            pandas = importlib.import_module("pandas")
-        except ImportError:
-            raise MissingExtra("a frame", "pandas", "frames") from None
+        pandas = pandas_for("a recording as a data frame")
         times = np.arange(self.samples) / self.sample_rate if self.times is None else self.times
         columns: dict[str, Any] = {"time[s]": times}
         for channel in (*self.gyros, *([self.table] if self.table else [])):

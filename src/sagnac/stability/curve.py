@@ -32,7 +32,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import MissingExtra, Note
+from sagnac.dataframes import pandas_for
+from sagnac.errors import Note
 from sagnac.recording.model import Kind
 from sagnac.stability.accumulate import accumulated_track
 from sagnac.stability.clusters import cluster_sizes
@@ -201,12 +202,7 @@ class StabilityCurve:
         MissingExtra
             If pandas is not installed.
         """
-        try:
-            import pandas  # type: ignore[import-untyped, unused-ignore]  # noqa: PLC0415 - not needed for a curve
-        except ImportError:
-            raise MissingExtra(
-                purpose="a curve as a data frame", package="pandas", extra="frames"
-            ) from None
+        pandas = pandas_for("a curve as a data frame")
         names = ("tau", "deviation", "low", "high", "edf", "terms", "noise_type")
         frame = pandas.DataFrame({name: getattr(self, name) for name in names})
         frame.attrs.update(self._settings())
