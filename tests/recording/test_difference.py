@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.coefficients.three_cornered_hat import groslambert_covariance
-from sagnac.errors import RecordingError
 from sagnac.recording.difference import per_gyro
-from sagnac.recording.kinds import angle_increments
 
 
 @pytest.fixture(scope="module")
@@ -78,29 +76,6 @@ def test_the_factor_of_a_difference():
     for wrong in (0, 3, -1):
         with pytest.raises(ValueError, match=r"use 1 \(a gyro\) or 2 \(a pair\)"):
             per_gyro(1.0, wrong)
-
-
-def test_increments_of_each_kind():
-    rate = np.array([1.0, 2.0, 4.0])
-    assert angle_increments(rate, kind="rate", sample_rate=2.0) == pytest.approx([0.5, 1.0, 2.0])
-    assert angle_increments(rate, kind="increment", sample_rate=2.0) == pytest.approx(rate)
-    assert angle_increments(rate, kind="angle", sample_rate=2.0) == pytest.approx([1.0, 2.0])
-
-
-@pytest.mark.parametrize(
-    ("values", "settings", "error", "message"),
-    [
-        ([1.0, np.nan, 2.0], {}, RecordingError, "sample 1 is not finite"),
-        ([[1.0, 2.0]], {}, ValueError, "give one channel"),
-        ([1.0, 2.0], {"kind": "phase"}, ValueError, "state angle, increment or rate"),
-        ([1.0, 2.0], {"sample_rate": 0.0}, ValueError, "samples per second"),
-    ],
-)
-def test_refusals_are_one_line(values, settings, error, message):
-    arguments = {"kind": "rate", "sample_rate": 1.0, **settings}
-    with pytest.raises(error, match=message) as caught:
-        angle_increments(values, **arguments)
-    assert "\n" not in str(caught.value)
 
 
 def test_groslambert_covariance_refuses_what_does_not_fit():

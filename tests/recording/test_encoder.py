@@ -10,7 +10,6 @@ from sagnac.formats import Statement, read
 from sagnac.recording.encoder import fill_missing, mark_missing
 from sagnac.recording.following import require_encoder_follows
 from sagnac.recording.model import Channel, Recording
-from sagnac.recording.quality import check
 
 ARCSECOND = math.pi / 648_000
 RATE = 500.0
@@ -168,25 +167,6 @@ def table(values: np.ndarray, gyro: np.ndarray, kind: str = "rate") -> Recording
         sample_rate=RATE,
         table=Channel(name="table", kind="angle", shown_in="deg", values=values),
     )
-
-
-@pytest.mark.parametrize("kind", ["angle", "increment", "rate"])
-def test_a_jump_that_the_gyro_does_not_make_is_refused(kind):
-    angle = np.radians(motion(40.0, reversing=True))
-    steps = 0.6 * np.diff(angle, prepend=angle[0])
-    gyro = {"angle": 0.6 * angle, "increment": steps, "rate": steps * RATE}[kind]
-    require_encoder_follows(table(angle, gyro, kind), table(angle, gyro, kind).gyros[0])
-    jumped = angle.copy()
-    jumped[12_000:] += np.radians(30.0)
-    recording = table(jumped, gyro, kind)
-    with pytest.raises(
-        RecordingError, match=r"table: 1 jump that gyro x does not make.*30 deg at "
-    ):
-        require_encoder_follows(recording, recording.gyros[0])
-    messages = [str(finding) for finding in check(recording) if finding.level == "error"]
-    assert len(messages) == 1
-    assert "24.000 s" in messages[0]
-    assert "slice=24.002:" in messages[0]
 
 
 # --- from a file ------------------------------------------------------------------------------

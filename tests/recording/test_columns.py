@@ -1,0 +1,47 @@
+"""Columns taken as channels, stamps and pulses."""
+
+import numpy as np
+import pytest
+
+from sagnac.errors import RecordingError
+from sagnac.recording.columns import gyro_of, pulses_of, seconds_of, table_of
+
+
+def test_integer_stamps_lose_nothing_by_the_size_of_the_epoch():
+    origin = 1_700_000_000_000_000_000
+    stamps = origin + np.arange(5) * 333
+    assert seconds_of(stamps, unit="ns") == pytest.approx(np.arange(5) * 333e-9, rel=1e-15)
+
+
+def test_dates_state_their_own_unit():
+    dates = np.datetime64("2024-05-01") + np.arange(3) * np.timedelta64(250, "ms")
+    np.testing.assert_array_equal(seconds_of(dates, unit="h"), [0.0, 0.25, 0.5])
+    np.testing.assert_array_equal(seconds_of(dates - dates[0], unit="h"), [0.0, 0.25, 0.5])
+
+
+def test_a_table_is_unwrapped_and_its_column_left_alone():
+    column = np.array([359.0, 359.5, 0.0, 0.5])
+    taken = table_of(column, unit="deg")
+    assert np.degrees(taken.channel.values) == pytest.approx([359.0, 359.5, 360.0, 360.5])
+    assert column[2] == 0.0
+    assert str(taken.notes[0]) == "table: unwrapped where it starts over, 1 time"
+
+
+@pytest.mark.parametrize("period", [0.0, -1.0, np.nan, np.inf])
+def test_a_period_is_above_zero(period):
+    with pytest.raises(ValueError, match="give the reading at which the counter starts over"):
+        gyro_of("x", [1.0], kind="angle", unit="deg", period=period)
+
+
+@pytest.mark.parametrize("column", [[False, True, True, False, True], [0, 5, 5, 0, 5]])
+def test_the_first_sample_of_each_pulse_is_taken(column):
+    pulses = pulses_of(column)
+    assert pulses.rising.tolist() == [False, True, False, False, True]
+    assert "stays up" in pulses.notes[0].text
+    assert pulses_of([0, 1, 0]).notes == ()
+
+
+@pytest.mark.parametrize("column", [[0, 1, 2], [0.0, np.nan, 1.0]])
+def test_pulses_have_two_levels(column):
+    with pytest.raises(RecordingError, match="null_pulse: takes more than two values"):
+        pulses_of(column)

@@ -1,0 +1,70 @@
+"""Frames of pandas and xarray, and dictionaries of columns, as recordings."""
+
+import numpy as np
+import pytest
+
+from sagnac.recording.model import Recording
+
+RATE = 50.0
+SECONDS = np.arange(40) / RATE
+X = np.sin(np.arange(40.0))
+
+
+def test_columns_are_found_by_name_with_the_units_of_their_headers():
+    frame = {"t[ms]": 1e3 * SECONDS, "x[deg/s]": X, "z[deg/h]": X, "encoder[arcsec]": X, "note": X}
+    made = Recording.from_frame(frame, kind="rate")
+    assert [(gyro.name, gyro.shown_in) for gyro in made.gyros] == [("x", "deg/s"), ("z", "deg/h")]
+    assert made.gyro("x").values == pytest.approx(np.radians(X))
+    assert made.table.values == pytest.approx(np.radians(X / 3600.0))
+    assert made.sample_rate == RATE
+
+
+def test_columns_are_taken_by_the_names_stated():
+    frame = {"gx": X, "gz": 2.0 * X, "enc": X, "stamp": SECONDS, "index": np.arange(40) == 3}
+    columns = {"x": "gx", "up": "gz", "table": "enc", "time": "stamp", "null_pulse": "index"}
+    made = Recording.from_frame(frame, columns, kind="rate", unit="deg/s", table_unit="rad")
+    assert [gyro.name for gyro in made.gyros] == ["x", "up"]
+    assert made.table.values == pytest.approx(X)
+    assert np.flatnonzero(made.null_pulse).tolist() == [3]
+
+
+@pytest.mark.parametrize(
+    ("frame", "arguments", "words"),
+    [
+        ({"a": X}, {}, r"the frame has no gyro; it has a: name one with columns=\{'x': NAME\}"),
+        ({"x": X}, {}, "the unit of gyro x is not stated"),
+        ({"x[deg/s]": X}, {"kind": None}, "kind is not stated"),
+        ({"x[deg/s]": X}, {}, "neither sample_rate nor times"),
+        ({"a": X}, {"columns": {"x": "b"}}, r"columns\['x'\] is 'b'; the frame has a"),
+        ({"x": X, "x[deg]": X}, {}, r"x, x\[deg\] may each be x; name one with columns"),
+        ({"x": X}, {"unit": {"z": "deg"}}, "unit is stated for z and not for gyro x"),
+    ],
+)
+def test_frames_that_make_no_recording_are_refused(frame, arguments, words):
+    with pytest.raises(ValueError, match=words) as caught:
+        Recording.from_frame(frame, **{"kind": "rate", **arguments})
+    assert "\n" not in str(caught.value)
+
+
+def test_the_dates_of_an_index_are_the_time():
+    pandas = pytest.importorskip("pandas")
+    index = pandas.date_range("2024-05-01", periods=40, freq="20ms")
+    frame = pandas.DataFrame({"x": X}, index=index)
+    assert Recording.from_frame(frame, kind="rate", unit="deg/s").sample_rate == RATE
+    stated = Recording.from_frame(frame, kind="rate", unit="deg/s", sample_rate=10.0)
+    assert stated.sample_rate == 10.0
+    series = frame["x"].astype("Float64")
+    series.iloc[3] = pandas.NA
+    made = Recording.from_arrays(x=series, kind="rate", unit="deg/s", sample_rate=RATE)
+    assert np.flatnonzero(np.isnan(made.gyros[0].values)).tolist() == [3]
+
+
+def test_a_dataset_of_xarray_is_taken():
+    xarray = pytest.importorskip("xarray")
+    data = xarray.Dataset(
+        {"x": ("time", X), "table": ("time", X)}, coords={"time": SECONDS}, attrs={"kind": "rate"}
+    )
+    made = Recording.from_frame(data, unit="deg/s")
+    assert made.sample_rate == RATE
+    assert made.gyros[0].values == pytest.approx(np.radians(X))
+    assert made.table is not None

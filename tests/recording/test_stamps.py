@@ -1,0 +1,68 @@
+"""Rate and evenness of time stamps."""
+
+import numpy as np
+import pytest
+
+from sagnac import series
+from sagnac.errors import RecordingError
+from sagnac.recording.stamps import median_step, sampling
+
+
+@pytest.mark.parametrize("size", [2, 3, 1000, 1001])
+@pytest.mark.parametrize("repeats", [True, False])
+def test_the_median_interval_is_exact_span_by_span(monkeypatch, size, repeats):
+    random = np.random.default_rng(size)
+    for stamps in (
+        np.cumsum(random.exponential(size=size)),
+        np.floor(np.arange(size) * 1.3) * 0.001,
+        np.cumsum(
+            random.choice([-0.5, 0.0, 0.01, np.nan, 1e300], p=[0.1, 0.3, 0.4, 0.1, 0.1])
+            * np.ones(size)
+        ),
+        np.zeros(size),
+    ):
+        with np.errstate(invalid="ignore", over="ignore"):
+            steps = np.diff(stamps)
+            kept = steps[np.isfinite(steps) & (steps >= 0.0 if repeats else steps > 0.0)]
+            expected = float(np.median(kept)) if kept.size else np.nan
+            with monkeypatch.context() as patch:
+                patch.setattr(series, "IN_MEMORY", 0)
+                patch.setattr(series, "SPAN", 97)
+                long = series.empty(size)
+                long[:] = stamps
+                found = median_step(long, repeats=repeats)
+            assert median_step(stamps, repeats=repeats) == pytest.approx(expected, nan_ok=True)
+        assert found == expected or (np.isnan(found) and np.isnan(expected))
+
+
+def test_even_stamps_give_their_rate_and_are_left_out():
+    taken = sampling(1e4 + np.arange(1000) / 100.0)
+    assert (taken.times, taken.sample_rate, taken.notes) == (None, 100.0, ())
+
+
+def test_stamps_on_a_coarse_clock_are_taken_as_uniform_and_noted():
+    taken = sampling(np.rint(1000.0 * np.arange(5000) / 99.9) / 1000.0)
+    assert taken.times is None
+    assert taken.sample_rate == pytest.approx(99.9, rel=1e-5)
+    assert "on a clock of 0.001 s: taken as uniform" in str(taken.notes[0])
+
+
+def test_uneven_stamps_stay():
+    stamps = np.arange(1000) / 100.0 + 0.003 * np.random.default_rng(0).uniform(size=1000)
+    taken = sampling(stamps)
+    np.testing.assert_array_equal(taken.times, stamps - stamps[0])
+    assert taken.notes[0].channel == "time"
+    assert "not uniform" in taken.notes[0].text
+
+
+def test_stamps_and_a_rate_have_to_agree():
+    stamps = np.arange(1000) / 100.0
+    assert sampling(stamps, 100.5).sample_rate == 100.0
+    with pytest.raises(RecordingError, match=r"time: the stamps give 100 Hz but 50 Hz is stated"):
+        sampling(stamps, 50.0)
+
+
+def test_stamps_that_do_not_run_forwards_need_a_rate():
+    with pytest.raises(RecordingError, match="time: does not run forwards"):
+        sampling(np.zeros(10))
+    assert sampling(np.zeros(10), 5.0).sample_rate == 5.0

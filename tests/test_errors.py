@@ -1,0 +1,79 @@
+"""Errors and notes as data, and how they are worded."""
+
+import pickle
+
+import pytest
+
+from sagnac.errors import (
+    MissingExtra,
+    Note,
+    RecordingError,
+    about,
+    as_note,
+    counted,
+    ranked,
+    worded,
+)
+
+
+def option(name, value):
+    return f"--{name} {value}".strip()
+
+
+def test_inputs_are_written_as_the_reader_gives_them():
+    text = "take {slice 30:90} or {table}; leave {time none} out ({null-pulse})"
+    assert worded(text) == "take slice=30:90 or table; leave time=none out (null-pulse)"
+    assert worded(text, option) == (
+        "take --slice 30:90 or --table; leave --time none out (--null-pulse)"
+    )
+    assert worded("columns={'x': NAME}, {X}") == "columns={'x': NAME}, {X}"
+
+
+def test_a_note_has_one_of_three_levels():
+    with pytest.raises(ValueError, match="level is 'note'; use one of error, warning, remark"):
+        Note(text="noticed", level="note")
+    assert str(Note(text="has {slice 3:} left", channel="x")) == "x: has slice=3: left"
+
+
+def test_errors_come_first_and_nothing_twice():
+    remark, warning, error = (Note(text="a", level=one) for one in ("remark", "warning", "error"))
+    assert ranked([remark, warning, remark, error, warning]) == (error, warning, remark)
+
+
+def test_an_error_names_file_channel_and_remedy():
+    error = RecordingError("is stuck", channel="x", remedy="take {slice 3:}")
+    assert str(error) == "x: is stuck; take slice=3:"
+    assert error.at("run.csv").line(option) == "run.csv: x: is stuck; take --slice 3:"
+    assert error.at("run.csv").at("other.csv").path == "run.csv"
+    of_note = RecordingError.of(Note(text="is stuck", level="error", channel="x"), "run.csv")
+    assert str(of_note) == "run.csv: x: is stuck"
+
+
+def test_notes_are_made_of_texts_and_given_a_channel():
+    note = Note(text="b", channel="z")
+    assert as_note("a") == Note(text="a")
+    assert as_note(note) is note
+    assert about([Note(text="a"), note], "x") == (Note(text="a", channel="x"), note)
+
+
+def test_a_missing_extra_names_what_to_install():
+    error = MissingExtra("a turning table", "finufft", "table")
+    assert str(error) == (
+        "a turning table needs finufft, which is not installed; "
+        "install it with pip install 'sagnac[table]'"
+    )
+    assert isinstance(error, ImportError)
+    assert (error.purpose, error.package, error.extra) == ("a turning table", "finufft", "table")
+
+
+def test_errors_cross_to_another_process():
+    for error in (
+        MissingExtra("a turning table", "finufft", "table"),
+        RecordingError("is stuck", path="run.csv", channel="x", remedy="take another"),
+    ):
+        back = pickle.loads(pickle.dumps(error))
+        assert (type(back), str(back), vars(back)) == (type(error), str(error), vars(error))
+
+
+def test_one_sample_and_two_samples():
+    assert (counted(1, "sample"), counted(2, "sample")) == ("1 sample", "2 samples")
