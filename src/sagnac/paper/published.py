@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from typing import Final
 
-# Figures as published, deg/sqrt(h): by interval in s, and by table rate in deg/s, three days.
+PAIR: Final = ("x", "z")
+# Figures as published, deg/sqrt(h). Figure 3 is by interval in s, the tables are by
+# table rate in deg/s, for three days.
 FIGURE_2: Final = 0.0498
 FIGURE_3: Final[Mapping[float, float]] = {1.0: 2.5006e-4, 6.0: 3.3011e-3, 12.0: 4.5305e-3}
 TABLE_1: Final[Mapping[float, tuple[float, ...]]] = {

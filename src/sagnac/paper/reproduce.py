@@ -1,89 +1,54 @@
 """The paper's experiment again: every figure and table, on the simulated rig.
 
-Yu et al., *Sensors* 2013, 13, 2750. `plan` lists the recordings and analyses, `reproduce`
-makes those that are not yet in the folder, and `predicted_angle_random_walk` is what
-Table 2 is for: the choice of table rate. Results are in the field's units, as the paper's
-numbers are.
+`plan` lists the recordings and analyses, and `reproduce` makes those that are not yet in the
+folder. Results are in the field's units, as the paper's numbers are.
 """
 
-import json
-import math
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import NamedTuple
 
 import numpy as np
 
-from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.result import Analysis
-from sagnac.analysis.settings import Settings
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Status
-from sagnac.formats.source import replacing
-from sagnac.paper.least_squares import FITTED_TERMS, FORMS, Form, least_squares
-from sagnac.paper.plan import FULL, Run, Scope, cell_name, plan
+from sagnac.errors import RecordingError
+from sagnac.paper.outcome import Outcome, outcome_of, read_outcome, write_outcome
+from sagnac.paper.plan import FULL, Scope, Table, cell_name, plan
 from sagnac.paper.prediction import Prediction, predicted_angle_random_walk
 from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.trials import Trial, trials
-from sagnac.recording.difference import per_gyro
-from sagnac.recording.model import Channel, Recording
-from sagnac.rig.config import RigConfig
 from sagnac.rig.simulate import Simulation, simulate
-from sagnac.stability.degrees_of_freedom import ieee_relative_error
-from sagnac.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.units import DEGREE
+
+__all__ = ["Cell", "Outcome", "Progress", "Reproduction", "outcomes_of_table", "reproduce"]
 
 Progress = Callable[[str, float], None]
-_PAPER_POINT_ERROR: Final = 0.1  # the cut the paper states for every curve
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
-    """What one run gave, in field units, per gyro.
-
-    Attributes
-    ----------
-    truth_deg_per_sqrt_h
-        N of the gyro, or N-bar of the pair, as simulated.
-    value, low, high, confidence, status
-        The estimate of N; NaN where it is not observable.
-    least_squares
-        N by each of `FORMS`, signed as `least_squares` says; empty where the curve has
-        fewer than five points within 10 %.
-    tau_s, deviation, low_curve, high_curve
-        The stability curve, deg/h.
-    """
-
-    name: str
-    table_rate_deg_per_s: float
-    mode: str
-    method: str
-    seed: int
-    duration_s: float
-    interval_s: float
-    truth_deg_per_sqrt_h: float
-    value: float
-    low: float
-    high: float
-    confidence: float
-    status: Status
-    lines: int
-    least_squares: Mapping[Form, float]
-    tau_s: tuple[float, ...]
-    deviation: tuple[float, ...]
-    low_curve: tuple[float, ...]
-    high_curve: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reproduction:
-    """Everything made: outcomes by run name, the trials behind Figure 3, the prediction."""
+    """Everything made.
+
+    Attributes
+    ----------
+    scope
+        How much was simulated.
+    outcomes
+        By run name.
+    trials
+        What was tried to explain Figure 3.
+    prediction
+        N against table rate.
+    computed
+        Runs that were not there yet.
+    """
 
     scope: Scope
     outcomes: Mapping[str, Outcome]
     trials: tuple[Trial, ...]
     prediction: Prediction
-    computed: int = field(default=0)
+    computed: int = 0
 
 
 def reproduce(
@@ -111,28 +76,24 @@ def reproduce(
     """
     report = progress or (lambda _stage, _fraction: None)
     runs = plan(scope)
-    store = folder / "runs"
-    store.mkdir(exist_ok=True)
+    store = _store(folder)
     outcomes: dict[str, Outcome] = {}
     computed = 0
-    last: tuple[RigConfig, Simulation] | None = None
-    for number, run in enumerate(runs, start=1):
-        path = store / f"{run.key}.json"
-        known = _read(path)
-        if known is not None:
-            outcomes[run.name] = known
-            continue
-        stage = f"{number}/{len(runs)} {run.name}"
-        report(stage, 0.0)
-        if last is None or last[0] != run.config:
-            last = None  # lets go of one recording before the next is made
-            last = (run.config, simulate(run.config))
-        report(stage, 0.2)
-        outcome = _outcome(run, last[1])
-        _write(path, outcome)
-        report(stage, 1.0)
-        outcomes[run.name] = outcome
-        computed += 1
+    for config, numbered in groupby(enumerate(runs, start=1), key=lambda item: item[1].config):
+        simulation: Simulation | None = None  # lets go of one recording before the next is made
+        for number, run in numbered:
+            path = store / f"{run.key}.json"
+            outcome = read_outcome(path)
+            if outcome is None:
+                stage = f"{number}/{len(runs)} {run.name}"
+                report(stage, 0.0)
+                simulation = simulation or simulate(config)
+                report(stage, 0.2)
+                outcome = outcome_of(run, simulation)
+                write_outcome(path, outcome)
+                report(stage, 1.0)
+                computed += 1
+            outcomes[run.name] = outcome
     return Reproduction(
         scope=scope,
         outcomes=outcomes,
@@ -142,105 +103,32 @@ def reproduce(
     )
 
 
-def _outcome(run: Run, simulation: Simulation) -> Outcome:
-    recording, interval = simulation.recording, run.interval_s
-    settings = Settings(gyros=run.gyros, method=run.method, interval=interval)
-    if run.preparation == "rate":
-        recording = _rate_sampled(recording, run.gyros[0], interval)
-        settings = replace(settings, interval=None)
-    analysis = analyze(recording, settings)
-    truth = simulation.truth
-    noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
-    estimate = analysis.angle_random_walk
-    curve = analysis.curve
-
-    def shown(values: FloatArray) -> tuple[float, ...]:
-        each = [per_gyro(value**2, analysis.gyros_differenced) for value in values]
-        return tuple((np.array(each) / DEGREE_PER_HOUR).tolist())
-
-    return Outcome(
-        name=run.name,
-        table_rate_deg_per_s=run.config.table.rate_deg_per_s,
-        mode=run.config.gyro.mode,
-        method=run.method,
-        seed=run.config.seed,
-        duration_s=run.config.duration_s,
-        interval_s=1.0 / curve.sample_rate,
-        truth_deg_per_sqrt_h=noise.arw_deg_per_sqrt_h,
-        value=estimate.value / DEGREE_PER_ROOT_HOUR,
-        low=estimate.low / DEGREE_PER_ROOT_HOUR,
-        high=estimate.high / DEGREE_PER_ROOT_HOUR,
-        confidence=estimate.confidence,
-        status=estimate.status,
-        lines=len(analysis.lines),
-        least_squares=_least_squares_of(analysis),
-        tau_s=tuple(curve.tau.tolist()),
-        deviation=shown(curve.deviation),
-        low_curve=shown(curve.low),
-        high_curve=shown(curve.high),
-    )
-
-
-def _rate_sampled(recording: Recording, name: str, interval: float) -> Recording:
-    """Mean rates over 1 s, one every `interval`."""
-    angle = recording.gyro(name).values[:: max(1, round(recording.sample_rate))]
-    rates = np.diff(angle)[:: max(1, round(interval))]
-    channel = Channel(name=name, kind="rate", shown_in="rad/s", values=rates)
-    return Recording(gyros=(channel,), sample_rate=1.0 / interval)
-
-
-def _least_squares_of(analysis: Analysis) -> dict[Form, float]:
-    curve = analysis.curve
-    clusters = np.round(curve.tau * curve.sample_rate).astype(int)
-    kept = np.array(
-        [
-            ieee_relative_error(curve.samples - 1, int(cluster)) <= _PAPER_POINT_ERROR
-            for cluster in clusters
-        ]
-    )
-    if np.count_nonzero(kept) < FITTED_TERMS:
-        return {}
-    return {
-        form: least_squares(
-            curve.tau[kept],
-            curve.deviation[kept],
-            form,
-            gyros_differenced=analysis.gyros_differenced,
-        )
-        / DEGREE_PER_ROOT_HOUR
-        for form in FORMS
-    }
-
-
-def _write(path: Path, outcome: Outcome) -> None:
-    values = {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in asdict(outcome).items()
-    }
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(values, allow_nan=False, indent=1), encoding="utf-8")
-
-
-def _read(path: Path) -> Outcome | None:
-    """A finished run, or None: a file that is not one is made again."""
+def _store(folder: Path) -> Path:
+    store = folder / "runs"
     try:
-        values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        for key, value in values.items():
-            if isinstance(value, list):
-                values[key] = tuple(value)
-            elif value is None:
-                values[key] = math.nan
-        return Outcome(**values)
-    except (OSError, ValueError, TypeError, AttributeError):
-        return None
+        store.mkdir(exist_ok=True)
+    except OSError as error:
+        raise RecordingError(
+            f"cannot be written ({error.strerror})",
+            path=str(store),
+            remedy="choose another output",
+        ) from None
+    return store
 
 
-def outcomes_of_table(
-    reproduction: Reproduction, table: Literal["table1", "table2"]
-) -> Iterable[tuple[float, int, float, Outcome]]:
-    """Cells of a table: rate in deg/s, day, the published N, what came out."""
+class Cell(NamedTuple):
+    """A cell of a table: rate in deg/s, day from 1, the published N, and what came out."""
+
+    rate: float
+    day: int
+    published: float
+    outcome: Outcome
+
+
+def outcomes_of_table(reproduction: Reproduction, table: Table) -> Iterator[Cell]:
+    """Cells of a table, day by day at each rate."""
     published = TABLE_1 if table == "table1" else TABLE_2
     for rate, days in published.items():
         for day in range(1, reproduction.scope.days + 1):
-            name = cell_name(table, rate, day)
-            yield rate, day, days[day - 1], reproduction.outcomes[name]
+            outcome = reproduction.outcomes[cell_name(table, rate, day)]
+            yield Cell(rate, day, days[day - 1], outcome)

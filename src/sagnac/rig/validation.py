@@ -90,7 +90,7 @@ def check(section: Any, prefix: str = "") -> None:
     ConfigurationError
         If a key holds what its rule does not allow.
     """
-    rules = rules_of(type(section), "")
+    rules = rules_of(section.__class__)
     for field in fields(section):
         value, name = getattr(section, field.name), prefix + field.name
         if field.name in rules:

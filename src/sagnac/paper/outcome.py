@@ -1,0 +1,170 @@
+"""One run of the paper's experiment: recorded, analyzed, and kept in a file."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.result import Analysis
+from sagnac.analysis.settings import Settings
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.estimates import Status
+from sagnac.formats.source import replacing
+from sagnac.paper.least_squares import FITTED_TERMS, FORMS, Form, least_squares
+from sagnac.paper.plan import Run
+from sagnac.recording.difference import per_gyro
+from sagnac.recording.model import Channel, Recording
+from sagnac.rig.simulate import Simulation
+from sagnac.stability.degrees_of_freedom import ieee_relative_error
+from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+
+_PAPER_POINT_ERROR: Final = 0.1  # the cut the paper states for every curve
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What one run gave, in field units, per gyro.
+
+    Attributes
+    ----------
+    truth_deg_per_sqrt_h
+        N of the gyro, or N-bar of the pair, as simulated.
+    value, low, high, confidence, status
+        The estimate of N; NaN where it is not observable.
+    least_squares
+        N by each of `FORMS`, signed as `least_squares` says; empty where the curve has
+        fewer than five points within 10 %.
+    tau_s, deviation, low_curve, high_curve
+        The stability curve, deg/h, all of one length.
+    """
+
+    name: str
+    table_rate_deg_per_s: float
+    mode: str
+    method: str
+    seed: int
+    duration_s: float
+    interval_s: float
+    truth_deg_per_sqrt_h: float
+    value: float
+    low: float
+    high: float
+    confidence: float
+    status: Status
+    lines: int
+    least_squares: Mapping[Form, float]
+    tau_s: tuple[float, ...]
+    deviation: tuple[float, ...]
+    low_curve: tuple[float, ...]
+    high_curve: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        points = {len(self.tau_s), len(self.deviation), len(self.low_curve), len(self.high_curve)}
+        if len(points) != 1:
+            raise ValueError(f"the curve of {self.name} has columns of {sorted(points)} points")
+
+
+def outcome_of(run: Run, simulation: Simulation) -> Outcome:
+    """Analyze the recording of a run, and set the estimate beside its truth."""
+    recording, interval = simulation.recording, run.interval_s
+    settings = Settings(gyros=run.gyros, method=run.method, interval=interval)
+    if run.preparation == "rate":
+        recording = _rate_sampled(recording, run.gyros[0], interval)
+        settings = replace(settings, interval=None)
+    analysis = analyze(recording, settings)
+    truth = simulation.truth
+    noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
+    estimate, curve = analysis.angle_random_walk, analysis.curve
+    return Outcome(
+        name=run.name,
+        table_rate_deg_per_s=run.config.table.rate_deg_per_s,
+        mode=run.config.gyro.mode,
+        method=run.method,
+        seed=run.config.seed,
+        duration_s=run.config.duration_s,
+        interval_s=1.0 / curve.sample_rate,
+        truth_deg_per_sqrt_h=noise.arw_deg_per_sqrt_h,
+        value=estimate.value / DEGREE_PER_ROOT_HOUR,
+        low=estimate.low / DEGREE_PER_ROOT_HOUR,
+        high=estimate.high / DEGREE_PER_ROOT_HOUR,
+        confidence=estimate.confidence,
+        status=estimate.status,
+        lines=len(analysis.lines),
+        least_squares=_least_squares_of(analysis),
+        tau_s=tuple(curve.tau.tolist()),
+        deviation=_shown(analysis, curve.deviation),
+        low_curve=_shown(analysis, curve.low),
+        high_curve=_shown(analysis, curve.high),
+    )
+
+
+def _shown(analysis: Analysis, values: FloatArray) -> tuple[float, ...]:
+    """Points of a curve per gyro, deg/h."""
+    each = [per_gyro(value**2, analysis.gyros_differenced) for value in values]
+    return tuple((np.array(each) / DEGREE_PER_HOUR).tolist())
+
+
+def _rate_sampled(recording: Recording, name: str, interval: float) -> Recording:
+    """Mean rates over 1 s, one every `interval`."""
+    angle = recording.gyro(name).values[:: max(1, round(recording.sample_rate))]
+    rates = np.diff(angle)[:: max(1, round(interval))]
+    channel = Channel(name=name, kind="rate", unit="rad/s", values=rates)
+    return Recording(gyros=(channel,), sample_rate=1.0 / interval)
+
+
+def _least_squares_of(analysis: Analysis) -> dict[Form, float]:
+    curve = analysis.curve
+    clusters = np.round(curve.tau * curve.sample_rate).astype(int)
+    kept = np.array(
+        [
+            ieee_relative_error(curve.samples - 1, int(cluster)) <= _PAPER_POINT_ERROR
+            for cluster in clusters
+        ]
+    )
+    if np.count_nonzero(kept) < FITTED_TERMS:
+        return {}
+    return {
+        form: least_squares(
+            curve.tau[kept],
+            curve.deviation[kept],
+            form,
+            gyros_differenced=analysis.gyros_differenced,
+        )
+        / DEGREE_PER_ROOT_HOUR
+        for form in FORMS
+    }
+
+
+def write_outcome(path: Path, outcome: Outcome) -> None:
+    """Keep a finished run as JSON; the file appears only when it is whole.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    values = {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in asdict(outcome).items()
+    }
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(values, allow_nan=False, indent=1), encoding="utf-8")
+
+
+def read_outcome(path: Path) -> Outcome | None:
+    """A finished run, or None: a file that is not one is made again."""
+    try:
+        values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        for key, value in values.items():
+            if isinstance(value, list):
+                values[key] = tuple(value)
+            elif value is None:
+                values[key] = math.nan
+        return Outcome(**values)
+    except (OSError, ValueError, TypeError, AttributeError):
+        return None
