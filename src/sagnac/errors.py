@@ -117,30 +117,34 @@ class RecordingError(ValueError):
 
 
 class MissingExtra(ImportError):
-    """A package that is not installed, and the extra of this one that brings it.
+    """A package that only some uses need is not installed.
 
     Parameters
     ----------
-    package
-        What is imported: ``finufft``.
-    extra
-        Extra of this package that brings it: ``table``.
     purpose
-        What needs it, as the subject of a sentence: ``a turning table``.
+        What needs it, a noun that starts the sentence: ``a pandas frame``.
+    package
+        Its name.
+    extra
+        The extra of this package that brings it.
 
     Examples
     --------
-    >>> print(MissingExtra(package="rich", extra="all", purpose="this view"))
-    this view needs rich, which is not installed; install it with pip install 'sagnac[all]'
+    >>> print(MissingExtra("a frame", "pandas", "frames"))
+    a frame needs pandas, which is not installed; install it with pip install 'sagnac[frames]'
     """
 
-    def __init__(self, *, package: str, extra: str, purpose: str) -> None:
+    def __init__(self, purpose: str, package: str, extra: str) -> None:
         super().__init__(
-            f"{purpose} needs {package}, which is not installed; install it with "
-            f"pip install 'sagnac[{extra}]'",
+            f"{purpose} needs {package}, which is not installed; "
+            f"install it with pip install 'sagnac[{extra}]'",
             name=package,
         )
-        self.package, self.extra, self.purpose = package, extra, purpose
+        self.purpose, self.package, self.extra = purpose, package, extra
+
+    def __reduce__(self) -> tuple[type[Self], tuple[str, str, str]]:
+        # An error that crosses to another process is made there from its parts.
+        return type(self), (self.purpose, self.package, self.extra)
 
 
 def as_note(noticed: "Note | str") -> Note:
