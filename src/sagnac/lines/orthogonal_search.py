@@ -1,9 +1,9 @@
-"""Fast orthogonal search (FOS): terms of a sinusoidal series, greedily, on any phase.
+"""Fast orthogonal search (FOS): terms of a series, greedily, without orthogonal functions.
 
-Korenberg's recursion needs no orthogonal functions, only inner products, and of sinusoids
-on a grid of frequencies these are all values of two Fourier sums over the phase: the
-data's and the sampling's. One non-uniform FFT makes each; after that nothing passes over
-the samples again.
+Korenberg's recursion needs only inner products. Those of sinusoids on a grid of frequencies are
+all values of two Fourier sums over the phase: the data's and the sampling's. One non-uniform FFT
+makes each, and nothing passes over the samples again. Candidates of one's own come as a matrix,
+which is passed over once for every term chosen.
 
 References
 ----------
@@ -11,178 +11,364 @@ Korenberg, Biol. Cybern. 60 (1989) 267; Korenberg and Paarmann, IEEE Signal Proc
 8(3) (1991) 29; Eqs. 17-19 of Yu et al., Sensors 13 (2013) 2750.
 """
 
+import math
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
+from scipy.stats import chi2
 
-from sagnac.arrays import FloatArray
-from sagnac.lines import _kernels
-from sagnac.spectrum.sums import angle_sums
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.lines.candidate_products import (
+    CandidateProducts,
+    MatrixProducts,
+    SinusoidProducts,
+)
 
 Stop = Literal["korenberg", "false-alarm", "none"]
+STOPS: Final[tuple[Stop, ...]] = get_args(Stop)
 # A candidate of which less than this share is new beside the chosen terms is rejected.
 _DEPENDENT: Final = 1e-6
-# And one of less mean square than this: the Fourier sums are good to a hundredth of it.
-_LEAST_POWER: Final = 1e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OrthogonalSearch:
-    """What a search chose, in order, and the series it makes.
+    """What a search chose, in order, the series it makes, and how it was asked.
 
     Attributes
     ----------
     constant, slope
-        Of the terms 1 and phase (Eq. 19).
-    frequencies
-        (terms,) rad of argument per unit of phase.
-    cosine, sine
-        (terms,) coefficients of ``cos(frequency * phase)`` and sin.
+        Of the terms 1 and phase (Eq. 19); the slope is 0 without a phase.
+    chosen
+        (chosen,) which candidates, counted from 0, in the order of their choice.
+    coefficients
+        (chosen, terms) of the terms of each: one, or the two of a pair (cosine, then sine).
     mean_square
-        (terms + 1,) mean square of what is left, after constant and slope alone and after
-        each pair.
-    stop
-        The rule it stopped by.
+        (chosen + 1,) mean square of what is left, after constant and slope alone and after
+        each candidate.
+    spacing
+        Between the frequencies of the candidates, rad per unit of phase; None for a matrix.
+    candidates
+        Number of candidates.
+    stop, false_alarm, most_terms
+        The rule it stopped by, its probability, and the most candidates it might choose.
+
+    Raises
+    ------
+    ValueError
+        If the sizes do not agree.
     """
 
     constant: float
     slope: float
-    frequencies: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
+    chosen: IntegerArray
+    coefficients: FloatArray
     mean_square: FloatArray
+    spacing: float | None
+    candidates: int
     stop: Stop
+    false_alarm: float
+    most_terms: int
 
-    def series(self, phase: FloatArray) -> FloatArray:
-        """The chosen series at `phase`, (samples,)."""
-        total = self.constant + self.slope * phase
-        for frequency, cosine, sine in zip(self.frequencies, self.cosine, self.sine, strict=True):
-            argument = frequency * phase
-            total += cosine * np.cos(argument) + sine * np.sin(argument)
-        return np.asarray(total)
+    def __post_init__(self) -> None:
+        count = self.chosen.size
+        if len(self.coefficients) != count or self.mean_square.shape != (count + 1,):
+            raise ValueError(
+                f"chosen, coefficients and mean_square have shapes {self.chosen.shape}, "
+                f"{self.coefficients.shape} and {self.mean_square.shape}; they do not go together"
+            )
+
+    @property
+    def frequencies(self) -> FloatArray:
+        """(chosen,) rad of argument per unit of phase.
+
+        Raises
+        ------
+        ValueError
+            If the candidates were a matrix.
+        """
+        if self.spacing is None:
+            raise ValueError("candidates of a matrix have no frequencies; read chosen instead")
+        return np.asarray(self.spacing * (self.chosen + 1.0))
+
+    @property
+    def cosine(self) -> FloatArray:
+        """(chosen,) coefficients of ``cos(frequency * phase)``, or of each first term."""
+        return np.asarray(self.coefficients[:, 0])
+
+    @property
+    def sine(self) -> FloatArray:
+        """(chosen,) coefficients of ``sin(frequency * phase)``, or of each second term."""
+        return np.asarray(self.coefficients[:, 1])
+
+    def series(self, phase: ArrayLike | None, candidates: ArrayLike | None = None) -> FloatArray:
+        """The chosen series, (samples,) in the unit of the signal.
+
+        Parameters
+        ----------
+        phase
+            (samples,) as it was searched; None if there was none.
+        candidates
+            The matrix, if it was one.
+
+        Raises
+        ------
+        ValueError
+            If what was searched is missing here.
+        """
+        along = None if phase is None else np.asarray(phase, dtype=np.float64)
+        if along is None and (self.spacing is not None or self.slope != 0.0):
+            raise ValueError("phase is None; the series has a slope or sinusoids along it")
+        if (candidates is None) != (self.spacing is not None):
+            raise ValueError("candidates are given for a matrix, and not for sinusoids of a phase")
+        total: FloatArray | float = self.constant
+        if along is not None:
+            total = self.constant + self.slope * along
+        if self.spacing is not None and along is not None:
+            for frequency, cosine, sine in zip(
+                self.frequencies, self.cosine, self.sine, strict=True
+            ):
+                argument = frequency * along
+                total += cosine * np.cos(argument) + sine * np.sin(argument)
+            return np.asarray(total)
+        matrix = np.asarray(candidates, dtype=np.float64)
+        columns = matrix.reshape(*matrix.shape[:2], -1)[:, self.chosen]
+        return np.asarray(total + np.einsum("ijk,jk->i", columns, self.coefficients))
 
 
 def fast_orthogonal_search(
-    phase: FloatArray,
-    signal: FloatArray,
+    phase: ArrayLike | None,
+    signal: ArrayLike,
     *,
-    spacing: float,
-    candidates: int,
+    candidates: int | ArrayLike,
+    spacing: float | None = None,
     stop: Stop = "korenberg",
     false_alarm: float = 0.05,
     most_terms: int = 40,
 ) -> OrthogonalSearch:
-    """Choose pairs of sine and cosine that lower the mean square of `signal` most.
+    """Choose those candidates, one after another, that lower the mean square of `signal` most.
 
-    Candidates are ``spacing * k``, k = 1 ... `candidates`; constant and slope are always in.
-    A pair's merit is Q(cos) + Q(sin | cos), each C^2 / D of Korenberg's recursion.
+    The candidates are pairs of cosine and sine of ``spacing * k * phase``, k = 1 ...
+    `candidates`, or the columns of a matrix. A constant is always in, and so is a slope along the
+    phase. A pair's merit is Q(cos) + Q(sin | cos), each C^2 / D of Korenberg's recursion.
 
     Parameters
     ----------
     phase
-        (samples,) table angle or time; any spacing.
+        (samples,) table angle or time; any spacing. None: no slope, for a matrix alone.
     signal
-        (samples,) angle.
+        (samples,) in any unit.
+    candidates
+        Number of frequencies; or (samples, candidates) one term each, or (samples, candidates, 2)
+        pairs of terms that are chosen together.
     spacing
         Between candidate frequencies, rad per unit of phase. 1 for the integer orders of a
-        table angle in rad.
-    candidates
-        How many.
+        table angle in rad. None for a matrix.
     stop
-        ``korenberg``: when a pair brings less than 2 * 4 / (N + 1) of the mean square left
-        (each of its two terms the published bound; per candidate, so that of many candidates
-        of pure noise many pass). ``false-alarm``: less than 2 ln(candidates / false_alarm) / N,
-        one probability for the whole set. ``none``: at `most_terms`.
+        ``korenberg``: when a candidate brings less than 4 / (N + 1) of the mean square left for
+        each of its terms, the published bound. It holds for one candidate, so that among many
+        candidates of pure noise many pass. ``false-alarm``: less than noise alone would bring with
+        probability `false_alarm` in the whole set; for pairs 2 ln(candidates / false_alarm) / N.
+        ``none``: at `most_terms`.
+    false_alarm
+        Between 0 and 1.
     most_terms
-        Pairs at most.
+        Candidates chosen at most.
+
+    Returns
+    -------
+    OrthogonalSearch
+        Its coefficients are in the unit of the signal over that of the terms.
 
     Raises
     ------
     ValueError
         If an argument makes no sense.
+    MissingExtra
+        If finufft is not installed, and the phase is not one even turn.
+
+    Examples
+    --------
+    Orders 2 and 5 of an angle that turns unevenly:
+
+    >>> import numpy as np
+    >>> time = np.arange(1000) / 100.0
+    >>> angle = 3.0 * time + np.sin(time)
+    >>> signal = 0.5 * np.cos(2.0 * angle) + 0.2 * np.sin(5.0 * angle)
+    >>> found = fast_orthogonal_search(angle, signal, spacing=1.0, candidates=8, most_terms=2)
+    >>> found.frequencies
+    array([2., 5.])
+
+    Candidates of one's own, such as temperatures:
+
+    >>> own = np.stack([time**2, np.sqrt(time), np.cos(2.0 * angle)], axis=1)
+    >>> found = fast_orthogonal_search(time, signal, candidates=own, most_terms=1)
+    >>> found.chosen
+    array([2])
+    >>> found.coefficients.round(2)
+    array([[0.5]])
     """
-    if phase.shape != signal.shape or phase.ndim != 1:
+    checked = np.asarray(signal, dtype=np.float64)
+    along = None if phase is None else np.asarray(phase, dtype=np.float64)
+    _check(along, checked, spacing, candidates)
+    _check_rule(stop, false_alarm, most_terms)
+    line = _line_through(along, checked)
+    products = _products(along, line, candidates, spacing)
+    state = _State(products)
+    state.orthogonalize_to_line(line.ramp_power)
+    bound = _bound(stop, false_alarm, products, checked.size)
+    mean_square = state.choose_all(line.mean_square, bound, most_terms)
+    total = state.coefficients()
+    slope = (line.slope + float(total[1])) / line.half
+    found = OrthogonalSearch(
+        constant=line.level + float(total[0]) - slope * line.middle,
+        slope=slope,
+        chosen=np.array(state.chosen, dtype=np.int64),
+        coefficients=total[2:].reshape(-1, 2)[:, : products.terms],
+        mean_square=mean_square,
+        spacing=spacing,
+        candidates=products.size,
+        stop=stop,
+        false_alarm=false_alarm,
+        most_terms=most_terms,
+    )
+    for array in (found.chosen, found.coefficients, found.mean_square):
+        array.flags.writeable = False
+    return found
+
+
+def _check(
+    phase: FloatArray | None,
+    signal: FloatArray,
+    spacing: float | None,
+    candidates: int | ArrayLike,
+) -> None:
+    """Refuse arrays and candidates that make no sense."""
+    if signal.ndim != 1 or signal.size == 0:
+        raise ValueError(f"signal has shape {signal.shape}; give (samples,)")
+    if phase is not None and phase.shape != signal.shape:
         raise ValueError(
             f"phase has shape {phase.shape} and signal {signal.shape}; give one of each a sample"
         )
-    if not (spacing > 0.0 and candidates >= 1 and most_terms >= 0):
+    for name, given in (("phase", phase), ("signal", signal)):
+        if given is not None and not np.isfinite(given).all():
+            raise ValueError(f"{name} has values that are not finite; leave these samples out")
+    if isinstance(candidates, int | np.integer):
+        if phase is None:
+            raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
+        if spacing is None or not (spacing > 0.0 and math.isfinite(spacing)) or candidates < 1:
+            raise ValueError(f"spacing {spacing}, candidates {candidates}: give positive numbers")
+        return
+    if spacing is not None:
+        raise ValueError(f"spacing is {spacing}, and candidates is a matrix; give one of them")
+    matrix = np.asarray(candidates, dtype=np.float64)
+    fits = matrix.ndim == 2 or (matrix.ndim == 3 and matrix.shape[2] in {1, 2})
+    if not fits or matrix.shape[0] != signal.size or matrix.shape[1] == 0:
         raise ValueError(
-            f"spacing {spacing}, candidates {candidates}, most_terms {most_terms}: "
-            "give positive numbers"
+            f"candidates has shape {matrix.shape}; give ({signal.size}, candidates), or "
+            f"({signal.size}, candidates, 2) for pairs"
         )
-    samples = phase.size
-    # Centred and scaled, so that the line through the signal costs no precision; the recursion
-    # then starts with 1 and the line, against which everything is made orthogonal.
-    middle = float(phase.mean())
-    half = max(float(np.abs(phase - middle).max()), np.finfo(float).tiny)
-    ramp = (phase - middle) / half
+    if not np.isfinite(matrix).all():
+        raise ValueError("candidates has values that are not finite; leave these samples out")
+
+
+def _check_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
+    """Refuse a rule that makes no sense."""
+    if stop not in STOPS:
+        raise ValueError(f"stop is {stop!r}; use one of {', '.join(STOPS)}")
+    if not 0.0 < false_alarm < 1.0:
+        raise ValueError(f"false_alarm is {false_alarm!r}; give a probability between 0 and 1")
+    if most_terms < 0:
+        raise ValueError(f"most_terms {most_terms}: give 0 or more")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Line:
+    """Least squares of a constant and a slope.
+
+    Attributes
+    ----------
+    level, slope
+        ``level + slope * ramp``.
+    ramp, ramp_power
+        (samples,) the phase centred and scaled to 1, so that the line costs no precision, or
+        zeros; and its mean square.
+    middle, half
+        ``phase = middle + half * ramp``.
+    rest, mean_square
+        (samples,) of the signal without the line, and its mean square.
+    """
+
+    level: float
+    slope: float
+    ramp: FloatArray
+    ramp_power: float
+    middle: float
+    half: float
+    rest: FloatArray
+    mean_square: float
+
+
+def _line_through(phase: FloatArray | None, signal: FloatArray) -> _Line:
+    """The line that the recursion starts with, against which everything is made orthogonal."""
+    samples = signal.size
+    middle, half, ramp = 0.0, 1.0, np.zeros(samples)
+    if phase is not None:
+        middle = float(phase.mean())
+        half = max(float(np.abs(phase - middle).max()), np.finfo(float).tiny)
+        ramp = (phase - middle) / half
     ramp_power = float(ramp @ ramp) / samples
     level = float(signal.mean())
     slope = float(ramp @ (signal - level)) / samples / ramp_power if ramp_power else 0.0
     rest = signal - level - slope * ramp
-    left = float(rest @ rest) / samples
-    argument = spacing * phase
-    sampling = angle_sums(argument, np.ones(samples), 2 * candidates) / samples
-    tilted = angle_sums(argument, ramp, candidates) / samples
-    data = angle_sums(argument, rest, candidates) / samples
-    state = _State(sampling=sampling, tilted=tilted, data=data, candidates=candidates)
-    state.orthogonalize_to_line(ramp_power)
-    errors = [left]
-    bound = {
-        "korenberg": 8.0 / (samples + 1),
-        "false-alarm": 2.0 * np.log(candidates / false_alarm) / samples,
-        "none": 0.0,
-    }[stop]
-    while len(state.chosen) < most_terms:
-        merit = state.merit()
-        best = int(np.argmax(merit))
-        if merit[best] <= bound * left or merit[best] <= 0.0 or merit[best] >= left:
-            break
-        left -= float(merit[best])
-        state.choose(best)
-        errors.append(left)
-    constants, cosine, sine = state.coefficients()
-    slope = (slope + constants[1]) / half
-    return OrthogonalSearch(
-        constant=level + constants[0] - slope * middle,
+    return _Line(
+        level=level,
         slope=slope,
-        frequencies=spacing * (np.array(state.chosen, dtype=np.float64) + 1.0),
-        cosine=cosine,
-        sine=sine,
-        mean_square=np.array(errors),
-        stop=stop,
+        ramp=ramp,
+        ramp_power=ramp_power,
+        middle=middle,
+        half=half,
+        rest=rest,
+        mean_square=float(rest @ rest) / samples,
     )
+
+
+def _products(
+    phase: FloatArray | None, line: _Line, candidates: int | ArrayLike, spacing: float | None
+) -> CandidateProducts:
+    """Inner products of the candidates, which `_check` has let through."""
+    if phase is not None and spacing is not None:
+        return SinusoidProducts(spacing * phase, line.ramp, line.rest, int(np.asarray(candidates)))
+    return MatrixProducts(np.asarray(candidates, dtype=np.float64), line.ramp, line.rest)
+
+
+def _bound(stop: Stop, false_alarm: float, products: CandidateProducts, samples: int) -> float:
+    """Least share of the mean square left that a candidate has to bring."""
+    if stop == "none":
+        return 0.0
+    if stop == "korenberg":
+        return 4.0 * products.terms / (samples + 1)
+    if products.terms == 1:
+        return float(chi2.isf(false_alarm / products.size, 1)) / samples
+    return float(2.0 * np.log(products.size / false_alarm) / samples)
 
 
 class _State:
     """Inner products of every candidate with the residual and with itself, kept orthogonal.
 
-    A function is a row of coefficients on (1, ramp, cos k1, sin k1, cos k2, ...) of the chosen
-    terms. Its inner product with every candidate is a combination of shifted sampling
-    sums, so nothing but those sums is stored per candidate.
+    A function is a row of coefficients on (1, ramp, first k1, second k1, first k2, ...) of the
+    chosen terms. Its inner products with all candidates come from `CandidateProducts`, so that no
+    orthogonal function is ever made. The second term of single candidates is 0 throughout.
     """
 
-    def __init__(
-        self,
-        *,
-        sampling: NDArray[np.complex128],
-        tilted: NDArray[np.complex128],
-        data: NDArray[np.complex128],
-        candidates: int,
-    ) -> None:
-        # The sums are of exp(-i k); conjugates are of exp(+i k), whose real part is the cosine's.
-        self.sampling = np.conj(sampling)
-        self.tilted = np.conj(tilted)
-        self.data = np.conj(data[1:])
-        double = self.sampling[2::2][:candidates]
-        self.own_cosine = 0.5 * (1.0 + double.real)
-        self.own_sine = 0.5 * (1.0 - double.real)
-        self.cross = 0.5 * double.imag
-        whole = np.stack([self.own_cosine, self.own_sine])
-        self.least = np.maximum(_DEPENDENT * whole, _LEAST_POWER)
-        self.candidates = candidates
+    def __init__(self, products: CandidateProducts) -> None:
+        self.products = products
+        self.data = products.data.copy()
+        self.own_first = products.own_first.copy()
+        self.own_second = products.own_second.copy()
+        self.cross = products.cross.copy()
+        self.least = np.maximum(_DEPENDENT * products.whole, products.least_power)
         self.chosen: list[int] = []
         self.rows: list[FloatArray] = []  # orthogonal functions
         self.power: list[float] = []  # D(r, r)
@@ -194,64 +380,76 @@ class _State:
         if ramp_power > 0.0:
             self._take(np.array([0.0, 1.0]), ramp_power, 0.0)
 
+    def choose_all(self, left: float, bound: float, most_terms: int) -> FloatArray:
+        """Choose until the best candidate brings too little of what is left.
+
+        Returns
+        -------
+        FloatArray
+            (chosen + 1,) mean square left: `left`, and after each candidate.
+        """
+        mean_square = [left]
+        while len(self.chosen) < most_terms:
+            merit = self.merit()
+            best = int(np.argmax(merit))
+            left = mean_square[-1]
+            if merit[best] <= bound * left or merit[best] <= 0.0 or merit[best] >= left:
+                break
+            mean_square.append(left - float(merit[best]))
+            self.choose(best)
+        return np.array(mean_square)
+
     def merit(self) -> FloatArray:
-        """(candidates,) drop in mean square that each pair would bring."""
-        determinant = self.own_cosine * self.own_sine - self.cross**2
-        c, s = self.data.real, self.data.imag
-        joint = self.own_sine * c**2 + self.own_cosine * s**2 - 2.0 * self.cross * c * s
-        usable = (
-            (self.own_cosine > self.least[0])
-            & (self.own_sine > self.least[1])
-            & (determinant > _DEPENDENT * self.own_cosine * self.own_sine)
-        )
-        merit = np.where(usable, joint / np.where(usable, determinant, 1.0), 0.0)
+        """(candidates,) drop in mean square that each would bring."""
+        usable = self.own_first > self.least[0]
+        if self.products.terms == 1:
+            merit = _quotient(self.data.real**2, self.own_first, usable)
+        else:
+            determinant = self.own_first * self.own_second - self.cross**2
+            c, s = self.data.real, self.data.imag
+            joint = self.own_second * c**2 + self.own_first * s**2 - 2.0 * self.cross * c * s
+            usable &= self.own_second > self.least[1]
+            usable &= determinant > _DEPENDENT * self.own_first * self.own_second
+            merit = _quotient(joint, determinant, usable)
         merit[self.chosen] = 0.0
         return merit
 
     def choose(self, index: int) -> None:
-        """Add the pair of candidate `index`: its cosine, then its sine."""
+        """Add candidate `index`: its first term, then its second."""
         size = 2 + 2 * len(self.chosen)
         self.chosen.append(index)
+        self.products.choose(index)
         self.rows = [np.pad(row, (0, 2)) for row in self.rows]
-        for part, is_sine in ((size, False), (size + 1, True)):
+        for is_second in (False, True)[: self.products.terms]:
             row = np.zeros(size + 2)
-            row[part] = 1.0
+            row[size + is_second] = 1.0
             # The candidate made orthogonal to every function so far.
             for other, power in zip(list(self.rows), self.power, strict=True):
-                product = self._products_at(other, index)
-                row -= (product.imag if is_sine else product.real) / power * other
-            own = float((self.own_sine if is_sine else self.own_cosine)[index])
-            shared = float((self.data.imag if is_sine else self.data.real)[index])
+                product = self.products.one(other, index)
+                row -= (product.imag if is_second else product.real) / power * other
+            own = float((self.own_second if is_second else self.own_first)[index])
+            shared = float((self.data.imag if is_second else self.data.real)[index])
             self._take(row, own, shared)
 
-    def coefficients(self) -> tuple[tuple[float, float], FloatArray, FloatArray]:
-        """Coefficients of (1, ramp), of the cosines and of the sines."""
-        size = 2 + 2 * len(self.chosen)
-        total = np.zeros(size)
+    def coefficients(self) -> FloatArray:
+        """(2 + 2 chosen,) coefficients of 1, of the ramp, and of the terms of each candidate."""
+        total = np.zeros(2 + 2 * len(self.chosen))
         for row, share in zip(self.rows, self.shares, strict=True):
             total += share * row
-        return (float(total[0]), float(total[1])), total[2::2], total[3::2]
+        return total
 
     def _take(self, row: FloatArray, power: float, shared: float) -> None:
         """Make every candidate, and the data, orthogonal to one more function."""
-        products = _kernels.orthogonal_products(
-            self.sampling, self.tilted, np.array(self.chosen, dtype=np.int64), row, self.candidates
-        )
+        products: ComplexArray = self.products.all(row)
         self.rows.append(row)
         self.power.append(power)
         self.shares.append(shared / power)
-        self.own_cosine -= products.real**2 / power
-        self.own_sine -= products.imag**2 / power
+        self.own_first -= products.real**2 / power
+        self.own_second -= products.imag**2 / power
         self.cross -= products.real * products.imag / power
         self.data -= products * (shared / power)
 
-    def _products_at(self, row: FloatArray, index: int) -> complex:
-        """Inner product of one function and exp(i) of one candidate."""
-        total = row[0] * self.sampling[index + 1] + row[1] * self.tilted[index + 1]
-        for term, other in enumerate(self.chosen):
-            a, b = row[2 + 2 * term], row[3 + 2 * term]
-            above = self.sampling[index + other + 2]
-            below = self.sampling[abs(index - other)]
-            below = below if index >= other else np.conj(below)
-            total += 0.5 * (a - 1j * b) * above + 0.5 * (a + 1j * b) * below
-        return complex(total)
+
+def _quotient(above: FloatArray, below: FloatArray, usable: BooleanArray) -> FloatArray:
+    """``above / below`` where usable, 0 elsewhere."""
+    return np.where(usable, above / np.where(usable, below, 1.0), 0.0)
