@@ -15,7 +15,7 @@ from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.coefficients.spectrum_fit import spectrum_fit
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, as_note
 from sagnac.recording.difference import per_gyro
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
@@ -50,7 +50,11 @@ def nothing_observed(method: FitName, confidence: float, *notes: str) -> Fit:
     nothing = Estimate(
         value=np.nan, low=np.nan, high=np.nan, confidence=confidence, status="not observable"
     )
-    return Fit(method=method, coefficients=dict.fromkeys(COEFFICIENT_NAMES, nothing), notes=notes)
+    return Fit(
+        method=method,
+        coefficients=dict.fromkeys(COEFFICIENT_NAMES, nothing),
+        notes=tuple(map(as_note, notes)),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

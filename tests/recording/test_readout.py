@@ -1,0 +1,41 @@
+"""Readout steps: how large, and what dithers them."""
+
+import numpy as np
+import pytest
+
+from sagnac.recording.readout import readout_of
+from tests.coefficients.examples import read_out
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.5, 1.0, 0.0137, 1000.0, 12.3456])
+def test_a_readout_is_white_of_angles_half_a_step_apart(rate):
+    # (0.1 step)^2 a sample: half a step after 25 samples.
+    angle, reading = read_out(0.1, 200_000, 3, rate=rate)
+    found = readout_of(1e-8 * reading)
+    assert found.step == pytest.approx(1e-8, rel=1e-6)
+    assert found.every in (16, 32)
+    error = reading - angle
+    close, apart = error, error[:: found.every]
+    assert apart.var() == pytest.approx(1.0 / 12.0, rel=0.05)
+    assert abs(np.corrcoef(apart[1:], apart[:-1])[0, 1]) < 0.1
+    assert np.cos(2.0 * np.pi * rate) < 0.0 or np.corrcoef(close[1:], close[:-1])[0, 1] > 0.5
+
+
+def test_a_readout_that_is_dithered_is_taken_as_it_is():
+    assert readout_of(read_out(0.7, 10_000, 4)[1]).every == 1
+    assert readout_of(read_out(0.01, 10_000, 5, white=0.5)[1]).every == 1
+    unrounded, _ = read_out(0.01, 10_000, 6)
+    assert readout_of(unrounded).every == 1
+
+
+def test_a_readout_step_shows_through_the_rounding_of_a_file():
+    _, reading = read_out(0.1, 50_000, 7)
+    rounding = 1e-3 * np.random.default_rng(8).uniform(-1.0, 1.0, reading.size)
+    assert readout_of(reading + rounding).step == pytest.approx(1.0, abs=5e-3)
+    assert readout_of(reading + rounding).every == readout_of(reading).every
+
+
+def test_a_readout_that_moves_a_few_times_is_never_dithered():
+    reading = np.repeat([0.0, 1.0, 0.0, 1.0, 2.0], [3000, 1, 2000, 5000, 999])
+    assert readout_of(reading).every is None
+    assert readout_of(np.zeros(5000)).step == 0.0
