@@ -271,7 +271,7 @@ def test_covariance_of_a_day_of_samples_keeps_its_digits(first, second):
                 flicker += weight * (t * t * t.ln() / (2 * pi) if t else 0)
                 walk += weight * t**3 / 12
             found = np.empty(6)
-            _kernels._second_difference_covariances(lag, first, second, 0.0, found)
+            _kernels.second_difference_covariances(lag, first, second, 0.0, found)
             size = min(first, second) ** 2
             assert found[2] == pytest.approx(float(flicker), rel=1e-9, abs=1e-12 * size)
             largest = size * max(first, second)

@@ -1,6 +1,7 @@
 """Compiled loops of the curve fit: arrays in, arrays out; no validation, no files."""
 
 # Compiled loops take their arrays by position.
+# ruff: noqa: PLR0917
 
 import numba
 import numpy as np
@@ -52,7 +53,7 @@ def _cubic_difference(t: float, step: float) -> float:
 
 
 @numba.njit(cache=True)
-def _second_difference_covariances(
+def second_difference_covariances(
     lag: float, first: int, second: int, correlation: float, out: FloatArray
 ) -> None:
     """Covariance at `lag` of second angle differences over `first` and `second` samples.
@@ -72,7 +73,7 @@ def _second_difference_covariances(
                 out[1] -= weight * 0.5 * t
                 if correlation > 0.0:
                     out[4] += weight * _markov_structure(t, correlation, near)
-    # The shorter of the two first: of a day at 500 Hz the cube of a lag has no digits left for it.
+    # The shorter of the two first: the cube of a lag of a day at 500 Hz has no digits left for it.
     short, long = min(first, second), max(first, second)
     start = lag if first <= second else lag - 2.0 * second
     for p in range(3):
@@ -80,6 +81,110 @@ def _second_difference_covariances(
         t = start - p * long if first <= second else start + p * long
         out[2] += weight * _flicker_difference(t, short) / (2.0 * np.pi)
         out[3] += weight * _cubic_difference(t, short) / 12.0
+
+
+@numba.njit(cache=True)
+def lag_breaks(first: int, second: int, angles: int) -> FloatArray:
+    """(27,) lags at which the covariance of two second differences, or its weight, breaks.
+
+    Ascending, and some more than once: whole sums of the two clusters, the ends of the record,
+    and beyond the clusters' own span places ever farther apart, to the last lag that counts.
+    """
+    first_terms, second_terms = angles - 2 * first, angles - 2 * second
+    lowest, highest = -(second_terms - 1.0), first_terms - 1.0
+    breaks = np.empty(27)
+    for p in range(3):
+        for q in range(3):
+            breaks[3 * p + q] = q * second - p * first
+    breaks[9], breaks[10] = 0.0, first_terms - second_terms
+    breaks[11], breaks[12] = lowest, highest
+    reach = 1.0 * max(first, second)
+    for k in range(7):
+        breaks[13 + 2 * k] = 2.0 * second + (2.0 ** (k + 1) - 1.0) * reach
+        breaks[14 + 2 * k] = -2.0 * first - (2.0 ** (k + 1) - 1.0) * reach
+    # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
+    limit_low, limit_high = max(lowest, breaks[26]), min(highest, breaks[25])
+    return np.sort(np.minimum(np.maximum(breaks, limit_low), limit_high))
+
+
+@numba.njit(cache=True)
+def panel_point(
+    number: int, lag: float, span: float, smooth: bool, nodes: FloatArray, weights: FloatArray
+) -> tuple[float, float]:
+    """Lag and weight of a Gauss-Legendre point of the `span` lags after the break at `lag`.
+
+    Points are counted through seven panels that are finer towards the breaks at both ends, or
+    through one where all is `smooth`.
+    """
+    if smooth:
+        panels = np.array([0.0, 1.0])
+    else:
+        panels = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
+    panel, place = number // nodes.size, number % nodes.size
+    start, stop = panels[panel], panels[panel + 1]
+    half = 0.5 * span * (stop - start)
+    return lag + 0.5 + span * start + half * (1.0 + nodes[place]), half * weights[place]
+
+
+@numba.njit(cache=True)
+def add_products(
+    lag: float,
+    weight: float,
+    first: int,
+    second: int,
+    angles: int,
+    correlation: float,
+    covariance: FloatArray,
+    total: FloatArray,
+) -> None:
+    """Products of the terms' covariances at `lag`, as often as the record holds it, to `total`.
+
+    `covariance` (6,) holds the ramp in its last place; its others are written over.
+    """
+    first_terms, second_terms = angles - 2 * first, angles - 2 * second
+    weight *= min(first_terms, second_terms + lag) - max(0.0, lag)
+    second_difference_covariances(lag, first, second, correlation, covariance)
+    for a in range(6):
+        for b in range(6):
+            total[a, b] += weight * covariance[a] * covariance[b]
+
+
+@numba.njit(cache=True)
+def summed_products(
+    first: int,
+    second: int,
+    angles: int,
+    correlation: float,
+    nodes: FloatArray,
+    weights: FloatArray,
+) -> FloatArray:
+    """(6, 6) sum over all lags of products of the covariances of two second differences.
+
+    The terms are Q, N, B, K, a Markov rate and the ramp. Between breaks up to 64 lags are
+    summed one by one; more go by Gauss-Legendre panels (`nodes` and `weights` on [-1, 1]).
+    """
+    ordered = lag_breaks(first, second, angles)
+    covariance = np.empty(6)
+    covariance[5] = 1.0 * first * first * second * second
+    total = np.zeros((6, 6))
+    for k in range(ordered.size):
+        lag = ordered[k]
+        last = k + 1 == ordered.size
+        if not last and ordered[k + 1] == lag:
+            continue
+        add_products(lag, 1.0, first, second, angles, correlation, covariance, total)
+        span = 0.0 if last else ordered[k + 1] - lag - 1.0
+        if span <= 64.0:
+            for step in range(1, int(span) + 1):
+                add_products(lag + step, 1.0, first, second, angles, correlation, covariance, total)
+            continue
+        # Beyond the clusters' own span all is smooth, and the breaks double.
+        smooth = lag >= 2.0 * second or lag < -2.0 * first
+        for number in range((1 if smooth else 7) * nodes.size):
+            place, weight = panel_point(number, lag, span, smooth, nodes, weights)
+            add_products(place, weight, first, second, angles, correlation, covariance, total)
+    total[5, 5] = 0.0  # a ramp does not vary
+    return total
 
 
 @numba.njit(cache=True)
@@ -94,67 +199,15 @@ def overlapped_covariances(
 
     ``(terms, terms, points, points)`` with the terms Q, N, B, K, a Markov rate of time
     `correlation` in samples (0: none) and the ramp R: contracted twice with the squared
-    coefficients it is the covariance. All lags between two second
-    differences are summed, weighted by how often the record holds them; between the lags
-    where a law breaks (whole sums of the two clusters) far ones go by Gauss-Legendre panels
-    (`nodes` and `weights` on [-1, 1]) that are finer towards the breaks.
+    coefficients it is the covariance.
     """
     points = factors.size
     out = np.zeros((6, 6, points, points))
-    breaks = np.empty(27)
-    panels = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
-    covariance = np.empty(6)
-    total = np.empty((6, 6))
     for i in range(points):
         for j in range(i, points):
             first, second = factors[i], factors[j]
             first_terms, second_terms = angles - 2 * first, angles - 2 * second
-            lowest, highest = -(second_terms - 1.0), first_terms - 1.0
-            for p in range(3):
-                for q in range(3):
-                    breaks[3 * p + q] = q * second - p * first
-            breaks[9], breaks[10] = 0.0, first_terms - second_terms
-            breaks[11], breaks[12] = lowest, highest
-            count = 13
-            reach = 1.0 * max(first, second)
-            for k in range(7):
-                breaks[count] = 2.0 * second + (2.0 ** (k + 1) - 1.0) * reach
-                breaks[count + 1] = -2.0 * first - (2.0 ** (k + 1) - 1.0) * reach
-                count += 2
-            # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
-            limit_low, limit_high = max(lowest, breaks[26]), min(highest, breaks[25])
-            ordered = np.sort(np.minimum(np.maximum(breaks[:count], limit_low), limit_high))
-            covariance[5] = 1.0 * first * first * second * second
-            total[:] = 0.0
-            for k in range(count):
-                lag = ordered[k]
-                if k + 1 < count and ordered[k + 1] == lag:
-                    continue
-                span = (ordered[k + 1] - lag - 1.0) if k + 1 < count else 0.0
-                exact = span <= 64.0
-                # Beyond the clusters' own span all is smooth, and the breaks double.
-                tail = lag >= 2.0 * second or lag < -2.0 * first
-                inner = int(span) if exact else (1 if tail else 7) * nodes.size
-                for node in range(inner + 1):
-                    weight = 1.0
-                    if node == 0:
-                        at = lag
-                    elif exact:
-                        at = lag + node
-                    else:
-                        panel, place = (node - 1) // nodes.size, (node - 1) % nodes.size
-                        start, stop = panels[panel], panels[panel + 1]
-                        if tail:
-                            start, stop = 0.0, 1.0
-                        half = 0.5 * span * (stop - start)
-                        at = lag + 0.5 + span * start + half * (1.0 + nodes[place])
-                        weight = half * weights[place]
-                    weight *= min(first_terms, second_terms + at) - max(0.0, at)
-                    _second_difference_covariances(at, first, second, correlation, covariance)
-                    for a in range(6):
-                        for b in range(6):
-                            total[a, b] += weight * covariance[a] * covariance[b]
-            total[5, 5] = 0.0  # a ramp does not vary
+            total = summed_products(first, second, angles, correlation, nodes, weights)
             scale = 0.5 / (1.0 * first * first * second * second * first_terms * second_terms)
             for a in range(6):
                 for b in range(6):

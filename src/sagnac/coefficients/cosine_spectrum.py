@@ -11,13 +11,35 @@ from scipy.stats import chi2, ncx2
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Status, crossing
+from sagnac.coefficients.estimates import SquaredEstimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.coefficients.limits import PRESENCE_OF_TWO, crossing
 from sagnac.errors import RecordingError
 from sagnac.recording.kinds import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
+from sagnac.stability.names import check_choice
+
+LEAST_BINS: Final = 8
+SINGLE: Final = 64
+_PER_OCTAVE: Final = 32
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RemovedSinusoid:
+    """A sinusoid that was taken off the increments.
+
+    Attributes
+    ----------
+    frequency
+        Hz.
+    square
+        Of its amplitude in the increments, rad^2.
+    """
+
+    frequency: float
+    square: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,15 +57,14 @@ class CosineSpectrum:
     slope
         Taken off the increments first, rad per sample; zero without ``rate_ramp``.
     sinusoid
-        Frequency of the one taken off, Hz, with the square of its amplitude in the
-        increments, rad^2; None where none was.
+        The one taken off, if any.
     """
 
     transform: FloatArray
     interval: float
     terms: tuple[CoefficientName, ...]
     slope: float
-    sinusoid: tuple[float, float] | None
+    sinusoid: RemovedSinusoid | None
 
 
 def cosine_spectrum(
@@ -56,8 +77,8 @@ def cosine_spectrum(
 ) -> CosineSpectrum:
     """Transform once what is to be fitted over several bands.
 
-    Of 2^17 increments or more a few of the last may be left out, so that their number has
-    a divisor for a transform in parts; a long series is worked through by spans.
+    If there are 2^17 increments or more, a few of the last may be left out, so that their number
+    has a divisor for a transform in parts; a long series is worked through by blocks.
 
     Parameters
     ----------
@@ -71,6 +92,11 @@ def cosine_spectrum(
     ValueError
         If an argument makes no sense.
     """
+    check_choice("kind", kind, Kind)
+    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
+        raise ValueError(f"sample_rate {sample_rate!r} is not a positive number of hertz")
+    if np.ndim(values) != 1:
+        raise ValueError(f"values has shape {np.shape(values)}; give one channel, shape (samples,)")
     unknown = [name for name in terms if name not in COEFFICIENT_NAMES]
     if unknown or not terms:
         raise ValueError(f"terms {list(terms)} is not a choice of {', '.join(COEFFICIENT_NAMES)}")
@@ -78,9 +104,10 @@ def cosine_spectrum(
     increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
     require_increments(increments.size)
     increments = increments[: cosine_length(increments.size)]
-    wave = 0.0
+    removed = None
     if sinusoid is not None:
-        wave, increments = _without_sinusoid(increments, sinusoid * interval)
+        square, increments = _without_sinusoid(increments, sinusoid * interval)
+        removed = RemovedSinusoid(frequency=sinusoid, square=square)
     slope = 0.0
     if "rate_ramp" in terms:
         slope, increments = without_slope(increments)
@@ -89,7 +116,7 @@ def cosine_spectrum(
         interval=interval,
         terms=tuple(terms),
         slope=slope,
-        sinusoid=None if sinusoid is None else (sinusoid, wave),
+        sinusoid=removed,
     )
 
 
@@ -106,9 +133,7 @@ def _without_sinusoid(increments: FloatArray, cycles: float) -> tuple[float, Flo
     return float(amplitudes @ amplitudes), centred - amplitudes @ waves
 
 
-def fitted_sinusoid(
-    square: float, variance: float, confidence: float
-) -> tuple[float, float, float, Status]:
+def fitted_sinusoid(square: float, variance: float, confidence: float) -> SquaredEstimate:
     """Squared amplitude from the measured one, whose two parts have `variance` each.
 
     Over the variance it is a non-central chi-square of two degrees of freedom.
@@ -125,22 +150,34 @@ def fitted_sinusoid(
 
     tail = 0.5 - 0.5 * confidence
     if seen > PRESENCE_OF_TWO and float(chi2.sf(seen, 2)) < tail:
-        return max(square - 2.0 * variance, 0.0), limit(1.0 - tail), limit(tail), "estimated"
+        return SquaredEstimate(
+            value=max(square - 2.0 * variance, 0.0),
+            low=limit(1.0 - tail),
+            high=limit(tail),
+            status="estimated",
+        )
     high = limit(1.0 - confidence) if float(chi2.cdf(seen, 2)) > 1.0 - confidence else variance
-    return high, 0.0, high, "upper bound"
+    return SquaredEstimate.bound(high)
 
 
 def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
     """Slope per sample of the increments by least squares, and what is left."""
     size = increments.size
     middle = 0.5 * (size - 1)
-    moment = 0.0
-    for span in series.through(size, increments):
-        moment += float((np.arange(span.start, span.stop) - middle) @ increments[span])
+    moment = series.reduce(
+        lambda total, block: (
+            total + float((np.arange(block.start, block.stop) - middle) @ increments[block])
+        ),
+        0.0,
+        size,
+        increments,
+    )
     slope = 12.0 * moment / (float(size) * (float(size) ** 2 - 1.0))
-    rest = series.empty(size)
-    for span in series.through(size, increments, rest):
-        rest[span] = increments[span] - slope * (np.arange(span.start, span.stop) - middle)
+    rest = series.made(
+        lambda block: increments[block] - slope * (np.arange(block.start, block.stop) - middle),
+        size,
+        increments,
+    )
     return slope, rest
 
 
@@ -157,13 +194,6 @@ class Ordinates:
     count: FloatArray
     weight: FloatArray
     frequency: FloatArray
-
-
-LEAST_BINS: Final = 8
-# The same probability for two parameters.
-PRESENCE_OF_TWO: Final = 11.83
-SINGLE: Final = 64
-_PER_OCTAVE: Final = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -193,7 +223,9 @@ class SpectrumBins:
 def require_increments(samples: int) -> None:
     """Refuse a record too short for a spectrum."""
     if samples <= LEAST_BINS:
-        raise RecordingError(f"{samples} increments are too few for a spectrum; record longer")
+        raise RecordingError(
+            f"{samples} increments are too few for a spectrum", remedy="record longer"
+        )
 
 
 def cosine_bins(
@@ -204,11 +236,48 @@ def cosine_bins(
     *,
     narrowest: int = 1,
 ) -> SpectrumBins:
-    """Bins of the cosine spectrum that a fit takes."""
+    """Bins of the cosine spectrum that a fit takes.
+
+    Parameters
+    ----------
+    samples
+        Length of the transform.
+    interval
+        Between samples, s.
+    masked, band
+        As in `likelihood_fit`.
+    narrowest
+        Fewest indices in a bin.
+
+    Raises
+    ------
+    RecordingError
+        If too few bins are left.
+    ValueError
+        If `masked` or `band` makes no sense.
+    """
     resolution = 1.0 / (2.0 * samples * interval)
-    octaves = math.log2(samples / SINGLE) if samples > SINGLE else 0.0
-    steps = max(1, round(_PER_OCTAVE * octaves))
-    spaced = np.unique(np.round(np.geomspace(SINGLE, samples, steps + 1)).astype(np.int64))
+    excluded = _excluded_indices(samples, resolution, masked, band)
+    edges = np.unique(np.concatenate([_spaced_edges(samples, narrowest), excluded.ravel()]))
+    starts, stops = edges[:-1], edges[1:]
+    opened = np.searchsorted(np.sort(excluded[:, 0]), starts, side="right")
+    closed = np.searchsorted(np.sort(excluded[:, 1]), starts, side="right")
+    keep = (opened <= closed) & (stops - starts >= narrowest)
+    if np.count_nonzero(keep) < LEAST_BINS:
+        raise RecordingError(
+            "masked and band leave too few frequencies to fit",
+            remedy="mask less or record longer",
+        )
+    return SpectrumBins(edges=edges, keep=keep, starts=starts[keep], stops=stops[keep])
+
+
+def _excluded_indices(
+    samples: int,
+    resolution: float,
+    masked: Sequence[tuple[float, float]],
+    band: tuple[float, float] | None,
+) -> NDArray[np.int64]:
+    """(ranges, 2) first and last but one index of what is masked or outside the band."""
     excluded = [np.zeros((0, 2))]
     if len(masked):
         limits = np.asarray(masked, dtype=np.float64).reshape(-1, 2) / resolution
@@ -224,20 +293,18 @@ def cosine_bins(
         excluded.append(
             np.array([[0.0, math.ceil(low / resolution)], [math.floor(top) + 1.0, samples]])
         )
-    ranges = np.clip(np.concatenate(excluded), 1, samples).astype(np.int64)
+    return np.clip(np.concatenate(excluded), 1, samples).astype(np.int64)
+
+
+def _spaced_edges(samples: int, narrowest: int) -> NDArray[np.int64]:
+    """Single indices first, then 32 bins to the octave, none narrower than `narrowest`."""
+    octaves = math.log2(samples / SINGLE) if samples > SINGLE else 0.0
+    steps = max(1, round(_PER_OCTAVE * octaves))
+    spaced = np.unique(np.round(np.geomspace(SINGLE, samples, steps + 1)).astype(np.int64))
     singles = np.arange(1, min(SINGLE, samples) + 1, narrowest)
     wide = spaced[(spaced <= samples) & (np.diff(spaced, prepend=0) >= narrowest)]
     between = np.arange(singles[-1], wide[0] if wide.size else samples, narrowest)
-    edges = np.unique(np.concatenate([singles, between, wide, [samples], ranges.ravel()]))
-    starts, stops = edges[:-1], edges[1:]
-    opened = np.searchsorted(np.sort(ranges[:, 0]), starts, side="right")
-    closed = np.searchsorted(np.sort(ranges[:, 1]), starts, side="right")
-    keep = (opened <= closed) & (stops - starts >= narrowest)
-    if np.count_nonzero(keep) < LEAST_BINS:
-        raise RecordingError(
-            "masked and band leave too few frequencies to fit; mask less or record longer"
-        )
-    return SpectrumBins(edges=edges, keep=keep, starts=starts[keep], stops=stops[keep])
+    return np.concatenate([singles, between, wide, [samples]])
 
 
 def bin_means(bins: SpectrumBins, expected: Callable[[FloatArray], FloatArray]) -> FloatArray:

@@ -1,42 +1,44 @@
 """Q, N, B, K, R from a stability curve, each with an interval and a status."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, cast
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
-from scipy.optimize import minimize_scalar, nnls
+from scipy.optimize import minimize_scalar
 from scipy.stats import norm
 
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.coefficients.curve_model import CurveModel, CurvePoints, curve_points
 from sagnac.coefficients.estimates import (
-    PRESENCE,
-    UNSEEN,
     Estimate,
     Fit,
     FitName,
     OptionalName,
-    Status,
-    crossing,
-    per_gyro_estimate,
+    SquaredEstimate,
     require_confidence,
-    typical_square,
 )
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     CoefficientName,
     allan_variance_basis,
     markov_allan_variance,
-    overlapped_allan_covariance,
     sinusoid_allan_variance,
 )
-from sagnac.errors import RecordingError
+from sagnac.coefficients.limits import PRESENCE, crossing, typical_square
+from sagnac.errors import Note, RecordingError
 from sagnac.recording.difference import per_gyro
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.degrees_of_freedom import ieee_relative_error
+
+# In which order terms are given up where a curve has too few points for all.
+_FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
+    "angle_random_walk",
+    "quantization",
+    "bias_instability",
+    "rate_random_walk",
+    "rate_ramp",
+)
 
 
 def paper_fit(
@@ -55,7 +57,8 @@ def paper_fit(
     curve
         Allan deviation, plain or overlapping, SI.
     gyros_differenced
-        1, or 2 where the curve is of a difference of two gyros.
+        1, or 2 if the curve is of a difference of two gyros; a curve that says so itself is
+        taken at its word.
     confidence
         Of every interval and bound.
 
@@ -71,13 +74,12 @@ def paper_fit(
     ValueError
         If the curve is of another estimator.
     """
-    points = _curve_points(curve, ("oadev", "adev"))
+    points = curve_points(curve, ("oadev", "adev"))
     within = [
         ieee_relative_error(points.angles - 1, int(factor)) <= 0.1 for factor in points.factors
     ]
-    return _curve_fit(
-        "paper", points.keep(np.array(within, dtype=np.bool_)), gyros_differenced, confidence
-    )
+    kept: BooleanArray = np.array(within, dtype=np.bool_)
+    return _curve_fit("paper", points.keep(kept), _gyros(curve, gyros_differenced), confidence)
 
 
 def weighted_fit(
@@ -91,7 +93,7 @@ def weighted_fit(
     """Fit Q, N, B, K, R to the overlapped Allan variance by generalized least squares.
 
     The weights are the full covariance between the points, from the fitted terms
-    themselves (`sagnac.noise.overlapped_allan_covariance`), repeated until they agree.
+    themselves (`sagnac.coefficients.laws.overlapped_allan_covariance`), repeated until they agree.
     Squared coefficients are kept from falling below zero.
 
     Intervals come from the same fit without that limit, for what one term loses at its
@@ -110,7 +112,8 @@ def weighted_fit(
     curve
         Overlapping Allan deviation, SI.
     gyros_differenced
-        1, or 2 where the curve is of a difference of two gyros.
+        1, or 2 if the curve is of a difference of two gyros; a curve that says so itself is
+        taken at its word.
     confidence
         Of every interval and bound.
     markov
@@ -133,284 +136,145 @@ def weighted_fit(
     ValueError
         If the curve is of another estimator, or `sinusoid` is not above zero.
     """
-    points = _curve_points(curve, ("oadev",))
+    points = curve_points(curve, ("oadev",))
     if sinusoid is not None and not sinusoid > 0.0:
         raise ValueError(f"sinusoid is {sinusoid}; give its frequency in Hz, above zero")
     return _curve_fit(
-        "weighted", points, gyros_differenced, confidence, markov=markov, sinusoid=sinusoid
+        "weighted",
+        points,
+        _gyros(curve, gyros_differenced),
+        confidence,
+        markov=markov,
+        sinusoid=sinusoid,
     )
 
 
-def _cholesky(covariance: FloatArray) -> FloatArray:
-    """Lower factor of a covariance that may be positive only to rounding.
-
-    Neighbouring points of an overlapped curve are nearly copies of each other where one noise
-    rules, so that the smallest eigenvalue of their correlation can come out below zero. A share
-    of it, the least that makes it positive, is added to the diagonal.
-    """
-    scale = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(scale, scale)
-    nugget = 0.0
-    while True:
-        try:
-            root = np.linalg.cholesky(correlation + nugget * np.eye(scale.size))
-        except np.linalg.LinAlgError:
-            if not nugget < 1e-3:
-                raise
-            nugget = max(10.0 * nugget, 1e-13)
-            continue
-        return np.asarray(root * scale[:, np.newaxis])
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _CurvePoints:
-    """What a fit needs of a curve: arrays (points,), and the record they are of.
-
-    `shortfall` is the root of how many times fewer terms a point has than the record
-    would allow; `edf` is None where the points overlap and their covariance is known.
-    """
-
-    factors: NDArray[np.int64]
-    variance: FloatArray
-    shortfall: FloatArray
-    edf: FloatArray | None
-    angles: int
-    interval: float
-
-    @property
-    def tau(self) -> FloatArray:
-        return np.asarray(self.factors * self.interval)
-
-    def keep(self, chosen: NDArray[np.bool_]) -> "_CurvePoints":
-        return replace(
-            self,
-            factors=self.factors[chosen],
-            variance=self.variance[chosen],
-            shortfall=self.shortfall[chosen],
-            edf=None if self.edf is None else self.edf[chosen],
-        )
-
-
-def _curve_points(curve: StabilityCurve, estimators: Sequence[str]) -> _CurvePoints:
-    if curve.estimator not in estimators:
-        raise ValueError(
-            f"the curve is {curve.estimator}; this fit of Eq. 3 takes {' or '.join(estimators)}"
-        )
-    angles = curve.samples if curve.kind == "angle" else curve.samples + 1
-    factors = np.round(curve.tau * curve.sample_rate).astype(np.int64)
-    overlapped = curve.estimator == "oadev"
-    terms = angles - 2 * factors
-    return _CurvePoints(
-        factors=factors,
-        variance=curve.deviation**2,
-        shortfall=np.sqrt(terms / curve.terms) if overlapped else np.ones(factors.size),
-        edf=None if overlapped else curve.edf,
-        angles=angles,
-        interval=1.0 / curve.sample_rate,
-    ).keep((curve.deviation > 0.0) & (curve.terms > 0))
-
-
-# In which order terms are given up where a curve has too few points for all.
-_FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
-    "angle_random_walk",
-    "quantization",
-    "bias_instability",
-    "rate_random_walk",
-    "rate_ramp",
-)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _CurveModel:
-    """Eq. 3 with some of its terms, on the points of a curve.
-
-    `nuisance` (points,) is a direction, of either sign, that the errors allow for: how the
-    curve changes with the logarithm of a Markov rate's time.
-    """
-
-    points: _CurvePoints
-    names: tuple[CoefficientName | OptionalName, ...]
-    basis: FloatArray
-    departure: float = 0.0
-    correlation_time: float = 0.0
-    nuisance: FloatArray | None = None
-
-    def covariance(self, squares: FloatArray) -> FloatArray:
-        """Covariance of the points if `squares` were true, (points, points)."""
-        points = self.points
-        sizes = dict(zip(self.names, np.sqrt(squares), strict=True))
-        covariance = overlapped_allan_covariance(
-            points.factors.tolist(),
-            {name: sizes.get(name, 0.0) for name in COEFFICIENT_NAMES},
-            angles=points.angles,
-            interval=points.interval,
-            markov=(sizes.get("markov_driving_noise", 0.0), self.correlation_time),
-        )
-        mean = self.basis @ squares
-        scale = points.shortfall
-        if points.edf is not None:
-            # Plain clusters share less: the correlation is kept, the spread is theirs.
-            known = np.maximum(np.diag(covariance), 1e-12 * mean**2)
-            scale = mean * np.sqrt(2.0 / points.edf / known)
-        covariance = covariance * scale * scale[:, np.newaxis]
-        # A few hundred-thousandths of each variance are its own, which leaves the matrix invertible
-        # whatever rounding and the far lags of 1/f do.
-        own = 3e-5 * np.diag(covariance) + (self.departure**2 + 1e-10) * mean**2
-        return np.asarray(covariance + np.diag(own))
-
-    def relative(self) -> FloatArray:
-        """Non-negative squares by least squares relative to the fitted variance."""
-        squares = np.zeros(self.basis.shape[1])
-        scale = self.points.variance
-        for _ in range(20):
-            solution = _scaled_nnls(self.basis / scale[:, np.newaxis], self.points.variance / scale)
-            if np.allclose(solution, squares, rtol=1e-6, atol=0.0):
-                break
-            squares = solution
-            scale = self.basis @ squares
-        return squares
-
-    def generalized(self, start: FloatArray, held: int | None = None) -> FloatArray:
-        """Non-negative squares by least squares in the metric of their own covariance.
-
-        From `start`, of which the term `held` keeps its value.
-        """
-        squares = start.copy()
-        free = np.arange(squares.size) != held
-        rest = self.points.variance - self.basis[:, ~free] @ squares[~free]
-        if not squares.any():
-            scale = self.points.variance
-            squares[free] = _scaled_nnls(self.basis[:, free] / scale[:, np.newaxis], rest / scale)
-        if not squares.any():
-            # Without noise there is no covariance to weigh with, and nothing to weigh.
-            return squares
-        for _ in range(20):
-            root = _cholesky(self.covariance(squares))
-            solution = _scaled_nnls(
-                solve_triangular(root, self.basis[:, free], lower=True),
-                solve_triangular(root, rest, lower=True),
-            )
-            agreed = np.allclose(solution, squares[free], rtol=1e-4, atol=0.0)
-            squares[free] = solution
-            if agreed or not squares.any():
-                break
-        return squares
-
-    def unlimited(self, method: FitName, squares: FloatArray, column: int) -> tuple[float, float]:
-        """One square free of the limit at zero, and its error, were `squares` the truth."""
-        covariance = self.covariance(squares)
-        # The paper's residuals are relative, whatever their errors.
-        metric = np.diag((self.basis @ squares) ** 2) if method == "paper" else covariance
-        root = _cholesky(metric)
-        basis = self.basis
-        if self.nuisance is not None:
-            basis = np.column_stack([basis, self.nuisance])
-        whitened = solve_triangular(root, basis, lower=True)
-        scale = 1.0 / np.maximum(np.linalg.norm(whitened, axis=0), 1e-300)
-        inverse = np.linalg.pinv(whitened * scale, rcond=1e-10)[column] * scale[column]
-        row = solve_triangular(root, inverse, lower=True, trans="T")
-        return float(row @ self.points.variance), math.sqrt(float(row @ covariance @ row))
-
-    def with_markov(self, time: float) -> "_CurveModel":
-        """The same model with a Markov rate of that correlation time for one more term."""
-        return replace(
-            self,
-            names=(*self.names, "markov_driving_noise"),
-            basis=np.column_stack([self.basis, markov_allan_variance(self.points.tau, 1.0, time)]),
-            correlation_time=time,
-        )
-
-    def residual(self, squares: FloatArray) -> tuple[float, float]:
-        """Chi-square of the points, and the log determinant of their covariance."""
-        root = _cholesky(self.covariance(squares))
-        residual = solve_triangular(root, self.points.variance - self.basis @ squares, lower=True)
-        return float(np.dot(residual, residual)), 2.0 * float(np.log(np.diag(root)).sum())
-
-    def misfit(self, squares: FloatArray) -> float:
-        """Chi-square of the points over its expectation, less one."""
-        freedom = max(1, self.points.factors.size - len(self.names))
-        return self.residual(squares)[0] / freedom - 1.0
-
-
-def _scaled_nnls(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    if matrix.shape[1] == 0:
-        # scipy 1.17 frees memory twice, and the process with it, on a matrix without columns.
-        return np.empty(0)
-    scale = 1.0 / np.linalg.norm(matrix, axis=0)
-    return np.asarray(nnls(matrix * scale, vector)[0] * scale)
+def _gyros(curve: StabilityCurve, stated: int) -> int:
+    """How many gyros a curve is of, which it may say itself."""
+    per_gyro(1.0, stated)
+    return max(stated, curve.gyros_differenced)
 
 
 def _curve_fit(
     method: FitName,
-    points: _CurvePoints,
+    points: CurvePoints,
     gyros_differenced: int,
     confidence: float,
     *,
     markov: bool = False,
     sinusoid: float | None = None,
 ) -> Fit:
+    """Fit of Eq. 3 to points of a curve, by either of the two methods."""
     require_confidence(confidence)
-    per_gyro(1.0, gyros_differenced)
+    model, notes = _first_model(points, sinusoid)
+    if markov:
+        model = _with_curve_markov(model)
+    weighed = _weighed(model)
+    squares = weighed.relative if method == "paper" else weighed.squares
+    if weighed.model.departure > 0.0:
+        notes += (_departure_note(method, weighed.model.departure),)
+    estimates = {
+        name: _curve_interval(
+            weighed,
+            method,
+            column=column,
+            value=float(squares[column]),
+            confidence=confidence,
+        ).of_one_gyro(name, gyros_differenced, confidence)
+        for column, name in enumerate(weighed.model.names)
+    }
+    if markov:
+        estimates["markov_correlation_time"] = _curve_markov_time(
+            weighed, estimates["markov_driving_noise"], confidence
+        )
+    unseen = SquaredEstimate.unseen()
+    return Fit(
+        method=method,
+        coefficients={
+            name: estimates.get(name) or unseen.of_one_gyro(name, gyros_differenced, confidence)
+            for name in COEFFICIENT_NAMES
+        },
+        notes=notes,
+        optional={
+            cast(OptionalName, name): estimate
+            for name, estimate in estimates.items()
+            if name not in COEFFICIENT_NAMES
+        },
+    )
+
+
+def _first_model(
+    points: CurvePoints, sinusoid: float | None
+) -> tuple[CurveModel, tuple[Note, ...]]:
+    """As many terms of Eq. 3 as there are points for, and a sinusoid besides if asked."""
     size = points.factors.size
     if size < 2:
         raise RecordingError(
-            f"{size} points of the curve can be fitted and Eq. 3 needs 2 or more; record longer"
+            f"{size} points of the curve can be fitted and Eq. 3 needs 2 or more",
+            remedy="record longer",
         )
-    notes = []
+    chosen = _FIRST_TERMS[: max(1, min(5, size - 1))]
     names: tuple[CoefficientName | OptionalName, ...] = tuple(
-        name for name in COEFFICIENT_NAMES if name in _FIRST_TERMS[: max(1, min(5, size - 1))]
+        name for name in COEFFICIENT_NAMES if name in chosen
     )
+    notes: tuple[Note, ...] = ()
     if len(names) < len(COEFFICIENT_NAMES):
-        notes.append(f"{size} points of the curve are enough for {', '.join(names)} only")
+        few = f"{size} points of the curve are enough for {', '.join(names)} only"
+        notes = (Note(text=few),)
     basis = allan_variance_basis(points.tau)[
         :, [column for column, name in enumerate(COEFFICIENT_NAMES) if name in names]
     ]
     if sinusoid is not None:
         names = (*names, "sinusoid_amplitude")
         basis = np.column_stack([basis, sinusoid_allan_variance(points.tau, 1.0, sinusoid)])
-    model = _CurveModel(points=points, names=names, basis=basis)
-    optional: dict[OptionalName, Estimate] = {}
-    if markov:
-        model = _with_curve_markov(model)
-    squares = model.relative()
-    reference = model.generalized(squares)
-    freedom = max(1, size - len(model.names))
-    if model.misfit(reference) * freedom > 6.0 * math.sqrt(2.0 * freedom) + 12.0:
-        model, reference = _with_curve_departure(model, squares)
-        notes.append(
-            f"the curve departs from the fitted terms by {100.0 * model.departure:.2g} % of the "
-            f"variance at a point; the {method} intervals allow for it"
-        )
-    if method == "weighted":
-        squares = reference
-    unseen = per_gyro_estimate(UNSEEN, gyros_differenced, confidence)
-    estimates = dict.fromkeys(COEFFICIENT_NAMES, unseen)
-    for column, name in enumerate(model.names):
-        estimate = per_gyro_estimate(
-            _curve_interval(
-                model,
-                method,
-                column=column,
-                value=float(squares[column]),
-                reference=reference,
-                confidence=confidence,
-            ),
-            gyros_differenced,
-            confidence,
-        )
-        if name in estimates:
-            estimates[name] = estimate
+    return CurveModel(points=points, names=names, basis=basis), notes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Weighed:
+    """A model that allows for its departure from the curve, and its squared coefficients.
+
+    `relative` (terms,) are those of least squares on relative residuals, `squares` those in the
+    metric of the covariance.
+    """
+
+    model: CurveModel
+    relative: FloatArray
+    squares: FloatArray
+
+
+def _weighed(model: CurveModel) -> _Weighed:
+    """Both solutions, with a departure of the points if chance does not explain their misfit."""
+    relative = model.relative()
+    squares = model.generalized(relative)
+    freedom = max(1, model.points.factors.size - len(model.names))
+    if model.misfit(squares) * freedom > 6.0 * math.sqrt(2.0 * freedom) + 12.0:
+        model, squares = _with_curve_departure(model, relative)
+    return _Weighed(model=model, relative=relative, squares=squares)
+
+
+def _with_curve_departure(model: CurveModel, squares: FloatArray) -> tuple[CurveModel, FloatArray]:
+    """`model` with the departure that explains its misfit, by bisection, and its squares."""
+    low, high = math.log(1e-4), math.log(10.0)
+    for _ in range(14):
+        model = replace(model, departure=math.exp(0.5 * (low + high)))
+        squares = model.generalized(squares)
+        if model.misfit(squares) > 0.0:
+            low = math.log(model.departure)
         else:
-            optional[cast(OptionalName, name)] = estimate
-    if markov:
-        seen = optional["markov_driving_noise"].status == "estimated"
-        optional["markov_correlation_time"] = (
-            _curve_markov_time(model, reference, confidence) if seen else unseen
-        )
-    return Fit(method=method, coefficients=estimates, notes=tuple(notes), optional=optional)
+            high = math.log(model.departure)
+    return model, squares
 
 
-def _with_curve_markov(model: _CurveModel) -> _CurveModel:
+def _departure_note(method: FitName, departure: float) -> Note:
+    return Note(
+        level="warning",
+        text=f"the curve departs from the fitted terms by {100.0 * departure:.2g} % of the "
+        f"variance at a point; the {method} intervals allow for it",
+    )
+
+
+def _with_curve_markov(model: CurveModel) -> CurveModel:
     """`model` with a Markov rate of the most likely correlation time besides."""
     tau = model.points.tau
 
@@ -435,46 +299,32 @@ def _with_curve_markov(model: _CurveModel) -> _CurveModel:
     return replace(model, nuisance=square * change / (2.0 * math.log(1.01)))
 
 
-def _curve_markov_time(model: _CurveModel, reference: FloatArray, confidence: float) -> Estimate:
-    _, error = model.unlimited("weighted", reference, reference.size)
+def _curve_markov_time(weighed: _Weighed, driving: Estimate, confidence: float) -> Estimate:
+    """Correlation time of a Markov rate, if its driving noise is seen."""
+    if driving.status != "estimated":
+        return SquaredEstimate.unseen().of_one_gyro("markov_correlation_time", 1, confidence)
+    squares, time = weighed.squares, weighed.model.correlation_time
+    _, error = weighed.model.unlimited("weighted", squares, squares.size)
     spread = math.exp(error * float(norm.ppf(0.5 + 0.5 * confidence)))
     return Estimate(
-        value=model.correlation_time,
-        low=model.correlation_time / spread,
-        high=model.correlation_time * spread,
+        name="markov_correlation_time",
+        value=time,
+        low=time / spread,
+        high=time * spread,
         confidence=confidence,
         status="estimated",
     )
 
 
-def _with_curve_departure(
-    model: _CurveModel, reference: FloatArray
-) -> tuple[_CurveModel, FloatArray]:
-    low, high = math.log(1e-4), math.log(10.0)
-    for _ in range(14):
-        model = replace(model, departure=math.exp(0.5 * (low + high)))
-        reference = model.generalized(reference)
-        if model.misfit(reference) > 0.0:
-            low = math.log(model.departure)
-        else:
-            high = math.log(model.departure)
-    return model, reference
-
-
 def _curve_interval(
-    model: _CurveModel,
-    method: FitName,
-    *,
-    column: int,
-    value: float,
-    reference: FloatArray,
-    confidence: float,
-) -> tuple[float, float, float, Status]:
-    """Square of one coefficient: value, low, high and status.
+    weighed: _Weighed, method: FitName, *, column: int, value: float, confidence: float
+) -> SquaredEstimate:
+    """Square of one coefficient.
 
     The limits are where the estimate, with the weights and the error that hold if the
     limit is the truth, lies the wanted number of standard deviations from it.
     """
+    model, reference = weighed.model, weighed.squares
     two_sided = float(norm.ppf(0.5 + 0.5 * confidence))
     one_sided = float(norm.ppf(max(confidence, 0.5)))
     unlimited, error = model.unlimited(method, reference, column)
@@ -488,17 +338,17 @@ def _curve_interval(
         estimate, spread = model.unlimited(method, squares, column)
         return (estimate - square) / spread
 
-    if unlimited > 0.0 and value > 0.0:
-        absent = deviations(0.0)
-        if absent > max(math.sqrt(PRESENCE), two_sided):
-            high = crossing(
-                lambda square: -deviations(square) - two_sided, unlimited, two_sided * error
+    if unlimited > 0.0 and value > 0.0 and deviations(0.0) > max(math.sqrt(PRESENCE), two_sided):
+        high = crossing(
+            lambda square: -deviations(square) - two_sided, unlimited, two_sided * error
+        )
+        low = crossing(
+            lambda square: deviations(square) - two_sided, unlimited, -two_sided * error, 0.0
+        )
+        if math.isfinite(high):
+            return SquaredEstimate(
+                value=value, low=min(low, value), high=max(high, value), status="estimated"
             )
-            low = crossing(
-                lambda square: deviations(square) - two_sided, unlimited, -two_sided * error, 0.0
-            )
-            if math.isfinite(high):
-                return value, min(low, value), max(high, value), "estimated"
     inside = max(unlimited, 0.0)
     high = crossing(
         lambda square: min(-deviations(square), (square - inside) / error) - one_sided,
@@ -506,5 +356,5 @@ def _curve_interval(
         one_sided * error,
     )
     if not high < typical_square(model.basis[:, column], model.basis @ reference):
-        return UNSEEN
-    return high, 0.0, high, "upper bound"
+        return SquaredEstimate.unseen()
+    return SquaredEstimate.bound(high)

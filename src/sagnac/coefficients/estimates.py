@@ -1,33 +1,93 @@
 """What a fit says of Q, N, B, K and R: value, interval, status and units."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from html import escape
+from typing import Final, Literal, get_args
 
-import numpy as np
-
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.laws import CoefficientName
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.errors import Note
 from sagnac.recording.difference import per_gyro
-from sagnac.units import COEFFICIENT_UNITS
+from sagnac.stability.names import check_choice
+from sagnac.units import COEFFICIENT_UNITS, TIME_UNITS
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
 OptionalName = Literal["markov_driving_noise", "markov_correlation_time", "sinusoid_amplitude"]
-# A term is called present where leaving it out costs three standard deviations: a false
-# alarm of 0.13 % for each term that is not there.
-PRESENCE: Final = 9.0
-# Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
-CONVERGED: Final = 1e-3
+
+_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
+    **COEFFICIENT_UNITS,
+    "markov_driving_noise": COEFFICIENT_UNITS["rate_random_walk"],
+    "markov_correlation_time": {unit: TIME_UNITS[unit] for unit in ("s", "min", "h")},
+    "sinusoid_amplitude": COEFFICIENT_UNITS["bias_instability"],
+}
+
+
+def estimate_units(name: CoefficientName | OptionalName) -> Mapping[str, float]:
+    """Units that a coefficient or optional term is written in: the size of one in SI.
+
+    Raises
+    ------
+    ValueError
+        If there is no such coefficient.
+    """
+    units = _UNITS.get(name)
+    if units is None:
+        known = ", ".join((*COEFFICIENT_NAMES, *get_args(OptionalName)))
+        raise ValueError(f"name {name!r} is not a coefficient; use one of {known}")
+    return units
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ConvertedEstimate:
+    """Three figures of an `Estimate` in `unit`; ``float`` of it is the value."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g}) {self.unit}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Estimate:
     """One coefficient in SI.
 
-    ``estimated``: `value` within [`low`, `high`] at `confidence`. ``upper bound``:
-    `value` and `high` are the bound, `low` is 0. ``not observable``: all three are NaN.
+    Attributes
+    ----------
+    value, low, high
+        ``estimated``: `value` within [`low`, `high`] at `confidence`. ``upper bound``:
+        `value` and `high` are the bound, `low` is 0. ``not observable``: all three are NaN.
+    confidence
+        Probability content of the interval, or of being below the bound.
+    status
+        Which of the three.
+    name
+        Of the coefficient, by which `to` knows its units; None if it is not known.
+
+    Raises
+    ------
+    ValueError
+        If the figures are not what the status says, or a choice is not known.
+
+    Examples
+    --------
+    >>> from math import pi
+    >>> walk = pi / 180.0 / 60.0  # 1 deg/sqrt(h) in rad/sqrt(s)
+    >>> estimate = Estimate(
+    ...     name="angle_random_walk", value=2e-3 * walk, low=1.9e-3 * walk, high=2.2e-3 * walk,
+    ...     confidence=0.95, status="estimated",
+    ... )
+    >>> estimate
+    <angle_random_walk 0.002 (0.0019 to 0.0022) deg/sqrt(h), 95 %>
+    >>> print(estimate.to("deg/h/sqrt(Hz)"))
+    0.12 (0.114 to 0.132) deg/h/sqrt(Hz)
     """
 
     value: float
@@ -35,6 +95,110 @@ class Estimate:
     high: float
     confidence: float
     status: Status
+    name: CoefficientName | OptionalName | None = None
+
+    def __post_init__(self) -> None:
+        check_choice("status", self.status, Status)
+        require_confidence(self.confidence)
+        if self.name is not None:
+            estimate_units(self.name)
+        figures = f"value {self.value!r}, low {self.low!r}, high {self.high!r}"
+        if self.status == "not observable":
+            if not all(math.isnan(figure) for figure in (self.value, self.low, self.high)):
+                raise ValueError(f"{figures}: what is not observable has NaN for all three")
+        elif not self.low <= self.value <= self.high:
+            raise ValueError(f"{figures}: give low <= value <= high")
+
+    def to(self, unit: str) -> ConvertedEstimate:
+        """The figures in a unit of the field.
+
+        Parameters
+        ----------
+        unit
+            Any that the coefficient is written in: ``deg/sqrt(h)``, ``deg/h/sqrt(Hz)``,
+            ``rad/s/sqrt(Hz)`` or ``rad/sqrt(s)`` for angle random walk.
+
+        Raises
+        ------
+        ValueError
+            If the coefficient is not known, or not written in that unit.
+        """
+        if self.name is None:
+            raise ValueError("the estimate has no name, so that its units are not known")
+        units = estimate_units(self.name)
+        if unit not in units:
+            raise ValueError(
+                f"unit {unit!r} is not one of {self.name}; use one of {', '.join(units)}"
+            )
+        size = units[unit]
+        return ConvertedEstimate(
+            value=self.value / size, low=self.low / size, high=self.high / size, unit=unit
+        )
+
+    def _worded(self) -> str:
+        """The figures in the field's unit, SI where the coefficient is not known."""
+        if self.status == "not observable":
+            return "not observable"
+        if self.name is None:
+            shown = ConvertedEstimate(value=self.value, low=self.low, high=self.high, unit="SI")
+        else:
+            shown = self.to(next(iter(estimate_units(self.name))))
+        percent = f"{100.0 * self.confidence:g} %"
+        if self.status == "upper bound":
+            return f"below {shown.high:.4g} {shown.unit}, {percent}"
+        return f"{shown}, {percent}"
+
+    def __repr__(self) -> str:
+        return f"<{self.name or 'estimate'} {self._worded()}>"
+
+    def _repr_html_(self) -> str:
+        name = (self.name or "estimate").replace("_", " ")
+        return f"<span><b>{escape(name)}</b> {escape(self._worded())}</span>"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SquaredEstimate:
+    """Square of one coefficient of what was measured, which may be a difference of two gyros.
+
+    `value`, `low`, `high` and `status` as in `Estimate`.
+    """
+
+    value: float
+    low: float
+    high: float
+    status: Status
+
+    def __post_init__(self) -> None:
+        check_choice("status", self.status, Status)
+
+    @classmethod
+    def bound(cls, high: float) -> "SquaredEstimate":
+        """An upper bound."""
+        return cls(value=high, low=0.0, high=high, status="upper bound")
+
+    @classmethod
+    def unseen(cls) -> "SquaredEstimate":
+        """What cannot be observed."""
+        return cls(value=math.nan, low=math.nan, high=math.nan, status="not observable")
+
+    def per(self, unit: float) -> "SquaredEstimate":
+        """The same square in units of `unit`."""
+        return SquaredEstimate(
+            value=self.value / unit, low=self.low / unit, high=self.high / unit, status=self.status
+        )
+
+    def of_one_gyro(
+        self, name: CoefficientName | OptionalName, gyros_differenced: int, confidence: float
+    ) -> Estimate:
+        """Estimate of the coefficient of one gyro."""
+        return Estimate(
+            value=per_gyro(self.value, gyros_differenced),
+            low=per_gyro(self.low, gyros_differenced),
+            high=per_gyro(self.high, gyros_differenced),
+            confidence=confidence,
+            status=self.status,
+            name=name,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,13 +220,27 @@ class Fit:
     departure
         Of a likelihood fit: relative departure of the spectrum from the terms that chance does
         not explain, 1 or more where bins had to be left out; 0 where the terms suffice.
+
+    Raises
+    ------
+    ValueError
+        If the method or a coefficient is not known, or `departure` is negative.
     """
 
     method: FitName
     coefficients: Mapping[CoefficientName, Estimate]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     departure: float = 0.0
     optional: Mapping[OptionalName, Estimate] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_choice("method", self.method, FitName)
+        for name in self.coefficients:
+            check_choice("coefficients: name", name, CoefficientName)
+        for other in self.optional:
+            check_choice("optional: name", other, OptionalName)
+        if not self.departure >= 0.0:
+            raise ValueError(f"departure is {self.departure!r}; give zero or more")
 
 
 def require_confidence(confidence: float) -> None:
@@ -75,68 +253,6 @@ def require_confidence(confidence: float) -> None:
     """
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence is {confidence}; give a number between 0 and 1")
-
-
-def crossing(
-    rise: Callable[[float], float], inside: float, step: float, limit: float = math.inf
-) -> float:
-    """Where `rise`, negative at `inside`, crosses zero towards `step`, not beyond `limit`.
-
-    Infinite where it does not within a million steps; `inside` itself where `rise` is not
-    negative there, as when weights that differ between two trial values put it beyond.
-    """
-    low, low_value = inside, rise(inside)
-    if low_value >= 0.0:
-        return inside
-    for _ in range(26):
-        high = inside + step
-        if abs(high - inside) >= abs(limit - inside):
-            high = limit
-        high_value = min(rise(high), 1e3)
-        if high_value >= 0.0 or high == limit:
-            break
-        low, low_value = high, high_value
-        step *= 1.8
-    else:
-        return math.copysign(math.inf, step)
-    for _ in range(60):
-        if abs(high_value) < CONVERGED:
-            return high
-        share = low_value / (low_value - high_value)
-        middle = low + min(max(share, 0.02), 0.98) * (high - low)
-        value = rise(middle)
-        if value < 0.0:
-            low, low_value = middle, value
-        else:
-            high, high_value = middle, value
-    return 0.5 * (low + high)
-
-
-def typical_square(term: FloatArray, total: FloatArray) -> float:
-    """Square at which a term would make all that was seen at half of the places."""
-    return float(np.median(total / term))
-
-
-def per_gyro_estimate(
-    squares: tuple[float, float, float, Status], gyros_differenced: int, confidence: float
-) -> Estimate:
-    """Estimate of one gyro from value, low, high (squares, of what was measured) and status."""
-    value, low, high, status = squares
-    return Estimate(
-        value=per_gyro(value, gyros_differenced),
-        low=per_gyro(low, gyros_differenced),
-        high=per_gyro(high, gyros_differenced),
-        confidence=confidence,
-        status=status,
-    )
-
-
-UNSEEN: Final[tuple[float, float, float, Status]] = (
-    math.nan,
-    math.nan,
-    math.nan,
-    "not observable",
-)
 
 
 def in_units(name: CoefficientName, value: float) -> dict[str, float]:

@@ -11,7 +11,15 @@ from scipy.stats import chi2
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.cosine_spectrum import LEAST_BINS, Ordinates
-from sagnac.coefficients.estimates import CONVERGED, PRESENCE, Status, crossing, typical_square
+from sagnac.coefficients.estimates import SquaredEstimate
+from sagnac.coefficients.limits import (
+    CONVERGED,
+    PRESENCE,
+    crossing,
+    likelihood_drop,
+    typical_square,
+)
+from sagnac.errors import Note
 
 # How far above the terms a bin has to be to be called something else, where chance (one in
 # ten million) does not put it there. Less is taken for a departure of the terms.
@@ -28,57 +36,115 @@ class Optimum:
     mean: FloatArray
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Held:
+    """One squared coefficient that keeps its value: its column, and the square."""
+
+    column: int
+    square: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Place:
+    """Squares of the free terms, the mean of the ordinates there, and -2 log likelihood."""
+
+    squares: FloatArray
+    mean: FloatArray
+    deviance: float
+
+
 def maximize(
     spectrum: Ordinates,
     *,
     start: FloatArray | None = None,
-    fixed: tuple[int, float] | None = None,
+    held: Held | None = None,
     limited: bool = False,
 ) -> Optimum:
-    """Most likely squared coefficients, one of them held if asked, or all kept above zero."""
+    """Most likely squared coefficients, one of them held if asked, or all kept above zero.
+
+    Parameters
+    ----------
+    spectrum
+        What is fitted, and to what.
+    start
+        (terms,) squares to begin with.
+    held
+        The one that keeps its value.
+    limited
+        Whether squares are kept from falling below zero.
+    """
     basis = spectrum.basis
     free = np.ones(basis.shape[1], dtype=np.bool_)
     offset = np.zeros(spectrum.power.size)
-    if fixed is not None:
-        free[fixed[0]] = False
-        offset = basis[:, fixed[0]] * fixed[1]
+    if held is not None:
+        free[held.column] = False
+        offset = basis[:, held.column] * held.square
     columns = basis[:, free]
-    squares = np.zeros(columns.shape[1]) if start is None else start[free]
+    place = _start(spectrum, columns, offset, None if start is None else start[free], limited)
+    while place.squares.size and math.isfinite(place.deviance):
+        before = place.deviance
+        move = _newton_move(spectrum, columns, place, limited)
+        place = _lowered(spectrum, columns, offset, place, move)
+        if before - place.deviance < CONVERGED:
+            break
+    finite = math.isfinite(place.deviance)
+    weight = spectrum.weight / place.mean**2 if finite else np.zeros(place.mean.size)
+    return Optimum(
+        squares=_joined(place.squares, free, held),
+        deviance=place.deviance,
+        fisher=0.5 * basis.T @ (weight[:, np.newaxis] * basis),
+        mean=place.mean,
+    )
+
+
+def _start(
+    spectrum: Ordinates,
+    columns: FloatArray,
+    offset: FloatArray,
+    squares: FloatArray | None,
+    limited: bool,
+) -> _Place:
+    """Where the search begins: `squares` if every mean is positive there, else by least squares."""
+    if squares is None:
+        squares = np.zeros(columns.shape[1])
     if limited:
         squares = np.maximum(squares, 0.0)
     mean = offset + columns @ squares
     if not mean.min() > 0.0:
         squares = _non_negative_start(spectrum, columns)
         mean = offset + columns @ squares
-    deviance = _deviance(spectrum, mean)
-    while squares.size and math.isfinite(deviance):
-        # Newton's curvature where it is one, which squares of one degree of freedom leave in
-        # doubt far from the maximum; else its expectation (scoring).
-        expected = spectrum.weight / mean**2
-        gradient = columns.T @ (expected * (mean - spectrum.power))
-        observed = expected * (2.0 * spectrum.power / mean - 1.0)
-        curvature = columns.T @ (observed[:, np.newaxis] * columns)
-        if not _is_positive(curvature):
-            curvature = columns.T @ (expected[:, np.newaxis] * columns)
-        solve = _solve_non_negative if limited else solve_normal
-        move = solve(curvature, curvature @ squares - gradient) - squares
-        before = deviance
-        for halvings in range(40):
-            trial = squares + 0.5**halvings * move
-            trial_mean = offset + columns @ trial
-            outcome = _deviance(spectrum, trial_mean)
-            if outcome < deviance:
-                squares, mean, deviance = trial, trial_mean, outcome
-                break
-        if before - deviance < CONVERGED:
-            break
-    weight = spectrum.weight / mean**2 if math.isfinite(deviance) else np.zeros(mean.size)
-    return Optimum(
-        squares=_joined(squares, free, fixed),
-        deviance=deviance,
-        fisher=0.5 * basis.T @ (weight[:, np.newaxis] * basis),
-        mean=mean,
-    )
+    return _Place(squares=squares, mean=mean, deviance=_deviance(spectrum, mean))
+
+
+def _newton_move(
+    spectrum: Ordinates, columns: FloatArray, place: _Place, limited: bool
+) -> FloatArray:
+    """Step to the maximum of the parabola that touches the likelihood.
+
+    By Newton's curvature if it is one, which squares of one degree of freedom leave in
+    doubt far from the maximum; else by its expectation (scoring).
+    """
+    expected = spectrum.weight / place.mean**2
+    gradient = columns.T @ (expected * (place.mean - spectrum.power))
+    observed = expected * (2.0 * spectrum.power / place.mean - 1.0)
+    curvature = columns.T @ (observed[:, np.newaxis] * columns)
+    if not _is_positive(curvature):
+        curvature = columns.T @ (expected[:, np.newaxis] * columns)
+    solve = _solve_non_negative if limited else solve_normal
+    return solve(curvature, curvature @ place.squares - gradient) - place.squares
+
+
+def _lowered(
+    spectrum: Ordinates, columns: FloatArray, offset: FloatArray, place: _Place, move: FloatArray
+) -> _Place:
+    """The first of the step and its halves that lowers the deviance, or `place` itself."""
+    for halvings in range(40):
+        squares = place.squares + 0.5**halvings * move
+        mean = offset + columns @ squares
+        deviance = _deviance(spectrum, mean)
+        if deviance < place.deviance:
+            return _Place(squares=squares, mean=mean, deviance=deviance)
+    return place
 
 
 def _deviance(spectrum: Ordinates, mean: FloatArray) -> float:
@@ -88,13 +154,11 @@ def _deviance(spectrum: Ordinates, mean: FloatArray) -> float:
     return float(spectrum.weight @ (np.log(mean) + spectrum.power / mean))
 
 
-def _joined(
-    squares: FloatArray, free: NDArray[np.bool_], fixed: tuple[int, float] | None
-) -> FloatArray:
+def _joined(squares: FloatArray, free: NDArray[np.bool_], held: Held | None) -> FloatArray:
     whole = np.zeros(free.size)
     whole[free] = squares
-    if fixed is not None:
-        whole[fixed[0]] = fixed[1]
+    if held is not None:
+        whole[held.column] = held.square
     return whole
 
 
@@ -143,43 +207,78 @@ def _non_negative_start(spectrum: Ordinates, columns: FloatArray) -> FloatArray:
     return np.asarray(solution * scale)
 
 
-def with_departure(spectrum: Ordinates) -> tuple[Ordinates, float, tuple[str, ...]]:
-    """`spectrum` with weights that allow for what the terms do not describe, how much, and notes.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weighed:
+    """A spectrum with weights that allow for what its terms do not describe.
+
+    Attributes
+    ----------
+    spectrum
+        With those weights.
+    departure
+        Common relative departure of the bins, plus one if some are left out; 0 if the terms
+        suffice.
+    notes
+        What was found.
+    """
+
+    spectrum: Ordinates
+    departure: float = 0.0
+    notes: tuple[Note, ...] = ()
+
+
+def with_departure(spectrum: Ordinates) -> Weighed:
+    """`spectrum` with weights that allow for what the terms do not describe.
 
     Bins that stand far above the terms (a line left, a resonance) weigh nothing; for the
     rest a common relative departure is estimated where it is significant.
     """
     if np.count_nonzero(spectrum.count >= 8.0) < 3 * LEAST_BINS:
-        return spectrum, 0.0, ()
-    notes = []
+        return Weighed(spectrum=spectrum)
     trial, departure = _departure(spectrum)
     standing = np.zeros(spectrum.power.size, dtype=np.bool_)
     while departure > 0.0:
-        ratio = spectrum.power / maximize(trial).mean
-        chance = chi2.sf(spectrum.count * ratio, spectrum.count)
-        more = ~standing & (ratio > _STANDS_OUT) & (chance < 1e-7)
+        more = ~standing & _stand_out(spectrum, maximize(trial))
         if not more.any() or np.count_nonzero(standing | more) > 0.5 * standing.size:
             break
         standing |= more
         trial, departure = _departure(
             replace(spectrum, weight=np.where(standing, 0.0, spectrum.weight))
         )
+    notes = []
     if standing.any():
-        frequency = spectrum.frequency[standing]
-        notes.append(
-            f"{frequency.size} of {standing.size} bins of the spectrum, from {frequency[0]:.4g} to "
-            f"{frequency[-1]:.4g} Hz, stand far above the fitted terms (a line or a resonance is "
-            "left) and are left out of the likelihood fit"
-        )
+        notes.append(_standing_note(spectrum, standing))
     if departure > 0.0:
-        ratio = spectrum.power / maximize(trial).mean
-        worst = int(np.argmax(trial.weight * (ratio - 1.0) ** 2))
-        notes.append(
-            f"the spectrum departs from the fitted terms by {100.0 * departure:.2g} % of the power "
-            f"in a bin, most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the "
-            "likelihood intervals allow for it"
-        )
-    return trial, departure + float(standing.any()), tuple(notes)
+        notes.append(_departure_note(trial, departure))
+    return Weighed(spectrum=trial, departure=departure + float(standing.any()), notes=tuple(notes))
+
+
+def _stand_out(spectrum: Ordinates, best: Optimum) -> NDArray[np.bool_]:
+    """Bins too far above the terms for chance."""
+    ratio = spectrum.power / best.mean
+    chance = chi2.sf(spectrum.count * ratio, spectrum.count)
+    return np.asarray((ratio > _STANDS_OUT) & (chance < 1e-7))
+
+
+def _standing_note(spectrum: Ordinates, standing: NDArray[np.bool_]) -> Note:
+    frequency = spectrum.frequency[standing]
+    return Note(
+        level="warning",
+        text=f"{frequency.size} of {standing.size} bins of the spectrum, from {frequency[0]:.4g} "
+        f"to {frequency[-1]:.4g} Hz, stand far above the fitted terms (a line or a resonance is "
+        "left) and are left out of the likelihood fit",
+    )
+
+
+def _departure_note(spectrum: Ordinates, departure: float) -> Note:
+    ratio = spectrum.power / maximize(spectrum).mean
+    worst = int(np.argmax(spectrum.weight * (ratio - 1.0) ** 2))
+    return Note(
+        level="warning",
+        text=f"the spectrum departs from the fitted terms by {100.0 * departure:.2g} % of the "
+        f"power in a bin, most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the "
+        "likelihood intervals allow for it",
+    )
 
 
 def _departure(spectrum: Ordinates) -> tuple[Ordinates, float]:
@@ -211,12 +310,24 @@ def _departure(spectrum: Ordinates) -> tuple[Ordinates, float]:
 
 def profile_interval(
     spectrum: Ordinates, best: Optimum, column: int, confidence: float
-) -> tuple[float, float, float, Status]:
-    """Square of one coefficient: value, low, high and status by profile likelihood."""
+) -> SquaredEstimate:
+    """Square of one coefficient by profile likelihood.
+
+    Parameters
+    ----------
+    spectrum
+        What is fitted.
+    best
+        Its maximum.
+    column
+        Of the coefficient.
+    confidence
+        Of the interval or bound.
+    """
     two_sided = likelihood_drop(confidence)
     one_sided = likelihood_drop(2.0 * confidence - 1.0)
     scale = 1.0 / np.sqrt(np.diag(best.fisher))
-    covariance = np.linalg.pinv(best.fisher * scale * scale[:, np.newaxis], rcond=1e-12)
+    covariance = scaled_covariance(best.fisher)
     error = math.sqrt(max(covariance[column, column], 1.0)) * scale[column]
     value = float(best.squares[column])
     # How the other squares move when this one does.
@@ -224,29 +335,37 @@ def profile_interval(
 
     def deviance(square: float) -> float:
         start = best.squares + direction * (square - value)
-        return maximize(spectrum, start=start, fixed=(column, square)).deviance
+        return maximize(spectrum, start=start, held=Held(column=column, square=square)).deviance
+
+    def limit(reference: float, origin: float, drop: float, sign: float, end: float) -> float:
+        """Where the deviance has risen from `reference` by `drop`, from `origin` on."""
+        return crossing(
+            lambda square: math.sqrt(max(deviance(square) - reference, 0.0)) - math.sqrt(drop),
+            origin,
+            sign * error * math.sqrt(drop),
+            end,
+        )
 
     absent = deviance(0.0)
     if value > 0.0 and absent - best.deviance > max(PRESENCE, two_sided):
-
-        def rise(square: float) -> float:
-            return math.sqrt(max(deviance(square) - best.deviance, 0.0)) - math.sqrt(two_sided)
-
-        step = error * math.sqrt(two_sided)
-        high = crossing(rise, value, step)
+        high = limit(best.deviance, value, two_sided, 1.0, math.inf)
         if math.isfinite(high):
-            return value, crossing(rise, value, -step, 0.0), high, "estimated"
+            low = limit(best.deviance, value, two_sided, -1.0, 0.0)
+            return SquaredEstimate(value=value, low=low, high=high, status="estimated")
     reference, origin = (best.deviance, value) if value > 0.0 else (absent, 0.0)
-
-    def rise_above(square: float) -> float:
-        return math.sqrt(max(deviance(square) - reference, 0.0)) - math.sqrt(one_sided)
-
-    high = crossing(rise_above, origin, error * math.sqrt(one_sided))
+    high = limit(reference, origin, one_sided, 1.0, math.inf)
     if not high < typical_square(spectrum.basis[:, column], best.mean):
-        return math.nan, math.nan, math.nan, "not observable"
-    return high, 0.0, high, "upper bound"
+        return SquaredEstimate.unseen()
+    return SquaredEstimate.bound(high)
 
 
-def likelihood_drop(confidence: float) -> float:
-    """Drop of twice the log likelihood at the end of an interval."""
-    return float(chi2.ppf(max(confidence, 1e-6), 1))
+def scaled_covariance(fisher: FloatArray) -> FloatArray:
+    """Inverse of the information of parameters each in units of its own error alone."""
+    scale = 1.0 / np.sqrt(np.diag(fisher))
+    return np.asarray(np.linalg.pinv(fisher * scale * scale[:, np.newaxis], rcond=1e-12))
+
+
+def errors_of(fisher: FloatArray) -> FloatArray:
+    """Standard deviations from the Fisher information of parameters."""
+    scale = 1.0 / np.sqrt(np.diag(fisher))
+    return np.asarray(np.sqrt(np.diag(scaled_covariance(fisher))) * scale)

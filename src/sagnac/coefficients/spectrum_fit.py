@@ -1,55 +1,25 @@
 """Q, N, B, K and R by maximum likelihood from a spectrum."""
 
-import math
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
-import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize_scalar
-from scipy.stats import norm
 
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.cosine_spectrum import (
-    PRESENCE_OF_TWO,
-    SINGLE,
-    CosineSpectrum,
-    Ordinates,
-    SpectrumBins,
-    bin_means,
-    cosine_bins,
-    cosine_spectrum,
-    fitted_sinusoid,
-    less_slope,
-    slope_transform,
-)
+from sagnac.coefficients.cosine_spectrum import CosineSpectrum, cosine_spectrum
 from sagnac.coefficients.estimates import (
-    CONVERGED,
-    PRESENCE,
-    UNSEEN,
     Estimate,
     Fit,
     OptionalName,
-    Status,
-    crossing,
-    per_gyro_estimate,
+    SquaredEstimate,
     require_confidence,
 )
-from sagnac.coefficients.laws import (
-    COEFFICIENT_NAMES,
-    STOCHASTIC_NAMES,
-    CoefficientName,
-    cosine_power_basis,
-    markov_cosine_power,
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.coefficients.markov import found_markov, markov_estimates
+from sagnac.coefficients.maximum import maximize, profile_interval, with_departure
+from sagnac.coefficients.ramp import ramp_square
+from sagnac.coefficients.spectrum_model import (
+    sinusoid_square,
+    spectrum_model,
 )
-from sagnac.coefficients.maximum import (
-    Optimum,
-    likelihood_drop,
-    maximize,
-    profile_interval,
-    with_departure,
-)
-from sagnac.errors import RecordingError
 from sagnac.recording.difference import per_gyro
 from sagnac.recording.model import Kind
 
@@ -72,7 +42,7 @@ def likelihood_fit(
     The spectrum is the squared cosine transform (DCT-II) of the angle increments, one
     degree of freedom at every k / (2 samples interval) Hz. In that basis white rate and
     rate random walk are exactly uncorrelated at every length, and the expected square of
-    each term is that of the finite record (`sagnac.noise.cosine_power_basis`), so that
+    each term is that of the finite record (`sagnac.coefficients.laws.cosine_power_basis`), so that
     there is no window and no bias of a window. The rate ramp is a straight line in the
     increments. For the other terms it is taken off by least squares, and what that takes of
     each term is taken off its expected squares; for its own interval it is fitted as a line
@@ -100,7 +70,7 @@ def likelihood_fit(
     sample_rate
         Samples per second.
     gyros_differenced
-        1, or 2 where `values` is a difference of two gyros.
+        1, or 2 if `values` is a difference of two gyros.
     confidence
         Of every interval and bound.
     masked
@@ -169,199 +139,31 @@ def spectrum_fit(
     """
     require_confidence(confidence)
     per_gyro(1.0, gyros_differenced)
-    transform, interval, terms = cosine.transform, cosine.interval, cosine.terms
-    names = tuple(name for name in STOCHASTIC_NAMES if name in terms)
-    samples = transform.size
+    model = spectrum_model(cosine, masked, band)
+    rate = found_markov(model) if markov else None
+    weighed = with_departure(model.ordinates(rate))
+    best = maximize(weighed.spectrum)
+    squares: dict[CoefficientName, SquaredEstimate] = {
+        name: profile_interval(weighed.spectrum, best, column, confidence)
+        for column, name in enumerate(model.names)
+    }
+    if "rate_ramp" in cosine.terms and model.names:
+        squares["rate_ramp"] = ramp_square(model, rate, weighed.spectrum.weight, confidence)
     optional: dict[OptionalName, Estimate] = {}
-    if cosine.sinusoid is not None:
-        masked = [*masked, (cosine.sinusoid[0], cosine.sinusoid[0])]
-    bins = cosine_bins(samples, interval, masked, band)
-    power = bins.mean(transform, transform)
-    # Of angles a few steps apart a single square may be zero.
-    if not np.median(power) > 0.0:
-        raise RecordingError("the values do not vary; a spectrum needs noise, check the channel")
-    columns = [STOCHASTIC_NAMES.index(name) for name in names]
-
-    def spectrum_of(more: Callable[[FloatArray], FloatArray] | None, whole: bool) -> Ordinates:
-        def expected(index: FloatArray) -> FloatArray:
-            basis = cosine_power_basis(index, samples, interval)[:, columns]
-            return basis if more is None else np.concatenate([basis, more(index)], axis=1)
-
-        spectrum = Ordinates(
-            basis=bin_means(bins, expected),
-            power=power,
-            count=bins.count,
-            weight=bins.count,
-            frequency=np.asarray(0.25 * (bins.starts + bins.stops - 1.0) / (samples * interval)),
-        )
-        if whole or "rate_ramp" not in terms:
-            return spectrum
-        return less_slope(spectrum, bins, samples, expected)
-
-    def markov_power(index: FloatArray, time: float) -> FloatArray:
-        return markov_cosine_power(index, samples, interval, time)[:, np.newaxis]
-
-    more = more_whole = None
     if markov:
-        found = _markov_time(
-            lambda time: maximize(
-                spectrum_of(
-                    None if time is None else (lambda index: markov_power(index, time)), False
-                )
-            ),
-            interval,
-            samples,
-        )
-        optional["markov_driving_noise"] = optional["markov_correlation_time"] = per_gyro_estimate(
-            UNSEEN, gyros_differenced, confidence
-        )
-        if found is not None:
-            time, driving = found
-
-            def more_whole(index: FloatArray) -> FloatArray:
-                return markov_power(index, time)
-
-            def more(index: FloatArray) -> FloatArray:
-                # The second column is how the first changes with the logarithm of its time.
-                change = markov_power(index, 1.01 * time) - markov_power(index, time / 1.01)
-                return np.concatenate(
-                    [markov_power(index, time), driving * change / (2.0 * math.log(1.01))], axis=1
-                )
-
-    spectrum, departure, notes = with_departure(spectrum_of(more, False))
-    best = maximize(spectrum)
-    if more is not None:
-        optional |= _markov_estimates(best, time, gyros_differenced, confidence)
+        optional |= markov_estimates(best, rate, gyros_differenced, confidence)
     if cosine.sinusoid is not None:
-        sinusoid, wave = cosine.sinusoid
-        density = float(np.interp(sinusoid, spectrum.frequency, best.mean))
-        # The rate is averaged over each interval, which takes sinc off the amplitude.
-        gain = float(np.sinc(sinusoid * interval)) * interval
-        optional["sinusoid_amplitude"] = per_gyro_estimate(
-            fitted_sinusoid(wave / gain**2, 2.0 * density / samples / gain**2, confidence),
-            gyros_differenced,
-            confidence,
-        )
-    squares: dict[CoefficientName, tuple[float, float, float, Status]] = {
-        name: profile_interval(spectrum, best, column, confidence)
-        for column, name in enumerate(names)
-    }
-    if "rate_ramp" in terms and names:
-        weight = bins.count.copy()
-        weight[bins.starts > 1] = spectrum.weight
-        value, low, high, status = _ramp(
-            replace(spectrum_of(more_whole, True), weight=weight),
-            bins,
-            transform,
-            cosine.slope,
-            confidence,
-        )
-        squares["rate_ramp"] = (*(np.array([value, low, high]) / interval**4), status)
-    estimates = {
-        name: per_gyro_estimate(squares.get(name, UNSEEN), gyros_differenced, confidence)
-        for name in COEFFICIENT_NAMES
-    }
+        optional["sinusoid_amplitude"] = sinusoid_square(
+            cosine, weighed.spectrum.frequency, best.mean, confidence
+        ).of_one_gyro("sinusoid_amplitude", gyros_differenced, confidence)
+    unseen = SquaredEstimate.unseen()
     return Fit(
         method="likelihood",
-        coefficients=estimates,
-        notes=notes,
-        departure=departure,
+        coefficients={
+            name: squares.get(name, unseen).of_one_gyro(name, gyros_differenced, confidence)
+            for name in COEFFICIENT_NAMES
+        },
+        notes=weighed.notes,
+        departure=weighed.departure,
         optional=optional,
     )
-
-
-def _ramp(
-    spectrum: Ordinates, bins: SpectrumBins, transform: FloatArray, slope: float, confidence: float
-) -> tuple[float, float, float, Status]:
-    """Square of the ramp per sample: value, low, high and status by profile likelihood.
-
-    The spectrum is of increments that `slope` was taken off; a further slope takes its
-    share from each square. The squared coefficients are kept from falling below zero here:
-    a line that meets the lowest frequency exactly would leave its variance free to vanish.
-    """
-    low = (bins.count == 1.0) & (bins.starts < SINGLE)
-    shape = np.where(low, slope_transform(bins.starts.astype(np.float64), transform.size), 0.0)
-    cosine = np.zeros(bins.starts.size)
-    cosine[low] = transform[bins.starts[low]]
-    if not shape.any():
-        return UNSEEN
-
-    def fitted(further: float) -> Optimum:
-        less = spectrum.power + further * shape * (further * shape - 2.0 * cosine)
-        return maximize(replace(spectrum, power=less), start=start, limited=True)
-
-    start = np.zeros(spectrum.basis.shape[1])
-    further, error = 0.0, math.inf
-    for _ in range(20):
-        best = fitted(further)
-        start = best.squares
-        information = float(shape**2 @ (1.0 / best.mean))
-        error = 1.0 / math.sqrt(information)
-        moved = float(shape @ (cosine / best.mean)) / information
-        if abs(moved - further) < CONVERGED * error:
-            break
-        further = moved
-    total = slope + further
-    sign = math.copysign(1.0, total)
-    threshold = likelihood_drop(confidence)
-
-    def rise(size: float) -> float:
-        excess = fitted(sign * size - slope).deviance - best.deviance
-        return math.sqrt(max(excess, 0.0)) - math.sqrt(threshold)
-
-    step = error * math.sqrt(threshold)
-    high = crossing(rise, abs(total), step)
-    if not math.isfinite(high):
-        return UNSEEN
-    if fitted(-slope).deviance - best.deviance > max(PRESENCE, threshold):
-        return total**2, crossing(rise, abs(total), -step, 0.0) ** 2, high**2, "estimated"
-    return high**2, 0.0, high**2, "upper bound"
-
-
-def _markov_time(
-    fit: Callable[[float | None], Optimum], interval: float, samples: int
-) -> tuple[float, float] | None:
-    """Correlation time and squared driving noise of a Markov rate, where there is one.
-
-    `fit` is the maximum with such a rate of a given time as the last term, or without.
-    """
-    grid = np.geomspace(3.0 * interval, samples * interval / 8.0, 25)
-    deviances = [fit(float(time)).deviance for time in grid]
-    at = int(np.argmin(deviances))
-    refined = minimize_scalar(
-        lambda logarithm: fit(math.exp(logarithm)).deviance,
-        bounds=np.log(grid[[max(at - 1, 0), min(at + 1, grid.size - 1)]]),
-        method="bounded",
-        options={"xatol": 1e-3},
-    )
-    time = math.exp(refined.x)
-    best = fit(time)
-    if best.squares[-1] > 0.0 and fit(None).deviance - best.deviance > PRESENCE_OF_TWO:
-        return time, float(best.squares[-1])
-    return None
-
-
-def _markov_estimates(
-    best: Optimum, time: float, gyros_differenced: int, confidence: float
-) -> dict[OptionalName, Estimate]:
-    """q_c and T_c from the last two terms: the square, and the logarithm of the time."""
-    scale = 1.0 / np.sqrt(np.diag(best.fisher))
-    covariance = np.linalg.pinv(best.fisher * scale * scale[:, np.newaxis], rcond=1e-12)
-    errors = np.sqrt(np.diag(covariance)) * scale
-    deviations = float(norm.ppf(0.5 + 0.5 * confidence))
-    square, shift = float(best.squares[-2]), float(best.squares[-1])
-    spread = math.exp(deviations * float(errors[-2]) / square)
-    length = math.exp(deviations * float(errors[-1]))
-    middle = time * math.exp(shift)
-    return {
-        "markov_driving_noise": per_gyro_estimate(
-            (square, square / spread, square * spread, "estimated"), gyros_differenced, confidence
-        ),
-        "markov_correlation_time": Estimate(
-            value=middle,
-            low=middle / length,
-            high=middle * length,
-            confidence=confidence,
-            status="estimated",
-        ),
-    }

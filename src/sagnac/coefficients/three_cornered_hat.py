@@ -18,16 +18,11 @@ from sagnac.coefficients.cosine_spectrum import (
     require_increments,
     without_slope,
 )
-from sagnac.coefficients.estimates import (
-    CONVERGED,
-    PRESENCE,
-    Estimate,
-    per_gyro_estimate,
-    require_confidence,
-)
+from sagnac.coefficients.estimates import Estimate, SquaredEstimate, require_confidence
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, cosine_power_basis
-from sagnac.coefficients.maximum import solve_normal
-from sagnac.errors import RecordingError
+from sagnac.coefficients.limits import CONVERGED, PRESENCE
+from sagnac.coefficients.maximum import errors_of, solve_normal
+from sagnac.errors import Note, RecordingError
 from sagnac.recording.kinds import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
@@ -40,7 +35,7 @@ def groslambert_covariance(
 
     ``mean(d1 d2) / (2 tau^2)`` over the second differences d of the angles: the Allan
     variance, with a product where it has a square. Noise that only one of the signals has
-    drops out in the mean, so that of three gyros ``GCOV(x - y, x - z)`` is the Allan
+    drops out in the mean, so that ``GCOV(x - y, x - z)`` of three gyros is the Allan
     variance of x alone (E. Lantz et al., IEEE Trans. UFFC 66:1942, 2019; sign
     conventions: with ``z - x`` it is negative). The published GCODEV is
     ``sign(GCOV) sqrt(abs(GCOV))``.
@@ -68,10 +63,7 @@ def groslambert_covariance(
     ValueError
         If the signals differ in length, or a cluster time does not fit in them.
     """
-    angles = []
-    for values in (first, second):
-        increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
-        angles.append(np.concatenate([[0.0], np.cumsum(increments - increments.mean())]))
+    angles = [_angle(values, kind, sample_rate) for values in (first, second)]
     if angles[0].size != angles[1].size:
         raise ValueError(
             f"first and second have {angles[0].size} and {angles[1].size} angles; give one span"
@@ -92,6 +84,12 @@ def groslambert_covariance(
     return np.array(covariances)
 
 
+def _angle(values: ArrayLike, kind: Kind, sample_rate: float) -> FloatArray:
+    """Accumulated angle without its mean rate, from zero on."""
+    increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
+    return np.concatenate([[0.0], np.cumsum(increments - increments.mean())])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Separation:
     """Angle random walk of each of three gyros, from their differences alone.
@@ -101,11 +99,11 @@ class Separation:
     angle_random_walk
         By gyro, rad/sqrt(s).
     notes
-        What was noticed, a negative variance among it.
+        What was noticed, such as a negative variance.
     """
 
     angle_random_walk: Mapping[str, Estimate]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 def three_cornered_hat(
@@ -124,7 +122,7 @@ def three_cornered_hat(
     the third. Their spectra and cross spectrum are the sum of Q, N, B and K of three
     independent gyros; all twelve squares are fitted at once by likelihood on the cosine
     transforms, as in `likelihood_fit`. This is the three-cornered hat by covariances
-    (`sagnac.difference.groslambert_covariance`) with the weights that lose nothing.
+    (`groslambert_covariance`) with the weights that lose nothing.
 
     A square may come out negative where a gyro is much quieter than the other two, or
     where the gyros' noises are not independent. Then, and wherever the square is below
@@ -157,6 +155,74 @@ def three_cornered_hat(
         If there are not three gyros of one length, or another argument makes no sense.
     """
     require_confidence(confidence)
+    spectra = _pair_spectra(gyros, kind, sample_rate, masked, band)
+    separated = _separate(spectra)
+    column = STOCHASTIC_NAMES.index("angle_random_walk")
+    estimates, notes = {}, []
+    for gyro, name in enumerate(gyros):
+        square = float(separated.squares[gyro, column])
+        error = float(separated.errors[gyro, column])
+        found = _walk_square(square, error, confidence)
+        estimates[name] = found.of_one_gyro("angle_random_walk", 1, confidence)
+        if found.status == "upper bound":
+            notes.append(_bound_note(name, square))
+    return Separation(angle_random_walk=estimates, notes=tuple(notes))
+
+
+def _walk_square(square: float, error: float, confidence: float) -> SquaredEstimate:
+    """Interval of a square that is three standard deviations above zero, or a bound."""
+    reach = error * float(norm.ppf(0.5 + 0.5 * confidence))
+    if square > math.sqrt(PRESENCE) * error and square > reach:
+        return SquaredEstimate(
+            value=square, low=square - reach, high=square + reach, status="estimated"
+        )
+    return SquaredEstimate.bound(max(square, 0.0) + error * float(norm.ppf(max(confidence, 0.5))))
+
+
+def _bound_note(gyro: str, square: float) -> Note:
+    what = "negative" if square < 0.0 else "within three standard deviations of zero"
+    return Note(
+        text=f"the squared angle random walk of {gyro} alone came out {what}: it is much quieter "
+        "than the others, or their noises are not independent; an upper bound is given"
+    )
+
+
+# First less second and second less third, in terms of the three gyros.
+_DIFFERENCES: Final = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _PairSpectra:
+    """Spectra and cross spectrum of the two differences, in bins.
+
+    Attributes
+    ----------
+    basis
+        (bins, terms) expected squares of one gyro with its coefficients at one.
+    moments
+        (bins, 3) mean squares of the first difference, products, and squares of the second.
+    count
+        (bins,) ordinates in each.
+    """
+
+    basis: FloatArray
+    moments: FloatArray
+    count: FloatArray
+
+    @property
+    def matrices(self) -> FloatArray:
+        """(bins, 2, 2) the moments as spectral matrices."""
+        columns = [self.moments[:, k] for k in (0, 1, 1, 2)]
+        return np.stack(columns, axis=1).reshape(-1, 2, 2)
+
+
+def _pair_spectra(
+    gyros: Mapping[str, ArrayLike],
+    kind: Kind,
+    sample_rate: float,
+    masked: Sequence[tuple[float, float]],
+    band: tuple[float, float] | None,
+) -> _PairSpectra:
     if len(gyros) != 3:
         raise ValueError(f"gyros has {len(gyros)} channels; a three-cornered hat takes three")
     channels = [
@@ -180,91 +246,95 @@ def three_cornered_hat(
     moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)
     if not min(moments[:, 0].min(), moments[:, 2].min()) > 0.0:
         raise RecordingError(
-            f"two of the gyros {', '.join(gyros)} are the same; check the columns (--columns)"
+            f"two of the gyros {', '.join(gyros)} are the same",
+            remedy="check the columns ({columns})",
         )
-    squares, errors = _separate(basis, moments, bins.count)
-    column = STOCHASTIC_NAMES.index("angle_random_walk")
-    notes = []
-    estimates = {}
-    for gyro, name in enumerate(gyros):
-        square, error = float(squares[gyro, column]), float(errors[gyro, column])
-        reach = error * float(norm.ppf(0.5 + 0.5 * confidence))
-        if square > math.sqrt(PRESENCE) * error and square > reach:
-            estimates[name] = per_gyro_estimate(
-                (square, square - reach, square + reach, "estimated"), 1, confidence
-            )
-            continue
-        bound = max(square, 0.0) + error * float(norm.ppf(max(confidence, 0.5)))
-        estimates[name] = per_gyro_estimate((bound, 0.0, bound, "upper bound"), 1, confidence)
-        what = "negative" if square < 0.0 else "within three standard deviations of zero"
-        notes.append(
-            f"the squared angle random walk of {name} alone came out {what}: it is much quieter "
-            "than the others, or their noises are not independent; an upper bound is given"
-        )
-    return Separation(angle_random_walk=estimates, notes=tuple(notes))
+    return _PairSpectra(basis=basis, moments=moments, count=bins.count)
 
 
-# First less second and second less third, in terms of the three gyros.
-_DIFFERENCES: Final = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Place:
+    """Squares (3, terms) of the gyros, -2 log likelihood and inverse spectral matrices there."""
+
+    squares: FloatArray
+    deviance: float
+    inverse: FloatArray
 
 
-def _separate(
-    basis: FloatArray, moments: FloatArray, count: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Squares of each gyro and their errors, (3, terms) each, by Fisher scoring.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Separated:
+    """Squares of each gyro and their errors, (3, terms) each."""
+
+    squares: FloatArray
+    errors: FloatArray
+
+
+def _separate(spectra: _PairSpectra) -> _Separated:
+    """Most likely squares by Fisher scoring.
 
     The spectral matrix of the two differences is linear in the squares; scoring is least
     squares on its entries in the metric of their own covariance, repeated.
     """
-    terms = basis.shape[1]
-
-    def solve(squares: FloatArray) -> tuple[float, FloatArray]:
-        """-2 log likelihood and the inverse spectral matrices, (bins, 2, 2)."""
-        density = basis @ squares.T
-        spectral = np.einsum("ig,bg,jg->bij", _DIFFERENCES, density, _DIFFERENCES)
-        determinant = spectral[:, 0, 0] * spectral[:, 1, 1] - spectral[:, 0, 1] ** 2
-        if not (determinant.min() > 0.0 and spectral[:, 0, 0].min() > 0.0):
-            return math.inf, spectral
-        inverse = spectral[:, ::-1, ::-1] / determinant[:, np.newaxis, np.newaxis]
-        inverse[:, 0, 1] *= -1.0
-        inverse[:, 1, 0] *= -1.0
-        trace = (
-            inverse[:, 0, 0] * moments[:, 0]
-            + 2.0 * inverse[:, 0, 1] * moments[:, 1]
-            + inverse[:, 1, 1] * moments[:, 2]
-        )
-        return float(count @ (np.log(determinant) + trace)), inverse
-
-    # The three spectra by covariances, averaged over all bins, start it as white noise.
-    total = moments.T @ count / count.sum()
-    start = np.maximum([total[0] + total[1], -total[1], total[2] + total[1]], 0.01 * total[0])
-    squares = np.zeros((3, terms))
-    squares[:, STOCHASTIC_NAMES.index("angle_random_walk")] = start / basis[0, 1]
-    deviance, inverse = solve(squares)
-    matrix = np.stack([moments[:, 0], moments[:, 1], moments[:, 1], moments[:, 2]], axis=1).reshape(
-        -1, 2, 2
-    )
+    place = _white_start(spectra)
     for _ in range(100):
-        reach = inverse @ _DIFFERENCES
-        coupling = np.einsum("ig,bih->bgh", _DIFFERENCES, reach) ** 2
-        fisher = 0.5 * np.einsum("b,bs,bt,bgh->gsht", count, basis, basis, coupling)
-        observed = np.einsum("big,bij,bjg->bg", reach, matrix, reach)
-        score = 0.5 * np.einsum("b,bs,bg->gs", count, basis, observed)
-        target = solve_normal(fisher.reshape(3 * terms, -1), score.ravel()).reshape(3, terms)
-        share = 1.0
-        for _ in range(40):
-            trial = squares + share * (target - squares)
-            outcome, trial_inverse = solve(trial)
-            if outcome <= deviance:
-                break
-            share *= 0.5
-        else:
+        fisher, target = _scored(spectra, place)
+        lowered = _lowered(spectra, place, target)
+        if lowered is None:
             break
-        fall = deviance - outcome
-        squares, deviance, inverse = trial, outcome, trial_inverse
+        fall = place.deviance - lowered.deviance
+        place = lowered
         if fall < CONVERGED:
             break
+    return _Separated(squares=place.squares, errors=errors_of(fisher).reshape(place.squares.shape))
+
+
+def _likelihood(spectra: _PairSpectra, squares: FloatArray) -> _Place:
+    """-2 log likelihood, infinite where a spectral matrix is not positive."""
+    moments = spectra.moments
+    density = spectra.basis @ squares.T
+    spectral = np.einsum("ig,bg,jg->bij", _DIFFERENCES, density, _DIFFERENCES)
+    determinant = spectral[:, 0, 0] * spectral[:, 1, 1] - spectral[:, 0, 1] ** 2
+    if not (determinant.min() > 0.0 and spectral[:, 0, 0].min() > 0.0):
+        return _Place(squares=squares, deviance=math.inf, inverse=spectral)
+    inverse = spectral[:, ::-1, ::-1] / determinant[:, np.newaxis, np.newaxis]
+    inverse[:, 0, 1] *= -1.0
+    inverse[:, 1, 0] *= -1.0
+    trace = (
+        inverse[:, 0, 0] * moments[:, 0]
+        + 2.0 * inverse[:, 0, 1] * moments[:, 1]
+        + inverse[:, 1, 1] * moments[:, 2]
+    )
+    deviance = float(spectra.count @ (np.log(determinant) + trace))
+    return _Place(squares=squares, deviance=deviance, inverse=inverse)
+
+
+def _white_start(spectra: _PairSpectra) -> _Place:
+    """White noise of the three spectra by covariances, averaged over all bins."""
+    total = spectra.moments.T @ spectra.count / spectra.count.sum()
+    start = np.maximum([total[0] + total[1], -total[1], total[2] + total[1]], 0.01 * total[0])
+    squares = np.zeros((3, spectra.basis.shape[1]))
+    squares[:, STOCHASTIC_NAMES.index("angle_random_walk")] = start / spectra.basis[0, 1]
+    return _likelihood(spectra, squares)
+
+
+def _scored(spectra: _PairSpectra, place: _Place) -> tuple[FloatArray, FloatArray]:
+    """Fisher information, (3 terms, 3 terms), and the squares that scoring goes to."""
+    basis, terms = spectra.basis, spectra.basis.shape[1]
+    reach = place.inverse @ _DIFFERENCES
+    coupling = np.einsum("ig,bih->bgh", _DIFFERENCES, reach) ** 2
+    fisher = 0.5 * np.einsum("b,bs,bt,bgh->gsht", spectra.count, basis, basis, coupling)
+    observed = np.einsum("big,bij,bjg->bg", reach, spectra.matrices, reach)
+    score = 0.5 * np.einsum("b,bs,bg->gs", spectra.count, basis, observed)
     fisher = fisher.reshape(3 * terms, -1)
-    scale = 1.0 / np.sqrt(np.diag(fisher))
-    covariance = np.linalg.pinv(fisher * scale * scale[:, np.newaxis], rcond=1e-12)
-    return squares, (np.sqrt(np.diag(covariance)) * scale).reshape(3, terms)
+    return fisher, solve_normal(fisher, score.ravel()).reshape(3, terms)
+
+
+def _lowered(spectra: _PairSpectra, place: _Place, target: FloatArray) -> _Place | None:
+    """The first of the step and its halves that does not raise the deviance, if any does not."""
+    share = 1.0
+    for _ in range(40):
+        trial = _likelihood(spectra, place.squares + share * (target - place.squares))
+        if trial.deviance <= place.deviance:
+            return trial
+        share *= 0.5
+    return None

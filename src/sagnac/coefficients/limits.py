@@ -1,0 +1,88 @@
+"""Where an interval ends: thresholds of presence, and the root finding of profiles."""
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+from scipy.stats import chi2
+
+from sagnac.arrays import FloatArray
+
+# A term is called present where leaving it out costs three standard deviations: a false
+# alarm of 0.13 % for each term that is not there.
+PRESENCE: Final = 9.0
+# The same probability for two parameters.
+PRESENCE_OF_TWO: Final = 11.83
+# Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
+CONVERGED: Final = 1e-3
+
+
+def crossing(
+    rise: Callable[[float], float], inside: float, step: float, limit: float = math.inf
+) -> float:
+    """Where `rise`, negative at `inside`, crosses zero towards `step`, not beyond `limit`.
+
+    A root finder of its own: `rise` is itself the outcome of an iteration that stops at
+    `CONVERGED`, so there is nothing to find below that, each call costs a whole fit, and
+    `scipy.optimize.brentq`, which knows a tolerance of the place only, takes twice as many and
+    ends elsewhere within it.
+
+    Parameters
+    ----------
+    rise
+        Falls short of the wanted threshold inside (negative), exceeds it outside.
+    inside
+        Place to start from.
+    step
+        First step, of either sign.
+    limit
+        Place beyond which nothing is looked for.
+
+    Returns
+    -------
+    float
+        Infinite, with the sign of `step`, if there is no crossing within a million steps;
+        `inside` itself if `rise` is not negative there, as when weights that differ between two
+        trial values put it beyond.
+    """
+    low, low_value = inside, rise(inside)
+    if low_value >= 0.0:
+        return inside
+    for _ in range(26):
+        high = inside + step
+        if abs(high - inside) >= abs(limit - inside):
+            high = limit
+        high_value = min(rise(high), 1e3)
+        if high_value >= 0.0 or high == limit:
+            return _between(rise, low, low_value, high, high_value)
+        low, low_value = high, high_value
+        step *= 1.8
+    return math.copysign(math.inf, step)
+
+
+def _between(
+    rise: Callable[[float], float], low: float, low_value: float, high: float, high_value: float
+) -> float:
+    """Crossing between two places, by false position that moves by 2 % at least."""
+    for _ in range(60):
+        if abs(high_value) < CONVERGED:
+            return high
+        share = low_value / (low_value - high_value)
+        middle = low + min(max(share, 0.02), 0.98) * (high - low)
+        value = rise(middle)
+        if value < 0.0:
+            low, low_value = middle, value
+        else:
+            high, high_value = middle, value
+    return 0.5 * (low + high)
+
+
+def typical_square(term: FloatArray, total: FloatArray) -> float:
+    """Square at which a term would make all that was seen at half of the places."""
+    return float(np.median(total / term))
+
+
+def likelihood_drop(confidence: float) -> float:
+    """Drop of twice the log likelihood at the end of an interval."""
+    return float(chi2.ppf(max(confidence, 1e-6), 1))

@@ -1,0 +1,50 @@
+"""Coarse readouts through the whole analysis of a still bench."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.recording.model import Channel, Recording
+from tests.coefficients.examples import read_out
+
+
+def bench(walk, samples, seed, *, step, rate=10.0):
+    """A still gyro read out in steps; `walk` in rad/sqrt(s), `step` in rad."""
+    _, reading = read_out(walk / math.sqrt(rate) / step, samples, seed)
+    gyro = Channel(name="x", kind="angle", unit="rad", values=step * reading)
+    return Recording(gyros=(gyro,), sample_rate=rate)
+
+
+def test_a_coarse_readout_on_a_still_bench_does_not_shorten_the_interval():
+    # 1e-5 deg/sqrt(h) and 0.001 arcsec: a fifth of a step between the angles of a fit.
+    step, walk = math.radians(0.001 / 3600.0), math.radians(1e-5) / 60.0
+    errors = []
+    for seed in range(16):
+        result = analyze(
+            bench(walk, 12_000, seed, step=step), Settings(gyros=("x",), method="none")
+        )
+        answer = result.angle_random_walk
+        assert answer.status == "estimated"
+        assert [note for note in result.notes if "readout step of x (0.001 arcsec)" in note]
+        errors.append((answer.value - walk) / ((answer.high - answer.low) / (2.0 * 1.96)))
+    # Of 16 independent errors of unit variance.
+    assert abs(np.mean(errors)) < 3.0 / math.sqrt(16.0)
+    assert np.sum(np.square(errors)) < 39.3  # chi-square of 16: exceeded once in a thousand
+
+
+@pytest.mark.parametrize("walk", [5e-6, 1e-5])
+def test_a_readout_that_hides_the_walk_leaves_a_bound(walk):
+    step, walk = math.radians(0.01 / 3600.0), math.radians(walk) / 60.0
+    for seed in range(10):
+        result = analyze(
+            bench(walk, 12_000, seed, step=step), Settings(gyros=("x",), method="none")
+        )
+        answer = result.angle_random_walk
+        assert answer.status == "upper bound"
+        assert walk < answer.high < 30.0 * walk
+        assert [note for note in result.notes if "too few times" in note]
+        fit = result.fits["likelihood"].coefficients["angle_random_walk"]
+        assert fit.status == "not observable"

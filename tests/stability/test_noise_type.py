@@ -1,0 +1,60 @@
+"""Noise types against simulated truth."""
+
+import numpy as np
+import pytest
+
+from sagnac.stability.curve import stability_curve
+from tests import naive_stability as naive
+
+
+@pytest.mark.parametrize("alpha", [2, 1, 0, -1, -2])
+def test_noise_types_are_identified(alpha):
+    rates = naive.power_law_rates(np.random.default_rng(20), 16_384, alpha)
+    # Angles taken a cluster apart alias; flicker angle turns white when they are far apart.
+    taus = [1, 4, 16] if alpha == 1 else [1, 4, 16, 64]
+    curve = stability_curve(rates, kind="rate", sample_rate=1.0, taus=taus)
+    assert curve.noise_type.tolist() == [alpha] * len(taus)
+
+
+@pytest.mark.parametrize("alpha", [-3, -4])
+def test_hadamard_identifies_steeper_noise(alpha):
+    rates = naive.power_law_rates(np.random.default_rng(21), 16_384, alpha)
+    curve = stability_curve(rates, kind="rate", sample_rate=1.0, estimator="ohdev", taus=[1, 8, 32])
+    assert curve.noise_type.tolist() == [alpha] * 3
+
+
+def test_noise_is_mostly_identified_from_thirty_clusters():
+    generator = np.random.default_rng(22)
+    right = 0
+    for _ in range(200):
+        curve = stability_curve(
+            generator.standard_normal(330), kind="rate", sample_rate=1.0, taus=[11]
+        )
+        right += abs(int(curve.noise_type[0])) <= 1
+    assert right > 190
+
+
+def test_noise_type_is_carried_to_the_longest_taus():
+    rates = np.cumsum(np.random.default_rng(23).standard_normal(1000))
+    curve = stability_curve(rates, kind="rate", sample_rate=1.0, taus=[1, 20, 100, 300])
+    assert curve.noise_type.tolist() == [-2, -2, -2, -2]
+    assert any("noise type of the 2 longest taus" in note.text for note in curve.notes)
+    lone = stability_curve(rates, kind="rate", sample_rate=1.0, taus=[300])
+    assert lone.noise_type.tolist() == [-2]
+
+
+def test_noise_type_of_a_gapped_record_comes_from_its_stretches():
+    rates = np.cumsum(np.random.default_rng(24).standard_normal(4000))
+    rates[[1000, 2500]] = np.nan
+    curve = stability_curve(rates, kind="rate", sample_rate=1.0, taus=[1, 10], gaps="omit")
+    assert curve.noise_type.tolist() == [-2, -2]
+    angles = np.random.default_rng(25).standard_normal(4000)
+    angles[[0, 1000, 1001, 3999]] = np.nan
+    curve = stability_curve(angles, kind="angle", sample_rate=1.0, taus=[1, 10], gaps="omit")
+    assert curve.noise_type.tolist() == [2, 2]
+
+
+def test_a_silent_gyro_has_no_noise_type():
+    curve = stability_curve(np.full(100, 3.0), kind="rate", sample_rate=1.0, taus=[1, 10])
+    assert curve.deviation.tolist() == [0.0, 0.0]
+    assert any("noise type taken as 0" in note.text for note in curve.notes)
