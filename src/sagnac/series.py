@@ -1,9 +1,14 @@
-"""Series longer than memory should hold: mapped from scratch files, worked through by spans.
+"""Series longer than memory should hold: kept in scratch files, worked through block by block.
 
-A series is a float64 array. Up to `IN_MEMORY` samples it is an ordinary one; beyond, it is mapped
-from a scratch file that has no name and is gone with it. Both are read and written alike; code that
-goes through them by `spans` and calls `release` on the way holds a few spans in memory at a time.
-Scratch files lie where temporary files do (``TMPDIR``).
+A series is a float64 array. Up to `IN_MEMORY` samples it is an ordinary array; a longer one is
+mapped from a scratch file without a name, which vanishes with it. Both are read and written alike.
+Scratch files lie in the folder for temporary files (``TMPDIR``).
+
+Only this module cuts a series into blocks and gives its memory back. The rest of the package says
+what to do with one block, and asks for the results (`map`), their sum (`total`), a state carried
+from block to block (`reduce`), a new series (`made`), or the first place where a test holds
+(`first_where`); a reader of a file fills a series piece by piece (`Filling`). `spans`, `through`,
+`each` and `release` are public only until no other module calls them.
 """
 
 import mmap
@@ -11,30 +16,45 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from typing import IO, Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 
 # Eight million samples are 64 MiB a series, and a search holds some ten.
 IN_MEMORY: Final = 2**23
-# A span of a quarter million samples is 2 MiB: it stays in cache, and a record has enough of them
+# A block of a quarter million samples is 2 MiB: it stays in cache, and a record has enough of them
 # to share out.
 SPAN: Final = 2**18
-# Spans worked on at once. Their sums are added in the order of the spans, so that the number
-# changes no result.
+# Blocks worked on at once. Their results are combined in the order of the blocks, so that the
+# number of threads changes no result.
 THREADS: Final = 2
-# Spans read or written before their memory is given back.
+# Blocks read or written before their memory is given back.
 _RELEASE_EVERY: Final = 4
 
 _Result = TypeVar("_Result")
 _Sum = TypeVar("_Sum", float, FloatArray, ComplexArray)
 
 
+# --- storage ----------------------------------------------------------------------------------
+
+
 def empty(size: int) -> FloatArray:
-    """A series of `size` samples to be filled, in memory or mapped."""
+    """A series of `size` samples to be filled, in memory or mapped.
+
+    Raises
+    ------
+    OSError
+        If the disk that holds scratch files is full.
+
+    Examples
+    --------
+    >>> empty(3).shape
+    (3,)
+    """
     if size <= IN_MEMORY:
         return np.empty(size)
     with tempfile.TemporaryFile(prefix="sagnac-") as file:
@@ -47,7 +67,7 @@ def empty(size: int) -> FloatArray:
 
 
 class _Scratch(mmap.mmap):
-    """A mapping made here. What is released of another's, written privately, would be lost."""
+    """A mapping made here. Releasing somebody else's private mapping would lose what it holds."""
 
 
 def mapped(file: IO[bytes], size: int) -> FloatArray:
@@ -56,12 +76,12 @@ def mapped(file: IO[bytes], size: int) -> FloatArray:
 
 
 def is_mapped(series: FloatArray) -> bool:
-    """Whether `series`, or what it is a view of, lies in a file."""
+    """Whether `series`, or the array that it is a view of, lies in a file."""
     return _mapping(series) is not None
 
 
 def release(*several: NDArray[Any]) -> None:
-    """Give back the memory of what was read and written of mapped series; their values stay."""
+    """Give back the memory of mapped series; their values stay."""
     for series in several:
         mapping = _mapping(series)
         # Not every system takes advice; there the pages go when memory is short.
@@ -69,17 +89,102 @@ def release(*several: NDArray[Any]) -> None:
             mapping.madvise(mmap.MADV_DONTNEED)
 
 
+def _mapping(series: NDArray[Any]) -> mmap.mmap | None:
+    owner: object = series
+    while isinstance(owner, np.ndarray):
+        owner = owner.base
+    if isinstance(owner, memoryview):
+        owner = owner.obj
+    return owner if isinstance(owner, _Scratch) else None
+
+
+class Filling:
+    """A series that is filled from its first sample on, piece by piece.
+
+    The memory of what was filled is given back after each piece.
+
+    Parameters
+    ----------
+    size
+        Samples that the series has room for.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> filling = Filling(5)
+    >>> filling.append(np.array([1, 2]))
+    >>> filling.append(np.array([3, 4]))
+    >>> filling.filled
+    array([1., 2., 3., 4.])
+    """
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._samples = 0
+        self._series: FloatArray | None = None
+
+    def append(self, values: NDArray[Any]) -> None:
+        """Add (samples,) values of any numeric type.
+
+        An array that fills the whole series by itself is taken over, not copied, if it is one of
+        float64 that may be written to and the series is short enough to lie in memory.
+
+        Raises
+        ------
+        ValueError
+            If there is no room for them.
+        """
+        if values.size > self._size - self._samples:
+            raise ValueError(
+                f"{values.size} values follow {self._samples}; there is room for {self._size}"
+            )
+        if self._is_whole(values):
+            self._series = values
+        else:
+            series = self._room()
+            series[self._samples : self._samples + values.size] = values
+            release(series)
+        self._samples += values.size
+
+    @property
+    def filled(self) -> FloatArray:
+        """The values so far, a view of the series."""
+        return self._room()[: self._samples]
+
+    def _is_whole(self, values: NDArray[Any]) -> bool:
+        return (
+            values.size == self._size <= IN_MEMORY
+            and values.dtype == np.float64
+            and values.flags.writeable
+            and values.flags.c_contiguous
+        )
+
+    def _room(self) -> FloatArray:
+        if self._series is None:
+            self._series = empty(self._size)
+        return self._series
+
+
+# --- block by block ---------------------------------------------------------------------------
+
+
 def spans(size: int, length: int | None = None) -> Iterator[slice]:
-    """Slices that together cover `size` samples, each of `length` (`SPAN`) but the last."""
+    """Blocks that together cover `size` samples, each of `length` (`SPAN`); the last is the rest.
+
+    Examples
+    --------
+    >>> list(spans(5, 2))
+    [slice(0, 2, None), slice(2, 4, None), slice(4, 5, None)]
+    """
     length = length or SPAN
     for start in range(0, size, length):
         yield slice(start, min(start + length, size))
 
 
-def through(size: int, *several: FloatArray) -> Iterator[slice]:
+def through(size: int, *several: FloatArray, length: int | None = None) -> Iterator[slice]:
     """`spans` one by one, the memory of `several` mapped series given back on the way."""
     try:
-        for number, span in enumerate(spans(size), start=1):
+        for number, span in enumerate(spans(size, length), start=1):
             yield span
             if number % _RELEASE_EVERY == 0:
                 release(*several)
@@ -94,15 +199,18 @@ def each(
     *,
     release_of: tuple[FloatArray, ...] = (),
 ) -> Iterator[_Result]:
-    """Results of `work` on every one of `spans`, in their order, some worked on at once.
+    """Results of `work` on every block, in their order, some worked on at once.
 
-    `release_of` names mapped series whose pages are given back on the way.
+    `release_of` names mapped series whose memory is given back on the way, and at the end, also
+    if `work` fails or nobody asks for the rest.
     """
     pieces = list(spans(size, length))
-    if len(pieces) <= 1:
-        yield from (work(piece) for piece in pieces)
-        return
-    with ThreadPoolExecutor(THREADS) as pool:
+    with ExitStack() as stack:
+        stack.callback(release, *release_of)
+        if len(pieces) <= 1:
+            yield from (work(piece) for piece in pieces)
+            return
+        pool = stack.enter_context(ThreadPoolExecutor(THREADS))
         for first in range(0, len(pieces), 2 * THREADS):
             yield from pool.map(work, pieces[first : first + 2 * THREADS])
             release(*release_of)
@@ -114,18 +222,32 @@ def map(
     *touched: FloatArray,
     length: int | None = None,
 ) -> list[_Result]:
-    """Results of `work` on every block of `size` samples, in their order, some worked on at once.
+    """Results of `work` on every block of `size` samples, in the order of the blocks.
+
+    `THREADS` blocks are worked on at once.
 
     Parameters
     ----------
     work
-        Given the slice of one block. It may read and write what it likes of the block.
+        Called with the slice of one block. It may read anything, and write to its own block.
     size
         Samples in all.
     touched
         Series that `work` reads or writes, whose memory is given back on the way.
     length
-        Samples in a block, `SPAN` unless stated; the last one may be shorter.
+        Samples in a block, `SPAN` unless stated; the last block may be shorter.
+
+    Raises
+    ------
+    Exception
+        What `work` raises, that of the first block that fails.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values = np.arange(7.0)
+    >>> map(lambda block: float(values[block].max()), values.size, values, length=3)
+    [2.0, 5.0, 6.0]
     """
     return list(each(work, size, length, release_of=touched))
 
@@ -136,12 +258,21 @@ def total(
     *touched: FloatArray,
     length: int | None = None,
 ) -> _Sum:
-    """Sum of the results of `work` on every block, added in the order of the blocks; see `map`.
+    """Sum of the results of `work` on every block, added in the order of the blocks.
+
+    The parameters are those of `map`.
 
     Raises
     ------
     ValueError
-        If there is no block.
+        If `size` is 0: no block says what nothing is.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values = np.arange(7.0)
+    >>> total(lambda block: float(values[block].sum()), values.size, values, length=3)
+    21.0
     """
     parts = iter(each(work, size, length, release_of=touched))
     result = next(parts, None)
@@ -159,13 +290,29 @@ def reduce(
     *touched: FloatArray,
     length: int | None = None,
 ) -> _Result:
-    """What `step` makes of `start` and every block in turn, one after another; see `map`."""
+    """State after `step` took every block in turn, one after the other.
+
+    Parameters
+    ----------
+    step
+        Called with the state so far and the slice of one block; returns the new state.
+    start
+        State before the first block.
+    size, touched, length
+        As for `map`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values = np.array([3.0, 5.0, 4.0, 9.0])
+    >>> def higher(highest, block):
+    ...     return max(highest, float(values[block].max()))
+    >>> reduce(higher, 0.0, values.size, values, length=2)
+    9.0
+    """
     state = start
-    for number, block in enumerate(spans(size, length), start=1):
+    for block in through(size, *touched, length=length):
         state = step(state, block)
-        if number % _RELEASE_EVERY == 0:
-            release(*touched)
-    release(*touched)
     return state
 
 
@@ -175,7 +322,17 @@ def made(
     *touched: FloatArray,
     length: int | None = None,
 ) -> FloatArray:
-    """A new series, each block of it what `work` returns for it; see `map`."""
+    """A new series; `work` returns each block of it.
+
+    The parameters are those of `map`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values = np.arange(4.0)
+    >>> made(lambda block: 2.0 * values[block], values.size, values, length=3)
+    array([0., 2., 4., 6.])
+    """
     result = empty(size)
 
     def fill(block: slice) -> None:
@@ -185,60 +342,151 @@ def made(
     return result
 
 
+def first_where(
+    test: Callable[[slice], BooleanArray],
+    size: int,
+    *touched: FloatArray,
+    length: int | None = None,
+) -> int:
+    """First place at which `test` holds, or `size` if it holds nowhere.
+
+    Parameters
+    ----------
+    test
+        Called with the slice of one block; returns (samples in the block,) answers. Blocks after
+        the first place are not tested.
+    size, touched, length
+        As for `map`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values = np.arange(7.0)
+    >>> first_where(lambda block: values[block] > 3.5, values.size, values, length=3)
+    4
+    """
+    for block in through(size, *touched, length=length):
+        answers = test(block)
+        if answers.any():
+            return int(block.start + np.argmax(answers))
+    return size
+
+
+# --- whole series -----------------------------------------------------------------------------
+
+
 def extent(values: FloatArray) -> tuple[float, float]:
-    """Smallest and largest value; NaN where there is one among them."""
-    ends = [(values[span].min(), values[span].max()) for span in through(values.size, values)]
-    return float(np.min([low for low, _ in ends])), float(np.max([high for _, high in ends]))
+    """Smallest and largest value; NaN where there is one among them.
+
+    Raises
+    ------
+    IndexError
+        If there is no value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> extent(np.array([1.0, 6.0, 2.0]))
+    (1.0, 6.0)
+    """
+
+    def of_block(block: slice) -> tuple[float, float]:
+        return float(values[block].min()), float(values[block].max())
+
+    ends = np.array(map(of_block, values.size, values))
+    return float(ends[:, 0].min()), float(ends[:, 1].max())
 
 
 def mean(values: FloatArray) -> float:
-    """Mean value."""
-    return sum(float(values[span].sum()) for span in through(values.size, values)) / values.size
+    """Mean value.
+
+    Raises
+    ------
+    ValueError
+        If there is no value.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> mean(np.array([1.0, 2.0, 6.0]))
+    3.0
+    """
+    return total(lambda block: float(values[block].sum()), values.size, values) / values.size
 
 
 def differences(values: FloatArray) -> FloatArray:
-    """Each value less the one before, a new series one shorter."""
+    """Each value less the one before, a new series one shorter.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> differences(np.array([1.0, 2.0, 6.0]))
+    array([1., 4.])
+    """
     result = empty(max(values.size - 1, 0))
-    for span in through(result.size, values, result):
-        later = values[span.start + 1 : span.stop + 1]
-        np.subtract(later, values[span], out=result[span])
+
+    def fill(block: slice) -> None:
+        later = values[block.start + 1 : block.stop + 1]
+        np.subtract(later, values[block], out=result[block])
+
+    map(fill, result.size, values, result)
     return result
 
 
 def less(values: FloatArray, taken: FloatArray | float) -> FloatArray:
-    """Values less a number, or less others one by one, a new series."""
+    """Values less a number, or less others one by one, a new series.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> less(np.array([1.0, 2.0, 6.0]), 1.0)
+    array([0., 1., 5.])
+    """
     result = empty(values.size)
-    others = () if isinstance(taken, float) else (taken,)
-    for span in through(values.size, values, result, *others):
-        number = taken if isinstance(taken, float) else taken[span]
-        np.subtract(values[span], number, out=result[span])
+    others = (taken,) if isinstance(taken, np.ndarray) and taken.ndim else ()
+
+    def fill(block: slice) -> None:
+        number = others[0][block] if others else taken
+        np.subtract(values[block], number, out=result[block])
+
+    map(fill, values.size, values, result, *others)
     return result
 
 
 def every(values: FloatArray, step: int) -> FloatArray:
-    """Copy of every `step`-th value, from the first."""
+    """Copy of every `step`-th value, from the first.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> every(np.arange(7.0), 3)
+    array([0., 3., 6.])
+    """
     result = empty(-(-values.size // step))
-    filled = 0
-    for span in through(values.size, values, result):
-        chosen = values[span][-span.start % step :: step]
-        result[filled : filled + chosen.size] = chosen
-        filled += chosen.size
+
+    def fill(block: slice) -> None:
+        chosen = values[block][-block.start % step :: step]
+        first = -(-block.start // step)
+        result[first : first + chosen.size] = chosen
+
+    map(fill, values.size, values, result)
     return result
 
 
-def at(values: FloatArray, places: NDArray[np.int64]) -> FloatArray:
-    """Values at `places`, which ascend, in memory."""
+def at(values: FloatArray, places: IntegerArray) -> FloatArray:
+    """Values at `places`, which ascend, in memory.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> at(np.arange(0.0, 70.0, 10.0), np.array([1, 1, 5]))
+    array([10., 10., 50.])
+    """
     result = np.empty(places.size)
-    for span in through(values.size, values):
-        first, last = np.searchsorted(places, (span.start, span.stop))
+
+    def fill(block: slice) -> None:
+        first, last = np.searchsorted(places, (block.start, block.stop))
         result[first:last] = values[places[first:last]]
+
+    map(fill, values.size, values)
     return result
-
-
-def _mapping(series: NDArray[Any]) -> mmap.mmap | None:
-    owner: object = series
-    while isinstance(owner, np.ndarray):
-        owner = owner.base
-    if isinstance(owner, memoryview):
-        owner = owner.obj
-    return owner if isinstance(owner, _Scratch) else None

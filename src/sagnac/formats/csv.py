@@ -3,6 +3,7 @@
 import csv as standard_csv
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,21 +12,90 @@ import pyarrow as pa
 import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
-from sagnac import series
-from sagnac.errors import RecordingError
-from sagnac.formats.source import Outgoing, Source, Stored, column, damaged, in_memory, replacing
-
-FORMAT: Final = "CSV"
-SUFFIXES: Final = (".csv", ".tsv", ".txt")
+from sagnac.errors import Note, RecordingError
+from sagnac.formats.files import damaged, replacing
+from sagnac.formats.known import CSV
+from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.source import Source, Stored, column, in_memory
 
 _DELIMITERS: Final = (",", "\t", ";", " ")
 _HEAD_BYTES: Final = 1 << 16
 
 
-def open_source(path: Path) -> Source:
-    """Header of the file; columns of a file without one are called ``1``, ``2``, ...
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """How a text file is laid out.
+
+    Attributes
+    ----------
+    names
+        Of the columns; one without a name has an empty one. Those of a file without a header are
+        ``1``, ``2``, ....
+    delimiter
+        Between two fields.
+    skip
+        Lines before the first row of numbers.
+    first_row
+        That row, empty where there is none.
+    """
+
+    names: tuple[str, ...]
+    delimiter: str
+    skip: int
+    first_row: str
+
+    @property
+    def decimal_point(self) -> str:
+        """A comma where fields are set apart by semicolons and hold commas."""
+        return "," if self.delimiter == ";" and "," in self.first_row else "."
+
+
+def layout(head: bytes, *, tabs: bool) -> Layout:
+    """The layout of a file from its beginning.
 
     Lines before the header that start with ``#`` or ``%`` are passed over.
+
+    Parameters
+    ----------
+    head
+        The first lines of the file, whole.
+    tabs
+        Whether tabs are known to set fields apart; else the likeliest mark is found.
+
+    Raises
+    ------
+    RecordingError
+        If this is not text, has no lines, or two columns of one name.
+    """
+    if b"\0" in head:
+        raise RecordingError(
+            "holds binary data, not text", remedy="give it the suffix of its own format"
+        )
+    lines = head.decode("utf-8-sig", errors="replace").splitlines()
+    first = next(
+        (i for i, line in enumerate(lines) if line.strip() and line.lstrip()[0] not in "#%"), None
+    )
+    if first is None:
+        raise RecordingError("has no header line", remedy="it must start with one like x[arcsec]")
+    header = lines[first]
+    delimiter = "\t" if tabs else max(_DELIMITERS, key=header.count)
+    fields = [item.strip() for item in next(standard_csv.reader([header], delimiter=delimiter))]
+    if all(_is_number(item) for item in fields):
+        names = tuple(str(number) for number in range(1, len(fields) + 1))
+        return Layout(names=names, delimiter=delimiter, skip=first, first_row=header)
+    repeated = next((name for name in fields if name and fields.count(name) > 1), None)
+    if repeated is not None:
+        raise RecordingError("two columns have this name", channel=repeated, remedy="rename one")
+    return Layout(
+        names=tuple(fields),
+        delimiter=delimiter,
+        skip=first + 1,
+        first_row=next((line for line in lines[first + 1 :] if line.strip()), ""),
+    )
+
+
+def open_source(path: Path) -> Source:
+    """Columns by the header of the file.
 
     Raises
     ------
@@ -36,61 +106,47 @@ def open_source(path: Path) -> Source:
         head = stream.read(_HEAD_BYTES)
         stream.seek(-1, 2)
         ends_in_newline = stream.read(1) in (b"\n", b"\r")
-    if b"\0" in head:
-        raise RecordingError(
-            f"{path}: holds binary data, not text; give it the suffix of its own format"
-        )
-    lines = head.decode("utf-8-sig", errors="replace").splitlines()
-    first = next(
-        (i for i, line in enumerate(lines) if line.strip() and line.lstrip()[0] not in "#%"), None
-    )
-    if first is None:
-        raise RecordingError(f"{path}: has no header line; it must start with one like x[arcsec]")
-    header = lines[first]
-    second = next((line for line in lines[first + 1 :] if line.strip()), "")
-    delimiter = "\t" if path.suffix.lower() == ".tsv" else max(_DELIMITERS, key=header.count)
-    fields = [item.strip() for item in next(standard_csv.reader([header], delimiter=delimiter))]
-    headless = all(_is_number(item) for item in fields)
-    if headless:
-        second = header
-    names = [str(index) for index in range(1, len(fields) + 1)] if headless else fields
-    repeated = next((name for name in names if name and names.count(name) > 1), None)
-    if repeated is not None:
-        raise RecordingError(f"{path}: {repeated}: two columns have this name; rename one")
-    decimal_comma = delimiter == ";" and "," in second
+    laid_out = layout(head, tabs=path.suffix.lower() == ".tsv")
 
     def load(keys: Sequence[str]) -> Stored:
-        if not second:
+        if not laid_out.first_row:
             return in_memory({key: np.empty(0) for key in keys})
-        with damaged(path, FORMAT):
-            # Streamed: parsing the file whole takes twice the memory and saves no time.
-            reader = arrow_csv.open_csv(
-                path,
-                read_options=arrow_csv.ReadOptions(
-                    column_names=[name or f"unnamed {i}" for i, name in enumerate(names)],
-                    skip_rows=first + (0 if headless else 1),
-                    block_size=1 << 20,
-                ),
-                parse_options=arrow_csv.ParseOptions(delimiter=delimiter),
-                convert_options=arrow_csv.ConvertOptions(
-                    include_columns=list(keys),
-                    column_types={key: pa.float64() for key in keys},
-                    decimal_point="," if decimal_comma else ".",
-                    true_values=[],
-                    false_values=[],
-                ),
-            )
-            arrays = _filled(reader, list(keys), path.stat().st_size // max(1, len(second)))
-        if not ends_in_newline and names[-1] in arrays:
-            _check_last(path, names[-1], arrays[names[-1]])
+        arrays = _parsed(path, laid_out, keys)
+        last = laid_out.names[-1]
+        if not ends_in_newline and last in arrays:
+            check_last(last, arrays[last])
         return in_memory(arrays)
 
+    unended = Note(text="the last line has no line end: it may be cut off", level="warning")
     return Source(
-        format=FORMAT,
-        columns=tuple(column(name) for name in names if name),
+        format=CSV.name,
+        columns=tuple(column(name) for name in laid_out.names if name),
         load=load,
-        notes=() if ends_in_newline else ("the last line has no line end: it may be cut off",),
+        notes=() if ends_in_newline else (unended,),
     )
+
+
+def _parsed(path: Path, laid_out: Layout, keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    with damaged(CSV.name):
+        # Streamed: parsing the file whole takes twice the memory and saves no time.
+        reader = arrow_csv.open_csv(
+            path,
+            read_options=arrow_csv.ReadOptions(
+                column_names=[name or f"unnamed {i}" for i, name in enumerate(laid_out.names)],
+                skip_rows=laid_out.skip,
+                block_size=1 << 20,
+            ),
+            parse_options=arrow_csv.ParseOptions(delimiter=laid_out.delimiter),
+            convert_options=arrow_csv.ConvertOptions(
+                include_columns=list(keys),
+                column_types={key: pa.float64() for key in keys},
+                decimal_point=laid_out.decimal_point,
+                true_values=[],
+                false_values=[],
+            ),
+        )
+        expected = path.stat().st_size // max(1, len(laid_out.first_row))
+        return _filled(reader, list(keys), expected)
 
 
 def _filled(
@@ -111,7 +167,7 @@ def _filled(
     return arrays
 
 
-def _check_last(path: Path, name: str, values: NDArray[Any]) -> None:
+def check_last(name: str, values: NDArray[Any]) -> None:
     """Refuse a last number that is cut short: it leaps twice as far as any shortly before.
 
     Raises
@@ -122,8 +178,9 @@ def _check_last(path: Path, name: str, values: NDArray[Any]) -> None:
     steps = np.abs(np.diff(values[-1000:]))
     if steps.size > 1 and steps[-1] > 2.0 * steps[:-1].max():
         raise RecordingError(
-            f"{path}: {name}: the last line is cut off; remove it, or get the file again from its "
-            "source"
+            "the last line is cut off",
+            channel=name,
+            remedy="remove it, or get the file again from its source",
         )
 
 
@@ -153,5 +210,4 @@ def write(path: Path, out: Outgoing) -> None:
             options = arrow_csv.WriteOptions(
                 include_header=False, delimiter=delimiter, quoting_style="none"
             )
-            for columns in out.spans(series.SPAN):
-                arrow_csv.write_csv(pa.table(columns), stream, options)
+            out.write_blocks(lambda _, rows: arrow_csv.write_csv(pa.table(rows), stream, options))

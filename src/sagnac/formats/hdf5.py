@@ -1,6 +1,7 @@
 """HDF5: datasets in the root or in groups, attributes for unit, kind and rate."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,24 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.formats.source import (
-    Column,
-    Outgoing,
-    Source,
-    Stored,
-    column,
-    damaged,
-    replacing,
-    split_matrix,
-)
-from sagnac.formats.statement import from_mapping
-
-FORMAT: Final = "HDF5"
-SUFFIXES: Final = (".h5", ".hdf5", ".he5", ".nc")
+from sagnac.formats.files import damaged, replacing
+from sagnac.formats.known import HDF5
+from sagnac.formats.metadata import from_mapping
+from sagnac.formats.outgoing import Outgoing, Rows
+from sagnac.formats.source import Column, Source, Stored, Vector, column, vectors
 
 _STATED: Final = frozenset(
     {"gyros", "kind", "unit", "scale", "sample_rate", "time", "table", "counter_bits", "null_pulse"}
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Found:
+    """A column and where it lies."""
+
+    column: Column
+    vector: Vector
 
 
 def open_source(path: Path) -> Source:
@@ -40,57 +40,74 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not HDF5 or is cut off.
     """
-    found: dict[str, tuple[str, int | None, Column]] = {}
-    stated: dict[str, Any] = {}
-    with damaged(path, FORMAT), h5py.File(path, "r") as file:
-        datasets: list[str] = []
+    with damaged(HDF5.name), h5py.File(path, "r") as file:
+        names: list[str] = []
         file.visititems(
-            lambda name, item: datasets.append(name) if isinstance(item, h5py.Dataset) else None
+            lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
         )
-        last = [name.rsplit("/", 1)[-1] for name in datasets]
-        parents = {name.rpartition("/")[0] for name in datasets}
-        for holder in [file, *(file[parent] for parent in parents if parent and len(parents) == 1)]:
-            stated.update({k: _plain(v) for k, v in holder.attrs.items() if k in _STATED})
-        for name, short in zip(datasets, last, strict=True):
-            dataset = file[name]
-            is_text = dataset.attrs.get("MATLAB_class", b"") == b"char"
-            if dataset.dtype.kind not in "biuf" or is_text:
-                continue
-            attributes = {k: str(_plain(v)) for k, v in dataset.attrs.items()}
-            unit = attributes.get("unit", attributes.get("units"))
-            keys = split_matrix(short if last.count(short) == 1 else name, dataset.shape)
-            for index, key in enumerate(keys, start=1):
-                described = column(key, unit=unit, kind=attributes.get("kind"))
-                found[key] = (name, index if len(keys) > 1 else None, described)
+        stated = _stated(file, names)
+        found = {one.column.key: one for name in names for one in _columns_of(file, name, names)}
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
-        with damaged(path, FORMAT), h5py.File(path, "r") as file:
+        with damaged(HDF5.name), h5py.File(path, "r") as file:
             for key in keys:
-                name, index, _ = found[key]
-                dataset = file[name]
-                axis = int(np.argmax(dataset.shape))
-                # Whole chunks: one that is compressed is unpacked as often as it is touched.
-                chunk = dataset.chunks[axis] if dataset.chunks else 1
-                length = -(-series.SPAN // chunk) * chunk
-                for first in range(start - start % length, stop, length):
-                    rows = slice(max(first, start), min(first + length, stop))
-                    place: list[slice | int] = [slice(None)] * dataset.ndim
-                    if index is not None:
-                        place = [index - 1] * dataset.ndim
-                    place[axis] = rows
-                    yield {key: dataset[tuple(place)].reshape(-1)}
+                vector = found[key].vector
+                for values in _read(file[vector.array], vector, start, stop):
+                    yield {key: values}
 
     def load(keys: Sequence[str]) -> Stored:
-        with damaged(path, FORMAT), h5py.File(path, "r") as file:
-            lengths = {key: max(file[found[key][0]].shape) for key in keys}
+        with damaged(HDF5.name), h5py.File(path, "r") as file:
+            lengths = {key: max(file[found[key].vector.array].shape) for key in keys}
         return Stored(lengths=lengths, pieces=pieces)
 
     return Source(
-        format=FORMAT,
-        columns=tuple(described for _, _, described in found.values()),
+        format=HDF5.name,
+        columns=tuple(one.column for one in found.values()),
         load=load,
-        stated=from_mapping(stated, str(path)),
+        stated=from_mapping(stated),
     )
+
+
+def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
+    """What the attributes of the root, and of the only group with datasets, state."""
+    parents = {name.rpartition("/")[0] for name in names}
+    group = [file[parent] for parent in parents if parent and len(parents) == 1]
+    return {
+        key: _plain(value)
+        for holder in (file, *group)
+        for key, value in holder.attrs.items()
+        if key in _STATED
+    }
+
+
+def _columns_of(file: h5py.File, name: str, names: Sequence[str]) -> list[_Found]:
+    """The columns in one dataset; none in one of text."""
+    dataset = file[name]
+    is_text = dataset.attrs.get("MATLAB_class", b"") == b"char"
+    if dataset.dtype.kind not in "biuf" or is_text:
+        return []
+    attributes = {key: str(_plain(value)) for key, value in dataset.attrs.items()}
+    unit = attributes.get("unit", attributes.get("units"))
+    short = name.rpartition("/")[2]
+    is_only_one = [other.rpartition("/")[2] for other in names].count(short) == 1
+    return [
+        _Found(column=column(key, unit=unit, kind=attributes.get("kind")), vector=vector)
+        for key, vector in vectors(short if is_only_one else name, name, dataset.shape).items()
+    ]
+
+
+def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Iterator[NDArray[Any]]:
+    """One column from sample `start` to the one before `stop`, in pieces of whole chunks."""
+    axis = int(np.argmax(dataset.shape))
+    # A compressed chunk is unpacked as often as it is touched.
+    chunk = dataset.chunks[axis] if dataset.chunks else 1
+    length = -(-series.SPAN // chunk) * chunk
+    place: list[slice | int] = [
+        slice(None) if vector.index is None else vector.index - 1
+    ] * dataset.ndim
+    for first in range(start - start % length, stop, length):
+        place[axis] = slice(max(first, start), min(first + length, stop))
+        yield dataset[tuple(place)].reshape(-1)
 
 
 def _plain(value: Any) -> Any:
@@ -114,8 +131,9 @@ def write(path: Path, out: Outgoing) -> None:
                 dataset.attrs["unit"] = out.units[name]
             if name in out.kinds:
                 dataset.attrs["kind"] = out.kinds[name]
-        start = 0
-        for columns in out.spans(series.SPAN):
-            for name, values in columns.items():
-                file[name][start : start + values.size] = values
-            start += values.size
+
+        def store(first: int, rows: Rows) -> None:
+            for name, values in rows.items():
+                file[name][first : first + values.size] = values
+
+        out.write_blocks(store)

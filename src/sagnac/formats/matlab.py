@@ -1,4 +1,4 @@
-"""MATLAB files: version 5 (and 4), and version 7.3, which is HDF5."""
+"""MATLAB files of version 5 (and 4). Those of version 7.3 are HDF5."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,22 +6,11 @@ from typing import Final, Literal
 
 import scipy.io
 
-from sagnac.formats import hdf5
-from sagnac.formats.source import (
-    Outgoing,
-    Source,
-    Stored,
-    column,
-    damaged,
-    in_memory,
-    replacing,
-    split_matrix,
-    take_column,
-)
-from sagnac.formats.statement import from_mapping
-
-FORMAT: Final = "MATLAB"
-SUFFIXES: Final = (".mat",)
+from sagnac.formats.files import damaged, replacing
+from sagnac.formats.known import MATLAB
+from sagnac.formats.metadata import from_mapping
+from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
 
 _NUMERIC: Final = frozenset(
     {"double", "single", "logical"}
@@ -41,13 +30,8 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not MATLAB or is cut off.
     """
-    with path.open("rb") as stream:
-        beginning = stream.read(128)
-    if b"MATLAB 7.3" in beginning:
-        return hdf5.open_source(path)
-    with damaged(path, FORMAT):
-        if beginning.startswith(b"MATLAB 5"):
-            _check_whole(path)
+    with damaged(MATLAB.name):
+        check_whole(path)
         listing = scipy.io.whosmat(path)
         stated_names = [
             name
@@ -56,31 +40,27 @@ def open_source(path: Path) -> Source:
         ]
         content = scipy.io.loadmat(path, variable_names=stated_names) if stated_names else {}
         stated = {name: content[name].reshape(-1)[0].item() for name in stated_names}
-    owner: dict[str, tuple[str, int | None]] = {}
+    found: dict[str, Vector] = {}
     for name, shape, kind in listing:
         if kind in _NUMERIC and name not in stated_names:
-            keys = split_matrix(name, shape)
-            for index, key in enumerate(keys, start=1):
-                owner[key] = (name, None if keys == (name,) else index)
+            found.update(vectors(name, name, shape))
 
     def load(keys: Sequence[str]) -> Stored:
-        with damaged(path, FORMAT):
-            names = list({owner[key][0] for key in keys})
+        with damaged(MATLAB.name):
+            names = list({found[key].array for key in keys})
             content = scipy.io.loadmat(path, variable_names=names)
-            return in_memory(
-                {key: take_column(content[owner[key][0]], owner[key][1]) for key in keys}
-            )
+            return in_memory({key: found[key].of(content[found[key].array]) for key in keys})
 
     return Source(
-        format=FORMAT,
-        columns=tuple(column(key) for key in owner),
+        format=MATLAB.name,
+        columns=tuple(column(key) for key in found),
         load=load,
-        stated=from_mapping(stated, str(path)),
+        stated=from_mapping(stated),
     )
 
 
-def _check_whole(path: Path) -> None:
-    """Refuse a version 5 file that ends inside an element.
+def check_whole(path: Path) -> None:
+    """Refuse a version 5 file that ends inside an element; pass over one of version 4.
 
     The file has no index: cut off, it reads as one with fewer variables. Each element says
     its length in 8 bytes before it (MAT-File Format, "Data Element Format").
@@ -92,6 +72,8 @@ def _check_whole(path: Path) -> None:
     """
     size = path.stat().st_size
     with path.open("rb") as stream:
+        if stream.read(len(MATLAB.beginning)) != MATLAB.beginning:
+            return
         stream.seek(126)
         order: Literal["little", "big"] = "little" if stream.read(2) == b"IM" else "big"
         position = 128

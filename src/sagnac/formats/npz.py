@@ -2,26 +2,17 @@
 
 import zipfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from sagnac.formats.source import (
-    Outgoing,
-    Source,
-    Stored,
-    column,
-    damaged,
-    in_memory,
-    replacing,
-    split_matrix,
-    take_column,
-)
-from sagnac.formats.statement import from_mapping
-
-FORMAT: Final = "NumPy npz"
-SUFFIXES: Final = (".npz",)
+from sagnac.formats.files import damaged, replacing
+from sagnac.formats.known import NPZ
+from sagnac.formats.metadata import from_mapping
+from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
 
 _STATED: Final = frozenset(
     {"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits", "null_pulse"}
@@ -38,37 +29,41 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not an archive of arrays or is cut off.
     """
-    owner: dict[str, tuple[str, int | None]] = {}
+    found: dict[str, Vector] = {}
     stated: dict[str, Any] = {}
-    with damaged(path, FORMAT):
-        shapes = _shapes(path)
+    with damaged(NPZ.name):
+        heads = _heads(path)
         with np.load(path, allow_pickle=False) as archive:
-            for name, (shape, kind) in shapes.items():
-                if kind in "biuf" and shape not in ((), (1,)):
-                    keys = split_matrix(name, shape)
-                    for index, key in enumerate(keys, start=1):
-                        owner[key] = (name, None if keys == (name,) else index)
+            for name, head in heads.items():
+                if head.kind in "biuf" and head.shape not in ((), (1,)):
+                    found.update(vectors(name, name, head.shape))
                 elif name in _STATED:
                     value = archive[name]
                     stated[name] = value.item() if value.size == 1 else value.tolist()
 
     def load(keys: Sequence[str]) -> Stored:
-        with damaged(path, FORMAT), np.load(path, allow_pickle=False) as archive:
-            return in_memory(
-                {key: take_column(archive[owner[key][0]], owner[key][1]) for key in keys}
-            )
+        with damaged(NPZ.name), np.load(path, allow_pickle=False) as archive:
+            return in_memory({key: found[key].of(archive[found[key].array]) for key in keys})
 
     return Source(
-        format=FORMAT,
-        columns=tuple(column(key) for key in owner),
+        format=NPZ.name,
+        columns=tuple(column(key) for key in found),
         load=load,
-        stated=from_mapping(stated, str(path)),
+        stated=from_mapping(stated),
     )
 
 
-def _shapes(path: Path) -> dict[str, tuple[tuple[int, ...], str]]:
-    """Shape and kind of every array, from the heads of the members alone."""
-    shapes: dict[str, tuple[tuple[int, ...], str]] = {}
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Head:
+    """Shape of an array and kind of its numbers (`numpy.dtype.kind`)."""
+
+    shape: tuple[int, ...]
+    kind: str
+
+
+def _heads(path: Path) -> dict[str, _Head]:
+    """The heads of all arrays, without the arrays."""
+    heads: dict[str, _Head] = {}
     with zipfile.ZipFile(path) as archive:
         for member in archive.namelist():
             if not member.endswith(".npy"):
@@ -81,8 +76,8 @@ def _shapes(path: Path) -> dict[str, tuple[tuple[int, ...], str]]:
                     else np.lib.format.read_array_header_2_0
                 )
                 shape, _, dtype = read(stream)
-            shapes[member.removesuffix(".npy")] = (shape, dtype.kind)
-    return shapes
+            heads[member.removesuffix(".npy")] = _Head(shape=shape, kind=dtype.kind)
+    return heads
 
 
 def write(path: Path, out: Outgoing) -> None:

@@ -12,23 +12,13 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.formats.source import (
-    Column,
-    Outgoing,
-    Source,
-    Stored,
-    check_name,
-    column,
-    damaged,
-    field_unit,
-    replacing,
-    unit_size,
-)
-from sagnac.formats.statement import from_mapping
+from sagnac.formats.files import damaged, replacing
+from sagnac.formats.known import PARQUET
+from sagnac.formats.metadata import from_mapping
+from sagnac.formats.outgoing import Outgoing, Rows, check_name, field_unit, unit_size
+from sagnac.formats.source import Column, Source, Stored, column
 from sagnac.recording.model import Kind
 
-FORMAT: Final = "Parquet"
-SUFFIXES: Final = (".parquet", ".pq")
 ROWS_PER_GROUP: Final = 500_000
 _BUFFER: Final = 2**20  # bytes
 
@@ -48,7 +38,7 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not Parquet or is cut off.
     """
-    with damaged(path, FORMAT):
+    with damaged(PARQUET.name):
         with pq.ParquetFile(path) as file:
             schema = file.schema_arrow
         stated = _text(schema.metadata)
@@ -57,34 +47,41 @@ def open_source(path: Path) -> Source:
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
         # Unless told not to, the library holds the whole of every row group that it will read.
         with (
-            damaged(path, FORMAT),
+            damaged(PARQUET.name),
             pq.ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER) as file,
         ):
-            sizes = [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
-            edges = np.concatenate(([0], np.cumsum(sizes)))
-            first = int(np.searchsorted(edges, start, side="right")) - 1
-            last = int(np.searchsorted(edges, stop, side="left"))
-            position = int(edges[first])
-            for batch in file.iter_batches(
-                batch_size=series.SPAN, row_groups=list(range(first, last)), columns=list(keys)
-            ):
-                inside = slice(max(start - position, 0), stop - position)
-                yield {key: _numpy(batch.column(key))[inside] for key in keys}
-                position += batch.num_rows
-                if position >= stop:
-                    break
+            yield from _pieces(file, keys, start, stop)
 
     def load(keys: Sequence[str]) -> Stored:
-        with damaged(path, FORMAT):
+        with damaged(PARQUET.name):
             rows = pq.read_metadata(path).num_rows
         return Stored(lengths=dict.fromkeys(keys, rows), pieces=pieces)
 
     return Source(
-        format=FORMAT,
+        format=PARQUET.name,
         columns=columns,
         load=load,
-        stated=from_mapping({k: v for k, v in stated.items() if k in _KEYS}, str(path)),
+        stated=from_mapping({k: v for k, v in stated.items() if k in _KEYS}),
     )
+
+
+def _pieces(
+    file: pq.ParquetFile, keys: Sequence[str], start: int, stop: int
+) -> Iterator[dict[str, NDArray[Any]]]:
+    """Rows from `start` to the one before `stop`, of no more row groups than hold them."""
+    sizes = [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
+    edges = np.concatenate(([0], np.cumsum(sizes)))
+    first = int(np.searchsorted(edges, start, side="right")) - 1
+    last = int(np.searchsorted(edges, stop, side="left"))
+    position = int(edges[first])
+    for batch in file.iter_batches(
+        batch_size=series.SPAN, row_groups=list(range(first, last)), columns=list(keys)
+    ):
+        inside = slice(max(start - position, 0), stop - position)
+        yield {key: _numpy(batch.column(key))[inside] for key in keys}
+        position += batch.num_rows
+        if position >= stop:
+            break
 
 
 def _text(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
@@ -142,8 +139,15 @@ class Writer:
 
     Examples
     --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = Path(folder.name) / "run.parquet"
     >>> with Writer(path, kinds={"x": "angle"}, sample_rate=500.0, table=True) as out:
-    ...     out.append({"x": theta, "table": alpha})  # rad
+    ...     out.append({"x": np.zeros(1000), "table": np.zeros(1000)})  # rad
+    >>> pq.read_metadata(path).num_rows
+    1000
+    >>> folder.cleanup()
     """
 
     def __init__(
@@ -251,7 +255,10 @@ def write(path: Path, out: Outgoing) -> None:
         null_pulse="null_pulse" in out.columns,
         times="time" in out.columns,
     ) as writer:
-        for columns in out.spans(ROWS_PER_GROUP):
-            if "null_pulse" in columns:
-                columns["null_pulse"] = columns["null_pulse"].astype(np.bool_)
-            writer.append_in_units(columns)
+
+        def append(_: int, rows: Rows) -> None:
+            if "null_pulse" in rows:
+                rows["null_pulse"] = rows["null_pulse"].astype(np.bool_)
+            writer.append_in_units(rows)
+
+        out.write_blocks(append, length=ROWS_PER_GROUP)

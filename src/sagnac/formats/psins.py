@@ -6,70 +6,118 @@ the third the size of one gyro count (arcsec, first to third).
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
-from sagnac.formats.source import Column, Source, Stored, damaged, in_memory
+from sagnac.formats.files import damaged
+from sagnac.formats.known import PSINS
+from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
 
-FORMAT: Final = "PSINS imu"
-SUFFIXES: Final = (".imu",)
-
 _HEADER_ROWS: Final = 3
+_MOST_HEADER_LINES: Final = 1000
 _ROW: Final = ("x", "y", "z", "accelerometer_x", "accelerometer_y", "accelerometer_z")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Header:
+    """What the header of a log states.
+
+    Attributes
+    ----------
+    lines
+        In the header, comments included.
+    interval_ms
+        Sampling interval, ms.
+    counts_arcsec
+        Sizes of one count of x, y and z, arcsec.
+
+    Raises
+    ------
+    RecordingError
+        If one of these is not positive.
+    """
+
+    lines: int
+    interval_ms: float
+    counts_arcsec: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        if not (self.interval_ms > 0.0 and all(size > 0.0 for size in self.counts_arcsec)):
+            sizes = ", ".join(f"{size:g}" for size in self.counts_arcsec)
+            raise RecordingError(
+                f"the header states a sampling interval of {self.interval_ms:g} ms and gyro "
+                f"factors of {sizes} arcsec",
+                remedy="all must be positive",
+            )
+
+
+def read_header(path: Path) -> Header:
+    """The header of a log.
+
+    Raises
+    ------
+    RecordingError
+        If it is not there or states what cannot be.
+    """
+    rows: list[list[float]] = []
+    lines = 0
+    with damaged(PSINS.name), path.open(encoding="utf-8", errors="strict") as stream:
+        for line in islice(stream, _MOST_HEADER_LINES):
+            lines += 1
+            if not line.strip() or line.lstrip().startswith("%"):
+                continue
+            rows.append([float(item) for item in line.split()])
+            if len(rows) == _HEADER_ROWS:
+                break
+    if len(rows) < _HEADER_ROWS or any(len(row) != len(_ROW) for row in rows):
+        raise RecordingError(
+            "has no PSINS header, three lines of six numbers after the comments",
+            remedy="correct it, or give a CSV with {rate}, {kind} and {unit}",
+        )
+    x, y, z = rows[2][:3]
+    return Header(lines=lines, interval_ms=rows[1][4], counts_arcsec=(x, y, z))
+
+
 def open_source(path: Path) -> Source:
-    """Header of the log. Gyros are ``x``, ``y``, ``z``, kind ``increment``.
+    """Columns by the header of the log. Gyros are ``x``, ``y``, ``z``, kind ``increment``.
 
     Raises
     ------
     RecordingError
         If the header is not there or states what cannot be.
     """
-    header: list[list[float]] = []
-    skip = 0
-    with damaged(path, FORMAT), path.open(encoding="utf-8", errors="strict") as stream:
-        for line in islice(stream, 1000):
-            skip += 1
-            if not line.strip() or line.lstrip().startswith("%"):
-                continue
-            header.append([float(item) for item in line.split()])
-            if len(header) == _HEADER_ROWS:
-                break
-    if len(header) < _HEADER_ROWS or any(len(row) != len(_ROW) for row in header):
-        raise RecordingError(
-            f"{path}: has no PSINS header, three lines of six numbers after the comments; "
-            "correct it, or give a CSV with --rate, --kind and --unit"
-        )
-    interval_ms, factors = header[1][4], header[2][:3]
-    if not (interval_ms > 0.0 and all(factor > 0.0 for factor in factors)):
-        raise RecordingError(
-            f"{path}: the header states a sampling interval of {interval_ms:g} ms and gyro factors "
-            f"of {', '.join(f'{factor:g}' for factor in factors)} arcsec; all must be positive"
-        )
+    header = read_header(path)
 
     def load(keys: Sequence[str]) -> Stored:
-        with damaged(path, FORMAT), path.open(encoding="utf-8") as stream:
-            rows = islice(stream, skip, None)
-            first = next((line for line in rows if line.strip()), None)
-            if first is None:
-                return in_memory({key: np.empty(0) for key in keys})
-            table = np.loadtxt(chain((first,), rows), comments="%", ndmin=2)
-            if table.shape[1] != len(_ROW):
-                raise ValueError(f"rows of {table.shape[1]} numbers, not {len(_ROW)}")
-        return in_memory({key: table[:, _ROW.index(key)] for key in keys})
+        rows = _rows(path, header)
+        return in_memory({key: rows[:, _ROW.index(key)] for key in keys})
 
     return Source(
-        format=FORMAT,
+        format=PSINS.name,
         columns=tuple(
-            Column(key=name, name=name, unit=f"{factor!r}arcsec", kind="increment")
-            for name, factor in zip(_ROW, factors, strict=False)
+            Column(key=name, name=name, unit=f"{size!r}arcsec", kind="increment")
+            for name, size in zip(_ROW, header.counts_arcsec, strict=False)
         ),
         load=load,
-        stated=Statement(sample_rate=round(1e3 / interval_ms, 9)),
+        stated=Statement(sample_rate=round(1e3 / header.interval_ms, 9)),
     )
+
+
+def _rows(path: Path, header: Header) -> FloatArray:
+    """(samples, 6) counts."""
+    with damaged(PSINS.name), path.open(encoding="utf-8") as stream:
+        lines = islice(stream, header.lines, None)
+        first = next((line for line in lines if line.strip()), None)
+        if first is None:
+            return np.empty((0, len(_ROW)))
+        rows = np.loadtxt(chain((first,), lines), comments="%", ndmin=2)
+        if rows.shape[1] != len(_ROW):
+            raise ValueError(f"rows of {rows.shape[1]} numbers, not {len(_ROW)}")
+    return rows

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sagnac import formats, series
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.formats import parquet
-from sagnac.formats.source import replacing
+from sagnac.formats.files import replacing
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.disturbances import Disturbances

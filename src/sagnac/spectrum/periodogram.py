@@ -1,12 +1,12 @@
 """Periodogram of a series, its density and its bins."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.spectrum.transforms import power_spectrum, transform_length
 
 
@@ -16,7 +16,7 @@ def periodogram(increments: FloatArray, padding: int = 1) -> FloatArray:
     Parameters
     ----------
     increments
-        (samples,) in memory or mapped; no more than some spans of them are held at a time.
+        (samples,) in memory or mapped; no more than some blocks of them are held at a time.
     padding
         Frequencies for each one of the unpadded transform.
 
@@ -47,40 +47,55 @@ def smoothed(power: FloatArray, points: int = 2000) -> tuple[FloatArray, FloatAr
     """
     bins = power.size
     edges = np.unique(np.geomspace(1, bins, points + 1).astype(np.int64))
-    mean = bin_sums(lambda span: power[span], edges, power) / np.diff(edges)
+    mean = bin_sums(lambda block: power[block], edges, power) / np.diff(edges)
     center = (edges[:-1] + edges[1:] - 1) / 2.0
     return center / (2.0 * (bins - 1)), mean
 
 
 def bin_sums(
-    values_of: Callable[[slice], FloatArray], edges: NDArray[np.int64], *release_of: FloatArray
+    values_of: Callable[[slice], FloatArray], edges: IntegerArray, *touched: FloatArray
 ) -> FloatArray:
     """Sums of a series from each edge to the next.
 
     Parameters
     ----------
     values_of
-        Gives a span of the series.
+        Gives a block of the series.
     edges
         (bins + 1,) places in it, ascending.
-    release_of
-        Mapped series that it is made of.
+    touched
+        Series that it is made of, whose memory is given back on the way.
 
     Returns
     -------
     (bins,) in the unit of the series.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values = np.arange(10.0)
+    >>> bin_sums(lambda block: values[block], np.array([0, 2, 10]), values)
+    array([ 1., 44.])
     """
+    start, stop = int(edges[0]), int(edges[-1])
     total = np.zeros(edges.size - 1)
 
-    def sums(span: slice) -> tuple[slice, FloatArray]:
-        start, stop = int(edges[0]) + span.start, int(edges[0]) + span.stop
-        first = int(np.searchsorted(edges, start, "right")) - 1
-        last = int(np.searchsorted(edges, stop, "left"))
-        here = np.maximum(edges[first:last], start) - start
-        return slice(first, last), np.add.reduceat(values_of(slice(start, stop)), here)
+    def sums(block: slice) -> _Partial:
+        here = slice(start + block.start, start + block.stop)
+        first = int(np.searchsorted(edges, here.start, "right")) - 1
+        last = int(np.searchsorted(edges, here.stop, "left"))
+        begins = np.maximum(edges[first:last], here.start) - here.start
+        return _Partial(bins=slice(first, last), sums=np.add.reduceat(values_of(here), begins))
 
-    for some, partial in series.each(
-        sums, int(edges[-1] - edges[0]), series.SPAN, release_of=release_of
-    ):
-        total[some] += partial
+    # A bin may go on from one block to the next.
+    for partial in series.map(sums, stop - start, *touched):
+        total[partial.bins] += partial.sums
     return total
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Partial:
+    """Sums over the part of some bins that lies in one block."""
+
+    bins: slice
+    sums: FloatArray

@@ -1,0 +1,241 @@
+"""Which columns of a file are the gyros, the table, the time and the null pulse."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from sagnac.errors import Note, RecordingError
+from sagnac.formats.source import Column
+from sagnac.formats.statements import Statements
+
+GYRO_NAMES: Final = ("x", "y", "z")
+TABLE_NAMES: Final = ("table", "alpha", "encoder")
+TIME_NAMES: Final = ("time", "t")
+
+# Characters of a list of columns that an error shows.
+_MOST_LISTED: Final = 400
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Placed:
+    """A column and the unit stated beside its name (``COLUMN:UNIT``), or None."""
+
+    column: Column
+    unit: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """The columns that are taken.
+
+    Attributes
+    ----------
+    gyros
+        Name wanted -> column.
+    table, time, null_pulse
+        None where there is none, or none is wanted.
+    notes
+        What was left out.
+    """
+
+    gyros: Mapping[str, Column]
+    table: Placed | None
+    time: Placed | None
+    null_pulse: Column | None
+    notes: tuple[Note, ...]
+
+    def __post_init__(self) -> None:
+        keys = self.keys
+        for key in keys:
+            if keys.count(key) > 1:
+                raise RecordingError(
+                    "the column is named for two channels",
+                    channel=key,
+                    remedy="give each its own with {columns}, {table} and {time}",
+                )
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """What the columns are loaded by: gyros, table, time, null pulse."""
+        placed = [one.column for one in (self.table, self.time) if one is not None]
+        pulse = [self.null_pulse] if self.null_pulse is not None else []
+        return tuple(column.key for column in (*self.gyros.values(), *placed, *pulse))
+
+
+def find(columns: Sequence[Column], name: str) -> Column | None:
+    """The column of that full name, else the only one of that name without its unit.
+
+    Raises
+    ------
+    RecordingError
+        If several have that name.
+    """
+    for column in columns:
+        if column.key == name:
+            return column
+    alike = [column for column in columns if column.name == name]
+    if len(alike) > 1:
+        keys = ", ".join(column.key for column in alike)
+        raise RecordingError(
+            f"more than one column has this name, {keys}",
+            channel=name,
+            remedy="give the full name with {columns}",
+        )
+    return alike[0] if alike else None
+
+
+def _missing(columns: Sequence[Column], name: str, inputs: str) -> RecordingError:
+    present = ", ".join(column.key for column in columns) or "no numeric column"
+    if len(present) > _MOST_LISTED:
+        present = present[:_MOST_LISTED] + " ..."
+    return RecordingError(
+        f"no such column; the file has {present}", channel=name, remedy=f"name one with {inputs}"
+    )
+
+
+def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
+    """The gyros that are stated, else those of ``x``, ``y`` and ``z`` that there are.
+
+    Raises
+    ------
+    RecordingError
+        If one that is stated is not there, or there is none.
+    """
+    gyros: dict[str, Column] = {}
+    for name in statements.gyros:
+        key = statements.column(name) or name
+        column = find(columns, key)
+        if column is None:
+            raise _missing(columns, key, "{gyros} or {columns NAME=COLUMN}")
+        gyros[name] = column
+    if gyros:
+        return gyros
+    for name in GYRO_NAMES:
+        column = find(columns, name)
+        if column is not None:
+            gyros[name] = column
+    if not gyros:
+        raise _missing(columns, "x, y, z", "{columns x=COLUMN} or {gyros COLUMN}")
+    return gyros
+
+
+def choose_stated(
+    columns: Sequence[Column], role: Literal["table", "time"], stated: str
+) -> Placed | None:
+    """The column stated as ``COLUMN`` or ``COLUMN:UNIT``; None for ``none``.
+
+    Raises
+    ------
+    RecordingError
+        If it is not there.
+    """
+    if stated == "none":
+        return None
+    column = find(columns, stated)
+    if column is not None:
+        return Placed(column=column, unit=None)
+    name, colon, unit = stated.rpartition(":")
+    column = find(columns, name) if colon else None
+    if column is None:
+        raise _missing(columns, name if colon else stated, f"{{{role} COLUMN:UNIT}}")
+    return Placed(column=column, unit=unit)
+
+
+def choose_table(
+    columns: Sequence[Column], statements: Statements, taken: frozenset[str]
+) -> Placed | None:
+    """The table angle: the column stated, else the first of a usual name that is not `taken`.
+
+    Raises
+    ------
+    RecordingError
+        If one that is stated is not there.
+    """
+    stated = statements.role("table")
+    if stated is not None:
+        return choose_stated(columns, "table", stated)
+    return next((Placed(column=c, unit=None) for c in _usual(columns, TABLE_NAMES, taken)), None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChosenTime:
+    """The column of the time stamps or None, and what was left out."""
+
+    time: Placed | None
+    notes: tuple[Note, ...] = ()
+
+
+def choose_time(
+    columns: Sequence[Column], statements: Statements, taken: frozenset[str]
+) -> ChosenTime:
+    """The time stamps: the column stated, else the first of a usual name that is not `taken`.
+
+    Stamps without a unit are left out, with a note, if a sample rate is stated.
+
+    Raises
+    ------
+    RecordingError
+        If one that is stated is not there.
+    """
+    stated = statements.role("time")
+    if stated is not None:
+        return ChosenTime(time=choose_stated(columns, "time", stated))
+    notes: list[Note] = []
+    for column in _usual(columns, TIME_NAMES, taken):
+        has_unit = column.unit is not None or statements.own_unit("time") is not None
+        if has_unit or statements.sample_rate is None:
+            return ChosenTime(time=Placed(column=column, unit=None), notes=tuple(notes))
+        notes.append(
+            Note(
+                channel="time",
+                text=f"column {column.key} has no unit and is left out, the rate is stated; "
+                f"{{time {column.key}:UNIT}} takes it",
+            )
+        )
+    return ChosenTime(time=None, notes=tuple(notes))
+
+
+def _usual(
+    columns: Sequence[Column], names: Sequence[str], taken: frozenset[str]
+) -> Iterator[Column]:
+    """Columns of these names that are not `taken`."""
+    for name in names:
+        column = find(columns, name)
+        if column is not None and column.key not in taken:
+            yield column
+
+
+def choose_null_pulse(columns: Sequence[Column], statements: Statements) -> Column | None:
+    """The null pulse: the column stated, else one of that name.
+
+    Raises
+    ------
+    RecordingError
+        If one that is stated is not there.
+    """
+    stated = statements.role("null_pulse")
+    column = find(columns, stated or "null_pulse")
+    if stated and column is None:
+        raise _missing(columns, stated, "{null-pulse COLUMN}")
+    return column
+
+
+def choose(columns: Sequence[Column], statements: Statements) -> Choice:
+    """The columns that are taken, by what is stated and by their names.
+
+    Raises
+    ------
+    RecordingError
+        If a column is not there, or stands for two channels.
+    """
+    gyros = choose_gyros(columns, statements)
+    taken = frozenset(column.key for column in gyros.values())
+    table = choose_table(columns, statements, taken)
+    chosen_time = choose_time(columns, statements, taken)
+    return Choice(
+        gyros=gyros,
+        table=table,
+        time=chosen_time.time,
+        null_pulse=choose_null_pulse(columns, statements),
+        notes=chosen_time.notes,
+    )

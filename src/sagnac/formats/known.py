@@ -1,0 +1,71 @@
+"""The file formats there are, one entry each. Nothing heavy is imported here."""
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Format:
+    """One file format.
+
+    Attributes
+    ----------
+    name
+        As people call it; stands in messages.
+    suffixes
+        Of its files, lower case, with the dot. The first is the one to recommend.
+    module
+        In this package: has ``open_source(path) -> Source`` and, where `writes`,
+        ``write(path, outgoing)``. Imported when a file is opened, and its library with it.
+    writes
+        Whether it can be written.
+    beginning
+        First bytes of every such file; empty where there are none to tell it by.
+    also
+        Suffixes that its files may have as well, although they are another format's.
+
+    Raises
+    ------
+    ValueError
+        If there is no suffix, or one is not lower case after a dot.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    module: str
+    writes: bool = True
+    beginning: bytes = b""
+    also: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        wrong = [one for one in self.suffixes if not one.startswith(".") or one != one.lower()]
+        if wrong or not self.suffixes:
+            raise ValueError(f"suffixes is {self.suffixes!r}; give one or more such as .csv")
+
+
+CSV: Final = Format(name="CSV", suffixes=(".csv", ".tsv", ".txt"), module="csv")
+PARQUET: Final = Format(
+    name="Parquet", suffixes=(".parquet", ".pq"), module="parquet", beginning=b"PAR1"
+)
+MATLAB: Final = Format(name="MATLAB", suffixes=(".mat",), module="matlab", beginning=b"MATLAB 5")
+NPZ: Final = Format(name="NumPy npz", suffixes=(".npz",), module="npz", beginning=b"PK\x03\x04")
+PSINS: Final = Format(name="PSINS imu", suffixes=(".imu",), module="psins", writes=False)
+HDF5: Final = Format(
+    name="HDF5",
+    suffixes=(".h5", ".hdf5", ".he5", ".nc"),
+    module="hdf5",
+    beginning=b"\x89HDF\r\n\x1a\n",
+    also=MATLAB.suffixes,
+)
+# Version 7.3 is HDF5 behind a header of MATLAB's.
+MATLAB_7_3: Final = Format(
+    name="MATLAB",
+    suffixes=MATLAB.suffixes,
+    module="hdf5",
+    writes=False,
+    beginning=b"MATLAB 7.3",
+    also=HDF5.suffixes,
+)
+
+# A suffix that several have is that of the first.
+FORMATS: Final = (CSV, PARQUET, MATLAB, NPZ, PSINS, HDF5, MATLAB_7_3)

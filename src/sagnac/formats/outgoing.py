@@ -1,0 +1,144 @@
+"""A recording on its way into a file: columns in field units."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sagnac import series
+from sagnac.formats.unit_text import parsed_unit
+from sagnac.recording.model import Kind, Recording
+from sagnac.units import ANGLE_UNITS, RATE_UNITS, angle_scale, rate_scale
+
+Rows = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outgoing:
+    """A recording in field units, ready for any format.
+
+    Attributes
+    ----------
+    columns
+        Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros,
+        ``table``, ``null_pulse`` (bool).
+    units
+        Name -> unit to write in; ``null_pulse`` has none.
+    sizes
+        Name -> SI size of that unit.
+    kinds
+        Gyro name -> kind.
+    sample_rate
+        Hz.
+    """
+
+    columns: Mapping[str, NDArray[Any]]
+    units: Mapping[str, str]
+    sizes: Mapping[str, float]
+    kinds: Mapping[str, Kind]
+    sample_rate: float
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return next(iter(self.columns.values())).size
+
+    def rows(self, block: slice) -> Rows:
+        """Name -> values of a block in `units`; the null pulse is 0 or 1."""
+        return {
+            name: values[block] / self.sizes[name]
+            if name in self.sizes
+            else values[block].astype(np.uint8)
+            for name, values in self.columns.items()
+        }
+
+    def write_blocks(
+        self, write: Callable[[int, Rows], None], *, length: int | None = None
+    ) -> None:
+        """Hand all rows to a format that grows, block by block.
+
+        Parameters
+        ----------
+        write
+            Called with the number of the first row, and with `rows`.
+        length
+            Rows in a block, `series.SPAN` unless stated.
+        """
+
+        def step(state: None, block: slice) -> None:
+            write(block.start, self.rows(block))
+
+        series.reduce(step, None, self.samples, *self.columns.values(), length=length)
+
+    def statement(self) -> dict[str, str | float]:
+        """All of it in flat text, for formats that carry attributes beside the numbers."""
+        return {
+            "gyros": ",".join(self.kinds),
+            "kind": ",".join(f"{name}={kind}" for name, kind in self.kinds.items()),
+            "unit": ",".join(f"{name}={unit}" for name, unit in self.units.items()),
+            "sample_rate": self.sample_rate,
+        }
+
+
+def field_unit(kind: Kind, unit: str, *, is_table: bool = False) -> str:
+    """Unit to write a channel in: its own if it has a plain one, else the field's."""
+    own = parsed_unit(unit)
+    if own.is_plain and own.name in (RATE_UNITS if kind == "rate" else ANGLE_UNITS):
+        return own.name
+    if kind == "rate":
+        return "deg/h"
+    return "deg" if is_table else "arcsec"
+
+
+def unit_size(kind: Kind, unit: str) -> float:
+    """SI size of one plain `unit` for a channel of `kind`."""
+    return rate_scale(unit) if kind == "rate" else angle_scale(unit)
+
+
+def outgoing(recording: Recording) -> Outgoing:
+    """`recording` in the units its channels came in, or the field's.
+
+    Raises
+    ------
+    ValueError
+        If a gyro carries a name that a file needs for something else.
+    """
+    columns: dict[str, NDArray[Any]] = {}
+    units: dict[str, str] = {}
+    sizes: dict[str, float] = {}
+    if recording.times is not None:
+        columns["time"], units["time"], sizes["time"] = recording.times, "s", 1.0
+    for gyro in recording.gyros:
+        check_name(gyro.name)
+        columns[gyro.name], units[gyro.name] = gyro.values, field_unit(gyro.kind, gyro.shown_in)
+        sizes[gyro.name] = unit_size(gyro.kind, units[gyro.name])
+    if recording.table is not None:
+        columns["table"] = recording.table.values
+        units["table"] = field_unit("angle", recording.table.shown_in, is_table=True)
+        sizes["table"] = unit_size("angle", units["table"])
+    if recording.null_pulse is not None:
+        columns["null_pulse"] = recording.null_pulse
+    return Outgoing(
+        columns=columns,
+        units=units,
+        sizes=sizes,
+        kinds={gyro.name: gyro.kind for gyro in recording.gyros},
+        sample_rate=recording.sample_rate,
+    )
+
+
+def check_name(name: str) -> None:
+    """Refuse a gyro name that cannot stand in a file.
+
+    Raises
+    ------
+    ValueError
+        If it is empty, reserved, or holds a mark that files use.
+    """
+    if not name or name in ("time", "table", "null_pulse") or set(name) & set(",;=[]:\"'\n\t"):
+        raise ValueError(
+            f"gyro name is {name!r}, which cannot stand in a file; choose another without "
+            "quotes, brackets or separators, and not time, table or null_pulse"
+        )

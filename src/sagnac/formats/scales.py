@@ -1,0 +1,169 @@
+"""Kind and unit of every column that is taken, and the SI size of one raw number."""
+
+from dataclasses import dataclass
+
+from sagnac.errors import Note, RecordingError
+from sagnac.formats.choice import Placed
+from sagnac.formats.source import Column
+from sagnac.formats.statement import KINDS
+from sagnac.formats.statements import Statements
+from sagnac.formats.unit_text import parsed_unit
+from sagnac.recording.model import Kind
+from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scale:
+    """What the numbers of a column are.
+
+    Attributes
+    ----------
+    kind
+        What one sample is.
+    unit
+        Unit of the numbers, as stated.
+    factor
+        SI size of one: rad, or rad/s for kind ``rate``.
+    notes
+        What was noticed of the statements.
+
+    Raises
+    ------
+    ValueError
+        If the factor is not positive.
+    """
+
+    kind: Kind
+    unit: str
+    factor: float
+    notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.factor > 0.0:
+            raise ValueError(f"factor is {self.factor!r}; give the SI size of {self.unit}")
+
+
+def gyro_kind(name: str, column: Column, statements: Statements) -> Kind:
+    """Kind of a gyro: what caller or TOML state, else the column, else the file.
+
+    Raises
+    ------
+    RecordingError
+        If none is stated, or the file states one that there is not.
+    """
+    stated = statements.gyro("kind", name) or column.kind or statements.gyro_by_file("kind", name)
+    remedy = f"state {{kind {'|'.join(KINDS)}}}"
+    if stated is None:
+        raise RecordingError("its kind is not stated", channel=name, remedy=remedy)
+    for kind in KINDS:
+        if kind == stated:
+            return kind
+    raise RecordingError(
+        f"the file says kind {stated!r}, which is none", channel=name, remedy=remedy
+    )
+
+
+def gyro_scale(name: str, column: Column, statements: Statements) -> Scale:
+    """Kind and unit of a gyro.
+
+    Raises
+    ------
+    RecordingError
+        If kind, unit or the size of a count is not stated, or they contradict each other.
+    """
+    kind = gyro_kind(name, column, statements)
+    in_words = statements.gyro("unit", name)
+    by_file = column.unit or statements.gyro_by_file("unit", name)
+    unit = _sized_unit(name, in_words or by_file, statements.scale)
+    notes: tuple[Note, ...] = ()
+    if in_words and by_file and canonical(in_words) != canonical(by_file):
+        said = f"the file says {by_file}, taken as {in_words} as stated"
+        notes = (Note(channel=name, text=said),)
+    return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=notes)
+
+
+def _sized_unit(name: str, unit: str | None, scale: str | None) -> str:
+    """The unit of the numbers: the one stated, or the size of a count if they are counts."""
+    if unit is None and scale is None:
+        raise RecordingError(
+            "its unit is not stated", channel=name, remedy="state {unit}, arcsec for one"
+        )
+    if unit is not None and not parsed_unit(unit).is_known:
+        raise RecordingError(
+            f"unit {unit!r} is not known",
+            channel=name,
+            remedy="state {unit arcsec}, deg/s or counts",
+        )
+    if unit is None or parsed_unit(unit).is_counts:
+        if scale is None:
+            raise RecordingError(
+                "it is in counts and their size is not stated",
+                channel=name,
+                remedy="state {scale 0.1arcsec}",
+            )
+        return scale
+    if scale is not None:
+        raise RecordingError(
+            f"its unit {unit} and a scale per count contradict each other",
+            channel=name,
+            remedy="state {unit counts} and {scale}, or {unit} alone",
+        )
+    return unit
+
+
+def _gyro_factor(name: str, kind: Kind, unit: str) -> float:
+    """SI size of one `unit`, refused if it is none of the kind's quantity."""
+    stated = parsed_unit(unit)
+    wanted, other = (RATE_UNITS, ANGLE_UNITS) if kind == "rate" else (ANGLE_UNITS, RATE_UNITS)
+    if stated.name not in wanted:
+        quantity = "angle" if kind == "rate" else "rate"
+        what = f"a unit of {quantity}" if stated.name in other else "no unit of a gyro"
+        raise RecordingError(
+            f"kind {kind} contradicts {stated.name}, {what}",
+            channel=name,
+            remedy="state the right {kind} or {unit}",
+        )
+    return stated.factor * wanted[stated.name]
+
+
+def table_scale(table: Placed, statements: Statements) -> Scale:
+    """Unit of the table angle.
+
+    Raises
+    ------
+    RecordingError
+        If none is stated, or it is not one of angle.
+    """
+    key = table.column.key
+    unit = table.unit or statements.own_unit("table") or table.column.unit
+    remedy = f"state {{table {key}:deg}}"
+    if unit is None:
+        raise RecordingError(
+            f"the unit of column {key} is not stated",
+            channel="table",
+            remedy=f"{remedy}, or leave it out with {{table none}}",
+        )
+    stated = parsed_unit(unit)
+    if not stated.is_angle:
+        raise RecordingError(f"unit {unit!r} is not one of angle", channel="table", remedy=remedy)
+    return Scale(kind="angle", unit=unit, factor=stated.factor * ANGLE_UNITS[stated.name])
+
+
+def time_unit(time: Placed, statements: Statements) -> float:
+    """Seconds in one unit of the time stamps.
+
+    Raises
+    ------
+    RecordingError
+        If none is stated, or it is not one of time.
+    """
+    key = time.column.key
+    unit = time.unit or statements.own_unit("time") or time.column.unit
+    remedy = f"state {{time {key}:s}}"
+    if unit is None:
+        raise RecordingError(
+            f"the unit of column {key} is not stated", channel="time", remedy=remedy
+        )
+    if canonical(unit) not in TIME_UNITS:
+        raise RecordingError(f"unit {unit!r} is not one of time", channel="time", remedy=remedy)
+    return TIME_UNITS[canonical(unit)]

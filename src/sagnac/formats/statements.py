@@ -1,0 +1,90 @@
+"""The three statements about a file, and which of them is heard."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from sagnac.formats.statement import Statement, of_name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Statements:
+    """What caller, TOML and file state; heard in this order.
+
+    Attributes
+    ----------
+    caller, beside, file
+        The statements; those that are not there state nothing.
+    """
+
+    caller: Statement = field(default_factory=Statement)
+    beside: Statement = field(default_factory=Statement)
+    file: Statement = field(default_factory=Statement)
+
+    @property
+    def in_order(self) -> tuple[Statement, Statement, Statement]:
+        """The one heard first comes first."""
+        return self.caller, self.beside, self.file
+
+    @property
+    def sample_rate(self) -> float | None:
+        """Hz, or None where none is stated."""
+        rate: float | None = self._first("sample_rate")
+        return rate
+
+    @property
+    def scale(self) -> str | None:
+        """Size of one count, or None where none is stated."""
+        scale: str | None = self._first("scale")
+        return scale
+
+    @property
+    def counter_bits(self) -> int | None:
+        """Width of gyro counters, or None where none is stated."""
+        bits: int | None = self._first("counter_bits")
+        return bits
+
+    @property
+    def gyros(self) -> tuple[str, ...]:
+        """Names of the gyros wanted by the first that names any; empty where none does."""
+        for statement in self.in_order:
+            names = statement.gyros or tuple(
+                name for name in statement.columns if name not in ("table", "time", "null_pulse")
+            )
+            if names:
+                return names
+        return ()
+
+    def column(self, name: str) -> str | None:
+        """The file's name for `name`, or None where none gives one."""
+        for statement in self.in_order:
+            if name in statement.columns:
+                return statement.columns[name]
+        return None
+
+    def role(self, role: str) -> str | None:
+        """What is stated for ``time``, ``table`` or ``null_pulse``, or None."""
+        return self._first(role) or self.column(role)
+
+    def own_unit(self, name: str) -> str | None:
+        """The unit stated for `name` alone; one for all gyros does not count."""
+        for statement in self.in_order:
+            unit = statement.unit
+            if unit is not None and not isinstance(unit, str) and name in unit:
+                return unit[name]
+        return None
+
+    def gyro(self, quantity: str, name: str) -> str | None:
+        """What caller and TOML state as ``kind`` or ``unit`` of a gyro, or None."""
+        for statement in (self.caller, self.beside):
+            stated = of_name(getattr(statement, quantity), name)
+            if stated is not None:
+                return stated
+        return None
+
+    def gyro_by_file(self, quantity: str, name: str) -> str | None:
+        """What the file states as ``kind`` or ``unit`` of a gyro, or None."""
+        return of_name(getattr(self.file, quantity), name)
+
+    def _first(self, name: str) -> Any:
+        stated = (getattr(statement, name) for statement in self.in_order)
+        return next((value for value in stated if value is not None), None)

@@ -1,0 +1,89 @@
+"""Units as people and files write them: ``0.1arcsec``, ``counts``, ``x[arcsec]``."""
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
+
+KNOWN_UNITS: Final = f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts"
+
+_COUNTS: Final = frozenset({"count", "counts", "lsb", "pulse", "pulses"})
+_FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")
+_HEADER: Final = re.compile(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*$")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnitText:
+    """A unit with the number before it.
+
+    Attributes
+    ----------
+    factor
+        The number, 1 where none is written.
+    name
+        Of the unit, as this package writes it; one that is not known stays as it is.
+    """
+
+    factor: float
+    name: str
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether no number stands before the unit."""
+        return self.factor == 1.0
+
+    @property
+    def is_counts(self) -> bool:
+        """Whether the unit is one count, its size not stated."""
+        return self.name.lower() in _COUNTS
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether it is a positive number of units of angle."""
+        return self.factor > 0.0 and self.name in ANGLE_UNITS
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it is a unit of angle, rate or time, or one count."""
+        if self.is_counts:
+            return self.is_plain
+        return self.factor > 0.0 and any(
+            self.name in table for table in (ANGLE_UNITS, RATE_UNITS, TIME_UNITS)
+        )
+
+
+def parsed_unit(text: str) -> UnitText:
+    """`text` taken apart.
+
+    Examples
+    --------
+    >>> parsed_unit("0.1arcsec")
+    UnitText(factor=0.1, name='arcsec')
+    """
+    match = _FACTOR.match(text)
+    if match is None:
+        return UnitText(factor=1.0, name=canonical(text))
+    return UnitText(factor=float(match.group(1)), name=canonical(match.group(2)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Header:
+    """Name of a column, and its unit or None."""
+
+    name: str
+    unit: str | None
+
+
+def parsed_header(text: str) -> Header:
+    """The header of a column taken apart.
+
+    Examples
+    --------
+    >>> parsed_header("x[arcsec]")
+    Header(name='x', unit='arcsec')
+    """
+    match = _HEADER.match(text)
+    if match is None or not match.group(1):
+        return Header(name=text.strip(), unit=None)
+    return Header(name=match.group(1), unit=match.group(2).strip() or None)

@@ -1,0 +1,97 @@
+"""Which columns are taken."""
+
+import numpy as np
+import pytest
+
+from sagnac.errors import RecordingError
+from sagnac.formats import Statement, columns, read
+from sagnac.formats.choice import (
+    choose,
+    choose_gyros,
+    choose_null_pulse,
+    choose_stated,
+    choose_table,
+    choose_time,
+    find,
+)
+from sagnac.formats.source import column
+from sagnac.formats.statements import Statements
+from tests.formats.examples import SAMPLES, refused, save, text, walk
+
+
+def test_missing_columns_list_those_there_are(tmp_path):
+    path = save(tmp_path / "run.csv", text("time[s],gyro[deg]", np.arange(SAMPLES) / 10, walk()))
+    refused(path, "x, y, z", "gyro[deg]", "--columns")
+    refused(path, "z:", "gyro[deg]", "--columns", statement=Statement(kind="angle", gyros=("z",)))
+    refused(path, "enc", "--table", statement=Statement(kind="angle", table="enc", gyros=("gyro",)))
+    assert read(path, Statement(kind="angle", gyros=("gyro",))).gyros[0].name == "gyro"
+    assert columns(path) == ("time[s]", "gyro[deg]")
+
+
+COLUMNS = tuple(column(key) for key in ("t", "x[deg]", "y", "table[deg]", "z", "z[arcsec]", "null"))
+NONE = frozenset()
+
+
+def by_caller(**stated):
+    return Statements(caller=Statement(**stated))
+
+
+def test_a_column_is_found_by_its_full_name_or_its_only_short_one():
+    assert find(COLUMNS, "x") == COLUMNS[1]
+    assert find(COLUMNS, "z") == COLUMNS[4]
+    assert find(COLUMNS, "w") is None
+    with pytest.raises(
+        RecordingError, match=r"z: more than one column has this name, z\[a\], z\[b\]"
+    ):
+        find((column("z[a]"), column("z[b]")), "z")
+
+
+def test_gyros_are_those_stated_else_x_y_z():
+    assert list(choose_gyros(COLUMNS, Statements())) == ["x", "y", "z"]
+    chosen = choose_gyros(COLUMNS, by_caller(gyros=("left",), columns={"left": "z[arcsec]"}))
+    assert chosen == {"left": COLUMNS[5]}
+    # Columns that have another role are no gyros.
+    chosen = choose_gyros(COLUMNS, by_caller(columns={"y": "y", "table": "t"}))
+    assert chosen == {"y": COLUMNS[2]}
+    with pytest.raises(RecordingError, match="w: no such column; the file has t, "):
+        choose_gyros(COLUMNS, by_caller(gyros=("w",)))
+    with pytest.raises(RecordingError, match="x, y, z: no such column; the file has a;"):
+        choose_gyros((column("a"),), Statements())
+
+
+def test_a_column_with_its_unit_or_none():
+    assert choose_stated(COLUMNS, "table", "none") is None
+    placed = choose_stated(COLUMNS, "table", "y:arcsec")
+    assert (placed.column, placed.unit) == (COLUMNS[2], "arcsec")
+    assert choose_stated(COLUMNS, "table", "x[deg]").unit is None
+    with pytest.raises(RecordingError, match="w: no such column.*table=COLUMN:UNIT"):
+        choose_stated(COLUMNS, "table", "w:deg")
+
+
+def test_the_table_is_the_first_of_a_usual_name_that_is_not_taken():
+    assert choose_table(COLUMNS, Statements(), NONE).column == COLUMNS[3]
+    assert choose_table(COLUMNS, Statements(), frozenset({"table[deg]"})) is None
+    assert choose_table(COLUMNS, by_caller(columns={"table": "y"}), NONE).column == COLUMNS[2]
+
+
+def test_stamps_without_a_unit_are_left_out_if_a_rate_is_stated():
+    assert choose_time(COLUMNS, Statements(), NONE).time.column == COLUMNS[0]
+    left_out = choose_time(COLUMNS, by_caller(sample_rate=1.0), NONE)
+    assert left_out.time is None
+    assert [note.channel for note in left_out.notes] == ["time"]
+    assert "{time t:UNIT} takes it" in left_out.notes[0].text
+    with_unit = by_caller(sample_rate=1.0, unit={"time": "ms"})
+    assert choose_time(COLUMNS, with_unit, NONE).time.column == COLUMNS[0]
+
+
+def test_the_null_pulse_is_taken_only_by_its_name():
+    assert choose_null_pulse(COLUMNS, Statements()) is None
+    assert choose_null_pulse(COLUMNS, by_caller(null_pulse="null")) == COLUMNS[6]
+
+
+def test_a_column_is_no_two_channels():
+    stated = by_caller(gyros=("x",), table="x:deg")
+    with pytest.raises(RecordingError, match=r"x\[deg\]: the column is named for two channels"):
+        choose(COLUMNS, stated)
+    choice = choose(COLUMNS, by_caller(gyros=("y", "x"), null_pulse="null"))
+    assert choice.keys == ("y", "x[deg]", "table[deg]", "t", "null")

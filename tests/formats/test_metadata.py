@@ -1,0 +1,81 @@
+"""Statements in a TOML beside the file and in attributes."""
+
+import numpy as np
+import pytest
+
+from sagnac.errors import RecordingError
+from sagnac.formats import Statement, read
+from sagnac.formats.metadata import beside, from_mapping
+from tests.formats.examples import ARCSECOND, refused, save, text, timed, walk
+
+
+def test_command_line_is_heard_before_toml_and_toml_before_the_file(tmp_path):
+    x = walk()
+    path = save(tmp_path / "run.csv", text("x[arcsec]", x))
+    beside = tmp_path / "run.csv.toml"
+    save(beside, 'kind = "increment"\nunit = "arcmin"\nsample_rate = 100.0\n')
+    by_toml = read(path)
+    assert by_toml.gyros[0].kind == "increment"
+    np.testing.assert_allclose(by_toml.gyros[0].values, 60.0 * ARCSECOND * x, rtol=1e-14)
+    by_caller = read(path, Statement(kind="angle", unit="deg", sample_rate=200.0))
+    assert by_caller.gyros[0].kind == "angle"
+    assert by_caller.sample_rate == 200.0
+    np.testing.assert_allclose(by_caller.gyros[0].values, np.deg2rad(x), rtol=1e-14)
+    assert any("the file says arcsec, taken as deg" in str(note) for note in by_caller.notes)
+    beside.unlink()
+    by_file = read(path, Statement(kind="angle", sample_rate=100.0))
+    np.testing.assert_allclose(by_file.gyros[0].values, ARCSECOND * x, rtol=1e-14)
+
+
+def test_toml_of_the_same_stem_counts_only_if_it_is_a_statement(tmp_path):
+    path = timed(tmp_path / "run.csv", walk())
+    save(tmp_path / "run.toml", 'kind = "angle"\n')
+    assert read(path).gyros[0].kind == "angle"
+    save(tmp_path / "run.toml", "sample_rate = 3.0\nlatitude_deg = 28.0\n")
+    assert any("run.toml" in str(note) for note in read(path, Statement(kind="angle")).notes)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "kind =",
+        'kinds = "angle"',
+        'kind = "angel"',
+        "time = 5",
+        'unit = "furlong"',
+        "sample_rate = 0",
+    ],
+)
+def test_toml_that_cannot_be(tmp_path, content):
+    path = timed(tmp_path / "run.csv", walk())
+    save(tmp_path / "run.csv.toml", content)
+    refused(path, "run.csv.toml")
+
+
+def test_the_toml_is_named_not_the_file(tmp_path):
+    path = timed(tmp_path / "run.csv", walk())
+    save(tmp_path / "run.csv.toml", 'kind = "angel"')
+    with pytest.raises(RecordingError) as caught:
+        beside(path)
+    assert caught.value.path == str(tmp_path / "run.csv.toml")
+    assert caught.value.problem == "kind is 'angel'; use one of angle, increment, rate"
+
+
+def test_flat_text_stands_for_lists_and_mappings():
+    stated = from_mapping(
+        {"gyros": "x, z", "unit": "x=arcsec, table=deg", "sample_rate": "250", "counter_bits": "16"}
+    )
+    assert stated == Statement(
+        gyros=("x", "z"),
+        unit={"x": "arcsec", "table": "deg"},
+        sample_rate=250.0,
+        counter_bits=16,
+    )
+
+
+@pytest.mark.parametrize(
+    "content", [{"unit": "x=arcsec,deg"}, {"sample_rate": "fast"}, {"span": [1, 2]}, {"gyros": 5}]
+)
+def test_metadata_that_cannot_be(content):
+    with pytest.raises(RecordingError):
+        from_mapping(content)

@@ -1,0 +1,49 @@
+"""What is stated, and what cannot be."""
+
+import math
+
+import pytest
+
+from sagnac.formats import Statement
+from sagnac.formats.statement import of_name, vocabulary
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ({"kind": "angel"}, "kind is 'angel'.*angle, increment, rate"),
+        ({"kind": {"x": "angel"}}, "kind is 'angel'.*angle, increment, rate"),
+        ({"unit": "furlong"}, "unit is 'furlong'.*arcsec.*deg/s.*counts"),
+        ({"unit": {"x": 5}}, "unit is 5"),
+        ({"unit": "2counts"}, "unit is '2counts'"),
+        ({"scale": "counts"}, "scale is 'counts'.*0.1arcsec"),
+        ({"scale": "0arcsec"}, "scale is '0arcsec'"),
+        ({"scale": 0.1}, "scale is 0.1"),
+        ({"sample_rate": -1.0}, "sample_rate is -1.0.*above zero"),
+        ({"sample_rate": math.nan}, "sample_rate is nan"),
+        ({"counter_bits": 12}, "counter_bits is 12.*16, 24, 32"),
+        ({"gyros": ("x", "x")}, "gyros is .*different"),
+        ({"gyros": ()}, "gyros is .*one or more"),
+        ({"gyros": ("x", "")}, "gyros is"),
+        ({"span": (5.0, 5.0)}, "span is 5:5"),
+        ({"span": (-1.0, None)}, "limit -1.0"),
+        ({"time": 5}, "time is 5"),
+        ({"columns": {"x": 2}}, "columns is"),
+    ],
+)
+def test_arguments_that_cannot_be(statement, said):
+    with pytest.raises(ValueError, match=said) as caught:
+        Statement(**statement)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_stated_for_one_name_or_for_all():
+    assert of_name(None, "x") is None
+    assert of_name("angle", "x") == "angle"
+    assert of_name({"x": "rate"}, "x") == "rate"
+    assert of_name({"x": "rate"}, "z") is None
+
+
+def test_a_span_is_the_callers_alone():
+    assert "span" not in vocabulary()
+    assert {"kind", "unit", "sample_rate"} < vocabulary()

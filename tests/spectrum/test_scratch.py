@@ -1,0 +1,32 @@
+"""Scratch numbers in memory and in a file are written and read alike."""
+
+import numpy as np
+import pytest
+
+from sagnac import series
+from sagnac.spectrum.scratch import scratch
+
+
+@pytest.mark.parametrize("in_file", [False, True])
+@pytest.mark.parametrize("dtype", [np.float64, np.complex128])
+def test_blocks_come_back_from_where_they_were_written(monkeypatch, in_file, dtype):
+    monkeypatch.setattr(series, "IN_MEMORY", 0 if in_file else 1000)
+    values = np.random.default_rng(0).standard_normal((6, 9)).astype(dtype)
+    with scratch(6, 9, dtype) as table:
+        assert (table.file is not None) == in_file
+        for rows in (slice(0, 2), slice(2, 6)):
+            for columns in (slice(0, 4), slice(4, 9)):
+                table.write(rows.start, columns.start, values[rows, columns])
+        for rows, columns in ((slice(1, 5), slice(3, 8)), (slice(0, 6), slice(0, 9))):
+            np.testing.assert_array_equal(table.read(rows, columns), values[rows, columns])
+
+
+@pytest.mark.parametrize("in_file", [False, True])
+def test_a_row_outlives_the_scratch_as_a_series(monkeypatch, in_file):
+    monkeypatch.setattr(series, "IN_MEMORY", 0 if in_file else 1000)
+    with scratch(1, 50, np.float64) as table:
+        table.write(0, 20, np.arange(20.0, 50.0)[np.newaxis])
+        table.write(0, 0, np.arange(20.0)[np.newaxis])
+        row = table.first_row()
+    assert series.is_mapped(row) == in_file
+    np.testing.assert_array_equal(row, np.arange(50.0))

@@ -1,0 +1,129 @@
+"""Fourier and cosine transforms against direct sums and against one whole transform."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.fft import dct, idct
+
+from sagnac import series
+from sagnac.spectrum.factored import factors
+from sagnac.spectrum.periodogram import periodogram
+from sagnac.spectrum.transforms import (
+    cosine_length,
+    cosine_transform,
+    even_then_odd,
+    power_spectrum,
+    sine_taper,
+    transform_length,
+)
+from tests.spectrum.examples import as_series
+
+
+@settings(deadline=None)
+@given(st.integers(2, 3_000_000))
+def test_transform_length_is_even_and_long_enough(samples):
+    length = transform_length(samples)
+    assert length % 2 == 0
+    assert samples <= length <= 1.1 * samples + 8
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+@pytest.mark.parametrize(
+    ("samples", "padding"), [(131_072, 1), (150_001, 1), (140_003, 2), (65_537, 2), (90_000, 3)]
+)
+def test_a_long_periodogram_is_that_of_one_transform(monkeypatch, samples, padding, mapped):
+    steps = np.random.default_rng(samples).standard_normal(samples)
+    if mapped:
+        monkeypatch.setattr(series, "IN_MEMORY", 1000)
+        monkeypatch.setattr(series, "SPAN", 7000)
+    power = periodogram(as_series(steps), padding)
+    assert series.is_mapped(power) == mapped
+    length = padding * transform_length(samples)
+    expected = np.abs(np.fft.rfft(steps, length)) ** 2 / samples
+    assert power.size == length // 2 + 1
+    np.testing.assert_allclose(power, expected, rtol=1e-11, atol=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(2, 3000), st.integers(1, 3), st.integers(2, 60), st.integers(0, 2**32 - 1))
+def test_a_factored_transform_of_any_length(samples, padding, columns, seed):
+    steps = np.random.default_rng(seed).standard_normal(samples)
+    length = padding * transform_length(samples)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sagnac.spectrum.transforms._FACTORED", 0)
+        patch.setattr("sagnac.spectrum.factored._COLUMNS", columns)
+        patch.setattr("sagnac.spectrum.factored._COMBINED", 16)
+        power = periodogram(steps, padding)
+    expected = np.abs(np.fft.rfft(steps, length)) ** 2 / samples
+    np.testing.assert_allclose(power, expected, rtol=1e-9, atol=1e-12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 3000), st.integers(2, 60), st.booleans(), st.integers(0, 2**32 - 1))
+def test_cosine_transform_is_the_direct_sum(samples, columns, mapped, seed):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sagnac.spectrum.transforms._FACTORED", 500)
+        patch.setattr("sagnac.spectrum.factored._COLUMNS", columns)
+        patch.setattr("sagnac.spectrum.factored._COMBINED", 16)
+        if mapped:
+            patch.setattr(series, "IN_MEMORY", 100)
+            patch.setattr(series, "SPAN", 700)
+        length = cosine_length(samples)
+        values = np.random.default_rng(seed).standard_normal(length)
+        transform = cosine_transform(as_series(values))
+    assert samples - 2 * columns < length <= samples
+    place = np.pi * np.outer(np.arange(length), np.arange(length) + 0.5) / length
+    expected = np.sqrt(2.0 / length) * (np.cos(place) @ values)
+    expected[0] /= np.sqrt(2.0)
+    np.testing.assert_allclose(transform, expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+@pytest.mark.parametrize("samples", [131_072, 131_101, 200_003, 262_147])
+def test_a_long_cosine_transform_turns_back_into_its_values(monkeypatch, samples, mapped):
+    if mapped:
+        monkeypatch.setattr(series, "IN_MEMORY", 1000)
+        monkeypatch.setattr(series, "SPAN", 7000)
+    length = cosine_length(samples)
+    assert samples - 10 < length <= samples
+    values = np.random.default_rng(samples).standard_normal(length)
+    transform = cosine_transform(as_series(values))
+    assert series.is_mapped(transform) == mapped
+    np.testing.assert_allclose(idct(transform, type=2, norm="ortho"), values, atol=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 200), st.integers(0, 200), st.integers(0, 200))
+def test_even_then_odd_by_blocks_is_that_of_the_whole(samples, one, other):
+    values = np.arange(float(samples))
+    whole = np.concatenate([values[::2], values[1::2][::-1]])
+    first, last = sorted((min(one, samples), min(other, samples)))
+    np.testing.assert_array_equal(even_then_odd(values, slice(first, last)), whole[first:last])
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 5), (0, 2000), (700, 1900), (1999, 2000)])
+@pytest.mark.parametrize("order", [1, 4])
+def test_a_block_of_a_sine_taper(first, last, order):
+    expected = np.sin(np.pi * order * (np.arange(2000) + 1) / 2001)[first:last]
+    np.testing.assert_allclose(sine_taper(2000, order, slice(first, last)), expected, atol=1e-13)
+
+
+def test_a_tapered_power_spectrum_is_that_of_the_tapered_values():
+    values = np.random.default_rng(3).standard_normal(500)
+    tapered = values * np.sin(np.pi * 2 * np.arange(1, 501) / 501)
+    expected = 0.3 * np.abs(np.fft.rfft(tapered, 512)) ** 2
+    np.testing.assert_allclose(power_spectrum(values, 512, 0.3, 2), expected, rtol=1e-9, atol=1e-12)
+
+
+def test_cosine_length_is_the_next_balanced_one():
+    assert cosine_length(1000) == 1000
+    for samples in (131_072, 131_101, 1_299_709):
+        length = cosine_length(samples)
+        assert factors(length).is_balanced
+        assert not any(factors(more).is_balanced for more in range(length + 1, samples + 1))
+
+
+def test_a_short_cosine_transform_is_that_of_scipy():
+    values = np.random.default_rng(4).standard_normal(1001)
+    np.testing.assert_array_equal(cosine_transform(values), dct(values, type=2, norm="ortho"))
