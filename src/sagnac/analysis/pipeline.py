@@ -35,9 +35,9 @@ from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
 from sagnac.coefficients.three_cornered_hat import three_cornered_hat
 from sagnac.errors import RecordingError
-from sagnac.lines.taken_noise import taken_allan_variance
+from sagnac.lines.taken_noise import taken_allan_variance, with_noise_restored
 from sagnac.recording.model import Kind, Recording
-from sagnac.stability.curve import StabilityCurve, stability_curve, with_noise_restored
+from sagnac.stability.curve import StabilityCurve, stability_curve
 from sagnac.stability.estimators import Gaps
 from sagnac.table.turns import mean_rate
 
@@ -199,7 +199,7 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             notes += separation.notes
         for fit in fits.values():
             notes += [note for note in fit.notes if note not in notes]
-    notes += curve.notes
+    notes += [str(note) for note in curve.notes]
     for one in family:
         notes += [f"{one.estimator}: {note}" for note in one.notes if note not in curve.notes]
     source = (

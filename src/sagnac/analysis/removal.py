@@ -143,7 +143,7 @@ def remove_by_method(
         lines=removal.lines,
         masked=removal.masked,
         taken=removal.taken,
-        notes=removal.notes,
+        notes=tuple(str(note) for note in removal.notes),
         unfinished=removal.unfinished,
     )
 
