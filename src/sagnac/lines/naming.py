@@ -149,9 +149,9 @@ def _polar(components: Components, covariance: FloatArray, index: int) -> _Polar
     pair = covariance[:2, :2]
     return _Polar(
         amplitude=amplitude,
-        amplitude_error=float(np.sqrt(max(along @ pair @ along, 0.0))),
+        amplitude_error=float(np.sqrt(max(float(along @ pair @ along), 0.0))),
         phase=float(-np.arctan2(b, a)),
-        phase_error=float(np.sqrt(max(across @ pair @ across, 0.0))) / amplitude,
+        phase_error=float(np.sqrt(max(float(across @ pair @ across), 0.0))) / amplitude,
         frequency_error=float(np.sqrt(covariance[2, 2])),
     )
 

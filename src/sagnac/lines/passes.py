@@ -60,7 +60,6 @@ def _stepped(state: State, components: Components, absent: BooleanArray | None =
         state.sampled,
         components,
         absent=absent,
-        known_sums=state.order_sums if components.orders.size else None,
     )
     after = fit.components
     levels = floors(after, state.turning, state.spectrum.floor)
@@ -92,7 +91,7 @@ def pruned_all(state: State) -> State:
 
 
 def without_earth_orders(state: State) -> State:
-    """Without the orders that are no larger than Earth rate could make them, until it is settled."""
+    """Without the orders that Earth rate could make as large, until that is settled."""
     reach = state.patience
     if reach is None or state.components.size == 0:
         return state

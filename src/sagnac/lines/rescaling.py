@@ -57,8 +57,8 @@ def wander(turns: Turning) -> Wander | None:
         return None
     parts = series.map(lambda span: averaged(table[span], block), steps, table, length=_LENGTH)
     angle = np.concatenate(parts)
-    middles = np.arange(angle.size) * block + 0.5 * (block - 1) - 0.5 * steps
-    number = middles - middles.mean()
+    middles = np.arange(float(angle.size)) * block + (0.5 * (block - 1) - 0.5 * steps)
+    number = middles - float(middles.mean())
     rate = float(number @ angle) / float(number @ number)
     if abs(rate) < _ONE_WAY * abs(turns.mean_rate) / turns.sample_rate:
         return None

@@ -1,9 +1,9 @@
 """The search for periodic components: rounds of finding, fitting and judging.
 
-A joint least-squares fit of all lines with a test of each against the noise floor, akin to Newtonized
-orthogonal matching pursuit (NOMP; Mamandipoor, Ramasamy and Madhow 2016, arXiv:1509.01942). The
-option that chooses it is called ``fos`` after the paper's method; fast orthogonal search proper is
-in `orthogonal_search`.
+A joint least-squares fit of all lines with a test of each against the noise floor, akin to
+Newtonized orthogonal matching pursuit (NOMP; Mamandipoor, Ramasamy and Madhow 2016,
+arXiv:1509.01942). The option that chooses it is called ``fos`` after the paper's method; fast
+orthogonal search proper is in `orthogonal_search`.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.lines.candidates import new_lines
-from sagnac.lines.components import Components, no_components
+from sagnac.lines.components import Components
 from sagnac.lines.model import Removal
 from sagnac.lines.naming import blocks_text, describe_lines
 from sagnac.lines.passes import (

@@ -208,23 +208,14 @@ class State:
         motion, angle = self.motion, self.record.angle
         if motion is None:
             return angle
-        table = motion.kinematics.table
         return self.record.kept.of(
-            "angle without motion",
-            _key_of_motion(motion),
-            lambda: series.made(
-                lambda span: angle[span] - motion.over(span),
-                angle.size,
-                angle,
-                table,
-                length=motion.kinematics.length,
-            ),
+            "angle without motion", _key_of_motion(motion), lambda: motion_removed(angle, motion)
         )
 
     @property
     def increments(self) -> Increments:
         """Increments and averages of the angle without table motion and lines."""
-        return self.record.kept.of("increments", self._key, lambda: _increments(self))
+        return self.record.kept.of("increments", self._key, lambda: lines_removed(self))
 
     @property
     def order_sums(self) -> ComplexArray | None:
@@ -343,7 +334,16 @@ def _rest(state: State, span: slice) -> FloatArray:
     return rest
 
 
-def _increments(state: State) -> Increments:
+def motion_removed(angle: FloatArray, motion: TableMotion) -> FloatArray:
+    """(samples,) an angle without table motion, rad: a new series."""
+    of = motion.kinematics
+    return series.made(
+        lambda span: angle[span] - motion.over(span), angle.size, angle, of.table, length=of.length
+    )
+
+
+def lines_removed(state: State) -> Increments:
+    """`Increments` of the angle without table motion and lines, as a state knows them."""
     size, table, whole = state.record.angle.size, state.table, state.without_motion
     steps = series.empty(size - 1)
     block = None if state.motion is None else state.motion.kinematics.block

@@ -70,7 +70,7 @@ class Candidates:
 
     def beyond(self, at: int) -> FloatArray:
         """Cycles a sample from what one sweeps to what the others do; below zero if they meet."""
-        return np.maximum(self.low - self.high[at], self.low[at] - self.high)
+        return np.asarray(np.maximum(self.low - self.high[at], self.low[at] - self.high))
 
     def overlapping(self, at: int) -> BooleanArray:
         """Which sweep some of the same frequencies on the other scale: one may be its image."""
