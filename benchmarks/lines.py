@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.stability import peak_memory
-from sagnac.lines import joint_fit, search
-from sagnac.lines.search import Search, remove_lines
+from sagnac.lines import joint_fit, passes, search, state
+from sagnac.lines.search import remove_lines
 from sagnac.lines.selection import detection_threshold
 from sagnac.units import ARCSECOND, DEGREE, HOUR
 
@@ -45,14 +45,16 @@ MOST_ORDERS: Final = 32
 MOST_PAIRS: Final = 60
 # What a search spends its time in: none of these calls another.
 STAGES: Final = {
-    "table motion and lines taken out": (Search, "take_out"),
-    "spectrum and noise floor": (Search, "look"),
+    "table motion taken out": (state, "motion_removed"),
+    "lines taken out": (state, "lines_removed"),
+    "sums at whole orders": (state, "order_sums"),
+    "spectrum and noise floor": (state, "spectrum"),
     "joint least squares": (joint_fit, "fit"),
     "candidates in frequency and in order": (search, "new_lines"),
-    "table motion and Earth rate": (search, "follow_table"),
-    "sampling of the table": (search, "sampling"),
-    "averages of the table": (search, "kinematics"),
-    "angle or time": (search, "rescaled_components"),
+    "table motion and Earth rate": (passes, "follow_table"),
+    "sampling of the table": (state, "sampling"),
+    "averages of the table": (state, "kinematics"),
+    "angle or time": (passes, "rescaled_components"),
 }
 
 

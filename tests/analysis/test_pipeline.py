@@ -189,7 +189,11 @@ def turned(turns, samples=8000, *, share=0.577):
 @pytest.mark.parametrize(
     ("recording", "settings", "words"),
     [
-        (still(), Settings(gyros=("x",), method="fris"), ["needs a turning table", "table=COLUMN:UNIT"]),
+        (
+            still(),
+            Settings(gyros=("x",), method="fris"),
+            ["needs a turning table", "table=COLUMN:UNIT"],
+        ),
         (
             turned(1.3),
             Settings(gyros=("x",), method="fris"),

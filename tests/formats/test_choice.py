@@ -53,7 +53,7 @@ def test_gyros_are_those_stated_else_x_y_z():
     # Columns that have another role are no gyros.
     chosen = choose_gyros(COLUMNS, by_caller(columns={"y": "y", "table": "t"}))
     assert chosen == {"y": COLUMNS[2]}
-    with pytest.raises(RecordingError, match="w: no such column; the file has t, "):
+    with pytest.raises(RecordingError, match=r"w: no such column; the file has t, "):
         choose_gyros(COLUMNS, by_caller(gyros=("w",)))
     with pytest.raises(RecordingError, match="x, y, z: no such column; the file has a;"):
         choose_gyros((column("a"),), Statements())
@@ -64,7 +64,7 @@ def test_a_column_with_its_unit_or_none():
     placed = choose_stated(COLUMNS, "table", "y:arcsec")
     assert (placed.column, placed.unit) == (COLUMNS[2], "arcsec")
     assert choose_stated(COLUMNS, "table", "x[deg]").unit is None
-    with pytest.raises(RecordingError, match="w: no such column.*table=COLUMN:UNIT"):
+    with pytest.raises(RecordingError, match=r"w: no such column.*table=COLUMN:UNIT"):
         choose_stated(COLUMNS, "table", "w:deg")
 
 

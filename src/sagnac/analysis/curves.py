@@ -7,9 +7,9 @@ from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
-from sagnac.lines.taken_noise import taken_allan_variance
+from sagnac.lines.taken_noise import taken_allan_variance, with_noise_restored
 from sagnac.recording.model import Kind
-from sagnac.stability.curve import StabilityCurve, stability_curve, with_noise_restored
+from sagnac.stability.curve import StabilityCurve, stability_curve
 from sagnac.stability.estimators import Gaps
 
 # A curve of fewer points than this has no cluster time whose deviation means anything.

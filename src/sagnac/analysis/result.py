@@ -86,7 +86,6 @@ class Analysis:
         return (
             f"<p>Angle random walk of {escape(self.channel)}: "
             f"<b>{escape(repr(self.angle_random_walk))}</b><br>{escape(self.source)}</p>"
-            f"{self.fits['likelihood']._repr_html_() if 'likelihood' in self.fits else ''}"
             f"<ul>{notes}</ul>"
         )
 

@@ -354,9 +354,8 @@ def avar(
         for name in _gyros(options, recording):
             settings = _settings(options, (name,), method="none", interval=None)
             named = _prefixed(progress, name)
-            analysis, searched = at_rest(
-                recording, replace(settings, estimators=estimators), progress=named
-            )
+            both = at_rest(recording, replace(settings, estimators=estimators), progress=named)
+            analysis, searched = both.analysis, both.without_lines
             analysis = _with_seconds(analysis, seconds)
             if output is not None:
                 named("report", 0.0)

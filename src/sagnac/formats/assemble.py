@@ -226,4 +226,3 @@ def verified(recording: Recording) -> Recording:
         if note.level == "error":
             raise RecordingError.of(note)
     return replace(recording, notes=(*recording.notes, *found))
-

@@ -8,11 +8,10 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.errors import Note, RecordingError
+from sagnac.errors import Note, RecordingError, counted
 from sagnac.formats.scales import Scale
 from sagnac.formats.unit_text import parsed_unit
 from sagnac.recording.encoder import fill_missing, mark_missing
-from sagnac.errors import counted
 from sagnac.recording.kinds import unwrapped
 from sagnac.recording.model import Channel
 from sagnac.units import ARCSECOND

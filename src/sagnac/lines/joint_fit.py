@@ -69,6 +69,7 @@ def fit(
     components: Components,
     *,
     absent: BooleanArray | None = None,
+    known_sums: ComplexArray | None = None,
 ) -> ComponentFit:
     """One Gauss-Newton step of all amplitudes and frequencies jointly.
 
@@ -84,6 +85,9 @@ def fit(
     absent
         (components,) bool: those that were not taken out, whose amplitudes are only where to
         start. None if all were.
+    known_sums
+        (orders + 1,) `order_sums` of `steps`, if they are known; made here if not, or if they end
+        below the highest whole order.
 
     Raises
     ------
@@ -102,7 +106,7 @@ def fit(
         raise ValueError(f"absent has shape {absent.shape}; give ({components.size},)")
     unknowns = unknowns_of(components)
     inverse, collinear = _inverse(normal_matrix(sampled, components, unknowns))
-    sums = _data_sums(steps, sampled, components)
+    sums = _data_sums(steps, sampled, components, known_sums)
     solution = inverse @ (unknowns.factor * sums[unknowns.phasor]).real
     kept = np.ones(components.size) if absent is None else 1.0 - absent
     amplitudes = solution[: 2 * components.size].reshape(-1, 2)
@@ -291,7 +295,12 @@ def _differences(steps: FloatArray, span: slice) -> FloatArray:
     return before - after
 
 
-def _data_sums(steps: FloatArray, sampled: Sampling, components: Components) -> ComplexArray:
+def _data_sums(
+    steps: FloatArray,
+    sampled: Sampling,
+    components: Components,
+    known_sums: ComplexArray | None,
+) -> ComplexArray:
     """(2 components,) of the steps and each component's phasor, then its derivative."""
     angles = components.orders.size
     sums = np.zeros(2 * components.size, dtype=np.complex128)
@@ -301,7 +310,9 @@ def _data_sums(steps: FloatArray, sampled: Sampling, components: Components) -> 
         if multiples.any():
             chosen = np.flatnonzero(multiples)
             orders = components.orders[chosen].astype(np.int64)
-            sums[chosen] = order_sums(steps, table, int(orders[-1]))[orders]
+            if known_sums is None or orders[-1] >= known_sums.size:
+                known_sums = order_sums(steps, table, int(orders[-1]))
+            sums[chosen] = known_sums[orders]
         loose = np.flatnonzero(~multiples)
         if loose.size:
             plain, tilted = sums_at_orders(steps, sampled, components.orders[loose])

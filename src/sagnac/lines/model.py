@@ -1,11 +1,15 @@
 """A periodic component, and what removing all of them leaves."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal, get_args
+
+import numpy as np
 
 from sagnac.arrays import FloatArray
+from sagnac.errors import Note, as_note
 
 Scale = Literal["angle", "time"]
+SCALES: Final[tuple[Scale, ...]] = get_args(Scale)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,6 +35,11 @@ class Line:
         ``x`` or ``x-z``.
     name
         What it is where that is known: ``sideband of 50 Hz at the table rate``.
+
+    Raises
+    ------
+    ValueError
+        If the scale is none of these, or the amplitude is below zero.
     """
 
     scale: Scale
@@ -44,32 +53,64 @@ class Line:
     channel: str
     name: str = ""
 
+    def __post_init__(self) -> None:
+        if self.scale not in SCALES:
+            raise ValueError(f"scale is {self.scale!r}; use one of {', '.join(SCALES)}")
+        if self.amplitude < 0.0:
+            raise ValueError(f"amplitude is {self.amplitude}; give zero or more")
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Removal:
-    """What `remove_lines` leaves, and what it took.
+    """What the removal of lines leaves of an angle, and what it took.
 
     Attributes
     ----------
     residual
-        (samples,) the angle without table motion and lines, rad.
+        (samples,) the angle without table motion and lines, rad; in memory, or mapped from a
+        scratch file if the record is long.
     lines
         Strongest first.
     masked
         (low, high) bands in Hz whose noise went with the lines.
     taken
         (3, bands) noise that went with the lines: frequency and bandwidth, Hz, and one-sided rate
-        density, (rad/s)^2/Hz.
+        density, (rad/s)^2/Hz. Read-only.
     notes
         What was noticed.
     unfinished
-        (samples,) the angle without table motion but with all lines, rad, where the search did not
-        come to an end and nobody knows what `residual` lacks; None where it did.
+        (samples,) the angle without table motion but with all lines, rad, if the search did not
+        come to an end and nobody knows what `residual` lacks; None if it did.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape, or a band ends before it begins.
     """
 
     residual: FloatArray
     lines: tuple[Line, ...]
     masked: tuple[tuple[float, float], ...]
     taken: FloatArray
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
     unfinished: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        if self.residual.ndim != 1:
+            raise ValueError(f"residual has shape {self.residual.shape}; give (samples,)")
+        if self.unfinished is not None and self.unfinished.shape != self.residual.shape:
+            raise ValueError(
+                f"unfinished has shape {self.unfinished.shape}; give that of residual, "
+                f"{self.residual.shape}"
+            )
+        if self.taken.ndim != 2 or self.taken.shape[0] != 3:
+            raise ValueError(f"taken has shape {self.taken.shape}; give (3, bands)")
+        for low, high in self.masked:
+            if not low <= high:
+                raise ValueError(f"masked has the band ({low}, {high}); give low, then high")
+        # A view: the caller's own array stays as it is. The long residual is left writable, since
+        # compiled loops would be compiled again for an array that is not.
+        taken = np.asarray(self.taken).view()
+        taken.flags.writeable = False
+        object.__setattr__(self, "taken", taken)
+        object.__setattr__(self, "notes", tuple(as_note(note) for note in self.notes))

@@ -1,82 +1,88 @@
 """Lines as they are reported: amplitude, phase, errors, and what each is."""
 
-from __future__ import annotations
-
-from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
-from sagnac.lines.model import Line, Scale
+from sagnac.arrays import FloatArray
+from sagnac.lines.components import Components
+from sagnac.lines.joint_fit import ComponentFit
+from sagnac.lines.model import Line
 from sagnac.lines.selection import floors, significances
+from sagnac.lines.turning import Turning
 from sagnac.lines.wandering import DriftingLine
-from sagnac.table.turns import mean_rate
 from sagnac.units import ARCSECOND
-
-if TYPE_CHECKING:
-    from sagnac.lines.search import Search
 
 # Periodic error that an encoder may have, rad.
 _ENCODER_ERROR: Final = 5.0 * ARCSECOND
+# Orders beside a harmonic in which the encoder's error shows.
+_BESIDE: Final = (0.5, 2.5)
+# A sideband is weaker than its line by this factor or more.
+_WEAKER: Final = 10.0
+# Bins by which a sideband may miss its place, and within which a line's own drift shows.
+_MISSED: Final = 2.0
+_DRIFT: Final = 20.0
+# Share of an order's frequency within which jitter of the table shows.
+_JITTER: Final = 0.01
 
 
-def describe_lines(search: Search, channel: str) -> tuple[Line, ...]:
-    """The lines, strongest first, named where their frequency says what they are."""
-    components, fit = search.components, search.fit
-    alpha, floor, sample_rate = search.table, search.left.floor, search.sample_rate
-    lines = [_of_drifting(line, sample_rate, channel) for line in search.drifting]
-    if fit is None or components.size == 0:
-        return _named(lines, search)
-    levels = floors(components, alpha, floor)
-    significance = significances(fit, levels)
-    for index in range(components.size):
-        a, b = float(components.cosine[index]), float(components.sine[index])
-        amplitude = float(np.hypot(a, b))
-        covariance = fit.covariance[index] * levels[index]
-        along = np.array([a, b]) / amplitude
-        across = np.array([-b, a]) / amplitude
-        error = float(np.sqrt(max(along @ covariance[:2, :2] @ along, 0.0)))
-        phase_error = float(np.sqrt(max(across @ covariance[:2, :2] @ across, 0.0))) / amplitude
-        frequency_error = float(np.sqrt(covariance[2, 2]))
-        phase = -np.arctan2(b, a)
-        if index < components.orders.size:
-            scale: Scale = "angle"
-            frequency = float(components.orders[index])
-        else:
-            scale = "time"
-            cycles = float(components.frequencies[index - components.orders.size])
-            # Phase at the first sample; a fitted frequency adds its own error over half the record.
-            phase -= 2.0 * np.pi * cycles * components.center
-            phase_error = float(
-                np.hypot(phase_error, 2.0 * np.pi * components.center * frequency_error)
-            )
-            frequency, frequency_error = cycles * sample_rate, frequency_error * sample_rate
-        lines.append(
-            Line(
-                scale=scale,
-                frequency=frequency,
-                frequency_error=frequency_error,
-                amplitude=amplitude,
-                amplitude_error=error,
-                phase=float(np.angle(np.exp(1j * phase))),
-                phase_error=phase_error,
-                significance=float(significance[index]),
-                channel=channel,
-            )
-        )
-    return _named(lines, search)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Lineup:
+    """What is known when lines are to be described.
+
+    Attributes
+    ----------
+    fit
+        The joint fit of all steady lines; None if there are none.
+    drifting
+        Lines whose amplitude drifts.
+    turning
+        How the table turns; None at rest.
+    floor
+        (bins,) noise floor of the increments that are left, rad^2.
+    sample_rate
+        Hz.
+    samples
+        Length of the record.
+    """
+
+    fit: ComponentFit | None
+    drifting: tuple[DriftingLine, ...]
+    turning: Turning | None
+    floor: FloatArray
+    sample_rate: float
+    samples: int
+
+    @property
+    def turn_rate(self) -> float:
+        """Mean rate of the table, turns a second, 0 at rest."""
+        return 0.0 if self.turning is None else abs(self.turning.mean_rate) / (2.0 * np.pi)
+
+    @property
+    def resolution(self) -> float:
+        """Width of a bin, Hz."""
+        return self.sample_rate / (2.0 * (self.floor.size - 1))
 
 
-def _named(lines: list[Line], search: Search) -> tuple[Line, ...]:
-    """The lines, strongest first, with their names."""
+def describe_lines(known: Lineup, channel: str) -> tuple[Line, ...]:
+    """The lines, strongest first, named if their frequency says what they are."""
+    lines = [_of_drifting(line, known.sample_rate, channel) for line in known.drifting]
+    if known.fit is not None and known.fit.components.size:
+        lines += _of_fit(known.fit, known, channel)
     lines = sorted(lines, key=lambda line: -line.significance)
-    alpha, sample_rate = search.table, search.sample_rate
-    turn_rate = 0.0 if alpha is None else abs(mean_rate(alpha, sample_rate)) / (2 * np.pi)
-    resolution = sample_rate / (2.0 * (search.left.floor.size - 1))
     return tuple(
-        line if line.name else replace(line, name=_name(line, lines[:rank], turn_rate, resolution))
+        line if line.name else replace(line, name=_name(line, tuple(lines[:rank]), known))
         for rank, line in enumerate(lines)
     )
+
+
+def blocks_text(blocks: int) -> str:
+    """``1 block``, ``2 blocks``."""
+    return f"{blocks} block" if blocks == 1 else f"{blocks} blocks"
+
+
+# --- amplitude, phase and errors -------------------------------------------------------------
 
 
 def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
@@ -96,36 +102,127 @@ def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
     )
 
 
-def blocks_text(blocks: int) -> str:
-    """``1 block``, ``2 blocks``."""
-    return f"{blocks} block" if blocks == 1 else f"{blocks} blocks"
+def _of_fit(fit: ComponentFit, known: Lineup, channel: str) -> list[Line]:
+    """Steady lines, angle components first."""
+    components = fit.components
+    levels = floors(components, known.turning, known.floor)
+    significance = significances(fit, levels)
+    lines = []
+    for index in range(components.size):
+        polar = _polar(components, fit.covariance[index] * levels[index], index)
+        in_angle = index < components.orders.size
+        line = Line(
+            scale="angle" if in_angle else "time",
+            frequency=float(components.orders[index]) if in_angle else 0.0,
+            frequency_error=polar.frequency_error,
+            amplitude=polar.amplitude,
+            amplitude_error=polar.amplitude_error,
+            phase=_wrapped(polar.phase),
+            phase_error=polar.phase_error,
+            significance=float(significance[index]),
+            channel=channel,
+        )
+        if not in_angle:
+            cycles = float(components.frequencies[index - components.orders.size])
+            line = _in_time(line, polar, cycles, components.center, known.sample_rate)
+        lines.append(line)
+    return lines
 
 
-def _name(line: Line, stronger: list[Line], turn_rate: float, resolution: float) -> str:
-    """What a line is, where its frequency beside a stronger one's says so."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Polar:
+    """Amplitude (rad) and phase (rad, at the phase origin) of a component, and their errors."""
+
+    amplitude: float
+    amplitude_error: float
+    phase: float
+    phase_error: float
+    frequency_error: float
+
+
+def _polar(components: Components, covariance: FloatArray, index: int) -> _Polar:
+    """A component's amplitude and phase from its cosine and sine, with (3, 3) covariance."""
+    a, b = float(components.cosine[index]), float(components.sine[index])
+    amplitude = float(np.hypot(a, b))
+    along = np.array([a, b]) / amplitude
+    across = np.array([-b, a]) / amplitude
+    pair = covariance[:2, :2]
+    return _Polar(
+        amplitude=amplitude,
+        amplitude_error=float(np.sqrt(max(float(along @ pair @ along), 0.0))),
+        phase=float(-np.arctan2(b, a)),
+        phase_error=float(np.sqrt(max(float(across @ pair @ across), 0.0))) / amplitude,
+        frequency_error=float(np.sqrt(covariance[2, 2])),
+    )
+
+
+def _in_time(line: Line, polar: _Polar, cycles: float, center: float, sample_rate: float) -> Line:
+    """A line in time: its phase at the first sample, to which the frequency's error adds.
+
+    `cycles` is its frequency in cycles a sample, and `center` its phase origin in samples.
+    """
+    turned = 2.0 * np.pi * center * polar.frequency_error
+    return replace(
+        line,
+        frequency=cycles * sample_rate,
+        frequency_error=polar.frequency_error * sample_rate,
+        phase=_wrapped(polar.phase - 2.0 * np.pi * cycles * center),
+        phase_error=float(np.hypot(polar.phase_error, turned)),
+    )
+
+
+def _wrapped(phase: float) -> float:
+    """A phase, rad, within half a turn of zero."""
+    return float(np.angle(np.exp(1j * phase)))
+
+
+# --- names: every sideband is told here ------------------------------------------------------
+
+
+def _name(line: Line, stronger: tuple[Line, ...], known: Lineup) -> str:
+    """What a line is, if its frequency beside a stronger one's says so."""
     if line.scale == "angle":
-        # Harmonics are removed in the angle that the encoder reports. Its periodic error, some
-        # arcseconds at a low order, leaves sidebands of order * error / 2 beside each of them.
         for other in stronger:
-            apart = abs(line.frequency - other.frequency)
-            reach = other.amplitude * max(other.frequency, 1.0) * _ENCODER_ERROR
-            if other.scale == "angle" and 0.5 < apart < 2.5 and line.amplitude < reach:
+            if _is_of_encoder(line, other):
                 return f"sideband of order {other.frequency:g} (encoder error)"
         whole = line.frequency == np.rint(line.frequency)
         return "" if whole else "non-integer order"
-    if turn_rate == 0.0:
+    if known.turn_rate == 0.0:
         return ""
     for other in stronger:
-        base = other.frequency if other.scale == "time" else other.frequency * turn_rate
-        if other.amplitude < 10.0 * line.amplitude:
-            continue
-        for multiple in (1, 2):
-            if abs(abs(line.frequency - base) - multiple * turn_rate) < 2.0 * resolution:
-                parent = f"{base:.6g} Hz" if other.scale == "time" else f"order {other.frequency:g}"
-                times = "the table rate" if multiple == 1 else "twice the table rate"
-                return f"sideband of {parent} at {times}"
-        if other.scale == "time" and abs(line.frequency - base) < 20.0 * resolution:
-            return f"sideband of {base:.6g} Hz (its amplitude or frequency drifts)"
-        if other.scale == "angle" and abs(line.frequency - base) < 0.01 * base:
-            return f"sideband of order {other.frequency:g} (table jitter)"
+        name = _sideband_in_time(line, other, known)
+        if name:
+            return name
+    return ""
+
+
+def _is_of_encoder(line: Line, other: Line) -> bool:
+    """Whether the encoder's periodic error makes an order beside another.
+
+    Harmonics are removed in the angle that the encoder reports. Its periodic error, some
+    arcseconds at a low order, leaves sidebands of order * error / 2 beside each of them.
+    """
+    if other.scale != "angle":
+        return False
+    nearest, furthest = _BESIDE
+    apart = abs(line.frequency - other.frequency)
+    reach = other.amplitude * max(other.frequency, 1.0) * _ENCODER_ERROR
+    return nearest < apart < furthest and line.amplitude < reach
+
+
+def _sideband_in_time(line: Line, other: Line, known: Lineup) -> str:
+    """What makes a line in time beside a stronger line on either scale; empty if nothing does."""
+    if other.amplitude < _WEAKER * line.amplitude:
+        return ""
+    in_time = other.scale == "time"
+    base = other.frequency if in_time else other.frequency * known.turn_rate
+    apart = abs(line.frequency - base)
+    for multiple, times in ((1, "the table rate"), (2, "twice the table rate")):
+        if abs(apart - multiple * known.turn_rate) < _MISSED * known.resolution:
+            parent = f"{base:.6g} Hz" if in_time else f"order {other.frequency:g}"
+            return f"sideband of {parent} at {times}"
+    if in_time and apart < _DRIFT * known.resolution:
+        return f"sideband of {base:.6g} Hz (its amplitude or frequency drifts)"
+    if not in_time and apart < _JITTER * base:
+        return f"sideband of order {other.frequency:g} (table jitter)"
     return ""

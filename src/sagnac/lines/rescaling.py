@@ -1,99 +1,157 @@
 """Tones that follow the table, moved to the angle scale."""
 
-from __future__ import annotations
-
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
 from sagnac.lines import _kernels
 from sagnac.lines.components import Components, joined
-from sagnac.lines.selection import floors
+from sagnac.lines.turning import Turning
 from sagnac.table.kinematics import averaged
-from sagnac.table.turns import full_turns, mean_rate
 
-if TYPE_CHECKING:
-    from sagnac.lines.search import Search
+# Blocks of samples at a time.
+_LENGTH: Final = _kernels.MIX_BLOCK * max(1, series.SPAN // _kernels.MIX_BLOCK)
+# Phase error over its deviation, below which a tone and an order look the same.
+_TOLD_APART: Final = 6.0
+# Noise levels of a mean by which an order has to say more of the power than a tone.
+_BETTER: Final = 10.0
+# How near tones are put back with one, as a share of its frequency, and of the blocks' rate.
+_NEIGHBOURS: Final = 0.1
+_NEAREST: Final = 0.25
+# A record of fewer blocks than this tells nothing.
+_FEWEST_BLOCKS: Final = 3
+# The net rate of the table, in its mean speed, below which it goes back and forth.
+_ONE_WAY: Final = 0.5
 
 
-def rescaled_components(search: Search) -> Components:
-    """Components in time that follow the table better, moved to the angle scale.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Wander:
+    """How the table strays from a steady rate, block by block.
+
+    Attributes
+    ----------
+    rate
+        Mean rate of the table, rad a sample.
+    middles
+        (blocks,) middle of each, in samples from mid-record.
+    phase
+        (blocks,) mean table angle less that of a steady rate, rad.
+    """
+
+    rate: float
+    middles: FloatArray
+    phase: FloatArray
+
+
+def wander(turns: Turning) -> Wander | None:
+    """`Wander` of a table; None if it goes back and forth, or the record is too short to tell.
+
+    Such a table has no rate that a tone could be an order of.
+    """
+    table, block = turns.table, _kernels.MIX_BLOCK
+    steps = table.size - 1
+    if steps < _FEWEST_BLOCKS * block:
+        return None
+    parts = series.map(lambda span: averaged(table[span], block), steps, table, length=_LENGTH)
+    angle = np.concatenate(parts)
+    middles = np.arange(float(angle.size)) * block + (0.5 * (block - 1) - 0.5 * steps)
+    number = middles - float(middles.mean())
+    rate = float(number @ angle) / float(number @ number)
+    if abs(rate) < _ONE_WAY * abs(turns.mean_rate) / turns.sample_rate:
+        return None
+    return Wander(rate=rate, middles=middles, phase=angle - angle.mean() - rate * number)
+
+
+def rescaled_components(
+    components: Components, steps: FloatArray, turns: Turning, strays: Wander, levels: FloatArray
+) -> Components | None:
+    """The components with those moved to the angle scale that follow the table; None if none does.
 
     A tone is mixed down to zero frequency and its phase compared with the table's
     wander about its mean rate, scaled by the order it would have. At a steady rate the two are
     one, and the component stays in time.
+
+    Parameters
+    ----------
+    components
+        Lines that are out of the increments.
+    steps
+        (samples - 1,) increments of the angle, rad, without the components.
+    turns, strays
+        How the table turns, and how it strays from a steady rate.
+    levels
+        (components,) noise floor at each, rad^2.
     """
-    alpha, components, steps = search.table, search.components, search.steps
-    block = _kernels.MIX_BLOCK
-    if alpha is None or components.frequencies.size == 0 or steps.size < 3 * block:
-        return components
-    length = block * max(1, series.SPAN // block)
-    parts = series.each(
-        lambda span: averaged(alpha[span], block), steps.size, length, release_of=(alpha,)
-    )
-    mean_angle = np.concatenate(list(parts))
-    middles = np.arange(mean_angle.size) * block + 0.5 * (block - 1) - components.center
-    number = middles - middles.mean()
-    rate = float(number @ mean_angle) / float(number @ number)
-    speed = abs(mean_rate(alpha, search.sample_rate)) / search.sample_rate
-    if abs(rate) < 0.5 * speed:
-        # A table that goes back and forth has no rate that a tone could be an order of.
-        return components
-    wander = mean_angle - mean_angle.mean() - rate * number
-    levels = floors(components, alpha, search.left.floor)[components.orders.size :]
-    spread = float(np.std(wander))
+    angles = components.orders.size
+    orders = 2.0 * np.pi * components.frequencies / abs(strays.rate)
     moved = np.zeros(components.size, dtype=bool)
-    orders: list[float] = []
-    in_time = slice(components.orders.size, None)
-    # Increments of the components: step n leads from sample n to n + 1.
-    phasors = components.cosine[in_time] - 1j * components.sine[in_time]
-    phasors = phasors * (np.exp(2j * np.pi * components.frequencies) - 1.0)
-    for index, frequency in enumerate(components.frequencies, start=components.orders.size):
-        order = 2.0 * np.pi * frequency / abs(rate)
-        level = levels[index - components.orders.size]
-        own = np.abs(phasors[index - components.orders.size])
-        strength = own * np.sqrt(steps.size / (2.0 * level))
-        if order * spread * strength < 6.0:
-            continue
-        mixed = _mixed_down(steps, float(frequency), components.center)
-        # The component is put back, and its neighbours too: sidebands that the table's wander makes
-        # of one order.
-        for other in np.flatnonzero(
-            np.abs(components.frequencies - frequency) < min(0.1 * frequency, 0.25 / block)
-        ):
-            apart = components.frequencies[other] - frequency
-            mixed += 0.5 * phasors[other] * np.exp(2j * np.pi * apart * middles[: mixed.size])
-        turned = mixed * np.exp(-1j * np.sign(rate) * order * wander[: mixed.size])
-        if np.abs(turned.mean()) ** 2 > np.abs(mixed.mean()) ** 2 + 10.0 * level / steps.size:
-            moved[index] = True
-            orders.append(order)
-    if not orders:
-        return components
-    kept = components.select(~moved)
-    taken = components.select(moved)
-    as_orders = np.array(orders)
-    rounded = np.rint(as_orders)
-    whole = np.abs(as_orders - rounded) * full_turns(alpha) < 0.5
-    return joined(
-        kept,
-        replace(
-            taken,
-            orders=np.where(whole, rounded, as_orders),
-            free=~whole,
-            frequencies=np.empty(0),
-        ),
-    )
+    for index in range(components.frequencies.size):
+        level = float(levels[angles + index])
+        if _would_show(components, strays, index, steps.size, level):
+            moved[angles + index] = _follows(components, steps, strays, index, level)
+    if not moved.any():
+        return None
+    return _in_angle(components, moved, orders[moved[angles:]], turns)
 
 
-def _mixed_down(steps: FloatArray, frequency: float, center: float) -> NDArray[np.complex128]:
+def _phasors(components: Components) -> ComplexArray:
+    """(tones,) complex amplitudes of the increments: step n leads from sample n to n + 1."""
+    tones = slice(components.orders.size, None)
+    amplitudes = components.cosine[tones] - 1j * components.sine[tones]
+    return np.asarray(amplitudes * (np.exp(2j * np.pi * components.frequencies) - 1.0))
+
+
+def _would_show(
+    components: Components, strays: Wander, index: int, steps: int, level: float
+) -> bool:
+    """Whether the phase of a tone is known so well that an order would look different."""
+    order = 2.0 * np.pi * components.frequencies[index] / abs(strays.rate)
+    strength = np.abs(_phasors(components)[index]) * np.sqrt(steps / (2.0 * level))
+    return bool(order * float(np.std(strays.phase)) * strength >= _TOLD_APART)
+
+
+def _follows(
+    components: Components, steps: FloatArray, strays: Wander, index: int, level: float
+) -> bool:
+    """Whether a tone, put back into the increments, is more of an order than of a tone."""
+    frequency = float(components.frequencies[index])
+    order = 2.0 * np.pi * frequency / abs(strays.rate)
+    mixed = _mixed_down(steps, frequency, components.center)
+    # The component is put back, and its neighbours too: sidebands that the table's wander makes
+    # of one order.
+    apart = components.frequencies - frequency
+    reach = min(_NEIGHBOURS * frequency, _NEAREST / _kernels.MIX_BLOCK)
+    phasors = _phasors(components)
+    for other in np.flatnonzero(np.abs(apart) < reach):
+        turning = np.exp(2j * np.pi * apart[other] * strays.middles[: mixed.size])
+        mixed += 0.5 * phasors[other] * turning
+    turned = mixed * np.exp(-1j * np.sign(strays.rate) * order * strays.phase[: mixed.size])
+    as_tone = np.abs(mixed.mean()) ** 2
+    return bool(np.abs(turned.mean()) ** 2 > as_tone + _BETTER * level / steps.size)
+
+
+def _mixed_down(steps: FloatArray, frequency: float, center: float) -> ComplexArray:
     """Means over blocks of the steps, mixed down from `frequency` (cycles a sample) to zero."""
 
-    def mixed(span: slice) -> NDArray[np.complex128]:
+    def mixed(span: slice) -> ComplexArray:
         return _kernels.mixed_down(steps[span], frequency, center - span.start)
 
-    length = _kernels.MIX_BLOCK * max(1, series.SPAN // _kernels.MIX_BLOCK)
-    return np.concatenate(list(series.each(mixed, steps.size, length, release_of=(steps,))))
+    return np.concatenate(series.map(mixed, steps.size, steps, length=_LENGTH))
+
+
+def _in_angle(
+    components: Components, moved: BooleanArray, orders: FloatArray, turns: Turning
+) -> Components:
+    """The components, those moved as lines at `orders`: whole where it is not told from whole."""
+    rounded = np.rint(orders)
+    whole = np.abs(orders - rounded) * turns.turns < 0.5
+    taken = replace(
+        components.select(moved),
+        orders=np.where(whole, rounded, orders),
+        free=~whole,
+        frequencies=np.empty(0),
+    )
+    return joined(components.select(~moved), taken)

@@ -113,7 +113,7 @@ def _rate_sampled(recording: Recording, name: str, interval: float) -> Recording
     """Mean rates over 1 s, one every `interval`."""
     angle = recording.gyro(name).values[:: max(1, round(recording.sample_rate))]
     rates = np.diff(angle)[:: max(1, round(interval))]
-    channel = Channel(name=name, kind="rate", unit="rad/s", values=rates)
+    channel = Channel(name=name, kind="rate", shown_in="rad/s", values=rates)
     return Recording(gyros=(channel,), sample_rate=1.0 / interval)
 
 

@@ -17,6 +17,7 @@ from sagnac import formats, series
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.formats import parquet
 from sagnac.formats.files import replacing
+from sagnac.formats.known import PARQUET
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.disturbances import Disturbances
@@ -260,7 +261,7 @@ def write(
             json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False) + "\n",
             encoding="utf-8",
         )
-        if path.suffix.lower() in parquet.SUFFIXES:
+        if path.suffix.lower() in PARQUET.suffixes:
             _write_parquet(config, path, progress)
         else:
             recording = simulate(config, progress).recording

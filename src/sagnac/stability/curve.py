@@ -42,8 +42,6 @@ from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.names import Estimator, Gaps, check_choice
 from sagnac.stability.noise_type import NoiseTypes, check_noise_type, identified_noise_types
 
-# Share of the variance below which nobody asks what removing lines took.
-_SEEN_SHARE: Final = 1e-3
 # Rows that a notebook shows of a curve.
 _SHOWN_POINTS: Final = 12
 _ARRAYS: Final[Mapping[str, type]] = {
@@ -347,56 +345,3 @@ def _check_sample_rate(sample_rate: float) -> None:
 def _check_confidence(confidence: float) -> None:
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence {confidence!r} is not between 0 and 1; give 0.95 for 95 %")
-
-
-def with_noise_restored(curve: StabilityCurve, taken: FloatArray, lines: int) -> StabilityCurve:
-    """`curve` with the variance added that went with removed lines, and a note that says so.
-
-    Parameters
-    ----------
-    curve
-        Allan deviation of what the removal left.
-    taken
-        (points,) Allan variance that `noise.taken_allan_variance` gives, in the square of the
-        curve's unit.
-    lines
-        How many were removed, for the note.
-
-    Returns
-    -------
-    StabilityCurve
-        `deviation`, `low` and `high` all raised by the same factor at each point.
-
-    Raises
-    ------
-    ValueError
-        If `curve` is not an Allan deviation, or `taken` does not fit it.
-    """
-    if curve.estimator not in {"adev", "oadev"}:
-        raise ValueError(
-            f"curve is of {curve.estimator}, and what lines took is known for an Allan deviation; "
-            "give adev or oadev"
-        )
-    if taken.shape != curve.tau.shape or not np.all(taken >= 0.0):
-        raise ValueError(
-            f"taken has shape {taken.shape}; give one variance, zero or more, for each of the "
-            f"{curve.tau.size} points"
-        )
-    raised = np.hypot(curve.deviation, np.sqrt(taken))
-    factor = np.divide(
-        raised, curve.deviation, out=np.ones_like(raised), where=curve.deviation > 0.0
-    )
-    share = np.divide(taken, raised**2, out=np.zeros_like(raised), where=raised > 0.0)
-    most = int(np.argmax(share))
-    notes = curve.notes
-    if share[most] >= _SEEN_SHARE:
-        counted = "1 line" if lines == 1 else f"{lines} lines"
-        notes += (
-            Note(
-                text=f"removal of {counted} took up to {100.0 * share[most]:.2g} % of the noise "
-                f"variance (at tau = {curve.tau[most]:.4g} s); it is added back"
-            ),
-        )
-    return replace(
-        curve, deviation=raised, low=curve.low * factor, high=curve.high * factor, notes=notes
-    )

@@ -1,0 +1,258 @@
+"""The passes of a search: each takes a state and gives the next.
+
+A line is what stands above the noise floor once it is fitted jointly with all others. A pass finds,
+fits, judges or reinterprets lines; none changes the state that it is given, and each is told by its
+name and its docstring. `search` says in which order they come.
+"""
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.constants import EARTH_RATE
+from sagnac.lines import joint_fit
+from sagnac.lines.candidates import new_orders
+from sagnac.lines.components import Components, joined
+from sagnac.lines.rescaling import rescaled_components
+from sagnac.lines.selection import floors, significances, significant
+from sagnac.lines.state import State
+from sagnac.lines.wandering import clusters, fit_drifting
+from sagnac.table.motion import follow_table
+
+# Share of Earth rate by which its terms may still move when they are called settled.
+_SAME_EARTH: Final = 0.02
+# Share of its error by which an amplitude may still move when the fit is called settled.
+_SETTLED: Final = 0.1
+# Joint steps after lines were dropped or moved to the other scale.
+_STEPS_AFTER_CHANGE: Final = 2
+
+
+# --- fit -------------------------------------------------------------------------------------
+
+
+def looked(state: State) -> State:
+    """The power of the increments and its noise floor brought up to date."""
+    return replace(state, seen=state.look())
+
+
+def joined_by(state: State, found: Components) -> State:
+    """New lines, still in the increments, fitted jointly with the known ones, which are not."""
+    if found.size == 0:
+        return state
+    flags = joined(
+        replace(state.components, cosine=np.zeros(state.components.size)),
+        replace(found, cosine=np.ones(found.size)),
+    )
+    return _stepped(state, joined(state.components, found), absent=flags.cosine > 0.0)
+
+
+def refitted(state: State) -> State:
+    """One joint Gauss-Newton step of all lines, if there are any."""
+    return _stepped(state, state.components) if state.components.size else state
+
+
+def _stepped(state: State, components: Components, absent: BooleanArray | None = None) -> State:
+    """A joint step of `components`, those but the `absent` ones being out of the increments."""
+    fit = joint_fit.fit(
+        state.increments.steps,
+        state.sampled,
+        components,
+        absent=absent,
+    )
+    after = fit.components
+    levels = floors(after, state.turning, state.spectrum.floor)
+    errors = np.sqrt(np.einsum("nii->ni", fit.covariance) * levels[:, np.newaxis])
+    moved = np.stack([after.cosine - components.cosine, after.sine - components.sine], axis=1)
+    settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
+    return replace(state, components=after, fit=fit, settled=settled)
+
+
+# --- judge -----------------------------------------------------------------------------------
+
+
+def pruned(state: State) -> State:
+    """Without the lines that do not stand above the floor."""
+    if state.fit is None:
+        return state
+    kept = significant(state.fit, state.turning, state.spectrum.floor, state.record.threshold)
+    return state if kept.size == state.components.size else _with_components(state, kept)
+
+
+def pruned_all(state: State) -> State:
+    """Without those that do not stand, the others fitted again after each loss."""
+    kept = pruned(state)
+    while 0 < kept.components.size < state.components.size:
+        for _ in range(_STEPS_AFTER_CHANGE):
+            kept = refitted(kept)
+        state, kept = kept, pruned(kept)
+    return kept
+
+
+def without_earth_orders(state: State) -> State:
+    """Without the orders that Earth rate could make as large, until that is settled."""
+    reach = state.patience
+    if reach is None or state.components.size == 0:
+        return state
+    components, angles = state.components, state.components.orders.size
+    place = np.rint(components.orders).astype(np.int64) - 1
+    within = (place >= 0) & (place < reach.size)
+    own = np.where(within, reach[np.clip(place, 0, reach.size - 1)], 0.0)
+    keep = np.ones(components.size, dtype=bool)
+    keep[:angles] = components.free | (components.amplitude[:angles] > own)
+    return state if keep.all() else _with_components(state, components.select(keep))
+
+
+def _with_components(state: State, components: Components) -> State:
+    """Other components, which nobody has fitted yet."""
+    return replace(state, components=components, fit=None)
+
+
+# --- find ------------------------------------------------------------------------------------
+
+
+def with_orders_one_by_one(state: State) -> State:
+    """With whole orders of a table that hardly tells them apart: the strongest, then the next."""
+    while True:
+        found = new_orders(state.residue, state.components)
+        if found.height.size == 0:
+            return state
+        strongest = found.lines.select(found.height == found.height.max())
+        state = looked(joined_by(state, strongest))
+
+
+# --- follow the table ------------------------------------------------------------------------
+
+
+def followed(state: State) -> State:
+    """Table motion and Earth rate fitted again, beside the orders known now and no others.
+
+    The lines are out of what they are fitted to, which were noise to them before; and chance
+    orders, which would hide Earth rate, are gone. Over part of a turn harmonics and table motion
+    trade with each other: one fit of motion is all there is.
+    """
+    motion, encoder, turns = state.motion, state.record.encoder, state.turning
+    if motion is None or encoder is None or turns is None or not turns.tells_orders:
+        return state
+    known, angles = state.components, state.components.orders.size
+    after = follow_table(
+        state.increments.averages + motion.averages,
+        encoder,
+        motion.kinematics,
+        harmonics=known.orders,
+        cosine=known.cosine[:angles],
+        sine=known.sine[:angles],
+    )
+    moved = max(abs(now - was) for now, was in zip(after.earth, motion.earth, strict=True))
+    # What harmonics and motion trade with each other, they trade here: nothing of it is left to
+    # the fit of the lines, which would meet a residual far above the noise.
+    cosine, sine = known.cosine.copy(), known.sine.copy()
+    place = np.flatnonzero(np.isin(known.orders, after.orders))
+    cosine[place] = after.cosine
+    sine[place] = after.sine
+    return replace(
+        _with_components(state, replace(known, cosine=cosine, sine=sine)),
+        motion=after,
+        earth_settled=state.earth_settled or moved <= _SAME_EARTH * EARTH_RATE,
+    )
+
+
+def rescaled(state: State) -> State:
+    """With tones that follow the table moved to the angle scale, and all fitted again.
+
+    A line on its right scale takes from its neighbours, which then stand out no more.
+    """
+    turns, strays, components = state.turning, state.wander, state.components
+    if turns is None or strays is None or components.frequencies.size == 0:
+        return state
+    levels = floors(components, turns, state.spectrum.floor)
+    moved = rescaled_components(components, state.increments.steps, turns, strays, levels)
+    if moved is None:
+        return state
+    state = _with_components(state, moved)
+    for _ in range(_STEPS_AFTER_CHANGE):
+        state = refitted(state)
+    return state
+
+
+def rescaled_and_pruned(state: State) -> State:
+    """`rescaled`; if that moved any line, without those that no more stand, and looked at anew."""
+    after = rescaled(state)
+    return looked(pruned_all(after)) if moved_any(state, after) else state
+
+
+def moved_any(before: State, after: State) -> bool:
+    """Whether `rescaled` moved any line to the angle scale."""
+    return after.components.orders.size > before.components.orders.size
+
+
+# --- lines that drift ------------------------------------------------------------------------
+
+
+def gathered(state: State, restless: FloatArray) -> State:
+    """With one drifting line for each cluster of tones that it describes better.
+
+    Parameters
+    ----------
+    state
+        Looked at, its lines fitted.
+    restless
+        Frequencies, cycles a sample, of tones beside which peaks stand: each may drift by itself.
+    """
+    while True:
+        after = _with_one_gathered(state, restless)
+        if len(after.drifting) == len(state.drifting):
+            return after
+        state = looked(refitted(after))
+
+
+def _with_one_gathered(state: State, restless: FloatArray) -> State:
+    """With the first cluster that a drifting line describes better made one; others are noted."""
+    components, fit = state.components, state.fit
+    if fit is None or components.size == 0:
+        return state
+    angles = components.orders.size
+    levels = floors(components, state.turning, state.spectrum.floor)
+    amplitudes = (components.cosine - 1j * components.sine)[angles:]
+    for group in _suspects(state, significances(fit, levels)[angles:], restless):
+        key = _places(components.frequencies[group], state.record.angle.size)
+        if key in state.steady:
+            continue
+        found = fit_drifting(
+            state.increments.steps,
+            float(components.frequencies[group[0]]),
+            float(levels[angles + group[0]]),
+            center=components.center,
+            steady_frequencies=components.frequencies[group],
+            steady_amplitudes=amplitudes[group],
+        )
+        if found is None:
+            state = replace(state, steady=state.steady | {key})
+            continue
+        keep = np.ones(components.size, dtype=bool)
+        keep[angles + group[found.replaced]] = False
+        return replace(
+            _with_components(state, components.select(keep)),
+            drifting=(*state.drifting, found),
+            settled=False,
+        )
+    return state
+
+
+def _suspects(
+    state: State, significance: FloatArray, restless: FloatArray
+) -> tuple[IntegerArray, ...]:
+    """Tones that may be one that drifts: clusters, the strongest of each first, and the restless.
+
+    `significance` is that of the tones.
+    """
+    frequencies, samples = state.components.frequencies, state.record.angle.size
+    apart = np.abs(frequencies[:, np.newaxis] - restless) * samples
+    alone = np.flatnonzero((apart < 1.0).any(axis=1))
+    return (*clusters(frequencies, significance, samples), *alone[:, np.newaxis])
+
+
+def _places(frequencies: FloatArray, samples: int) -> tuple[int, ...]:
+    """Where tones lie, to a quarter of a cycle a record: a refit moves the last digits."""
+    return tuple(np.rint(4.0 * frequencies * samples).astype(int).tolist())

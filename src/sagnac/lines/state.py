@@ -1,0 +1,373 @@
+"""A search on its way: what is known of an angle, and what follows from that.
+
+A `State` never changes; a pass makes a new one. What follows from it by a pass over the record
+(the angle without table motion, its increments without the lines, their sums at whole orders) is
+made when it is first asked for and kept for as long as the same motion and lines are asked about:
+states that know the same share it, and the record holds the last of each kind alone.
+"""
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+
+from sagnac import series
+from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.lines.components import MOST_ORDERS, Components, no_components, removed
+from sagnac.lines.earth_orders import earth_amplitudes
+from sagnac.lines.joint_fit import ComponentFit, order_sums
+from sagnac.lines.naming import Lineup
+from sagnac.lines.products import Sampling, sampling
+from sagnac.lines.rescaling import Wander, wander
+from sagnac.lines.selection import Residue, Spectrum, detection_threshold, spectrum
+from sagnac.lines.turning import Turning, turning
+from sagnac.lines.wandering import DriftingLine, values
+from sagnac.table.kinematics import averaged, kinematics
+from sagnac.table.motion import TableMotion, follow_table
+from sagnac.table.turns import is_turning
+
+_Made = TypeVar("_Made")
+
+End = Literal["nothing stands", "nothing new stood", "too many lines", "too many rounds"]
+
+
+@dataclass(slots=True, kw_only=True)
+class Kept:
+    """The last thing of each kind that was made, and what it was made from."""
+
+    made: dict[str, tuple[Hashable, Any]] = field(default_factory=dict)
+
+    def of(self, kind: str, source: Hashable, make: Callable[[], _Made]) -> _Made:
+        """What `make` returns for this source, made once for as long as no other is asked for.
+
+        The one before is let go first: two of them may be more than memory should hold.
+        """
+        if kind in self.made and self.made[kind][0] != source:
+            del self.made[kind]
+        if kind not in self.made:
+            self.made[kind] = (source, make())
+        result: _Made = self.made[kind][1]
+        return result
+
+    def has(self, kind: str, source: Hashable) -> bool:
+        """Whether what was made last is of this source."""
+        return kind in self.made and self.made[kind][0] == source
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Record:
+    """What is searched.
+
+    Attributes
+    ----------
+    angle
+        (samples,) gyro angle or difference of two, rad.
+    encoder
+        (samples,) table angle as recorded, rad; None if nothing turns.
+    sample_rate
+        Hz.
+    false_alarm
+        Probability that noise alone yields any line at all.
+    threshold
+        Ratio of power to floor that a line has to exceed.
+    kept
+        What was made of it last.
+    """
+
+    angle: FloatArray
+    encoder: FloatArray | None
+    sample_rate: float
+    false_alarm: float = 0.01
+    threshold: float = field(init=False)
+    kept: Kept = field(default_factory=Kept, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.angle.ndim != 1 or self.angle.size < 2:
+            raise ValueError(f"angle has shape {self.angle.shape}; give two samples or more")
+        if self.encoder is not None and self.encoder.shape != self.angle.shape:
+            raise ValueError(
+                f"table has shape {self.encoder.shape}; give that of the angle, {self.angle.shape}"
+            )
+        if not self.sample_rate > 0.0:
+            raise ValueError(f"sample_rate is {self.sample_rate}; give a rate above zero in Hz")
+        threshold = detection_threshold(self.angle.size // 2, self.false_alarm)
+        object.__setattr__(self, "threshold", threshold)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Increments:
+    """What table motion and lines leave of an angle.
+
+    Attributes
+    ----------
+    steps
+        (samples - 1,) increments, rad, without their mean.
+    averages
+        (averages,) of the angle itself, rad, over the blocks of `Kinematics`; none at rest.
+    """
+
+    steps: FloatArray
+    averages: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class State:
+    """A search on its way.
+
+    Attributes
+    ----------
+    record
+        What is searched.
+    motion
+        Table motion known so far; None at rest.
+    components
+        Steady lines known so far.
+    fit
+        The joint fit that these are from; None if they were changed since.
+    drifting
+        Lines whose amplitude drifts.
+    seen
+        Power and floor of the increments when they were last looked at.
+    settled
+        Whether the last step of the fit was small beside the errors.
+    earth_reach
+        (orders,) rad that Earth rate may put into each order at the most; None at rest.
+    earth_settled
+        Whether Earth rate moves no more.
+    steady
+        Tones, alone or in clusters, that were found to be steady lines, by their places.
+    rounds
+        Rounds done.
+    end
+        Why the search is over; None while it goes on.
+    """
+
+    record: Record
+    motion: TableMotion | None
+    components: Components
+    fit: ComponentFit | None = None
+    drifting: tuple[DriftingLine, ...] = ()
+    seen: Spectrum | None = None
+    settled: bool = False
+    earth_reach: FloatArray | None = None
+    earth_settled: bool = False
+    steady: frozenset[tuple[int, ...]] = frozenset()
+    rounds: int = 0
+    end: End | None = None
+
+    def __post_init__(self) -> None:
+        if self.fit is not None and self.fit.components.size != self.components.size:
+            raise ValueError(
+                f"fit is of {self.fit.components.size} components; give that of the "
+                f"{self.components.size} known ones, or none"
+            )
+
+    # --- the table ---------------------------------------------------------------------------
+
+    @property
+    def table(self) -> FloatArray | None:
+        """(samples,) table angle as the gyro saw it, rad."""
+        return None if self.motion is None else self.motion.kinematics.table
+
+    @property
+    def turning(self) -> Turning | None:
+        """How the table turns; None at rest."""
+        table, rate = self.table, self.record.sample_rate
+        if table is None:
+            return None
+        return self.record.kept.of("turning", self._lag, lambda: turning(table, rate))
+
+    @property
+    def wander(self) -> Wander | None:
+        """How the table strays from a steady rate; None if it has none."""
+        turns = self.turning
+        if turns is None:
+            return None
+        return self.record.kept.of("wander", self._lag, lambda: wander(turns))
+
+    @property
+    def sampled(self) -> Sampling:
+        """When, and at which table angles, the angle was sampled."""
+        table, samples = self.table, self.record.angle.size
+        return self.record.kept.of("sampling", self._lag, lambda: sampling(samples, table))
+
+    @property
+    def patience(self) -> FloatArray | None:
+        """`earth_reach` until Earth rate is settled; None then, and at rest.
+
+        Once taken for lines, what Earth rate makes would hide it: it waits until that is settled.
+        """
+        return None if self.earth_settled else self.earth_reach
+
+    # --- what is left of the angle -----------------------------------------------------------
+
+    @property
+    def without_motion(self) -> FloatArray:
+        """(samples,) the angle without table motion, rad; the angle itself at rest."""
+        motion, angle = self.motion, self.record.angle
+        if motion is None:
+            return angle
+        return self.record.kept.of(
+            "angle without motion", _key_of_motion(motion), lambda: motion_removed(angle, motion)
+        )
+
+    @property
+    def increments(self) -> Increments:
+        """Increments and averages of the angle without table motion and lines."""
+        return self.record.kept.of("increments", self._key, lambda: lines_removed(self))
+
+    @property
+    def order_sums(self) -> ComplexArray | None:
+        """(`MOST_ORDERS` + 1,) sums of the increments at whole orders; None at rest.
+
+        As `joint_fit.order_sums` gives them.
+        """
+        table = self.table
+        if table is None:
+            return None
+        return self.record.kept.of(
+            "order sums",
+            self._key,
+            lambda: order_sums(self.increments.steps, table, MOST_ORDERS),
+        )
+
+    @property
+    def residue(self) -> Residue:
+        """What new lines are looked for in."""
+        return Residue(
+            steps=self.increments.steps,
+            sampled=self.sampled,
+            turning=self.turning,
+            threshold=self.record.threshold,
+            spectrum=self.spectrum,
+            order_sums=self.order_sums,
+        )
+
+    @property
+    def spectrum(self) -> Spectrum:
+        """`seen`, once the increments were looked at."""
+        if self.seen is None:
+            raise ValueError("spectrum of a state that was never looked at; look first")
+        return self.seen
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether the increments as they are now were looked at last."""
+        return self.record.kept.has("spectrum", self._key)
+
+    def look(self) -> Spectrum:
+        """Power of the increments as they are now, and its floor."""
+        return self.record.kept.of("spectrum", self._key, lambda: spectrum(self.increments.steps))
+
+    def residual(self) -> FloatArray:
+        """(samples,) the angle without table motion and lines, rad: a new series."""
+        size, table = self.record.angle.size, self.table
+        known = (self.without_motion,) if table is None else (self.without_motion, table)
+        return series.made(lambda span: _rest(self, span), size, *known, length=self._length)
+
+    def with_all_lines(self) -> "State":
+        """The state that knows the same table motion and no line."""
+        nothing = no_components(self.record.angle.size)
+        return replace(self, components=nothing, fit=None, drifting=())
+
+    def lineup(self, floor: FloatArray) -> Lineup:
+        """What is known when the lines are to be described, over the floor of what is left."""
+        return Lineup(
+            fit=self.fit,
+            drifting=self.drifting,
+            turning=self.turning,
+            floor=floor,
+            sample_rate=self.record.sample_rate,
+            samples=self.record.angle.size,
+        )
+
+    @property
+    def _lag(self) -> float:
+        return 0.0 if self.motion is None else self.motion.kinematics.lag
+
+    @property
+    def _length(self) -> int | None:
+        """Samples in a block: as in table motion."""
+        return None if self.motion is None else self.motion.kinematics.length
+
+    @property
+    def _key(self) -> Hashable:
+        """What is taken out of the angle, by value."""
+        motion = None if self.motion is None else _key_of_motion(self.motion)
+        known = self.components
+        arrays = (known.orders, known.free, known.frequencies, known.cosine, known.sine)
+        lines = tuple(
+            (line.carrier, line.envelope.tobytes(), line.phase.tobytes()) for line in self.drifting
+        )
+        return motion, tuple(array.tobytes() for array in arrays), lines
+
+
+def first_state(record: Record) -> State:
+    """A state that knows table motion alone."""
+    encoder, angle = record.encoder, record.angle
+    motion = None
+    if encoder is not None and is_turning(encoder):
+        kinematic = kinematics(encoder, record.sample_rate)
+        parts = series.map(
+            lambda span: averaged(angle[span], kinematic.block),
+            angle.size,
+            angle,
+            length=kinematic.length,
+        )
+        motion = follow_table(np.concatenate(parts), encoder, kinematic)
+    state = State(record=record, motion=motion, components=no_components(angle.size))
+    turns = state.turning
+    return state if turns is None else replace(state, earth_reach=earth_amplitudes(turns))
+
+
+def _key_of_motion(motion: TableMotion) -> Hashable:
+    """What of table motion is taken out, by value; its harmonics are left in."""
+    return motion.share, motion.drift, motion.earth, motion.kinematics.lag
+
+
+def _rest(state: State, span: slice) -> FloatArray:
+    """A block of the angle without table motion and lines, rad."""
+    rest = removed(state.without_motion[span], state.table, state.components, span)
+    for line in state.drifting:
+        rest -= values(line, span.start, rest.size)
+    return rest
+
+
+def motion_removed(angle: FloatArray, motion: TableMotion) -> FloatArray:
+    """(samples,) an angle without table motion, rad: a new series."""
+    of = motion.kinematics
+    return series.made(
+        lambda span: angle[span] - motion.over(span), angle.size, angle, of.table, length=of.length
+    )
+
+
+def lines_removed(state: State) -> Increments:
+    """`Increments` of the angle without table motion and lines, as a state knows them."""
+    size, table, whole = state.record.angle.size, state.table, state.without_motion
+    steps = series.empty(size - 1)
+    block = None if state.motion is None else state.motion.kinematics.block
+
+    def work(span: slice) -> tuple[FloatArray, float, float]:
+        # One sample more: the increment that leads to the next span.
+        here = slice(span.start, min(span.stop + 1, size))
+        rest = _rest(state, here)
+        np.subtract(rest[1:], rest[:-1], out=steps[span.start : here.stop - 1])
+        own = rest[: span.stop - span.start]
+        means = own[:0] if block is None else averaged(own, block)
+        return means, float(rest[0]), float(rest[-1])
+
+    known = (whole, steps) if table is None else (whole, steps, table)
+    parts = series.map(work, size, *known, length=state._length)
+    centre(steps, parts[-1][2] - parts[0][1])
+    return Increments(steps=steps, averages=np.concatenate([part[0] for part in parts]))
+
+
+def centre(steps: FloatArray, total: float) -> None:
+    """Take the mean out of increments, (samples - 1,) rad, that sum up to `total`, in place."""
+    mean = total / steps.size
+
+    def centred(span: slice) -> None:
+        steps[span] -= mean
+
+    series.map(centred, steps.size, steps)

@@ -1,0 +1,90 @@
+"""How a table turns, as the search for lines asks it again and again."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sagnac import series
+from sagnac.arrays import FloatArray
+from sagnac.table.turns import FEW_TURNS, mean_rate
+
+# Samples over which a table speed is taken.
+_SPEED_SPAN: Final = 32
+# Ranks at which speeds are kept, and samples at which they are taken, about.
+_RANKS: Final = 200
+_SPEEDS: Final = 4000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Turning:
+    """Range and speeds of a table angle, taken from it once.
+
+    Attributes
+    ----------
+    table
+        (samples,) table angle, rad.
+    sample_rate
+        Hz.
+    low, high
+        Ends of the table's range, rad.
+    mean_rate
+        Mean speed, rad/s, signed by the net direction where there is one.
+    speeds
+        (ranks,) speeds at evenly spaced ranks, ascending, rad a sample.
+    """
+
+    table: FloatArray
+    sample_rate: float
+    low: float
+    high: float
+    mean_rate: float
+    speeds: FloatArray
+
+    @property
+    def turns(self) -> float:
+        """Turns between the lowest and the highest table angle."""
+        return (self.high - self.low) / (2.0 * np.pi)
+
+    @property
+    def tells_orders(self) -> bool:
+        """Whether the table turns far enough to tell neighbouring orders apart."""
+        return self.turns >= FEW_TURNS
+
+    @property
+    def fastest(self) -> float:
+        """Highest speed, rad a sample."""
+        return float(self.speeds[-1])
+
+    @property
+    def slowest(self) -> float:
+        """Lowest speed, rad a sample."""
+        return float(self.speeds[0])
+
+
+def turning(table: FloatArray, sample_rate: float) -> Turning:
+    """`Turning` of a table angle, (samples,) rad, at a sample rate in Hz."""
+    low, high = series.extent(table)
+    return Turning(
+        table=table,
+        sample_rate=sample_rate,
+        low=low,
+        high=high,
+        mean_rate=mean_rate(table, sample_rate),
+        speeds=speeds(table),
+    )
+
+
+def speeds(table: FloatArray) -> FloatArray:
+    """Speeds of a table angle, rad a sample, at a few hundred evenly spaced ranks, ascending."""
+    apart = max(1, table.size // _SPEEDS)
+    # Over many samples a swing of the table would average out.
+    span = min(apart, _SPEED_SPAN)
+    places = np.arange(0, table.size - span, apart)
+    speed = np.sort(np.abs(series.at(table, places + span) - series.at(table, places))) / span
+    return speed[np.linspace(0, speed.size - 1, min(_RANKS, speed.size)).astype(np.int64)]
+
+
+def mean_square_step(orders: FloatArray, speed: FloatArray) -> FloatArray:
+    """(orders,) mean square increment of exp(i k alpha) at the table's speeds, rad a sample."""
+    return np.asarray((4.0 * np.sin(np.outer(orders, speed) / 2.0) ** 2).mean(axis=1))
