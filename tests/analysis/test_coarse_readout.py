@@ -14,7 +14,7 @@ from tests.coefficients.examples import read_out
 def bench(walk, samples, seed, *, step, rate=10.0):
     """A still gyro read out in steps; `walk` in rad/sqrt(s), `step` in rad."""
     _, reading = read_out(walk / math.sqrt(rate) / step, samples, seed)
-    gyro = Channel(name="x", kind="angle", unit="rad", values=step * reading)
+    gyro = Channel(name="x", kind="angle", shown_in="rad", values=step * reading)
     return Recording(gyros=(gyro,), sample_rate=rate)
 
 
