@@ -45,3 +45,13 @@ def test_a_slow_line_makes_the_published_figure_3():
         curve = np.sqrt((2.5e-4 * 60.0) ** 2 / tau + line**2)
         grown.append(abs(least_squares(tau, curve, "deviation, plain")) / 60.0)
     np.testing.assert_allclose(grown, list(FIGURE_3.values()), rtol=0.3)
+
+
+def test_least_squares_refuse_what_is_no_curve_or_no_form():
+    tau, curve = np.arange(1.0, 9.0), np.ones(8)
+    with pytest.raises(ValueError, match="form is 'plain'; use one of deviation, relative; "):
+        least_squares(tau, curve, "plain")
+    with pytest.raises(ValueError, match=r"tau \(8,\) and deviation \(7,\) must have one shape"):
+        least_squares(tau, curve[:7], "variance, plain")
+    with pytest.raises(ValueError, match="lie above zero"):
+        least_squares(tau, -curve, "variance, plain")

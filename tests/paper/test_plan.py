@@ -38,3 +38,23 @@ def test_digest_follows_everything_the_result_depends_on():
 def test_days_the_paper_has_not_are_refused(days):
     with pytest.raises(ValueError, match="the paper has three"):
         Scope(days=days)
+
+
+def test_runs_of_one_recording_stand_together_and_names_differ():
+    runs = plan(Scope(days=2))
+    names = [run.name for run in runs]
+    assert len(set(names)) == len(runs)
+    place = names.index("figure2-day1")
+    assert names[place - 1] == "table2-40-day1"
+    assert runs[place - 1].config == runs[place].config
+    assert names.index("figure2-day2") == place + 2
+
+
+def test_a_scope_or_run_that_cannot_be_is_refused():
+    with pytest.raises(ValueError, match=r"table_duration_s is 0\.0; it must be positive"):
+        Scope(table_duration_s=0.0)
+    run = plan(SMALL)[0]
+    with pytest.raises(ValueError, match="give one, or two to be differenced"):
+        replace(run, gyros=())
+    with pytest.raises(ValueError, match="preparation is 'both'; use one of angle, rate"):
+        replace(run, preparation="both")

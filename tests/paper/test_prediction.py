@@ -106,3 +106,14 @@ def test_prediction_refuses_what_cannot_be(arguments):
 def test_prediction_refuses_a_rate_near_lock_in():
     with pytest.raises(ValueError, match="rate-biased"):
         predicted_angle_random_walk([1e-4])
+
+
+def test_prediction_is_read_only_and_leaves_its_rates_alone():
+    rates = np.array([0.5, 1.0])
+    prediction = predicted_angle_random_walk(rates)
+    with pytest.raises(ValueError, match="read-only"):
+        prediction.total[0] = 0.0
+    rates[0] = 0.7
+    assert prediction.rates[0] == 0.5
+    with pytest.raises(ValueError, match=r"pair is \('x', 'w'\); use two of x, y, z"):
+        predicted_angle_random_walk(rates, pair=("x", "w"))

@@ -3,12 +3,15 @@
 import csv
 import json
 import math
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 from sagnac.cli import app as cli
+from sagnac.errors import RecordingError
+from sagnac.paper.outcome import read_outcome, write_outcome
 from sagnac.paper.plan import plan
 from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.reproduce import outcomes_of_table, reproduce
@@ -152,3 +155,20 @@ def test_command_refuses_a_file_as_folder(tmp_path, capsys):
     path.write_text("")
     assert cli.main(["reproduce", "-o", str(path / "out")]) == 1
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_folder_that_is_not_there_is_an_error_as_data(tmp_path):
+    with pytest.raises(RecordingError) as caught:
+        reproduce(tmp_path / "nowhere", SMALL)
+    assert caught.value.path == str(tmp_path / "nowhere" / "runs")
+    assert caught.value.remedy == "choose another output"
+
+
+def test_an_outcome_is_read_as_it_was_written(made, tmp_path):
+    _, result, _ = made
+    outcome = replace(result.outcomes["table2-40-day1"], low=math.nan)
+    write_outcome(tmp_path / "run.json", outcome)
+    assert repr(read_outcome(tmp_path / "run.json")) == repr(outcome)
+    assert read_outcome(tmp_path / "none.json") is None
+    with pytest.raises(ValueError, match="columns of"):
+        replace(outcome, tau_s=())

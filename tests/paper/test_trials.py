@@ -17,3 +17,15 @@ def test_trials_have_the_line_that_they_name():
     assert line.frequency_hz == pytest.approx(1.0 / 38.71)
     assert named["white"].config.disturbances.time == ()
     assert min(f for f, _ in named["aliasing"].config.disturbances.time) > 0.5
+
+
+def test_trials_differ_from_the_preset_in_what_they_name_alone():
+    made = trials.trials(60.0)
+    assert [trial.name for trial in made[:2]] == ["as-simulated", "white"]
+    assert made[-1].method == "fos"
+    base = made[0].config
+    assert made[-1].config == base
+    assert {trial.config.duration_s for trial in made} == {60.0}
+    for trial in made:
+        if trial.name != "warm-up":
+            assert trials.with_time_lines(trial.config, ()) == trials.with_time_lines(base, ())

@@ -37,7 +37,7 @@ def test_toml_is_laid_over_its_preset(tmp_path):
         ("speed = 3", r"unknown key 'speed'; did you mean seed\? known here: duration_s, "),
         (
             "[table]\nrate = 40",
-            r"unknown key 'table\.rate'; did you mean table\.rate_deg_per_s\? known here: rate_deg_",
+            r"unknown key 'table\.rate'; did you mean table\.rate_deg_per_s\? known here: rate",
         ),
         ("noise = 3", r"unknown key 'noise'; known here: duration_s, "),
         ("table = 3", r"table is 3; it is a table, write \[table\]"),

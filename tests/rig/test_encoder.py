@@ -97,7 +97,7 @@ def test_an_encoder_without_error_rounds_to_its_lines():
 def test_jitter_about_a_null_fires_it_once():
     config = EncoderConfig(null_accuracy_arcsec=600.0)
     pulse = NullPulse.drawn(config, -0.1, 1.0, np.random.default_rng(0))
-    assert pulse.errors.size == 1025
+    assert pulse.errors.size == 1024 + 2
     there = np.concatenate(
         [np.linspace(-0.1, 0.02, 13), [-0.01, 0.01] * 5, np.linspace(0.02, 0.2, 5)]
     )
