@@ -18,10 +18,33 @@ from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
-    """Predicted N-bar of a pair against table rate, and its parts; (rates,), SI.
+    """Predicted N-bar of a pair against table rate, and its parts, per gyro.
 
-    The parts add in square: `quantum`, `lock_in`, and `encoder` or `jitter`, whichever
-    `predicted_angle_random_walk` was asked to count into `total`.
+    What the table adds reaches the difference only through the pair's unequal shares,
+    |e_x - e_z|, as an error of angle. An angle error that is white between samples, of rms a,
+    has the Allan variance 3 a^2/tau^2, which at cluster time tau passes for N = sqrt(3/tau) a.
+
+    Attributes
+    ----------
+    rates
+        (rates,) table rates, rad/s. The parts have this shape, in rad/sqrt(s).
+    quantum
+        The quantum limit.
+    lock_in
+        Lock-in of `sagnac.rig.ring_laser` at the rate that each gyro senses: it falls as 1/rate.
+    encoder
+        If the table's motion is taken out along the encoder: its step over sqrt(12), and the
+        rate times the latch jitter, the part that grows with rate.
+    jitter
+        If it is not (the paper's Step 3 alone): the servo's angle jitter, or, if the servo holds
+        the rate and not the angle, the walk of that angle.
+    total
+        Quantum limit, lock-in, and encoder or jitter, added in square.
+
+    Raises
+    ------
+    ValueError
+        If a part has not the shape of `rates`.
     """
 
     rates: FloatArray
@@ -52,18 +75,7 @@ def predicted_angle_random_walk(
 ) -> Prediction:
     """N that a rate-biased pair will show at each table rate: the choice of table rate.
 
-    Quantum limit and lock-in are those of `sagnac.rig.ring_laser` at the rate that each gyro
-    senses; lock-in falls as 1/rate. What the table adds reaches the difference only through
-    the pair's unequal shares, |e_x - e_z|, as an error of angle. An angle error that is
-    white between samples, of rms a, has the Allan variance 3 a^2/tau^2, which at cluster
-    time tau passes for N = sqrt(3/tau) a:
-
-    encoder
-        If the table's motion is taken out along the encoder: its step over sqrt(12), and the
-        rate times the latch jitter, the part that grows with rate.
-    jitter
-        If it is not (the paper's Step 3 alone): the servo's angle jitter, or, if the servo holds
-        the rate and not the angle, the walk of that angle.
+    The parts of it and where they come from are those of `Prediction`.
 
     Parameters
     ----------

@@ -195,8 +195,7 @@ def integrate(
     """Integrate the lock-in equation from zero phase.
 
     The lock-in term takes fourth-order Runge-Kutta steps along the known input angle; quantum
-    noise and backscatter phase take a random step after each. A still laser has no dither and a
-    `rate` near zero, a rate-biased one no dither and a high `rate`.
+    noise and backscatter phase take a random step after each.
 
     Parameters
     ----------
@@ -204,10 +203,8 @@ def integrate(
         What is integrated.
     rate
         Constant input rate, rad/s.
-    samples
-        Samples to return.
-    interval
-        Between samples, s; with a dither a whole number of its cycles.
+    samples, interval
+        Samples to return, and s between them; with a dither a whole number of its cycles.
     dither
         Added to `rate`, starting at zero rate.
     seed

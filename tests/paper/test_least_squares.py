@@ -1,0 +1,57 @@
+"""Least squares in every form, against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sagnac.paper.least_squares import FORMS, least_squares
+from sagnac.paper.published import FIGURE_3
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_least_squares_are_exact_where_the_terms_are(form):
+    tau = np.arange(1.0, 60.0)
+    if form.startswith("variance"):
+        curve = np.sqrt(3.0 * 0.2**2 / tau**2 + 1.5**2 / tau + 0.4 + 0.01 * tau)
+    else:
+        curve = 0.3 / tau + 1.5 / np.sqrt(tau) + 0.4 + 0.02 * np.sqrt(tau)
+    assert least_squares(tau, curve, form) == pytest.approx(1.5, rel=1e-6)
+    half = least_squares(tau, curve, form, gyros_differenced=2)
+    assert half == pytest.approx(1.5 / math.sqrt(2.0), rel=1e-6)
+
+
+def test_least_squares_say_when_the_coefficient_is_negative():
+    tau = np.arange(1.0, 60.0)
+    curve = np.sqrt(9.0 / tau**2 - 1.5**2 / tau + 1.0)
+    assert least_squares(tau, curve, "variance, plain") == pytest.approx(-1.5, rel=1e-6)
+    assert least_squares(tau, curve, "variance, plain, none below zero") >= 0.0
+
+
+def test_least_squares_refuse_four_points():
+    with pytest.raises(ValueError, match="4 points cannot hold five terms"):
+        least_squares([1.0, 2, 3, 4], [1.0, 1, 1, 1], "variance, plain")
+
+
+def test_a_slow_line_makes_the_published_figure_3():
+    """The curve of a white rate and a sinusoid, in closed form at the three intervals."""
+    grown = []
+    for interval in (1, 6, 12):
+        angles = 7200 // interval
+        factors = np.arange(1, angles // 3)
+        factors = factors[2.0 * ((angles - 1) / factors - 1.0) >= 100.0]
+        tau = factors * float(interval)
+        line = 2.0 * 0.031 * np.sin(np.pi * tau / 25.5) ** 2 / tau
+        curve = np.sqrt((2.5e-4 * 60.0) ** 2 / tau + line**2)
+        grown.append(abs(least_squares(tau, curve, "deviation, plain")) / 60.0)
+    np.testing.assert_allclose(grown, list(FIGURE_3.values()), rtol=0.3)
+
+
+def test_least_squares_refuse_what_is_no_curve_or_no_form():
+    tau, curve = np.arange(1.0, 9.0), np.ones(8)
+    with pytest.raises(ValueError, match="form is 'plain'; use one of deviation, relative; "):
+        least_squares(tau, curve, "plain")
+    with pytest.raises(ValueError, match=r"tau \(8,\) and deviation \(7,\) must have one shape"):
+        least_squares(tau, curve[:7], "variance, plain")
+    with pytest.raises(ValueError, match="lie above zero"):
+        least_squares(tau, -curve, "variance, plain")

@@ -1,0 +1,189 @@
+"""Each term of the gyros has the size that the configuration states."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.rig.gyro import LockIn, SlowDrift, Trend, dither_of, ring_lasers_of
+from sagnac.rig.sections import GyroConfig, TableConfig
+from sagnac.rig.truth import truth_of
+from tests.rig.rigs import (
+    ARCSEC,
+    DEG,
+    NOISELESS,
+    NONE,
+    at_rest,
+    configured,
+    from_first,
+    geometry,
+    triad,
+)
+
+
+def allan_variance(angle, samples, sample_rate):
+    """Overlapping, from its definition."""
+    second = angle[2 * samples :] - 2.0 * angle[samples:-samples] + angle[: -2 * samples]
+    tau = samples / sample_rate
+    return np.mean(second**2) / (2.0 * tau**2)
+
+
+def test_angle_random_walk_of_each_gyro():
+    values = (1e-3, 2e-3, 4e-3)
+    gyro = GyroConfig(arw_deg_per_sqrt_h=values, quantization_step_arcsec=NONE)
+    angle = triad(at_rest(gyro, 20_000.0))
+    step = np.diff(angle, axis=1)
+    measured = step.std(axis=1) * math.sqrt(10.0) / (DEG / 60)
+    np.testing.assert_allclose(measured, values, rtol=4 / math.sqrt(2 * step.shape[1]))
+    correlation = np.corrcoef(step)
+    assert np.abs(correlation - np.eye(3)).max() < 4 / math.sqrt(step.shape[1])
+
+
+def test_quantization_is_uniform_with_the_truth_of_its_step():
+    gyro = GyroConfig(arw_deg_per_sqrt_h=(1.0,) * 3, quantization_step_arcsec=(0.5, 0.2, 0.0))
+    config = at_rest(gyro, 5_000.0)
+    exact = triad(replace(config, gyro=replace(gyro, quantization_step_arcsec=NONE)))
+    error = (triad(config) - exact) / ARCSEC
+    truth = truth_of(config)
+    for g, (name, step) in enumerate(zip("xyz", (0.5, 0.2, 0.0), strict=True)):
+        assert np.abs(error[g]).max() <= 0.5 * step + 1e-9
+        assert error[g].std() == pytest.approx(truth.gyros[name].quantization_arcsec, rel=0.02)
+
+
+def test_bias_instability_makes_its_allan_floor():
+    """sigma = B sqrt(2 ln 2 / pi), at cluster times from seconds to minutes."""
+    gyro = replace(NOISELESS, bias_instability_deg_per_h=(1.0, 2.0, 0.5))
+    angle = triad(at_rest(gyro, 200_000.0))
+    for samples in (30, 100, 300, 1000):
+        relative = [
+            math.sqrt(allan_variance(angle[g], samples, 10.0)) / (value * DEG / 3600)
+            for g, value in enumerate((1.0, 2.0, 0.5))
+        ]
+        floor = math.sqrt(np.mean(np.square(relative)))
+        assert floor == pytest.approx(math.sqrt(2 * math.log(2) / math.pi), rel=0.04)
+
+
+def test_rate_random_walk_makes_its_allan_slope():
+    """sigma^2 = K^2 tau / 3."""
+    gyro = replace(NOISELESS, rate_random_walk_deg_per_h_per_sqrt_h=(1.0, 1.0, 1.0))
+    angle = triad(at_rest(gyro, 100_000.0))
+    for samples in (30, 100, 300):
+        variance = np.mean([allan_variance(a, samples, 10.0) for a in angle])
+        unit = DEG / 3600 / 60
+        assert variance == pytest.approx(unit**2 * samples / 10.0 / 3.0, rel=0.05)
+
+
+def test_deterministic_errors():
+    gyro = replace(
+        NOISELESS,
+        bias_deg_per_h=(0.3, 0.0, 0.0),
+        rate_ramp_deg_per_h_per_h=(0.0, 2.0, 0.0),
+        temperature_coefficient_deg_per_h_per_k=(0.0, 0.0, 0.1),
+        warm_up_k=5.0,
+        warm_up_time_s=200.0,
+    )
+    config = at_rest(gyro, 1000.0)
+    added = from_first(triad(config)) - from_first(triad(replace(config, gyro=NOISELESS)))
+    time = np.arange(config.samples) / 10.0
+    per_hour = DEG / 3600
+    np.testing.assert_allclose(added[0], 0.3 * per_hour * time, atol=1e-15)
+    np.testing.assert_allclose(added[1], 2.0 * per_hour / 3600 * time**2 / 2, atol=1e-12)
+    warming = 0.1 * per_hour * 5.0 * (time - 200.0 * (1 - np.exp(-time / 200.0)))
+    np.testing.assert_allclose(added[2], warming, atol=1e-12)
+
+
+def test_a_still_ring_laser_shows_no_earth_rate():
+    gyro = GyroConfig(mode="still")
+    config = at_rest(gyro, 50.0)
+    assert np.ptp(triad(config)) == 0.0
+    assert truth_of(config).gyros["x"].arw_deg_per_sqrt_h == 0.0
+    assert np.ptp(triad(replace(config, gyro=replace(gyro, mode="ideal")))) > 100 * ARCSEC
+
+
+def test_dithered_mode_has_the_random_walk_of_its_turn_rounds():
+    gyro = GyroConfig(mode="dithered", quantization_step_arcsec=NONE)
+    config = at_rest(gyro, 4000.0)
+    step = np.diff(triad(config), axis=1)
+    measured = step.std(axis=1) * math.sqrt(10.0) / (DEG / 60)
+    lock_in = np.array(gyro.lock_in_deg_per_h) / 3600
+    kicks = 60 * lock_in * math.sqrt(1.5 / 3600 / (2 * math.pi * 100.0))
+    expected = np.hypot(kicks, 2.5e-5)
+    np.testing.assert_allclose(measured, expected, rtol=4 / math.sqrt(2 * step.shape[1]))
+    truth = truth_of(config)
+    np.testing.assert_allclose(
+        [truth.gyros[name].arw_deg_per_sqrt_h for name in "xyz"], expected, rtol=1e-6
+    )
+    assert truth.pairs["x-z"].arw_deg_per_sqrt_h == pytest.approx(
+        math.sqrt((expected[0] ** 2 + expected[2] ** 2) / 2), rel=1e-6
+    )
+
+
+def test_rate_biased_mode_has_scale_factor_and_noise_of_its_rate():
+    gyro = GyroConfig(mode="rate-biased", quantization_step_arcsec=NONE)
+    config = replace(
+        configured(gyro=gyro, duration_s=2000.0, sample_rate_hz=20.0),
+        table=TableConfig(rate_deg_per_s=5.0),
+    )
+    ideal = replace(config, gyro=NOISELESS)
+    lost = triad(config) - triad(ideal)
+    shares, eta = geometry(config)
+    lock_in = np.array(gyro.lock_in_deg_per_h) * DEG / 3600
+    sensed = shares * (5.0 * DEG + eta[2])
+    truth = truth_of(config)
+    noise = np.array([truth.gyros[name].arw_deg_per_sqrt_h for name in "xyz"]) * DEG / 60
+    drift = (lost[:, -1] - lost[:, 0]) / 2000.0
+    nonlinear = -0.5 * lock_in**2 / sensed
+    np.testing.assert_array_less(np.abs(drift - nonlinear), 4 * noise / math.sqrt(2000.0))
+    assert np.all(np.abs(nonlinear) > 10 * noise / math.sqrt(2000.0))
+
+    step = np.diff(lost, axis=1)
+    measured = step.std(axis=1) * math.sqrt(20.0)
+    np.testing.assert_allclose(measured, noise, rtol=4 / math.sqrt(2 * step.shape[1]))
+    fringe = 1.5 * ARCSEC
+    scatter = lock_in * math.sqrt(150.0) * fringe / (2 * math.pi) / sensed
+    np.testing.assert_allclose(noise, np.hypot(scatter, 2.5e-5 * DEG / 60), rtol=1e-3)
+
+
+# --- the parts by themselves -----------------------------------------------------------------
+
+
+def test_lasers_and_dither_are_those_of_the_mode():
+    assert ring_lasers_of(GyroConfig()) == ()
+    assert len(ring_lasers_of(GyroConfig(mode="still"))) == 3
+    assert dither_of(GyroConfig(mode="rate-biased")) is None
+    assert dither_of(GyroConfig(mode="dithered")).frequency == 400.0
+
+
+def test_lock_in_takes_the_rate_from_one_block_to_the_next():
+    laser = ring_lasers_of(GyroConfig(mode="rate-biased"))[0]
+    true = np.cumsum(np.random.default_rng(1).uniform(1.0, 2.0, 100)) * 1e-3
+    whole = LockIn(laser=laser, dither=None, interval=0.01).advance(true)
+    parted = LockIn(laser=laser, dither=None, interval=0.01)
+    parts = [parted.advance(part) for part in np.split(true, [30, 31])]
+    for i in (0, 1):
+        np.testing.assert_array_equal(np.concatenate([part[i] for part in parts]), whole[i])
+    assert np.all(whole[0] < 0.0)
+
+
+@pytest.mark.parametrize("pieces", [1, 3, 50])
+def test_slow_drift_holds_each_value_across_blocks(pieces):
+    config = GyroConfig(bias_instability_deg_per_h=1.0, rate_random_walk_deg_per_h_per_sqrt_h=1.0)
+    drift = SlowDrift.stationary(
+        config, 0, sample_rate=500.0, duration=60.0, random=np.random.default_rng(5)
+    )
+    assert drift.hold == 10
+    parts = np.array_split(np.arange(101), pieces)
+    values = np.concatenate([drift.advance(int(p[0]), p.size) for p in parts])
+    held = values[:100].reshape(10, 10)
+    assert np.all(held == held[:, :1])
+    assert np.unique(values).size == 11
+
+
+def test_trend_is_bias_ramp_and_warming():
+    trend = Trend(bias=1.0, ramp=2.0, per_kelvin=3.0, warm_up=4.0, warm_up_time=5.0)
+    drift = np.zeros(3)
+    seconds = np.array([-0.5, 0.0, 5.0])
+    trend.add_to(drift, seconds)
+    expected = [0.0, 1.0, 1.0 + 10.0 + 12.0 * (1.0 - math.exp(-1.0))]
+    np.testing.assert_allclose(drift, expected, rtol=1e-12, atol=1e-15)

@@ -1,0 +1,49 @@
+"""The truth beside the recording."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.rig.sections import GyroConfig
+from sagnac.rig.truth import NoiseTruth, truth_of
+from tests.rig.rigs import ARCSEC, AT_REST, configured, triad, true_table_angle
+
+
+def test_earth_rate_harmonic_of_the_truth():
+    config = configured()
+    order_one = truth_of(config).earth_rate_order_one
+    assert order_one is not None
+    alpha = true_table_angle(config)
+    for g, gyro in enumerate(triad(config) / ARCSEC):
+        terms = np.array([np.cos(alpha), np.sin(alpha), alpha, np.ones(alpha.size)]).T
+        cosine, sine = np.linalg.lstsq(terms, gyro, rcond=None)[0][:2]
+        name = "xyz"[g]
+        assert math.hypot(cosine, sine) == pytest.approx(order_one.amplitude_arcsec[name], rel=1e-6)
+        assert math.atan2(-sine, cosine) == pytest.approx(order_one.phase_rad[name], abs=1e-6)
+    assert truth_of(configured(table=AT_REST)).earth_rate_order_one is None
+
+
+def test_a_pair_has_means_of_squares_and_the_difference_of_ramps():
+    config = configured(
+        gyro=GyroConfig(
+            arw_deg_per_sqrt_h=[3.0, 0.0, 4.0], rate_ramp_deg_per_h_per_h=[1.0, 0.0, -1.0]
+        )
+    )
+    pair = truth_of(config).pairs["x-z"]
+    assert pair.arw_deg_per_sqrt_h == pytest.approx(math.sqrt(12.5))
+    assert pair.rate_ramp_deg_per_h_per_h == pytest.approx(math.sqrt(2.0))
+
+
+def test_truth_that_cannot_be_is_refused():
+    truth = truth_of(configured())
+    with pytest.raises(ValueError, match=r"arw_deg_per_sqrt_h is -1\.0"):
+        replace(truth.gyros["x"], arw_deg_per_sqrt_h=-1.0)
+    assert isinstance(truth.pairs["x-z"], NoiseTruth)
+    with pytest.raises(ValueError, match="order is None at scale angle"):
+        replace(truth.earth_rate_order_one, order=None)
+    with pytest.raises(ValueError, match="scale is 'turn'; use one of angle, time"):
+        replace(truth.earth_rate_order_one, scale="turn")
+    with pytest.raises(ValueError, match="gyros are x"):
+        replace(truth, gyros={"x": truth.gyros["x"]})
