@@ -55,7 +55,7 @@ class ConvertedEstimate:
         return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g}) {self.unit}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class Estimate:
     """One coefficient in SI.
 
@@ -108,6 +108,17 @@ class Estimate:
                 raise ValueError(f"{figures}: what is not observable has NaN for all three")
         elif not self.low <= self.value <= self.high:
             raise ValueError(f"{figures}: give low <= value <= high")
+
+    def _key(self) -> tuple[object, ...]:
+        """What makes two estimates equal; NaN, which equals nothing, goes by the status."""
+        figures = () if self.status == "not observable" else (self.value, self.low, self.high)
+        return (*figures, self.confidence, self.status, self.name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Estimate) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
 
     def to(self, unit: str) -> ConvertedEstimate:
         """The figures in a unit of the field.
