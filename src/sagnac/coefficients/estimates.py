@@ -147,7 +147,7 @@ class Estimate:
         )
 
     def _worded(self) -> str:
-        """The figures in the field's unit, SI where the coefficient is not known."""
+        """The figures in the field's unit, SI if the coefficient is not known."""
         if self.status == "not observable":
             return "not observable"
         if self.name is None:
@@ -230,7 +230,7 @@ class Fit:
         Markov rate, the peak rate of a sinusoid in rad/s.
     departure
         Of a likelihood fit: relative departure of the spectrum from the terms that chance does
-        not explain, 1 or more where bins had to be left out; 0 where the terms suffice.
+        not explain, 1 or more if bins had to be left out; 0 if the terms suffice.
 
     Raises
     ------
