@@ -1,10 +1,11 @@
 """Estimates: units, checks and how they print."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from sagnac.coefficients.estimates import in_units
+from sagnac.coefficients.estimates import Estimate, Fit, SquaredEstimate, in_units
 from tests.coefficients.examples import NAMES
 
 
@@ -26,3 +27,74 @@ def test_units_of_every_coefficient():
         "deg/h/sqrt(h)",
         "deg/h/h",
     ]
+
+
+def estimate(**change):
+    given = {
+        "name": "angle_random_walk",
+        "value": 2e-3 * math.pi / 10800.0,
+        "low": 1e-3 * math.pi / 10800.0,
+        "high": 4e-3 * math.pi / 10800.0,
+        "confidence": 0.95,
+        "status": "estimated",
+    }
+    return Estimate(**(given | change))
+
+
+def test_an_estimate_in_any_unit_of_its_coefficient():
+    one = estimate().to("deg/sqrt(h)")
+    assert (one.value, one.low, one.high) == pytest.approx((2e-3, 1e-3, 4e-3))
+    assert float(estimate().to("deg/h/sqrt(Hz)")) == pytest.approx(0.12)
+    time = estimate(name="markov_correlation_time", value=7200.0, low=60.0, high=9000.0)
+    assert float(time.to("h")) == pytest.approx(2.0)
+    with pytest.raises(ValueError, match="unit 'deg/h' is not one of angle_random_walk; use one"):
+        estimate().to("deg/h")
+    with pytest.raises(ValueError, match="has no name"):
+        estimate(name=None).to("deg/sqrt(h)")
+
+
+def test_estimates_print_in_the_unit_of_the_field():
+    assert repr(estimate()) == "<angle_random_walk 0.002 (0.001 to 0.004) deg/sqrt(h), 95 %>"
+    bound = estimate(value=4e-3 * math.pi / 10800.0, low=0.0, status="upper bound")
+    assert repr(bound) == "<angle_random_walk below 0.004 deg/sqrt(h), 95 %>"
+    unseen = estimate(value=math.nan, low=math.nan, high=math.nan, status="not observable")
+    assert repr(unseen) == "<angle_random_walk not observable>"
+    assert unseen == replace(unseen, value=-math.nan)
+    assert hash(unseen) == hash(replace(unseen, low=float("nan")))
+    assert unseen != bound != estimate()
+    unnamed = estimate(name=None, value=1.0, low=0.5, high=2.0)
+    assert repr(unnamed) == "<estimate 1 (0.5 to 2) SI, 95 %>"
+    assert "<b>angle random walk</b> 0.002" in estimate()._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"status": "guessed"}, "status 'guessed' is not known; use one of estimated, upper bound"),
+        ({"confidence": 95.0}, "confidence is 95.0; give a number between 0 and 1"),
+        ({"low": 1.0}, "give low <= value <= high"),
+        ({"value": math.nan}, "give low <= value <= high"),
+        ({"status": "not observable"}, "has NaN for all three"),
+        ({"name": "drift"}, "name 'drift' is not a coefficient; use one of quantization"),
+    ],
+)
+def test_an_estimate_checks_what_it_is_given(change, words):
+    with pytest.raises(ValueError, match=words):
+        estimate(**change)
+
+
+def test_a_fit_checks_its_names():
+    with pytest.raises(ValueError, match="method 'least' is not known; use one of paper"):
+        Fit(method="least", coefficients={})
+    with pytest.raises(ValueError, match="coefficients: name 'drift' is not known"):
+        Fit(method="paper", coefficients={"drift": estimate()})
+
+
+def test_a_square_of_two_gyros_is_per_gyro():
+    pair = SquaredEstimate(value=8.0, low=2.0, high=18.0, status="estimated")
+    one = pair.of_one_gyro("rate_random_walk", 2, 0.95)
+    assert (one.value, one.low, one.high) == (2.0, 1.0, 3.0)
+    assert pair.per(2.0) == SquaredEstimate(value=4.0, low=1.0, high=9.0, status="estimated")
+    bound = SquaredEstimate.bound(4.0).of_one_gyro("rate_ramp", 1, 0.9)
+    assert (bound.value, bound.low, bound.high, bound.status) == (2.0, 0.0, 2.0, "upper bound")
+    assert math.isnan(SquaredEstimate.unseen().of_one_gyro("rate_ramp", 1, 0.9).value)

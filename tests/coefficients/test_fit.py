@@ -1,12 +1,14 @@
 """What all methods have in common, and the one way in."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
+from sagnac.coefficients.fit import fit_coefficients
 from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.stability.curve import stability_curve
 from tests.coefficients.examples import white
@@ -101,3 +103,39 @@ def test_markov_and_sinusoid_are_not_invented():
     assert fit.coefficients["angle_random_walk"].value == pytest.approx(
         plain.coefficients["angle_random_walk"].value, rel=2e-3
     )
+
+
+def test_one_way_in_to_every_method():
+    rate = white(2000, 41)
+    curve = stability_curve(rate, kind="rate", sample_rate=1.0)
+    assert fit_coefficients(rate, kind="rate", sample_rate=1.0) == likelihood_fit(
+        rate, kind="rate", sample_rate=1.0
+    )
+    assert fit_coefficients(curve, method="paper") == paper_fit(curve)
+    pair = fit_coefficients(curve, method="weighted", gyros_differenced=2, confidence=0.9)
+    assert pair == weighted_fit(curve, gyros_differenced=2, confidence=0.9)
+    assert (
+        fit_coefficients(replace(curve, gyros_differenced=2), method="weighted", confidence=0.9)
+        == pair
+    )
+
+
+@pytest.mark.parametrize(
+    ("of_curve", "change", "words"),
+    [
+        (True, {}, "method 'likelihood' fits the spectrum of samples"),
+        (True, {"method": "paper", "kind": "rate"}, "those of the curve; leave them out"),
+        (True, {"method": "paper", "gyros_differenced": 0}, "use 1"),
+        (False, {"method": "weighted"}, "method 'weighted' fits a StabilityCurve"),
+        (False, {"method": "whittle"}, "method 'whittle' is not known; use one of paper, weighted"),
+        (False, {"sample_rate": 1.0}, "kind is missing"),
+        (False, {"kind": "rate"}, "sample_rate is missing"),
+        (False, {"kind": "phase", "sample_rate": 1.0}, "kind 'phase' is not known"),
+        (False, {"kind": "rate", "sample_rate": -1.0}, "sample_rate -1.0 is not a positive"),
+    ],
+)
+def test_a_combination_that_cannot_be_fitted_fails_at_once(of_curve, change, words):
+    rate = white(100, 42)
+    given = stability_curve(rate, kind="rate", sample_rate=1.0) if of_curve else rate
+    with pytest.raises(ValueError, match=words):
+        fit_coefficients(given, **change)

@@ -2,7 +2,9 @@
 
 import pytest
 
+from sagnac.stability.clusters import cluster_sizes
 from sagnac.stability.curve import stability_curve
+from sagnac.stability.estimators import properties_of
 from tests.stability.examples import THOUSAND_POINTS
 
 
@@ -14,3 +16,13 @@ def test_taus_are_rounded_merged_and_told():
     assert curve.tau == pytest.approx([0.1, 1.0])
     assert "1 of 3 taus rounded to a multiple of the sample interval" in texts
     assert "1 of 3 taus coincide and are merged" in texts
+
+
+@pytest.mark.parametrize(
+    ("estimator", "sizes"),
+    [("haar", [1, 2, 4, 8, 16, 32]), ("theo1", [10, 12, 14, 16]), ("ohdev", [1, 2, 3, 4])],
+)
+def test_default_clusters_follow_the_row(estimator, sizes):
+    found = cluster_sizes(None, 101, 1.0, properties_of(estimator))
+    assert found.sizes[: len(sizes)].tolist() == sizes
+    assert found.notes == ()

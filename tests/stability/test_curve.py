@@ -2,11 +2,15 @@
 
 import inspect
 import math
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import sagnac
+from sagnac.errors import MissingExtra
 from sagnac.stability.curve import stability_curve, with_noise_restored
 from tests.stability.examples import THOUSAND_POINTS
 
@@ -104,3 +108,76 @@ def test_variance_that_lines_took_belongs_to_an_allan_deviation():
     for wrong in (np.zeros(1), np.full(curve.tau.size, np.nan)):
         with pytest.raises(ValueError, match="give one variance, zero or more"):
             with_noise_restored(curve, wrong, 1)
+
+
+# --- the result ----------------------------------------------------------------------------
+
+
+def small_curve(**change):
+    rates = np.random.default_rng(60).standard_normal(200)
+    curve = stability_curve(rates, kind="rate", sample_rate=2.0, taus=[0.5, 1.0, 10.0])
+    return replace(curve, **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"low": np.ones(2)}, r"low has shape \(2,\); give one value for each tau, shape \(3,\)"),
+        ({"tau": np.array([0.0, 1.0, 2.0])}, "tau holds a value that is not above zero"),
+        ({"estimator": "allan"}, "estimator 'allan' is not known; use one of adev"),
+        ({"kind": "phase"}, "kind 'phase' is not known"),
+        ({"sample_rate": -1.0}, "not a positive number of hertz"),
+        ({"confidence": 68.3}, "not between 0 and 1"),
+        ({"gyros_differenced": 3}, "use 1 .a gyro. or 2 .a pair."),
+    ],
+)
+def test_a_curve_checks_what_it_is_given(change, words):
+    with pytest.raises(ValueError, match=words):
+        small_curve(**change)
+
+
+def test_a_curve_is_read_only_and_compares():
+    curve = small_curve()
+    with pytest.raises(ValueError, match="read-only"):
+        curve.deviation[0] = 1.0
+    assert curve == small_curve()
+    assert curve != small_curve(confidence=0.9)
+    assert curve != "a curve"
+    given = np.array([0.5, 1.0, 10.0])
+    small_curve(tau=given)
+    given[0] = 0.25  # what was given stays the caller's
+
+
+def test_a_curve_of_a_pair_is_a_root_of_two_above_one_gyro():
+    pair = small_curve(gyros_differenced=2)
+    one = pair.per_gyro()
+    for name in ("deviation", "low", "high"):
+        assert getattr(one, name) == pytest.approx(getattr(pair, name) / math.sqrt(2.0))
+    assert one.gyros_differenced == 1
+    assert one.per_gyro() is one
+    assert "difference of two gyros" in repr(pair)
+
+
+def test_a_curve_prints_short():
+    curve = small_curve()
+    assert repr(curve) == (
+        "<StabilityCurve oadev, 3 points, tau 0.5 s to 10 s, 200 samples of rate at 2 Hz>"
+    )
+    assert curve._repr_html_().count("<tr>") == 4
+    empty = replace(curve, **{name: np.empty(0) for name in ARRAYS})
+    assert "0 points" in repr(empty)
+    assert empty._repr_html_().count("<tr>") == 1
+
+
+ARRAYS = ("tau", "deviation", "terms", "edf", "low", "high", "noise_type")
+
+
+def test_a_curve_is_a_frame_where_pandas_is(monkeypatch):
+    made = SimpleNamespace(DataFrame=lambda columns: SimpleNamespace(columns=columns, attrs={}))
+    monkeypatch.setitem(sys.modules, "pandas", made)
+    frame = small_curve().to_frame()
+    assert set(frame.columns) == set(ARRAYS)
+    assert frame.attrs["estimator"] == "oadev"
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(MissingExtra, match=r"needs pandas.*sagnac\[frames\]"):
+        small_curve().to_frame()

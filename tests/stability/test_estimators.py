@@ -1,12 +1,15 @@
 """Every estimator against published numbers, its naive definition and theory."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sagnac.stability import estimators as properties
+from sagnac.stability.accumulate import accumulated_track
 from sagnac.stability.curve import stability_curve
 from tests import naive_stability as naive
 from tests.stability.examples import ESTIMATORS, THOUSAND_POINTS
@@ -201,3 +204,46 @@ def test_the_default_grid_reaches_the_longest_tau(estimator):
     assert curve.tau[-1] == pytest.approx(longest / 100.0)
     assert curve.samples == 1000
     assert curve.estimator == estimator
+
+
+# --- the table -----------------------------------------------------------------------------
+
+
+def test_the_table_has_a_row_for_each_name():
+    assert tuple(properties.ESTIMATORS) == (
+        *("adev", "oadev", "mdev", "tdev", "hdev", "ohdev", "totdev", "mtotdev"),
+        *("theo1", "theoh", "haar"),
+    )
+    assert set(properties.ESTIMATORS) == set(ESTIMATORS)
+    for name, row in properties.ESTIMATORS.items():
+        assert row.name == name
+        assert f"{name} " in properties.__doc__
+        # The longest cluster of a record has one window at least.
+        assert row.windows(row.longest(1000), 1000) >= 1
+        assert row.freedom(0, row.longest(1000), 1000, 1) > 0.0
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_row_counts_the_windows_that_its_sums_take(estimator):
+    row = properties.properties_of(estimator)
+    track = accumulated_track(np.random.default_rng(61).standard_normal(120), "rate", 1.0, "reject")
+    cluster = np.array([12])
+    points = row.sums(track, cluster)
+    if estimator != "theoh":  # whose clusters up to a fifth of the record are of oadev
+        assert points.rules == (estimator,)
+        assert points.windows[0] == row.windows(12, track.angle.size)
+
+
+def test_a_row_checks_its_name_and_order():
+    row = properties.properties_of("oadev")
+    with pytest.raises(ValueError, match="name 'allan' is not known"):
+        replace(row, name="allan")
+    with pytest.raises(ValueError, match="order is 4"):
+        replace(row, order=4)
+    with pytest.raises(ValueError, match="estimator 'allan' is not known; use one of adev"):
+        properties.properties_of("allan")
+
+
+@pytest.mark.parametrize(("estimator", "lowest"), [("oadev", -2), ("theo1", -2), ("ohdev", -4)])
+def test_the_steepest_noise_follows_from_the_order(estimator, lowest):
+    assert properties.properties_of(estimator).lowest_exponent == lowest

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.stability.curve import stability_curve
+from sagnac.stability.strides import stride_notes, window_stride
 
 
 @pytest.mark.parametrize(("estimator", "tau"), [("mtotdev", 64), ("theo1", 160), ("theoh", 600)])
@@ -18,3 +19,11 @@ def test_skipped_windows_are_stated_and_cost_little(monkeypatch, estimator, tau)
     assert skipped.terms[0] < whole.terms[0]
     assert skipped.deviation == pytest.approx(whole.deviation, rel=0.02)
     assert skipped.edf == pytest.approx(whole.edf)
+
+
+def test_a_stride_bounds_the_work_and_never_an_eighth_of_the_cluster():
+    assert window_stride(1000, 100, 80) == 1
+    assert window_stride(10**6, 3000, 10**4) == 100
+    assert window_stride(10**9, 3000, 80) == 10
+    assert window_stride(10**9, 3000, 4) == 1
+    assert stride_notes("theo1", [1, 1], np.array([10, 20])) == ()

@@ -31,7 +31,7 @@ from sagnac.recording.difference import per_gyro
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.degrees_of_freedom import ieee_relative_error
 
-# In which order terms are given up where a curve has too few points for all.
+# The terms a curve is fitted with, the first of them if it has too few points for all.
 _FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
     "angle_random_walk",
     "quantization",
@@ -48,7 +48,7 @@ def paper_fit(
 
     Points whose IEEE error ``1/sqrt(2 (N/n - 1))`` is above 10 % are left out. The paper
     does not say on what scale its squares are taken; here each residual is relative to the
-    fitted variance, for on the plain scale the shortest tau would decide alone. Squared
+    fitted variance: on the plain scale the shortest tau would decide alone. Squared
     coefficients are kept from falling below zero. All points weigh alike, whatever is known
     of their errors; the intervals know it and carry the covariance of the points through.
 
@@ -97,14 +97,14 @@ def weighted_fit(
     Squared coefficients are kept from falling below zero.
 
     Intervals come from the same fit without that limit, for what one term loses at its
-    limit another gains; where the value lies outside they are widened to hold it. They
+    limit another gains; if the value lies outside they are widened to hold it. They
     follow the variance of the estimate as it changes with the coefficient, so that they
-    turn lopsided where few degrees of freedom stand behind it. ``estimated``: the estimate
+    turn lopsided if few degrees of freedom stand behind it. ``estimated``: the estimate
     lies more than three standard deviations above zero, as they are without the term.
     ``upper bound``: the one-sided limit at `confidence`. ``not observable``: at that limit
     the term alone would lie above the fitted curve at half of its points or more.
 
-    Where the curve departs from Eq. 3 by more than chance, a common relative departure of
+    If the curve departs from Eq. 3 by more than chance, a common relative departure of
     the points is estimated and enters the weights and intervals.
 
     Parameters
@@ -121,8 +121,8 @@ def weighted_fit(
         curve; what is unknown of it is in the errors of all.
     sinusoid
         Frequency in Hz of a sinusoidal rate to fit besides: of Eq. 3's kind, but its
-        beating with the noise is not in the covariance. Of a difference of two the
-        amplitude is the root mean square of the gyros'.
+        beating with the noise is not in the covariance. For a difference of two
+        the amplitude is the root mean square of the gyros'.
 
     Returns
     -------

@@ -232,7 +232,7 @@ def non_negative_squares(matrix: FloatArray, vector: FloatArray) -> FloatArray:
 def positive_root(covariance: FloatArray) -> FloatArray:
     """Lower factor of a covariance that may be positive only to rounding.
 
-    Neighbouring points of an overlapped curve are nearly copies of each other where one noise
+    Neighbouring points of an overlapped curve are nearly copies of each other if one noise
     rules, so that the smallest eigenvalue of their correlation can come out below zero. A share
     of it, the least that makes it positive, is added to the diagonal.
     """

@@ -55,7 +55,7 @@ class ConvertedEstimate:
         return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g}) {self.unit}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class Estimate:
     """One coefficient in SI.
 
@@ -109,6 +109,17 @@ class Estimate:
         elif not self.low <= self.value <= self.high:
             raise ValueError(f"{figures}: give low <= value <= high")
 
+    def _key(self) -> tuple[object, ...]:
+        """What makes two estimates equal; NaN, which equals nothing, goes by the status."""
+        figures = () if self.status == "not observable" else (self.value, self.low, self.high)
+        return (*figures, self.confidence, self.status, self.name)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Estimate) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
     def to(self, unit: str) -> ConvertedEstimate:
         """The figures in a unit of the field.
 
@@ -136,7 +147,7 @@ class Estimate:
         )
 
     def _worded(self) -> str:
-        """The figures in the field's unit, SI where the coefficient is not known."""
+        """The figures in the field's unit, SI if the coefficient is not known."""
         if self.status == "not observable":
             return "not observable"
         if self.name is None:
@@ -219,7 +230,7 @@ class Fit:
         Markov rate, the peak rate of a sinusoid in rad/s.
     departure
         Of a likelihood fit: relative departure of the spectrum from the terms that chance does
-        not explain, 1 or more where bins had to be left out; 0 where the terms suffice.
+        not explain, 1 or more if bins had to be left out; 0 if the terms suffice.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from sagnac.arrays import FloatArray
 
-# A term is called present where leaving it out costs three standard deviations: a false
+# A term is called present if leaving it out costs three standard deviations: a false
 # alarm of 0.13 % for each term that is not there.
 PRESENCE: Final = 9.0
 # The same probability for two parameters.
@@ -42,9 +42,9 @@ def crossing(
     Returns
     -------
     float
-        Infinite, with the sign of `step`, if there is no crossing within a million steps;
-        `inside` itself if `rise` is not negative there, as when weights that differ between two
-        trial values put it beyond.
+        Infinite, with the sign of `step`, if there is no crossing within a million steps; `limit`
+        if there is none before it; `inside` itself if `rise` is not negative there, as when
+        weights that differ between two trial values put it beyond.
     """
     low, low_value = inside, rise(inside)
     if low_value >= 0.0:
@@ -54,8 +54,10 @@ def crossing(
         if abs(high - inside) >= abs(limit - inside):
             high = limit
         high_value = min(rise(high), 1e3)
-        if high_value >= 0.0 or high == limit:
+        if high_value >= 0.0:
             return _between(rise, low, low_value, high, high_value)
+        if high == limit:
+            return limit
         low, low_value = high, high_value
         step *= 1.8
     return math.copysign(math.inf, step)

@@ -21,8 +21,8 @@ from sagnac.coefficients.limits import (
 )
 from sagnac.errors import Note
 
-# How far above the terms a bin has to be to be called something else, where chance (one in
-# ten million) does not put it there. Less is taken for a departure of the terms.
+# A bin this many times the terms, that chance (one in ten million) does not put there, is
+# something else. Less is taken for a departure of the terms.
 _STANDS_OUT: Final = 1.5
 
 
@@ -148,7 +148,7 @@ def _lowered(
 
 
 def _deviance(spectrum: Ordinates, mean: FloatArray) -> float:
-    """-2 log likelihood of the squares, infinite where their mean is not positive."""
+    """-2 log likelihood of the squares, infinite if their mean is not positive."""
     if not mean.min() > 0.0:
         return math.inf
     return float(spectrum.weight @ (np.log(mean) + spectrum.power / mean))
@@ -231,7 +231,7 @@ def with_departure(spectrum: Ordinates) -> Weighed:
     """`spectrum` with weights that allow for what the terms do not describe.
 
     Bins that stand far above the terms (a line left, a resonance) weigh nothing; for the
-    rest a common relative departure is estimated where it is significant.
+    rest a common relative departure is estimated if it is significant.
     """
     if np.count_nonzero(spectrum.count >= 8.0) < 3 * LEAST_BINS:
         return Weighed(spectrum=spectrum)

@@ -57,7 +57,7 @@ def likelihood_fit(
     term alone would lie above the fitted spectrum in half of the bins or more.
 
     Bins that stand out above the terms by half or more and by more than chance (one in
-    ten million) are left out, and said so: a line that is left, or a resonance. Where the
+    ten million) are left out, and said so: a line that is left, or a resonance. If the
     rest departs from the terms by more than chance, the common relative departure of the
     bins is estimated and enters the weights and intervals.
 
@@ -82,12 +82,12 @@ def likelihood_fit(
         The terms to fit; the others are taken to be absent and come back as
         ``not observable``.
     markov
-        Look for a first-order Markov rate besides. It is kept where it lowers twice the
+        Look for a first-order Markov rate besides. It is kept if it lowers twice the
         log likelihood by more than 11.8 (three standard deviations of two parameters);
         the uncertainty of its time is then in the intervals of the others, and its own
         intervals are of the Fisher information.
     sinusoid
-        Frequency in Hz of a sinusoidal rate to fit besides and take off. Of a difference
+        Frequency in Hz of a sinusoidal rate to fit besides and take off. For a difference
         of two the amplitude is the root mean square of the gyros'.
 
     Returns

@@ -43,8 +43,8 @@ def sum_squared_second_differences(
     """`sums`, for each lag, and ``(x[i + 2 lag] - 2 x[i + lag] + x[i])**2``, begin <= i < end.
 
     Blocks of starts go through all lags while they are in cache, and a fresh sum for each
-    block keeps the rounding error from growing with the record. `begin` and `end`, where it is
-    not that of the record, are multiples of a block: then the parts add up to the last bit.
+    block keeps the rounding error from growing with the record. `begin` is a multiple of
+    a block, and so is `end` unless it is that of the record: the parts then add up to the last bit.
     """
     sums = sums.copy()
     for start in range(begin, min(end, angle.size), _BLOCK):
@@ -69,7 +69,7 @@ def sum_squared_second_differences(
 def sum_squared_third_differences(
     angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
 ) -> FloatArray:
-    """As `sum_squared_second_differences`, of ``x[i+3 lag] - 3 x[i+2 lag] + 3 x[i+lag] - x[i]``."""
+    """As `sum_squared_second_differences`: ``x[i+3 lag] - 3 x[i+2 lag] + 3 x[i+lag] - x[i]``."""
     sums = sums.copy()
     for start in range(begin, min(end, angle.size), _BLOCK):
         for j in range(lags.size):
@@ -228,8 +228,8 @@ def sum_squared_arms(
 ) -> float:
     """Sum of ``(2 (ends - centre) + sign_ahead ahead + sign_behind behind)**2``.
 
-    A second difference an arm of which lies beyond an end of the record, where the angle is its
-    point reflection in that end, ``x[-k] = 2 x[0] - x[k]``; `ends` are the ends reflected in.
+    These are second differences with an arm beyond an end of the record. There the angle is its
+    point reflection in that end, ``x[-k] = 2 x[0] - x[k]``; `ends` is the sum of those ends.
     """
     total = 0.0
     for k in range(centre.size):
@@ -317,6 +317,51 @@ def sum_theo1_terms(angle: FloatArray, mirrored: FloatArray, span: int, stride: 
 
 
 @numba.njit(cache=True)
+def take_without_parabola(
+    angle: FloatArray, start: int, count: int, cluster: int, row: FloatArray
+) -> None:
+    """`count` angles `cluster` apart from `start` on into `row`, less their parabola."""
+    centre = 0.5 * (count - 1)
+    curvature_centre = (count * count - 1.0) / 12.0
+    for k in range(count):
+        row[k] = angle[start + k * cluster] - angle[start]
+    constant, ramp, parabola, ramp_norm, parabola_norm = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        t = k - centre
+        q = t * t - curvature_centre
+        constant += row[k]
+        ramp += t * row[k]
+        parabola += q * row[k]
+        ramp_norm += t * t
+        parabola_norm += q * q
+    constant /= count
+    ramp /= ramp_norm
+    parabola /= parabola_norm
+    for k in range(count):
+        t = k - centre
+        row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
+
+
+@numba.njit(cache=True)
+def lag_one_correlation(stretches: FloatArray, counts: IntegerArray, order: int) -> float:
+    """Pooled lag-1 autocorrelation of stretches that were differenced `order` times, or NaN."""
+    product = 0.0
+    square = 0.0
+    for b in range(counts.size):
+        n = counts[b] - order
+        row = stretches[b]
+        mean = 0.0
+        for k in range(n):
+            mean += row[k]
+        mean /= n
+        for k in range(n - 1):
+            product += (row[k] - mean) * (row[k + 1] - mean)
+            square += (row[k] - mean) ** 2
+        square += (row[n - 1] - mean) ** 2
+    return product / square if square > 0.0 else np.nan
+
+
+@numba.njit(cache=True)
 def lag_one_order(
     angle: FloatArray, starts: IntegerArray, counts: IntegerArray, cluster: int, maximum_order: int
 ) -> float:
@@ -330,46 +375,14 @@ def lag_one_order(
         longest = max(longest, counts[b])
     stretches = np.empty((starts.size, longest))
     for b in range(starts.size):
-        n = counts[b]
-        row = stretches[b]
-        centre = 0.5 * (n - 1)
-        curvature_centre = (n * n - 1.0) / 12.0
-        for k in range(n):
-            row[k] = angle[starts[b] + k * cluster] - angle[starts[b]]
-        constant, ramp, parabola, ramp_norm, parabola_norm = 0.0, 0.0, 0.0, 0.0, 0.0
-        for k in range(n):
-            t = k - centre
-            q = t * t - curvature_centre
-            constant += row[k]
-            ramp += t * row[k]
-            parabola += q * row[k]
-            ramp_norm += t * t
-            parabola_norm += q * q
-        constant /= n
-        ramp /= ramp_norm
-        parabola /= parabola_norm
-        for k in range(n):
-            t = k - centre
-            row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
+        take_without_parabola(angle, starts[b], counts[b], cluster, stretches[b])
     mean_count = float(counts.mean())
     for order in range(maximum_order + 1):
-        product = 0.0
-        square = 0.0
-        for b in range(starts.size):
-            n = counts[b] - order
-            row = stretches[b]
-            mean = 0.0
-            for k in range(n):
-                mean += row[k]
-            mean /= n
-            for k in range(n - 1):
-                product += (row[k] - mean) * (row[k + 1] - mean)
-                square += (row[k] - mean) ** 2
-            square += (row[n - 1] - mean) ** 2
-        if square == 0.0:
+        correlation = lag_one_correlation(stretches, counts, order)
+        if np.isnan(correlation):
             return np.nan
         # What is left of the parabola's three parameters pulls the correlation down.
-        correlation = product / square + max(3 - order, 1) / mean_count
+        correlation += max(3 - order, 1) / mean_count
         fraction = correlation / (1.0 + correlation)
         if fraction < 0.25 or order == maximum_order:
             return order + fraction
@@ -393,30 +406,20 @@ def _power_law_structure(t: float, alpha: int) -> float:
 
 
 @numba.njit(cache=True)
-def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
-    """s_x(t) = F^2 (2 s_w(t) - s_w(t - 1/F) - s_w(t + 1/F)).
-
-    Away from zero the second difference is written out, so that a cluster of a million
-    samples costs no digits. F may be infinite for alpha <= 0: the second derivative.
-    """
-    t = abs(t)
-    h = 1.0 / filter_factor
-    if t == 0.0 and h == 0.0:
-        return 0.0
-    if t < h:
-        return (
-            2.0 * _power_law_structure(t, alpha)
-            - _power_law_structure(t - h, alpha)
-            - _power_law_structure(t + h, alpha)
-        ) / (h * h)
+def _filtered_power(t: float, h: float, alpha: int) -> float:
+    """s_x(t) beyond the filter, t >= h, for an even alpha: a polynomial."""
     if alpha == 2:
         return 0.0
     if alpha == 0:
         return -6.0 * t
     if alpha == -2:
         return 20.0 * t**3 + 10.0 * t * h * h
-    if alpha == -4:
-        return -(42.0 * t**5 + 70.0 * t**3 * h**2 + 14.0 * t * h**4)
+    return -(42.0 * t**5 + 70.0 * t**3 * h**2 + 14.0 * t * h**4)
+
+
+@numba.njit(cache=True)
+def _filtered_flicker(t: float, h: float, alpha: int) -> float:
+    """s_x(t) beyond the filter, t >= h, for an odd alpha: powers times logarithms."""
     u = h / t
     power = 3 - alpha
     if alpha == 1:
@@ -434,6 +437,28 @@ def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
         odd = 2.0**power * math.log(2.0)
     value = t ** (power - 2) * (even * math.log(t) + odd)
     return value if alpha == -1 else -value
+
+
+@numba.njit(cache=True)
+def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
+    """s_x(t) = F^2 (2 s_w(t) - s_w(t - 1/F) - s_w(t + 1/F)).
+
+    Away from zero the second difference is written out, so that a cluster of a million
+    samples costs no digits. F may be infinite for alpha <= 0: the second derivative.
+    """
+    t = abs(t)
+    h = 1.0 / filter_factor
+    if t == 0.0 and h == 0.0:
+        return 0.0
+    if t < h:
+        return (
+            2.0 * _power_law_structure(t, alpha)
+            - _power_law_structure(t - h, alpha)
+            - _power_law_structure(t + h, alpha)
+        ) / (h * h)
+    if alpha % 2 == 0:
+        return _filtered_power(t, h, alpha)
+    return _filtered_flicker(t, h, alpha)
 
 
 @numba.njit(cache=True)

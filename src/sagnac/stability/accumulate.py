@@ -74,7 +74,7 @@ def accumulated_track(
     Raises
     ------
     RecordingError
-        If a sample is infinite, or missing where it may not be, or too few are present.
+        If a sample is infinite, or missing and not allowed to be, or too few are present.
     ValueError
         If there are too few samples.
     """
@@ -186,7 +186,7 @@ def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
 def _count_gaps(
     samples: FloatArray, sample_rate: float, gaps: Gaps, only_whole: Estimator | None
 ) -> int:
-    """How many samples are missing, where none is infinite and missing ones are allowed."""
+    """How many samples are missing, if none is infinite and missing ones are allowed."""
     infinite, first = _tally(np.isinf, samples)
     if infinite:
         raise RecordingError(

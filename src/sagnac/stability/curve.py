@@ -97,7 +97,7 @@ class StabilityCurve:
     >>> curve
     <StabilityCurve oadev, 3 points, tau 0.1 s to 10 s, 1000 samples of rate at 10 Hz>
     >>> curve.deviation.round(3)
-    array([0.991, 0.324, 0.078])
+    array([0.995, 0.299, 0.11 ])
     """
 
     tau: FloatArray

@@ -1,4 +1,4 @@
-"""Windows that an estimator skips where taking every one would cost too much."""
+"""Windows that an estimator skips if taking every one would cost too much."""
 
 import math
 from collections.abc import Sequence

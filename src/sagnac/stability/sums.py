@@ -279,7 +279,7 @@ def _window_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
 
 
 def _first_window(angle: FloatArray, cluster: int) -> float:
-    """Sum of the first `cluster` second differences, or zero where they do not fit."""
+    """Sum of the first `cluster` second differences, or zero if they do not fit."""
     return series.reduce(
         lambda window, block: float(
             _kernels.window_difference(angle, cluster, block.start, block.stop, window)
