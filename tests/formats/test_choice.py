@@ -64,7 +64,7 @@ def test_a_column_with_its_unit_or_none():
     placed = choose_stated(COLUMNS, "table", "y:arcsec")
     assert (placed.column, placed.unit) == (COLUMNS[2], "arcsec")
     assert choose_stated(COLUMNS, "table", "x[deg]").unit is None
-    with pytest.raises(RecordingError, match="w: no such column.*table=COLUMN:UNIT"):
+    with pytest.raises(RecordingError, match=r"w: no such column.*table=COLUMN:UNIT"):
         choose_stated(COLUMNS, "table", "w:deg")
 
 

@@ -112,5 +112,5 @@ def test_the_unit_of_time():
 
 
 def test_a_scale_has_a_size():
-    with pytest.raises(ValueError, match="factor is 0.0"):
+    with pytest.raises(ValueError, match=r"factor is 0\.0"):
         Scale(kind="angle", unit="deg", factor=0.0)

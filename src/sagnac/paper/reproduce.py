@@ -20,7 +20,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Status
-from sagnac.formats.files import replacing
+from sagnac.formats.source import replacing
 from sagnac.paper.least_squares import FITTED_TERMS, FORMS, Form, least_squares
 from sagnac.paper.plan import FULL, Run, Scope, cell_name, plan
 from sagnac.paper.prediction import Prediction, predicted_angle_random_walk

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from sagnac import formats
 from sagnac.arrays import FloatArray
 from sagnac.formats import parquet
-from sagnac.formats.files import replacing
+from sagnac.formats.source import replacing
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig
