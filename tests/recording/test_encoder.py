@@ -208,7 +208,7 @@ def test_what_was_filled_on_reading_is_said(tmp_path):
     ):
         path = file(tmp_path / f"{how}.csv", spoiled(reading(angle), gone, how), 0.6 * angle)
         recording = read(path, Statement(kind="angle", sample_rate=RATE))
-        notes = " ".join(str(note) for note in recording.notes)
+        notes = " ".join(recording.notes)
         for word in (*words, "4 missing samples, at most 2 in a row, interpolated"):
             assert word in notes
         truth = np.radians(angle - angle[0])
