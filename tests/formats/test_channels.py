@@ -80,9 +80,8 @@ def test_a_counter_that_rolls_over_is_continuous_and_no_wider_than_its_bits():
     counts = np.arange(0.0, 2e5, 5e3)
     readings = rolled_over("x", counts % 2**16, 16)
     np.testing.assert_array_equal(readings.values, counts)
-    assert [str(n) for n in readings.notes] == [
-        "x: the 16 bit counter rolled over 2 times: unwrapped"
-    ]
+    (note,) = readings.notes
+    assert str(note) == "x: the 16 bit counter rolled over 2 times: unwrapped"
     assert rolled_over("x", np.arange(9.0), 16).notes == ()
     with pytest.raises(RecordingError, match="x: it spans 195000 counts, more than 16 bits hold"):
         rolled_over("x", counts, 16)

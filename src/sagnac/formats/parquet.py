@@ -19,6 +19,7 @@ from sagnac.formats.outgoing import Outgoing, Rows, check_name, field_unit, unit
 from sagnac.formats.source import Column, Source, Stored, column
 from sagnac.recording.model import Kind
 
+SUFFIXES: Final = PARQUET.suffixes
 ROWS_PER_GROUP: Final = 500_000
 _BUFFER: Final = 2**20  # bytes
 

@@ -18,7 +18,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.coefficients.estimates import Estimate, Fit, in_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.formats.files import replacing
+from sagnac.formats.source import replacing
 from sagnac.lines.model import Line
 from sagnac.recording.difference import per_gyro
 from sagnac.report.wording import FIELD_UNITS, in_field_unit

@@ -19,7 +19,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName, allan_variance
-from sagnac.formats.files import replacing
+from sagnac.formats.source import replacing
 from sagnac.lines.model import Line
 from sagnac.recording.difference import per_gyro
 from sagnac.report.document import headline_fit, per_gyro_curve
