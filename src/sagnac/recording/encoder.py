@@ -308,7 +308,7 @@ def _found(
 ) -> IntegerArray:
     """Samples for which `test` holds, up to the first block in which they become more than `most`.
 
-    What lies behind is not looked at: so many are no finding, and take memory.
+    What lies behind is not looked at: more than that is no finding, and takes memory.
     """
 
     def add(found: list[IntegerArray], block: slice) -> list[IntegerArray]:

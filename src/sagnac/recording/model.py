@@ -12,7 +12,7 @@ from sagnac.arrays import FloatArray
 from sagnac.dataframes import pandas_for
 from sagnac.errors import Note, RecordingError, as_note
 from sagnac.recording.channel import Channel, Kind, require_rate, same_values
-from sagnac.recording.columns import gyro_of, pulses_of, seconds_of, table_of
+from sagnac.recording.columns import Taken, gyro_of, pulses_of, seconds_of, table_of
 from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
 from sagnac.recording.stamps import Sampling, sampling
 
@@ -190,38 +190,22 @@ class Recording:
         >>> Recording.from_arrays(x=[3600, 7200], kind="increment", unit="arcsec", sample_rate=2.0)
         Recording(x (increment, arcsec); 2 samples at 2 Hz, 1 s)
         """
-        if not gyros:
-            raise ValueError("no gyro is given; give one or more by name, x=values for one")
-        notes: list[Note] = []
-        channels = []
-        for name, values in gyros.items():
-            gyro = gyro_of(
-                name,
-                values,
-                kind=stated_for(name, kind, "kind"),
-                unit=stated_for(name, unit, "unit"),
-                period=period,
-            )
-            channels.append(gyro.channel)
-            notes += gyro.notes
-        table_channel = None
-        if table is not None:
-            taken = table_of(table, unit=table_unit)
-            table_channel = taken.channel
-            notes += taken.notes
-        rising = None
-        if null_pulse is not None:
-            pulses = pulses_of(null_pulse)
-            rising = pulses.rising
-            notes += pulses.notes
-        taken_at = _sampled(sample_rate, times, time_unit, channels[0].values.size)
+        taken = _gyros_of(gyros, kind, unit, period)
+        of_table = None if table is None else table_of(table, unit=table_unit)
+        pulses = None if null_pulse is None else pulses_of(null_pulse)
+        when = _sampled(sample_rate, times, time_unit, taken[0].channel.values.size)
         return cls(
-            gyros=tuple(channels),
-            sample_rate=taken_at.sample_rate,
-            times=taken_at.times,
-            table=table_channel,
-            null_pulse=rising,
-            notes=(*taken_at.notes, *notes),
+            gyros=tuple(one.channel for one in taken),
+            sample_rate=when.sample_rate,
+            times=when.times,
+            table=of_table.channel if of_table else None,
+            null_pulse=pulses.rising if pulses else None,
+            notes=(
+                *when.notes,
+                *(note for one in taken for note in one.notes),
+                *(of_table.notes if of_table else ()),
+                *(pulses.notes if pulses else ()),
+            ),
         )
 
     @classmethod
@@ -361,6 +345,27 @@ def second_of(recording: Recording, index: int) -> float:
     if recording.times is not None and math.isfinite(recording.times[index]):
         return offset + float(recording.times[index])
     return offset + index / recording.sample_rate
+
+
+def _gyros_of(
+    gyros: Mapping[str, ArrayLike],
+    kind: Kind | Mapping[str, Kind],
+    unit: str | Mapping[str, str],
+    period: float | None,
+) -> tuple[Taken, ...]:
+    """A channel a column, converted."""
+    if not gyros:
+        raise ValueError("no gyro is given; give one or more by name, x=values for one")
+    return tuple(
+        gyro_of(
+            name,
+            values,
+            kind=stated_for(name, kind, "kind"),
+            unit=stated_for(name, unit, "unit"),
+            period=period,
+        )
+        for name, values in gyros.items()
+    )
 
 
 def _sampled(
