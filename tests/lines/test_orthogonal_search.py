@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sagnac.lines.orthogonal_search import fast_orthogonal_search
-from tests.naive_search import greedy_pairs
+from tests.naive_search import greedy_pairs, textbook_search
 
 
 def wandering_phase(samples, turns, generator):
@@ -95,6 +95,19 @@ def test_time_scale_of_a_uniform_record():
     assert_same(found, naive, spacing=spacing)
 
 
+def test_a_whole_record_in_time_is_exact():
+    # The sums are a Fourier transform there, not a non-uniform one that is good to 1e-9.
+    time = np.arange(3000) / 10.0
+    signal = np.cumsum(np.random.default_rng(2).standard_normal(3000))
+    found = fast_orthogonal_search(
+        time, signal, spacing=2.0 * np.pi / 300.0, candidates=1499, most_terms=12
+    )
+    assert found.chosen.size == 12
+    assert np.mean((signal - found.series(time)) ** 2) == pytest.approx(
+        found.mean_square[-1], rel=1e-11
+    )
+
+
 def test_series_is_the_fit():
     generator = np.random.default_rng(2)
     phase = wandering_phase(500, 5.0, generator)
@@ -170,9 +183,125 @@ def test_a_large_ramp_costs_no_precision():
     assert with_ramp.cosine == pytest.approx(without.cosine, abs=1e-7)
 
 
+def correlated(samples, count, generator):
+    """Columns that share much of each other, with means and sizes of their own."""
+    columns = generator.standard_normal((samples, count)) @ generator.standard_normal(
+        (count, count)
+    )
+    return columns * np.geomspace(1e-3, 1e3, count) + generator.uniform(-5.0, 5.0, count)
+
+
+@pytest.mark.parametrize("with_phase", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_columns_are_chosen_as_the_textbook_recursion_chooses_them(with_phase, seed):
+    generator = np.random.default_rng(seed)
+    phase = wandering_phase(300, 4.0, generator)
+    columns = correlated(300, 9, generator)
+    signal = 2.0 + columns[:, [1, 6]] @ [300.0, -0.02] + generator.standard_normal(300)
+    signal += 0.1 * phase if with_phase else 0.0
+    found = fast_orthogonal_search(
+        phase if with_phase else None, signal, candidates=columns, stop="none", most_terms=5
+    )
+    base = [np.ones(300), phase] if with_phase else [np.ones(300)]
+    chosen, left, coefficients = textbook_search(signal, base, columns, terms=5)
+    assert found.chosen.tolist() == chosen
+    assert found.mean_square == pytest.approx(left, rel=1e-8)
+    assert found.constant == pytest.approx(coefficients[0], rel=1e-7)
+    assert found.slope == pytest.approx(coefficients[1] if with_phase else 0.0, rel=1e-7)
+    assert found.coefficients[:, 0] == pytest.approx(coefficients[len(base) :], rel=1e-7)
+    series = found.series(phase if with_phase else None, columns)
+    assert np.mean((signal - series) ** 2) == pytest.approx(left[-1], rel=1e-8)
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_matrix_of_pairs_is_searched_as_the_phase_is(stop):
+    generator = np.random.default_rng(6)
+    phase = wandering_phase(500, 6.3, generator)
+    signal = series_with_noise(phase, generator, noise=0.3)
+    argument = np.outer(phase, np.arange(1.0, 21.0))
+    pairs = np.stack([np.cos(argument), np.sin(argument)], axis=2)
+    by_phase = fast_orthogonal_search(phase, signal, spacing=1.0, candidates=20, stop=stop)
+    by_matrix = fast_orthogonal_search(phase, signal, candidates=pairs, stop=stop)
+    assert by_matrix.chosen.tolist() == by_phase.chosen.tolist()
+    # The sums over the phase are good to 1e-9 of their strengths.
+    assert by_matrix.mean_square == pytest.approx(by_phase.mean_square, rel=1e-7)
+    assert by_matrix.coefficients == pytest.approx(by_phase.coefficients, abs=1e-7)
+    assert (by_matrix.constant, by_matrix.slope) == pytest.approx(
+        (by_phase.constant, by_phase.slope), abs=1e-7
+    )
+    assert by_matrix.series(phase, pairs) == pytest.approx(by_phase.series(phase), abs=1e-6)
+
+
+def test_columns_that_say_nothing_new_are_refused():
+    generator = np.random.default_rng(7)
+    column = generator.standard_normal(200)
+    columns = np.stack([np.full(200, 3.0), column, 5.0 - 2.0 * column, np.zeros(200)], axis=1)
+    signal = column + 0.1 * generator.standard_normal(200)
+    found = fast_orthogonal_search(None, signal, candidates=columns, stop="none")
+    assert found.chosen.size == 1
+    assert found.chosen[0] in {1, 2}
+
+
+def test_a_large_mean_hides_no_column():
+    # A temperature near 300 K that moves by a tenth.
+    generator = np.random.default_rng(8)
+    temperature = 300.0 + 0.1 * generator.standard_normal(400)
+    signal = 2.0 * temperature + 0.01 * generator.standard_normal(400)
+    found = fast_orthogonal_search(None, signal, candidates=temperature[:, np.newaxis])
+    assert found.chosen.tolist() == [0]
+    assert found.coefficients[0, 0] == pytest.approx(2.0, abs=0.02)
+
+
+def test_single_columns_of_noise_pass_at_the_false_alarm_stated():
+    taken = 0
+    for seed in range(200):
+        generator = np.random.default_rng(seed)
+        found = fast_orthogonal_search(
+            None,
+            generator.standard_normal(300),
+            candidates=generator.standard_normal((300, 30)),
+            stop="false-alarm",
+            false_alarm=0.1,
+            most_terms=1,
+        )
+        taken += found.chosen.size
+    # Binomial(200, 0.1): 20 +- 4.2.
+    assert 7 <= taken <= 33
+
+
+def test_the_result_carries_its_settings_and_takes_lists():
+    found = fast_orthogonal_search(
+        [0.0, 1.0, 2.0, 3.0, 4.0],
+        [1.0, 2.0, 0.0, 1.0, 3.0],
+        spacing=0.7,
+        candidates=2,
+        stop="false-alarm",
+        false_alarm=0.2,
+        most_terms=1,
+    )
+    assert (found.spacing, found.candidates, found.stop) == (0.7, 2, "false-alarm")
+    assert (found.false_alarm, found.most_terms) == (0.2, 1)
+    with pytest.raises(ValueError, match="read-only"):
+        found.mean_square[0] = 0.0
+    with pytest.raises(ValueError, match="given for a matrix"):
+        found.series([0.0], [[1.0]])
+    own = fast_orthogonal_search(None, [1.0, 2.0, 0.5], candidates=[[1.0], [2.0], [0.0]])
+    with pytest.raises(ValueError, match="no frequencies"):
+        _ = own.frequencies
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"stop": "f-test"}, "stop is 'f-test'; use one of korenberg, false-alarm, none"),
+        ({"false_alarm": 1.0}, "false_alarm is 1.0"),
+        ({"spacing": None}, "spacing None"),
+        ({"signal": np.full(10, np.nan)}, "signal has values that are not finite"),
+        ({"signal": np.zeros((5, 2))}, r"signal has shape \(5, 2\)"),
+        ({"candidates": np.zeros((10, 2))}, "candidates is a matrix"),
+        ({"candidates": np.zeros((9, 2)), "spacing": None}, r"candidates has shape \(9, 2\)"),
+        ({"candidates": np.zeros((10, 2, 3)), "spacing": None}, "for pairs"),
+        ({"candidates": np.full((10, 2), np.inf), "spacing": None}, "not finite"),
         ({"spacing": 0.0}, "spacing 0.0"),
         ({"candidates": 0}, "candidates 0"),
         ({"most_terms": -1}, "most_terms -1"),

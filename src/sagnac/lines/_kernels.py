@@ -37,6 +37,7 @@ def paired_sums(
         (pairs, 4): `first` with the conjugate of `second`, and `first` with `second`: both plain,
         the first's derivative, the second's derivative, both derivatives.
     """
+    # One loop nest, since each sum needs the phases, sizes and slopes of both sides at hand.
     straight = np.zeros((first.size, 4), dtype=np.complex128)
     mirrored = np.zeros((first.size, 4), dtype=np.complex128)
     phases = np.empty(2)
@@ -85,6 +86,7 @@ def paired_sums(
 
 
 MIX_BLOCK = 50
+"""Samples in each mean of `mixed_down`."""
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)

@@ -244,7 +244,7 @@ def _check(
     spacing: float | None,
     candidates: int | ArrayLike,
 ) -> None:
-    """Refuse arrays and candidates that make no sense."""
+    """Refuse arrays and frequencies that make no sense."""
     if signal.ndim != 1 or signal.size == 0:
         raise ValueError(f"signal has shape {signal.shape}; give (samples,)")
     if phase is not None and phase.shape != signal.shape:
@@ -254,15 +254,19 @@ def _check(
     for name, given in (("phase", phase), ("signal", signal)):
         if given is not None and not np.isfinite(given).all():
             raise ValueError(f"{name} has values that are not finite; leave these samples out")
-    if isinstance(candidates, int | np.integer):
-        if phase is None:
-            raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
-        if spacing is None or not (spacing > 0.0 and math.isfinite(spacing)) or candidates < 1:
-            raise ValueError(f"spacing {spacing}, candidates {candidates}: give positive numbers")
+    if not isinstance(candidates, int | np.integer):
+        _check_matrix(np.asarray(candidates, dtype=np.float64), signal, spacing)
         return
+    if phase is None:
+        raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
+    if spacing is None or not (spacing > 0.0 and math.isfinite(spacing)) or candidates < 1:
+        raise ValueError(f"spacing {spacing}, candidates {candidates}: give positive numbers")
+
+
+def _check_matrix(matrix: FloatArray, signal: FloatArray, spacing: float | None) -> None:
+    """Refuse a matrix of candidates that makes no sense."""
     if spacing is not None:
         raise ValueError(f"spacing is {spacing}, and candidates is a matrix; give one of them")
-    matrix = np.asarray(candidates, dtype=np.float64)
     fits = matrix.ndim == 2 or (matrix.ndim == 3 and matrix.shape[2] in {1, 2})
     if not fits or matrix.shape[0] != signal.size or matrix.shape[1] == 0:
         raise ValueError(

@@ -1,0 +1,58 @@
+"""Inner products against increments written out, and the blocks that they rest on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac import series
+from sagnac.lines.components import no_components, removed
+from sagnac.lines.products import even_blocks, inner_products, sampling
+from tests.lines.test_joint_fit import MIXED, SAMPLES, wandering_table
+
+
+def test_inner_products_are_those_of_the_increments(monkeypatch):
+    monkeypatch.setattr(series, "SPAN", 8192)
+    table = wandering_table()
+    number = np.arange(SAMPLES) - 0.5 * (SAMPLES - 1)
+    middle, width = 0.5 * (table.min() + table.max()), np.ptp(table)
+    phasors = [np.exp(1j * order * table) for order in MIXED.orders]
+    phasors += [np.exp(2j * np.pi * one * number) for one in MIXED.frequencies]
+    lags = [(table - middle) / width] * MIXED.orders.size
+    lags += [2.0 * np.pi * number / SAMPLES] * MIXED.frequencies.size
+    slopes = [lag * phasor for lag, phasor in zip(lags, phasors, strict=True)]
+    steps = np.diff(np.array(phasors + slopes), axis=1)
+    found = inner_products(sampling(SAMPLES, table), MIXED)
+    size = np.sqrt(np.einsum("ij,ij->i", steps, steps.conj()).real)
+    scale = np.outer(size, size)
+    # Derivatives of whole orders that are not tuned are not needed, and not made.
+    made = np.abs(found.straight) > 0.0
+    made |= np.abs(found.mirrored) > 0.0
+    assert np.count_nonzero(made) > 100
+    straight, mirrored = steps @ steps.conj().T, steps @ steps.T
+    assert np.abs((found.straight - straight) / scale)[made].max() < 1e-3
+    assert np.abs((found.mirrored - mirrored) / scale)[made].max() < 1e-3
+
+
+def test_blocks_are_long_where_the_table_turns_evenly():
+    even = np.linspace(0.0, 20.0, 5001)
+    blocks = even_blocks(even)
+    assert blocks.count[:-1].tolist() == [256.0] * (blocks.count.size - 1)
+    assert blocks.count.sum() == 5000
+    assert blocks.step == pytest.approx(np.full(blocks.count.size, 20.0 / 5000))
+    assert blocks.lag @ blocks.count == pytest.approx(0.0, abs=1e-6)
+    rough = even + 0.05 * np.random.default_rng(0).standard_normal(even.size)
+    assert even_blocks(rough).count.max() == 1.0
+
+
+def test_what_does_not_go_together_is_refused():
+    with pytest.raises(ValueError, match="table has 1 samples"):
+        sampling(1, np.zeros(1))
+    with pytest.raises(ValueError, match="table has shape"):
+        sampling(4, np.arange(3.0))
+    with pytest.raises(ValueError, match="give one of each an angle component"):
+        replace(no_components(5), orders=np.ones(1))
+    with pytest.raises(ValueError, match="3 components have one of each"):
+        replace(no_components(5), frequencies=np.full(3, 0.1))
+    with pytest.raises(ValueError, match="give the table angle"):
+        removed(np.zeros(SAMPLES), None, MIXED, slice(0, SAMPLES))

@@ -1,0 +1,98 @@
+"""Steps of the regression on the table's kinematics, each by itself."""
+
+import numpy as np
+import pytest
+
+from sagnac.table import kinematic_fit as room
+from sagnac.table.earth import LARGEST_EARTH_RATE
+from sagnac.table.kinematics import averaged, kinematics
+from tests.table.turning import DRIFT, EARTH_TERMS, RATE, SHARE, motion, sensed, wandering
+
+
+@pytest.fixture(scope="module")
+def case():
+    """Averages with a little white noise in their increments, and the kinematics."""
+    fine, table = motion(wandering(300.0))
+    kinematic = kinematics(table, RATE)
+    averages = averaged(sensed(fine) + 1e-7 * np.cos(3.0 * table), kinematic.block)
+    generator = np.random.default_rng(3)
+    return averages + np.cumsum(1e-9 * generator.standard_normal(averages.size)), kinematic
+
+
+def columns_of(case, *, shift=None):
+    return room.design(case[1], np.array([1.0, 3.0]), with_drift=True, shift=shift)
+
+
+def test_increments_are_those_of_the_columns_written_out(case):
+    _, kinematic = case
+    columns = columns_of(case, shift=np.arange(kinematic.angle.size) ** 2.0)
+    written = [
+        kinematic.angle,
+        np.arange(kinematic.angle.size) * 0.1,
+        kinematic.cosine,
+        kinematic.sine,
+        np.arange(kinematic.angle.size) ** 2.0,
+    ]
+    for order in (1.0, 3.0):
+        written += [np.cos(order * kinematic.angle), np.sin(order * kinematic.angle)]
+    assert columns.size == 9
+    block = slice(100, 400)
+    assert columns.increments(block) == pytest.approx(
+        np.diff(np.array(written)[:, 100:401], axis=1), abs=1e-12
+    )
+    assert columns.deviations.tolist() == [
+        *(np.inf, np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE),
+        *[np.inf] * 5,
+    ]
+
+
+def test_the_triangle_is_that_of_all_rows_at_once(case, monkeypatch):
+    averages, _ = case
+    columns, target = columns_of(case), np.diff(averages)
+    monkeypatch.setattr(room, "_AT_ONCE", 37)
+    found = room.triangle(columns, target)
+    rows = np.vstack([columns.increments(slice(0, target.size)), target]).T
+    assert found.shape == (9, 9)
+    assert np.tril(found, -1) == pytest.approx(np.zeros((9, 9)))
+    scale = np.linalg.norm(rows, axis=0)
+    assert found.T @ found / np.outer(scale, scale) == pytest.approx(
+        rows.T @ rows / np.outer(scale, scale), abs=1e-12
+    )
+    reduced = room.Triangle.of(found)
+    free = reduced.solution(np.zeros(8))
+    expected = np.linalg.lstsq(rows[:, :-1] / scale[:-1], target, rcond=None)[0] / scale[:-1]
+    assert free == pytest.approx(expected, rel=1e-6, abs=1e-14)
+    left = room.leftover(columns, target, free)
+    assert left == pytest.approx(target - rows[:, :-1] @ expected, abs=1e-14)
+    # A penalty large enough leaves nothing of its coefficient.
+    held = reduced.solution(np.array([0.0, 0.0, 1e9, 1e9, 0.0, 0.0, 0.0, 0.0]))
+    assert np.abs(held[2:4]).max() < 1e-12
+
+
+def test_noise_is_robust_to_lines_only_if_they_are_known():
+    left = np.random.default_rng(0).standard_normal(4000)
+    with_line = left + 3.0 * np.cos(np.arange(4000) * 0.3)
+    assert room.noise(left, lines_taken=False) == pytest.approx(1.0, rel=0.05)
+    assert room.noise(left, lines_taken=True) == pytest.approx(1.0, rel=0.05)
+    assert room.noise(with_line, lines_taken=False) == pytest.approx(np.sqrt(5.5), rel=0.05)
+    assert room.noise(with_line, lines_taken=True) == pytest.approx(1.0, rel=0.05)
+
+
+def test_the_fit_finds_what_was_put_in(case):
+    averages, kinematic = case
+    found = room.kinematic_fit(averages, kinematic, np.array([3.0, 999.0]), with_drift=True)
+    assert found.share == pytest.approx(SHARE, abs=2e-8)
+    assert found.drift == pytest.approx(DRIFT, abs=1e-8)
+    assert found.earth == pytest.approx(EARTH_TERMS, abs=3e-8)
+    # 999 is beyond what averages show.
+    assert found.orders.tolist() == [3.0]
+    assert found.cosine == pytest.approx([1e-7], rel=0.05)
+    assert found.shift == 0.0
+
+
+def test_sizes_that_do_not_go_together_are_refused(case):
+    averages, kinematic = case
+    with pytest.raises(ValueError, match="averages have shape"):
+        room.regression(averages[:-1], columns_of(case), lines_taken=False)
+    with pytest.raises(ValueError, match="a column has shape"):
+        room.design(kinematic, np.empty(0), with_drift=False, shift=np.zeros(3))

@@ -1,0 +1,101 @@
+"""Kinematics of the table: integrals, averages, gains and how steadily it turns."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac import series
+from sagnac.table.kinematics import (
+    averaged,
+    block_gain,
+    harmonic_sum,
+    highest_harmonic,
+    kinematics,
+    shifted_series,
+    sine_cosine_integrals,
+    steadiness,
+)
+from tests.table.turning import RATE, TURN, motion, reversing, time, wandering
+
+
+@pytest.mark.parametrize("span", [2**18, 5000, 7])
+def test_integrals_and_averages_are_the_same_by_blocks_of_any_length(monkeypatch, span):
+    monkeypatch.setattr(series, "SPAN", span)
+    _, table = motion(wandering(60.0))
+    found = kinematics(table, RATE)
+    cosine, sine = sine_cosine_integrals(table, 1.0 / RATE)
+    assert found.block == 10
+    assert found.interval == pytest.approx(0.1)
+    assert found.angle == pytest.approx(averaged(table, 10), rel=1e-14)
+    assert found.cosine == pytest.approx(averaged(cosine, 10), abs=1e-12)
+    assert found.sine == pytest.approx(averaged(sine, 10), abs=1e-12)
+    assert found.starts[-1] == pytest.approx([cosine[-1], sine[-1]], abs=1e-12)
+    with pytest.raises(ValueError, match="read-only"):
+        found.angle[0] = 0.0
+
+
+def test_a_shift_reads_between_samples_and_holds_the_ends():
+    values = np.arange(10.0) ** 2
+    number = np.arange(10.0)
+    for samples in (0.0, 0.25, -0.25, 3.0, -2.5, 40.0):
+        at = np.clip(number - samples, 0.0, 9.0)
+        assert shifted_series(values, samples) == pytest.approx(
+            np.interp(at, number, values), abs=1e-12
+        )
+
+
+def test_the_gain_of_a_block_is_what_averages_keep_of_a_harmonic():
+    table = np.radians(40.0) * time(100.0)[::8]
+    kinematic = kinematics(table, RATE)
+    orders = np.array([1.0, 7.0, 20.0])
+    gain = block_gain(kinematic, orders)
+    assert gain[0] == pytest.approx(1.0, abs=1e-3)
+    for order, size in zip(orders, gain, strict=True):
+        averages = averaged(np.cos(order * table), kinematic.block)
+        expected = size * np.cos(order * kinematic.angle)
+        assert averages == pytest.approx(expected, abs=1e-9)
+
+
+def test_the_highest_harmonic_has_two_and_a_half_averages_a_period():
+    kinematic = kinematics(np.radians(40.0) * time(20.0)[::8], RATE)
+    assert highest_harmonic(kinematic) == pytest.approx(0.4 * TURN / np.radians(4.0))
+    assert highest_harmonic(kinematics(np.zeros(10), RATE)) == 0.0
+
+
+def test_a_harmonic_sum_is_written_out():
+    angle = np.linspace(0.0, 9.0, 50)
+    total = harmonic_sum(angle, np.array([1.0, 2.5]), np.array([3.0, 0.0]), np.array([0.0, -2.0]))
+    assert total == pytest.approx(3.0 * np.cos(angle) - 2.0 * np.sin(2.5 * angle))
+
+
+def test_steadiness_of_even_growing_and_reversing_rates():
+    seconds = time(300.0)
+    even = steadiness(kinematics(motion(np.full(seconds.size, 0.7))[1], RATE))
+    assert not even.tells_drift
+    assert not even.tells_shift
+    growing = steadiness(kinematics(motion(0.1 + 0.01 * seconds)[1], RATE))
+    # Uniform from 0.1 to 3.1 rad/s: 3 / sqrt(12) over the root mean square.
+    rms = np.sqrt(1.6**2 + 9.0 / 12.0)
+    assert growing.variation == pytest.approx(np.sqrt(9.0 / 12.0) / rms, rel=0.01)
+    assert growing.unevenness < 1e-3
+    assert growing.tells_drift
+    assert not growing.tells_shift
+    turning_round = steadiness(kinematics(motion(reversing(300.0))[1], RATE))
+    assert turning_round.tells_drift
+    assert turning_round.tells_shift
+
+
+def test_kinematics_that_do_not_go_together_are_refused():
+    table = np.arange(100.0)
+    with pytest.raises(ValueError, match=r"sample_rate is 0\.0"):
+        kinematics(table, 0.0)
+    with pytest.raises(ValueError, match="lag is nan"):
+        kinematics(table, RATE, float("nan"))
+    found = kinematics(table, RATE)
+    with pytest.raises(ValueError, match="holds whole blocks"):
+        replace(found, length=found.block + 1)
+    with pytest.raises(ValueError, match="have 10 averages"):
+        replace(found, sine=np.zeros(3))
+    with pytest.raises(ValueError, match="starts has shape"):
+        replace(found, starts=np.zeros((1, 2)))

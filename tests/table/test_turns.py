@@ -1,0 +1,159 @@
+"""Turns of the table, and the angle once a turn."""
+
+import numpy as np
+import pytest
+
+from sagnac import series
+from sagnac.errors import RecordingError
+from sagnac.table.turns import (
+    full_rotation_samples,
+    full_turn_times,
+    full_turns,
+    is_turning,
+    mean_rate,
+)
+
+TURN = 2.0 * np.pi
+
+
+@pytest.fixture(autouse=True)
+def several_spans(monkeypatch):
+    monkeypatch.setattr(series, "SPAN", 5000)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.3, -1.7, 40.2])
+@pytest.mark.parametrize("rate", [0.013, -0.013, 0.31])
+def test_full_turn_times_of_a_constant_rate(start, rate):
+    table = TURN * (start + rate * np.arange(2000))
+    times = full_turn_times(table)
+    low, high = sorted((start, start + rate * 1999))
+    whole = np.arange(np.ceil(low), np.floor(high) + 1.0)
+    assert times == pytest.approx(np.sort((whole - start) / rate), abs=1e-8)
+
+
+def test_full_turn_times_of_a_changing_rate():
+    # Turns grow as the square of time: crossings at square roots.
+    number = np.arange(20_000)
+    table = TURN * 30.5 * (number / number[-1]) ** 2
+    expected = np.sqrt(np.arange(0.0, 31.0) / 30.5) * number[-1]
+    # Straight lines between samples: the bend of one step is half of 3e-7 turns.
+    assert full_turn_times(table)[1:] == pytest.approx(expected[1:], abs=1e-3)
+
+
+def test_a_null_angle_shifts_the_turns():
+    table = TURN * 0.01 * np.arange(1000)
+    times = full_turn_times(table, null_angle=TURN * 0.25)
+    assert times == pytest.approx(25.0 + 100.0 * np.arange(10), abs=1e-9)
+
+
+def test_a_reversing_table_crosses_each_new_turn_once():
+    # Forward 3.5 turns, back 1.2, forward again to 6.3: turns 3 and then 4, 5, 6 are new once.
+    legs = [np.linspace(0.0, 3.5, 351), np.linspace(3.49, 2.3, 120), np.linspace(2.31, 6.3, 400)]
+    turns = np.concatenate(legs)
+    times = full_turn_times(TURN * turns)
+    first = [0.0, *(np.argmax(turns >= whole - 1e-12) for whole in range(1, 7))]
+    assert times == pytest.approx(first, abs=1e-6)
+    assert np.all(np.diff(times) > 0.0)
+
+
+def test_a_table_that_mostly_turns_back_counts_in_its_net_direction():
+    turns = np.concatenate([np.linspace(0.0, 1.5, 151), np.linspace(1.49, -3.2, 470)])
+    times = full_turn_times(TURN * turns)
+    expected = [0.0, *(np.argmax(turns <= whole + 1e-12) for whole in (-1, -2, -3))]
+    assert times == pytest.approx(expected, abs=1e-6)
+
+
+def test_fris_reads_the_angle_at_each_full_turn():
+    number = np.arange(30_000)
+    table = TURN * (0.37 + 0.0011 * number + 0.05 * np.sin(number / 900.0))
+    angle = 1e-6 * number + 1e-3 * np.sin(number / 300.0) + 0.2 * (np.cos(table) - 1.0)
+    times, values = full_rotation_samples(angle, table)
+    assert np.interp(times, number, table) / TURN == pytest.approx(
+        np.arange(1.0, times.size + 1.0), abs=1e-9
+    )
+    assert values == pytest.approx(np.interp(times, number, angle), abs=1e-12)
+    # What is periodic in table angle is gone.
+    without = 1e-6 * times + 1e-3 * np.sin(times / 300.0)
+    assert values == pytest.approx(without, abs=1e-5)
+
+
+@pytest.mark.parametrize("length", [1, 7, 100, 870, 871])
+def test_turns_are_the_same_by_spans_of_any_length(monkeypatch, length):
+    # A crossing on the border of two spans, and one passed again going back, count once.
+    legs = [np.linspace(0.0, 3.5, 351), np.linspace(3.49, 2.3, 120), np.linspace(2.31, 6.3, 400)]
+    table = TURN * np.concatenate(legs)
+    angle = np.random.default_rng(0).standard_normal(table.size)
+    whole = [*full_rotation_samples(angle, table), mean_rate(table, 100.0)]
+    whole += [full_turns(table), full_turn_times(-table, null_angle=0.3)]
+    monkeypatch.setattr(series, "IN_MEMORY", 0)
+    monkeypatch.setattr(series, "SPAN", length)
+    spans = [*full_rotation_samples(angle, table), mean_rate(table, 100.0)]
+    spans += [full_turns(table), full_turn_times(-table, null_angle=0.3)]
+    for one, other in zip(whole, spans, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert whole[0].size == 7
+
+
+@pytest.mark.parametrize("rate", [0.0113, -0.0113])
+def test_fris_counts_its_turns_from_the_null_pulse(rate):
+    # Full turns where the pulse comes, not where the encoder happens to read zero.
+    number = np.arange(30_000)
+    table = TURN * (0.1 + rate * number + 0.05 * np.sin(number / 900.0))
+    null = 0.731
+    passed = np.floor(table / TURN - null)
+    pulse = np.append(False, passed[1:] != passed[:-1])
+    angle = 1e-3 * np.cos(table) + 1e-8 * number
+    times, values = full_rotation_samples(angle, table, pulse)
+    turns = np.interp(times, number, table) / TURN
+    assert np.abs(np.diff(turns)) == pytest.approx(np.ones(times.size - 1), abs=1e-9)
+    # Some 330 pulses, each good to a step of 0.0113 turns: 0.0113 / sqrt(12 * 330).
+    assert np.mean(turns - np.floor(turns)) == pytest.approx(null, abs=4 * 0.0113 / np.sqrt(3960))
+    # Without an encoder each is good to a step, and the angle to what it turns meanwhile.
+    alone, coarse = full_rotation_samples(angle, None, pulse)
+    assert alone == pytest.approx(times, abs=0.7)
+    assert coarse == pytest.approx(values, abs=1e-3 * TURN * 0.0113)
+
+
+@pytest.mark.parametrize("turns", [0.0, 0.4, 1.9, -1.9])
+def test_fris_refuses_fewer_than_two_turns(turns):
+    table = TURN * np.linspace(0.05 * np.sign(turns), turns, 500)
+    with pytest.raises(RecordingError, match="never completes two full turns") as caught:
+        full_rotation_samples(np.zeros(500), table)
+    assert "\n" not in str(caught.value)
+    assert caught.value.channel == "table"
+    assert caught.value.remedy == "use {method fos}"
+
+
+def test_rates_and_turns():
+    table = TURN * np.linspace(0.5, -4.5, 5001)
+    assert full_turns(table) == pytest.approx(5.0)
+    assert mean_rate(table, 100.0) == pytest.approx(-TURN * 5.0 / 50.0)
+    there_and_back = TURN * np.concatenate([np.linspace(0, 3, 3001), np.linspace(3, 0, 3001)[1:]])
+    assert mean_rate(there_and_back, 100.0) == pytest.approx(TURN * 0.1, rel=1e-3)
+    # However many samples are left over after the last whole tenth of a second.
+    for samples in range(101, 112):
+        steady = TURN * np.arange(samples) / 1000.0
+        assert mean_rate(steady, 100.0) == pytest.approx(TURN * 0.1, rel=1e-12)
+    assert is_turning(table)
+    assert not is_turning(None)
+    assert not is_turning(np.full(10, 3.0) + 1e-3 * np.arange(10) / 10)
+
+
+def test_turn_arguments_that_cannot_be_are_refused():
+    angle = np.zeros(10)
+    with pytest.raises(ValueError, match="need a table angle or a null pulse"):
+        full_rotation_samples(angle, None)
+    with pytest.raises(ValueError, match=r"table has shape \(9,\) and angle \(10,\)"):
+        full_rotation_samples(angle, np.zeros(9))
+    with pytest.raises(ValueError, match=r"sample_rate is 0\.0"):
+        mean_rate(angle, 0.0)
+    with pytest.raises(ValueError, match="1 samples; a rate needs 2"):
+        mean_rate(np.zeros(1), 1.0)
+
+
+def test_a_pulse_without_an_encoder_says_nothing_of_degrees():
+    pulse = np.zeros(10, dtype=bool)
+    pulse[[3, 6]] = True
+    with pytest.raises(RecordingError, match=r"two full turns, so") as caught:
+        full_rotation_samples(np.zeros(10), None, pulse)
+    assert caught.value.path == ""
