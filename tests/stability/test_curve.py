@@ -14,7 +14,7 @@ import sagnac
 from sagnac import series
 from sagnac.errors import RecordingError
 from sagnac.stability import _kernels
-from sagnac.stability.curve import stability_curve, with_noise_restored
+from sagnac.stability.curve import stability_curve
 from sagnac.stability.degrees_of_freedom import equivalent_degrees_of_freedom, ieee_relative_error
 from sagnac.stability.estimators import Estimator
 from tests import naive_stability as naive
@@ -840,32 +840,3 @@ def test_every_refusal_is_one_line(change, words):
 def test_cluster_out_of_range_is_refused():
     with pytest.raises(ValueError, match="cluster 600 is out of range for oadev; use 1 to 500"):
         equivalent_degrees_of_freedom("oadev", 0, 600, 1001)
-
-
-# --- noise that went with lines ------------------------------------------------------------
-
-
-def test_variance_that_lines_took_is_added_and_said():
-    curve = stability_curve(THOUSAND_POINTS, kind="rate", sample_rate=1.0, taus=[1, 10, 100])
-    taken = np.array([0.0, 0.25, 1.0]) * curve.deviation**2
-    restored = with_noise_restored(curve, taken, 12)
-    assert restored.deviation**2 == pytest.approx(curve.deviation**2 + taken)
-    factor = np.sqrt([1.0, 1.25, 2.0])
-    assert restored.low == pytest.approx(curve.low * factor)
-    assert restored.high == pytest.approx(curve.high * factor)
-    assert restored.edf == pytest.approx(curve.edf)
-    assert restored.notes[-1] == (
-        "removal of 12 lines took up to 50 % of the noise variance (at tau = 100 s); "
-        "it is added back"
-    )
-    assert with_noise_restored(curve, 1e-5 * taken, 1).notes == curve.notes
-
-
-def test_variance_that_lines_took_belongs_to_an_allan_deviation():
-    curve = stability_curve(THOUSAND_POINTS, kind="rate", sample_rate=1.0, estimator="hdev")
-    with pytest.raises(ValueError, match="give adev or oadev"):
-        with_noise_restored(curve, np.zeros(curve.tau.size), 1)
-    curve = stability_curve(THOUSAND_POINTS, kind="rate", sample_rate=1.0)
-    for wrong in (np.zeros(1), np.full(curve.tau.size, np.nan)):
-        with pytest.raises(ValueError, match="give one variance, zero or more"):
-            with_noise_restored(curve, wrong, 1)
