@@ -199,9 +199,10 @@ def _analyze(recording: Recording, settings: Settings, progress: Progress | None
             notes += separation.notes
         for fit in fits.values():
             notes += [note for note in fit.notes if note not in notes]
-    notes += [str(note) for note in curve.notes]
+    of_curve = [str(note) for note in curve.notes]
+    notes += of_curve
     for one in family:
-        notes += [f"{one.estimator}: {note}" for note in one.notes if note not in curve.notes]
+        notes += [f"{one.estimator}: {note}" for note in one.notes if note not in of_curve]
     source = (
         f"likelihood fit of the spectrum of {fine.size} angles of {channel} at "
         f"{1.0 / fine_rate:.4g} s, to {highest:.4g} Hz"

@@ -111,7 +111,8 @@ def _with_gaps(
             f"{span}, does not give them ({why})"
         )
     # What the curve of the stretch alone noticed is of no curve that is shown.
-    of_stretch = [note for note in analysis.notes if note not in analysis.curve.notes]
+    of_curve = [str(note) for note in analysis.curve.notes]
+    of_stretch = [note for note in analysis.notes if note not in of_curve]
     noticed = [*recording.notes, note, *of_stretch, *curve.notes]
     for one in family:
         noticed += [f"{one.estimator}: {noted}" for noted in one.notes if noted not in curve.notes]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
+from sagnac.spectrum.order_tables import HIGHEST, table_series, table_sums
 from sagnac.spectrum.transforms import THREADS, TONE_WIDTH
 
 _NUFFT_TOLERANCE: Final = 1e-9
@@ -43,6 +44,9 @@ def angle_sums(
     # Of real strengths the sums at -k are the conjugates of those at k: two sets go into one
     # transform, as real and as imaginary part, and come apart again.
     several = np.atleast_2d(strengths)
+    if orders <= HIGHEST:
+        rows = [table_sums(phase, row, orders) for row in several]
+        return np.stack(rows).reshape(*strengths.shape[:-1], orders + 1)
     paired = several[0::2].astype(np.complex128)
     paired.imag[: several.shape[0] // 2] = several[1::2]
     modes = finufft.nufft1d1(
@@ -79,6 +83,8 @@ def angle_series(
     -------
     (samples,) in the unit of the sums.
     """
+    if sums.size <= HIGHEST + 1:
+        return table_series(phase, sums)
     modes = np.zeros(2 * sums.size - 1, dtype=np.complex128)
     modes[sums.size - 1 :] = sums
     values = finufft.nufft1d2(
