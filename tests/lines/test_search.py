@@ -159,6 +159,33 @@ def test_a_false_alarm_of_nothing_is_refused():
         remove_lines(walk(1000, 0), None, RATE, channel="x", false_alarm=0.0)
 
 
+def test_arguments_that_do_not_fit_are_refused():
+    with pytest.raises(
+        ValueError, match=r"table has shape \(9,\); give that of the angle, \(10,\)"
+    ):
+        remove_lines(np.zeros(10), np.zeros(9), RATE, channel="x")
+    with pytest.raises(ValueError, match=r"sample_rate is 0\.0; give a rate above zero in Hz"):
+        remove_lines(np.zeros(10), None, 0.0, channel="x")
+    with pytest.raises(ValueError, match=r"angle has shape \(1,\); give two samples or more"):
+        remove_lines(np.zeros(1), None, RATE, channel="x")
+
+
+def test_a_search_without_end_says_so_and_leaves_the_lines_beside():
+    generator = np.random.default_rng(3)
+    samples = 20_000
+    angle = walk(samples, 5)
+    for frequency in np.linspace(2.0, 48.0, 300):
+        place = frequency + generator.uniform(0.0, 0.1)
+        angle = angle + tone(samples, place, 1e-7, generator.uniform(0.0, 6.0))
+    removal = remove_lines(angle, None, RATE, channel="x")
+    [note] = removal.notes
+    assert note.level == "warning"
+    assert note.text == f"the search stopped at {len(removal.lines)} lines; " + (
+        "more peaks stand above the floor"
+    )
+    assert np.array_equal(removal.unfinished, angle)
+
+
 def test_nothing_is_searched_below_four_cycles_a_record():
     samples = 8000
     angle = walk(samples, 4) + tone(samples, 2.0 * RATE / samples, 1e-5)
@@ -199,7 +226,9 @@ def test_a_line_that_drifts_is_fitted_in_blocks_and_said_so():
     assert steady.amplitude == pytest.approx(1e-8, abs=5.0 * steady.amplitude_error)
     assert len(removal.lines) == 2
     [note] = removal.notes
-    assert note.startswith("x: the line at 20 Hz drifts, by 2")
+    assert note.channel == "x"
+    assert note.level == "remark"
+    assert note.text.startswith("the line at 20 Hz drifts, by 2")
     # What was taken of the noise is what is said: in power, so many hertz of its density.
     left = np.diff(removal.residual)
     lost = np.sum(np.diff(noise) ** 2) - np.sum(left**2)

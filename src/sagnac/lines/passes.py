@@ -60,6 +60,7 @@ def _stepped(state: State, components: Components, absent: BooleanArray | None =
         state.sampled,
         components,
         absent=absent,
+        known_sums=state.order_sums if components.orders.size else None,
     )
     after = fit.components
     levels = floors(after, state.turning, state.spectrum.floor)

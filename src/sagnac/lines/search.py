@@ -114,8 +114,8 @@ def remove_lines(
     >>> seconds = np.arange(4000) / 100.0
     >>> angle = np.cumsum(steps) + 1e-6 * np.cos(2.0 * np.pi * 7.3 * seconds)
     >>> removal = remove_lines(angle, None, 100.0, channel="x")
-    >>> [f"{line.frequency:.3f} Hz, {line.amplitude:.2e} rad" for line in removal.lines]
-    ['7.300 Hz, 1.00e-06 rad']
+    >>> [f"{line.frequency:.3f} Hz, {1e6 * line.amplitude:.2f} urad" for line in removal.lines]
+    ['7.300 Hz, 1.00 urad']
     >>> round(float(np.std(np.diff(removal.residual)) / np.std(steps)), 2)
     1.0
     """

@@ -10,6 +10,7 @@ import scipy.fft
 from sagnac import series
 from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.errors import MissingExtra
+from sagnac.spectrum.order_tables import HIGHEST, table_series, table_sums
 from sagnac.spectrum.transforms import THREADS, TONE_WIDTH
 
 _TURN: Final = 2.0 * np.pi
@@ -53,6 +54,9 @@ def angle_sums(
     # The sums of real strengths at -k are the conjugates of those at k: two sets go into one
     # transform, as real and as imaginary part, and come apart again.
     several = np.atleast_2d(strengths)
+    if orders <= HIGHEST:
+        rows = [table_sums(phase, row, orders) for row in several]
+        return np.stack(rows).reshape(*strengths.shape[:-1], orders + 1)
     paired = several[0::2].astype(np.complex128)
     paired.imag[: several.shape[0] // 2] = several[1::2]
     modes = _finufft().nufft1d1(
@@ -94,6 +98,8 @@ def angle_series(
     MissingExtra
         If finufft is not installed.
     """
+    if sums.size <= HIGHEST + 1:
+        return table_series(phase, sums)
     modes = np.zeros(2 * sums.size - 1, dtype=np.complex128)
     modes[sums.size - 1 :] = sums
     values = _finufft().nufft1d2(

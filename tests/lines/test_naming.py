@@ -1,0 +1,85 @@
+"""Names of lines: what their frequency beside a stronger one's says."""
+
+import numpy as np
+import pytest
+
+from sagnac.lines.model import Line, Removal
+from sagnac.lines.naming import Lineup, _name
+from sagnac.lines.turning import turning
+
+ARCSECOND = np.pi / 648_000
+RATE = 100.0
+SAMPLES = 60_000
+
+
+def line(scale, frequency, amplitude):
+    return Line(
+        scale=scale,
+        frequency=frequency,
+        frequency_error=0.0,
+        amplitude=amplitude,
+        amplitude_error=0.0,
+        phase=0.0,
+        phase_error=0.0,
+        significance=1.0,
+        channel="x",
+    )
+
+
+def known(turns_a_second):
+    table = 2.0 * np.pi * turns_a_second / RATE * np.arange(SAMPLES)
+    return Lineup(
+        fit=None,
+        drifting=(),
+        turning=turning(table, RATE) if turns_a_second else None,
+        floor=np.ones(SAMPLES // 2 + 1),
+        sample_rate=RATE,
+        samples=SAMPLES,
+    )
+
+
+STRONG_TONE = line("time", 23.0, 1e-6)
+STRONG_ORDER = line("angle", 5.0, 100.0 * ARCSECOND)
+
+
+@pytest.mark.parametrize(
+    ("weak", "strong", "name"),
+    [
+        (line("time", 23.1, 1e-8), STRONG_TONE, "sideband of 23 Hz at the table rate"),
+        (line("time", 22.8, 1e-8), STRONG_TONE, "sideband of 23 Hz at twice the table rate"),
+        (line("time", 23.1, 2e-7), STRONG_TONE, ""),
+        (
+            line("time", 23.01, 1e-8),
+            STRONG_TONE,
+            "sideband of 23 Hz (its amplitude or frequency drifts)",
+        ),
+        (line("time", 23.3, 1e-8), STRONG_TONE, ""),
+        (line("time", 0.6, 1e-8), STRONG_ORDER, "sideband of order 5 at the table rate"),
+        (line("time", 0.504, 1e-8), STRONG_ORDER, "sideband of order 5 (table jitter)"),
+        (
+            line("angle", 6.0, 1e-3 * ARCSECOND),
+            STRONG_ORDER,
+            "sideband of order 5 (encoder error)",
+        ),
+        (line("angle", 6.0, 1.0 * ARCSECOND), STRONG_ORDER, ""),
+        (line("angle", 9.0, 1e-3 * ARCSECOND), STRONG_ORDER, ""),
+        (line("angle", 9.37, 1e-3 * ARCSECOND), STRONG_ORDER, "non-integer order"),
+    ],
+)
+def test_a_line_is_named_by_a_stronger_one(weak, strong, name):
+    assert _name(weak, (strong,), known(0.1)) == name
+
+
+def test_at_rest_there_are_no_sidebands_of_the_table():
+    assert _name(line("time", 23.1, 1e-8), (STRONG_TONE,), known(0.0)) == ""
+
+
+def test_a_line_and_a_removal_check_what_they_are_given():
+    with pytest.raises(ValueError, match="scale is 'space'; use one of angle, time"):
+        line("space", 1.0, 1.0)
+    nothing = {"residual": np.zeros(3), "lines": (), "masked": (), "notes": ()}
+    with pytest.raises(ValueError, match=r"taken has shape \(2, 0\); give \(3, bands\)"):
+        Removal(**nothing, taken=np.empty((2, 0)))
+    removal = Removal(**nothing, taken=np.empty((3, 0)))
+    assert not removal.taken.flags.writeable
+    assert removal.residual.flags.writeable
