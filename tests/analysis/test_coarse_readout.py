@@ -28,7 +28,7 @@ def test_a_coarse_readout_on_a_still_bench_does_not_shorten_the_interval():
         )
         answer = result.angle_random_walk
         assert answer.status == "estimated"
-        assert [note for note in result.notes if "readout step of x (0.001 arcsec)" in note]
+        assert [note for note in result.notes if "readout step of x (0.001 arcsec)" in note.text]
         errors.append((answer.value - walk) / ((answer.high - answer.low) / (2.0 * 1.96)))
     # Of 16 independent errors of unit variance.
     assert abs(np.mean(errors)) < 3.0 / math.sqrt(16.0)
@@ -45,6 +45,6 @@ def test_a_readout_that_hides_the_walk_leaves_a_bound(walk):
         answer = result.angle_random_walk
         assert answer.status == "upper bound"
         assert walk < answer.high < 30.0 * walk
-        assert [note for note in result.notes if "too few times" in note]
+        assert [note for note in result.notes if "too few times" in note.text]
         fit = result.fits["likelihood"].coefficients["angle_random_walk"]
         assert fit.status == "not observable"

@@ -308,9 +308,10 @@ MEASURE = """
 import resource, sys
 from pathlib import Path
 from sagnac import series
-from sagnac.analysis import Settings, analyze
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
 from sagnac.formats import read
-from sagnac.recording import check
+from sagnac.recording.quality import check
 
 series.IN_MEMORY, series.SPAN = 2**16, 2**16
 for name in sys.argv[1:]:
