@@ -189,7 +189,7 @@ def test_an_order_beyond_those_looked_for_as_a_rule_is_one_line():
 
 def test_a_search_that_does_not_end_gives_a_bound(monkeypatch):
     # As many lines as it may list are found before the weakest stand out.
-    monkeypatch.setattr("sagnac.lines._MOST_LINES", 3)
+    monkeypatch.setattr("sagnac.lines.search._MOST_LINES", 3)
     recording = simulated("stands at both ends").recording
     result = analyze(recording, Settings(gyros=("x", "z")))
     answer = result.angle_random_walk
