@@ -77,7 +77,7 @@ def headline_of(
     if left.removal.unfinished is not None:
         # Lines only raise a curve; half of a search can lower it.
         whole = points_at(left.removal.unfinished, measured.sample_rate, settings.interval)
-        bounding = allan_curve(whole, settings.confidence)
+        bounding = allan_curve(whole, settings.confidence, measured.gyros_differenced)
         channel = f"{channel} with its lines in"
 
     def allowed(chance: float) -> CurveBound:
@@ -112,6 +112,7 @@ def headline_of(
             high=bound,
             confidence=settings.confidence,
             status="upper bound",
+            name="angle_random_walk",
         ),
         source=f"lowest point of the curve of {channel} against the slope of the ARW",
         notes=notes,

@@ -1,8 +1,9 @@
 """Angles at the interval of the curve, and the curves made of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sagnac import series
+from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import FloatArray
@@ -10,7 +11,7 @@ from sagnac.errors import Note, RecordingError
 from sagnac.lines.taken_noise import taken_allan_variance, with_noise_restored
 from sagnac.recording.model import Kind
 from sagnac.stability.curve import StabilityCurve, stability_curve
-from sagnac.stability.estimators import Gaps
+from sagnac.stability.names import Gaps
 
 # A curve of fewer points than this has no cluster time whose deviation means anything.
 LEAST_POINTS = 32
@@ -97,39 +98,46 @@ def require_length(points: int, rate: float, duration: float) -> None:
 
 
 def curves_of(
-    left: Remainder, points: Points, before: Points, sample_rate: float, settings: Settings
+    measured: Measurement,
+    left: Remainder,
+    points: Points,
+    before: Points,
+    settings: Settings,
 ) -> Curves:
     """The curves after and before removal, the noise that went with the lines given back.
 
     Parameters
     ----------
-    left
-        What removal left.
+    measured, left
+        The angle, and what removal left of it.
     points, before
-        The angles after and before removal.
-    sample_rate
-        Of the samples that lines were fitted to, Hz.
+        The angles at the interval of the curve after and before removal.
     settings
         Confidence and estimators.
     """
-    after = allan_curve(points, settings.confidence)
+    gyros, confidence = measured.gyros_differenced, settings.confidence
+    after = allan_curve(points, confidence, gyros)
     removal = left.removal
     if removal.taken.size:
-        taken = taken_allan_variance(after.tau, *removal.taken, interval=1.0 / sample_rate)
+        taken = taken_allan_variance(after.tau, *removal.taken, interval=1.0 / measured.sample_rate)
         after = with_noise_restored(after, taken, len(removal.lines))
     same = before.angle is points.angle
     return Curves(
         after=after,
-        before=after if same else allan_curve(before, settings.confidence),
-        family=family_of(points.angle, "angle", points.rate, settings),
+        before=after if same else allan_curve(before, confidence, gyros),
+        family=tuple(
+            replace(curve, gyros_differenced=gyros)
+            for curve in family_of(points.angle, "angle", points.rate, settings)
+        ),
     )
 
 
-def allan_curve(points: Points, confidence: float) -> StabilityCurve:
-    """Overlapping Allan deviation of angles."""
-    return stability_curve(
+def allan_curve(points: Points, confidence: float, gyros_differenced: int) -> StabilityCurve:
+    """Overlapping Allan deviation of angles, of a gyro or of a difference of two."""
+    curve = stability_curve(
         points.angle, kind="angle", sample_rate=points.rate, confidence=confidence
     )
+    return replace(curve, gyros_differenced=gyros_differenced)
 
 
 def family_of(

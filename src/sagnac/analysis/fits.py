@@ -13,7 +13,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.coefficients.cosine_spectrum import cosine_spectrum
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.spectrum_fit import spectrum_fit
 from sagnac.coefficients.three_cornered_hat import three_cornered_hat
 from sagnac.errors import Note, RecordingError
@@ -142,15 +142,20 @@ def nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
     """A fit that observes nothing."""
     return Fit(
         method=method,
-        coefficients={name: unobserved(confidence) for name in COEFFICIENT_NAMES},
+        coefficients={name: unobserved(name, confidence) for name in COEFFICIENT_NAMES},
         notes=notes,
     )
 
 
-def unobserved(confidence: float) -> Estimate:
+def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     """A coefficient of which nothing is known."""
     return Estimate(
-        value=np.nan, low=np.nan, high=np.nan, confidence=confidence, status="not observable"
+        value=np.nan,
+        low=np.nan,
+        high=np.nan,
+        confidence=confidence,
+        status="not observable",
+        name=name,
     )
 
 

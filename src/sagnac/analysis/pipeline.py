@@ -86,7 +86,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         points = points_of(left, interval)
         require_length(points.angle.size, points.rate, recording.duration)
     with stages.stage("stability"):
-        curves = curves_of(left, points, before, rate, settings)
+        curves = curves_of(measured, left, points, before, settings)
     with stages.stage("coefficients"):
         coefficients = coefficients_of(
             recording,

@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 from sagnac.errors import RecordingError
 from sagnac.recording.model import Recording
-from sagnac.stability.estimators import Estimator
+from sagnac.stability.names import Estimator
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
 Progress = Callable[[str, float], None]
