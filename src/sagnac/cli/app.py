@@ -464,6 +464,8 @@ def check(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
 
         progress("check", 0.0)
         findings = findings_of(recording)
+    from sagnac.errors import worded
+
     errors = [finding for finding in findings if finding.level == "error"]
     if options.as_json:
         document = {
@@ -478,7 +480,7 @@ def check(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
                 "table": recording.table is not None,
             },
             "findings": [
-                {"level": item.level, "channel": item.channel, "message": item.text}
+                {"level": item.level, "channel": item.channel, "message": worded(item.text)}
                 for item in findings
             ],
             "notes": [str(note) for note in recording.notes],
@@ -495,7 +497,7 @@ def check(file: File, /, *, options: Options = _NO_OPTIONS) -> int:
     if errors:
         where = f"{errors[0].channel}: " if errors[0].channel else ""
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        _complain(f"{file}: {where}{errors[0].text}{more}")
+        _complain(f"{file}: {where}{worded(errors[0].text)}{more}")
         return DATA_ERROR
     return DONE
 
