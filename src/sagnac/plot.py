@@ -197,10 +197,14 @@ def lines(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     for scale, style in _SCALES.items():
         of_scale = [(at, line) for at, line in placed if line.scale == scale]
         if of_scale:
+            amplitude, error = (
+                np.array([getattr(line, name) for _, line in of_scale]) / ARCSECOND
+                for name in ("amplitude", "amplitude_error")
+            )
             axes.errorbar(
-                [at for at, _ in of_scale],
-                [line.amplitude / ARCSECOND for _, line in of_scale],
-                yerr=[line.amplitude_error / ARCSECOND for _, line in of_scale],
+                np.array([at for at, _ in of_scale]),
+                amplitude,
+                yerr=error,
                 linestyle="none",
                 marker="o",
                 markersize=3.6,
