@@ -8,6 +8,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Spectrum
 from sagnac.coefficients.estimates import Estimate, Fit
+from sagnac.errors import Note
 from sagnac.lines.model import Line
 from sagnac.recording.model import Channel, Provenance, Recording
 from sagnac.stability.curve import StabilityCurve
@@ -34,7 +35,7 @@ def estimate(value: float, spread: float = 0.02, status: str = "estimated") -> E
     )
 
 
-def curve(tau: np.ndarray, deviation: np.ndarray) -> StabilityCurve:
+def curve(tau: np.ndarray, deviation: np.ndarray, *, gyros_differenced: int = 1) -> StabilityCurve:
     edf = np.maximum(7200.0 / tau, 1.0)
     return StabilityCurve(
         tau=tau,
@@ -49,6 +50,7 @@ def curve(tau: np.ndarray, deviation: np.ndarray) -> StabilityCurve:
         sample_rate=1.0,
         confidence=0.95,
         samples=7200,
+        gyros_differenced=gyros_differenced,
     )
 
 
@@ -72,7 +74,9 @@ def analysis(
     gyros: tuple[str, ...] = ("x", "z"),
     method: str = "fos",
     answer: Estimate | None = None,
-    notes: tuple[str, ...] = ("table angle & time are <nearly> one basis: condition 4.1e5",),
+    notes: tuple[Note, ...] = (
+        Note(text="table angle & time are <nearly> one basis: condition 4.1e5"),
+    ),
     lines: tuple[Line, ...] | None = None,
     table_rate: float | None = 40.0 * DEGREE,
     provenance: bool = True,
@@ -145,8 +149,8 @@ def analysis(
             "likelihood": Fit(method="likelihood", coefficients=coefficients),
         },
         lines=found,
-        curve=curve(tau, np.sqrt(model) * wiggle),
-        curve_before=curve(tau, np.sqrt(model + tones) * wiggle),
+        curve=curve(tau, np.sqrt(model) * wiggle, gyros_differenced=differenced),
+        curve_before=curve(tau, np.sqrt(model + tones) * wiggle, gyros_differenced=differenced),
         spectrum=Spectrum(frequency=frequency, density=density),
         spectrum_before=Spectrum(frequency=frequency, density=before),
         per_gyro={name: estimate(N, 0.04) for name in gyros} if len(gyros) == 3 else {},

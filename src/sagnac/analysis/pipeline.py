@@ -121,14 +121,16 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         source=headline.source,
         fits=coefficients.fits,
         lines=tuple(line for one in removals for line in one.removal.lines),
-        curve=curves.after,
-        curve_before=curves.before,
+        curve=replace(curves.after, gyros_differenced=measured.gyros_differenced),
+        curve_before=replace(curves.before, gyros_differenced=measured.gyros_differenced),
         spectrum=spectrum,
         spectrum_before=spectrum_before,
         per_gyro=coefficients.per_gyro,
         notes=tuple(dict.fromkeys(notes)),
         seconds=stages.seconds,
-        family=curves.family,
+        family=tuple(
+            replace(curve, gyros_differenced=measured.gyros_differenced) for curve in curves.family
+        ),
         density=density,
     )
 

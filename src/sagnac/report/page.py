@@ -4,19 +4,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
 from sagnac import __version__
+from sagnac.analysis.headline import headline_estimates, headline_fit
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.report.document import headline_fit, residual_peaks, shown_estimates, write_text
+from sagnac.plot import SYMBOLS
+from sagnac.report.command_line import note_text
 from sagnac.report.figures import comparison_figure, spectrum_figure, stability_figure, svg
+from sagnac.report.files import write_text
+from sagnac.report.html import rendered
+from sagnac.report.spectra import residual_peaks
 from sagnac.report.wording import (
-    FIELD_UNITS,
     FIT_TITLES,
-    SYMBOLS,
     TITLES,
     kalman_figures,
     line_amplitude,
@@ -26,7 +28,7 @@ from sagnac.report.wording import (
     subject,
     unit_cells,
 )
-from sagnac.units import DEGREE
+from sagnac.units import DEGREE, field_unit
 
 _METHODS: Final[Mapping[str, str]] = {
     "fos": "fos: difference first, lines judged against the noise floor and refined",
@@ -50,11 +52,11 @@ def write_report(analysis: Analysis, path: Path) -> None:
 def page(analysis: Analysis) -> str:
     """The report of one analysis as HTML."""
     fit = headline_fit(analysis)
-    return _render(
+    return rendered(
         "report.html",
         title=f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
         answer=_answer(analysis),
-        notes=analysis.notes,
+        notes=[note_text(note) for note in analysis.notes],
         kalman=kalman_figures(analysis.angle_random_walk),
         per_gyro=[
             (name, reading_cells("angle_random_walk", estimate, plain=False))
@@ -81,7 +83,7 @@ def page(analysis: Analysis) -> str:
         coefficients=_coefficient_rows(analysis),
         units=[
             (SYMBOLS[name], *cells)
-            for name, estimate in shown_estimates(analysis).items()
+            for name, estimate in headline_estimates(analysis).items()
             for cells in unit_cells(name, estimate)
         ],
         lines=_line_rows(analysis),
@@ -104,7 +106,7 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         Why, of each method that this recording does not allow.
     """
     one = next(iter(analyses.values()))
-    return _render(
+    return rendered(
         "comparison.html",
         title=f"Methods compared, {subject(one.channel, one.gyros_differenced)}",
         rows=[
@@ -119,7 +121,7 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
             }
             for method, analysis in analyses.items()
         ],
-        unit=FIELD_UNITS["angle_random_walk"][2],
+        unit=field_unit("angle_random_walk").symbol,
         refused=[(_METHODS[method], why) for method, why in refused.items()],
         figure=Markup(
             svg(
@@ -131,17 +133,6 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     )
 
 
-def _render(template: str, **values: Any) -> str:
-    environment = Environment(
-        loader=PackageLoader("sagnac.report"),
-        autoescape=select_autoescape(),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(template).render(**values)
-
-
 def _answer(analysis: Analysis) -> dict[str, str]:
     estimate = analysis.angle_random_walk
     value, interval, status = reading_cells("angle_random_walk", estimate, plain=False)
@@ -150,7 +141,7 @@ def _answer(analysis: Analysis) -> dict[str, str]:
         "value": value,
         "interval": interval,
         "status": status,
-        "unit": FIELD_UNITS["angle_random_walk"][2],
+        "unit": field_unit("angle_random_walk").symbol,
         "confidence": f"{100.0 * estimate.confidence:g} %",
         "source": analysis.source,
     }
@@ -165,7 +156,7 @@ def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
         {
             "symbol": SYMBOLS[name],
             "title": TITLES[name],
-            "unit": FIELD_UNITS[name][2],
+            "unit": field_unit(name).symbol,
             "readings": [
                 reading_cells(name, fit.coefficients[name], plain=False)
                 if name in fit.coefficients

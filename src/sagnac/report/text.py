@@ -2,27 +2,25 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from io import StringIO
 from typing import Final
 
-from rich.cells import cell_len
+from rich.box import Box
+from rich.console import Console
+from rich.table import Table
 
+from sagnac.analysis.headline import headline_estimates
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.errors import Note, worded
+from sagnac.errors import Note
+from sagnac.plot import SYMBOLS
 from sagnac.recording.model import Recording
-from sagnac.report.document import (
-    coarser,
-    curve_unit,
-    per_gyro_curve,
-    per_gyro_density,
-    residual_peaks,
-    shown_estimates,
-)
+from sagnac.report.command_line import as_typed, note_text
+from sagnac.report.spectra import coarser, per_gyro_density, residual_peaks
 from sagnac.report.wording import (
-    FIELD_UNITS,
     FIT_TITLES,
-    SYMBOLS,
     TITLES,
+    curve_unit,
     in_field_unit,
     kalman_figures,
     line_amplitude,
@@ -34,9 +32,13 @@ from sagnac.report.wording import (
     unit_cells,
 )
 from sagnac.stability.curve import StabilityCurve
+from sagnac.units import field_unit
 
 _MOST_LINES: Final = 20
 _DENSITY_ROWS: Final = 24
+# A rule under the header, nothing else.
+_RULE: Final = Box("    \n    \n ─  \n    \n    \n    \n    \n    \n")
+_WIDEST: Final = 10_000
 
 
 def answer(analysis: Analysis) -> str:
@@ -87,7 +89,7 @@ def coefficients(analysis: Analysis) -> str:
         [
             (
                 f"{SYMBOLS[name]} {TITLES[name].lower()}",
-                FIELD_UNITS[name][2],
+                field_unit(name).symbol,
                 *(reading(name, fit.coefficients[name]) for fit in fits),
             )
             for name in COEFFICIENT_NAMES
@@ -99,28 +101,27 @@ def units(analysis: Analysis) -> str:
     """The coefficients of the answer's fit in every unit that they are written in."""
     rows = [
         (f"{SYMBOLS[name]} {TITLES[name].lower()}", *cells)
-        for name, estimate in shown_estimates(analysis).items()
+        for name, estimate in headline_estimates(analysis).items()
         for cells in unit_cells(name, estimate)
     ]
     return table(("coefficient", "value", "interval", "unit"), rows, right=(1,)) if rows else ""
 
 
-def curve(analysis: Analysis, of: StabilityCurve) -> str:
-    """A stability curve per gyro; `of` is one of the analysis."""
-    shown = per_gyro_curve(of, analysis.gyros_differenced)
-    size, _, unit = curve_unit(of.estimator)
+def curve(of: StabilityCurve) -> str:
+    """A stability curve per gyro."""
+    shown, unit = of.per_gyro(), curve_unit(of.estimator)
     columns = (
         shown.tau,
-        shown.deviation / size,
-        shown.low / size,
-        shown.high / size,
+        shown.deviation / unit.size,
+        shown.low / unit.size,
+        shown.high / unit.size,
         shown.edf,
         shown.terms,
         shown.noise_type,
     )
     rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
     return table(
-        ("τ s", f"{shown.estimator} {unit}", "low", "high", "edf", "terms", "noise f^"),
+        ("τ s", f"{shown.estimator} {unit.symbol}", "low", "high", "edf", "terms", "noise f^"),
         rows,
         right=range(len(columns)),
     )
@@ -188,12 +189,12 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
         ],
         right=(1, 4, 5, 6),
     )
-    read = [str(note) for note in one.recording.notes]
-    noticed = [f"note: {note}" for note in read] + [
-        f"note: {method}: {note}"
+    read = [note_text(note) for note in one.recording.notes]
+    noticed = [f"note: {said}" for said in read] + [
+        f"note: {method}: {said}"
         for method, analysis in analyses.items()
-        for note in analysis.notes
-        if note not in read
+        for said in map(note_text, analysis.notes)
+        if said not in read
     ]
     heading = subject(one.channel, one.gyros_differenced)
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
@@ -206,7 +207,7 @@ def findings(found: Sequence[Note]) -> str:
         return "Nothing was found wrong."
     return table(
         ("level", "channel", "finding"),
-        [(item.level, item.channel, worded(item.text)) for item in found],
+        [(item.level, item.channel, as_typed(item.text)) for item in found],
     )
 
 
@@ -224,7 +225,7 @@ def recording(read: Recording) -> str:
 
 def notes(noticed: Sequence[Note | str]) -> str:
     """One line each."""
-    return "\n".join(f"note: {note}" for note in noticed)
+    return "\n".join(f"note: {note_text(note)}" for note in noticed)
 
 
 def seconds(analysis: Analysis) -> str:
@@ -236,23 +237,32 @@ def seconds(analysis: Analysis) -> str:
 def table(
     header: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()
 ) -> str:
-    """Aligned columns under a rule; the columns numbered in `right` stand to the right.
+    """Aligned columns under a rule, as wide as they need and no wider.
 
-    A column that is empty in every row is left out.
+    Parameters
+    ----------
+    header, rows
+        Texts. A column that is empty in every row is left out.
+    right
+        Numbers of the columns that stand to the right.
     """
     filled = [
         column for column in range(len(header)) if not rows or any(row[column] for row in rows)
     ]
-    widths = {column: max(cell_len(row[column]) for row in (header, *rows)) for column in filled}
-    shown = []
-    for row in (header, *rows):
-        cells = []
-        for column, width in widths.items():
-            space = " " * (width - cell_len(row[column]))
-            cells.append(space + row[column] if column in right else row[column] + space)
-        shown.append("  ".join(cells).rstrip())
-    shown.insert(1, "  ".join("─" * width for width in widths.values()))
-    return "\n".join(shown)
+    drawn = Table(box=_RULE, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
+    for column in filled:
+        drawn.add_column(
+            header[column], justify="right" if column in right else "left", no_wrap=True
+        )
+    for row in rows:
+        drawn.add_row(*(row[column] for column in filled))
+    shown = StringIO()
+    # The texts are data: nothing in them is markup, and whoever reads a pipe wants whole lines.
+    console = Console(
+        file=shown, width=_WIDEST, color_system=None, markup=False, emoji=False, highlight=False
+    )
+    console.print(drawn)
+    return "\n".join(line.rstrip() for line in shown.getvalue().splitlines())
 
 
 def blocks(*parts: str) -> str:

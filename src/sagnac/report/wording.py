@@ -8,31 +8,9 @@ from typing import Final
 from sagnac.coefficients.estimates import Estimate, FitName
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.lines.model import Line
-from sagnac.units import (
-    ARCSECOND,
-    COEFFICIENT_UNITS,
-    DEGREE_PER_HOUR,
-    DEGREE_PER_HOUR_PER_HOUR,
-    DEGREE_PER_HOUR_PER_ROOT_HERTZ,
-    DEGREE_PER_HOUR_PER_ROOT_HOUR,
-    DEGREE_PER_ROOT_HOUR,
-)
+from sagnac.stability.names import Estimator
+from sagnac.units import ARCSECOND, COEFFICIENT_UNITS, UNITS, Unit, field_unit
 
-# Size of the field unit in SI, how a machine writes it, how a person reads it.
-FIELD_UNITS: Final[Mapping[CoefficientName, tuple[float, str, str]]] = {
-    "quantization": (ARCSECOND, "arcsec", "″"),
-    "angle_random_walk": (DEGREE_PER_ROOT_HOUR, "deg/sqrt(h)", "°/√h"),
-    "bias_instability": (DEGREE_PER_HOUR, "deg/h", "°/h"),
-    "rate_random_walk": (DEGREE_PER_HOUR_PER_ROOT_HOUR, "deg/h/sqrt(h)", "°/h/√h"),
-    "rate_ramp": (DEGREE_PER_HOUR_PER_HOUR, "deg/h/h", "°/h/h"),
-}
-SYMBOLS: Final[Mapping[CoefficientName, str]] = {
-    "quantization": "Q",
-    "angle_random_walk": "N",
-    "bias_instability": "B",
-    "rate_random_walk": "K",
-    "rate_ramp": "R",
-}
 TITLES: Final[Mapping[CoefficientName, str]] = {
     "quantization": "Quantization",
     "angle_random_walk": "Angle random walk",
@@ -50,14 +28,22 @@ _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸
 
 def in_field_unit(name: CoefficientName, estimate: Estimate) -> Estimate:
     """The same estimate with its three figures in the field's unit of that coefficient."""
-    size = FIELD_UNITS[name][0]
-    return Estimate(
+    size = field_unit(name).size
+    return _over(estimate, size)
+
+
+def _over(estimate: Estimate, size: float) -> Estimate:
+    return replace(
+        estimate,
         value=estimate.value / size,
         low=estimate.low / size,
         high=estimate.high / size,
-        confidence=estimate.confidence,
-        status=estimate.status,
     )
+
+
+def curve_unit(estimator: Estimator) -> Unit:
+    """Unit that a curve is shown in."""
+    return UNITS["arcsec" if estimator == "tdev" else "deg/h"]
 
 
 def decimals_for(width: float) -> int:
@@ -129,12 +115,7 @@ def unit_cells(name: CoefficientName, estimate: Estimate) -> list[tuple[str, str
     """Value, interval and unit of an estimate in SI, in each unit that it is written in."""
     cells = []
     for unit, size in COEFFICIENT_UNITS[name].items():
-        shown = replace(
-            estimate,
-            value=estimate.value / size,
-            low=estimate.low / size,
-            high=estimate.high / size,
-        )
+        shown = _over(estimate, size)
         if estimate.status == "upper bound":
             cells.append((f"< {number(shown.high, plain=True)}", "", unit))
         else:
@@ -152,7 +133,7 @@ def reading(name: CoefficientName, estimate: Estimate) -> str:
 
 def sentence(name: CoefficientName, estimate: Estimate, *, plain: bool = False) -> str:
     """One estimate in SI, said in the field's unit: value and interval, bound, or neither."""
-    unit = FIELD_UNITS[name][2]
+    unit = field_unit(name).symbol
     percent = f"{100.0 * estimate.confidence:g} %"
     value, interval, status = reading_cells(name, estimate, plain=plain)
     if status == "not observable":
@@ -179,14 +160,11 @@ def kalman_figures(angle_random_walk: Estimate) -> tuple[tuple[str, str], ...]:
         return ()
     value = angle_random_walk.value
     width = 0.5 * (angle_random_walk.high - angle_random_walk.low)
-    sizes = (
-        (DEGREE_PER_ROOT_HOUR, "°/√h"),
-        (DEGREE_PER_HOUR_PER_ROOT_HERTZ, "°/h/√Hz"),
-        (1.0, "rad/√s"),
-    )
+    units = (UNITS[name] for name in ("deg/sqrt(h)", "deg/h/sqrt(Hz)", "rad/sqrt(s)"))
     # One digit more than the interval asks: these are to be pasted and squared.
     return tuple(
-        (number(value / size, 0.1 * width / size, plain=True), unit) for size, unit in sizes
+        (number(value / unit.size, 0.1 * width / unit.size, plain=True), unit.symbol)
+        for unit in units
     )
 
 

@@ -1,0 +1,126 @@
+"""``sagnac avar``: the still bench."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from sagnac.cli import output as results
+from sagnac.cli import progress as progresses
+from sagnac.cli.errors import DONE
+from sagnac.cli.options import (
+    ANALYSIS,
+    NO_OPTIONS,
+    Estimators,
+    File,
+    Folder,
+    Options,
+    estimators_of,
+    settings_of,
+    statement_of,
+)
+from sagnac.cli.progress import Progress
+from sagnac.cli.reading import ReadFile, naming, read_file
+
+if TYPE_CHECKING:
+    from sagnac.analysis.settings import Settings
+    from sagnac.analysis.still import AtRest
+
+
+def avar(
+    file: File,
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    estimator: Estimators = None,
+    gaps: Annotated[
+        Literal["reject", "omit"],
+        Parameter(
+            group=ANALYSIS,
+            help="Missing samples (NaN, jumps of the time stamps): an error that says where, or "
+            "terms that touch one are left out, counted and noted.",
+        ),
+    ] = "reject",
+    output: Folder = None,
+) -> int:
+    """The still bench: curves and coefficients of each gyro as it is, and the lines in it.
+
+    Coefficients are of the recording as it is unless --method says what to remove; the
+    lines are listed either way. With -o, each gyro's report goes into a folder of its own.
+    """
+    statement = statement_of(options)
+    settings = settings_of(
+        options, method="none", interval=None, estimators=estimators_of(estimator)
+    )
+    results.require_writable(output)
+    with progresses.shown() as progress:
+        read = read_file(file, statement, progress, verify=gaps == "reject")
+        with naming(file):
+            if gaps == "omit":
+                from sagnac.recording.gaps import with_gaps_marked
+
+                read = replace(read, recording=with_gaps_marked(read.recording))
+            benches = _benches(read, settings, progress)
+            paths: list[Path] = []
+            if output is not None:
+                benches, paths = _reported(benches, output, progress)
+    if options.as_json:
+        results.print_documents([one.analysis for one in benches], single=len(benches) == 1)
+        return DONE
+    for bench in benches:
+        _print(bench)
+    results.print_paths(paths)
+    return DONE
+
+
+def _benches(read: ReadFile, settings: "Settings", progress: Progress) -> "list[AtRest]":
+    """One gyro after another."""
+    from sagnac.analysis.still import at_rest
+
+    benches = []
+    for name in settings.gyros or tuple(gyro.name for gyro in read.recording.gyros):
+        bench = at_rest(
+            read.recording,
+            replace(settings, gyros=(name,)),
+            progress=progresses.prefixed(progress, name),
+        )
+        benches.append(replace(bench, analysis=bench.analysis.with_seconds(read.seconds)))
+    return benches
+
+
+def _reported(
+    benches: "list[AtRest]", output: Path, progress: Progress
+) -> "tuple[list[AtRest], list[Path]]":
+    """The benches with the time of their reports, and every file written."""
+    timed: list[AtRest] = []
+    paths: list[Path] = []
+    for bench in benches:
+        (name,) = bench.analysis.settings.gyros
+        progress(f"{name}: report", 0.0)
+        written = results.write_report(bench.analysis, output / name)
+        timed.append(replace(bench, analysis=written.analysis))
+        paths += written.paths
+    return timed, paths
+
+
+def _print(bench: "AtRest") -> None:
+    from sagnac.report import text
+
+    analysis = bench.analysis
+    print(text.answer(analysis))
+    if analysis.settings.method == "none" and bench.without_lines.lines:
+        print(text.without_lines(bench.without_lines))
+    print()
+    print(
+        text.blocks(
+            *(text.curve(curve) for curve in analysis.family),
+            text.density(analysis),
+            text.coefficients(analysis),
+            text.units(analysis),
+            text.lines(analysis),
+            text.notes(analysis.notes),
+            text.seconds(analysis),
+        ),
+        end="\n\n",
+    )

@@ -1,0 +1,74 @@
+"""``sagnac check``: the quality of the data."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from sagnac import __version__
+from sagnac.cli import progress as progresses
+from sagnac.cli.errors import DATA_ERROR, DONE, complain
+from sagnac.cli.options import NO_OPTIONS, File, Options, statement_of
+from sagnac.cli.reading import naming, read_file
+
+if TYPE_CHECKING:
+    from sagnac.errors import Note
+    from sagnac.recording.model import Recording
+
+SCHEMA: Final = "sagnac.check/1"
+
+
+def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
+    """Data quality: gaps, jumps, wraps, stuck channels, units that look wrong.
+
+    Exit status 1 where an error was found.
+    """
+    statement = statement_of(options)
+    with progresses.shown() as progress:
+        recording = read_file(file, statement, progress, verify=False).recording
+        from sagnac.recording.quality import check as findings_of
+
+        progress("check", 0.0)
+        with naming(file):
+            findings = findings_of(recording)
+    if options.as_json:
+        print(json.dumps(_document(file, recording, findings), allow_nan=False, indent=1))
+    else:
+        from sagnac.report import text
+
+        print(
+            text.blocks(
+                text.recording(recording), text.findings(findings), text.notes(recording.notes)
+            )
+        )
+    errors = [finding for finding in findings if finding.level == "error"]
+    if not errors:
+        return DONE
+    from sagnac.report.command_line import note_text
+
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    complain(f"{file}: {note_text(errors[0])}{more}")
+    return DATA_ERROR
+
+
+def _document(file: Path, recording: "Recording", findings: "Sequence[Note]") -> dict[str, Any]:
+    """Of schema ``sagnac.check/1``."""
+    from sagnac.report.command_line import as_typed, note_text
+
+    return {
+        "schema": SCHEMA,
+        "version": __version__,
+        "input": {
+            "path": str(file),
+            "sha256": recording.provenance.sha256 if recording.provenance else None,
+            "samples": recording.samples,
+            "sample_rate_hz": recording.sample_rate,
+            "gyros": [channel.name for channel in recording.gyros],
+            "table": recording.table is not None,
+        },
+        "findings": [
+            {"level": item.level, "channel": item.channel, "message": as_typed(item.text)}
+            for item in findings
+        ],
+        "notes": [note_text(note) for note in recording.notes],
+    }

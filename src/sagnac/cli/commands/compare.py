@@ -1,0 +1,80 @@
+"""``sagnac compare``: the methods side by side."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from sagnac.cli import output as results
+from sagnac.cli import progress as progresses
+from sagnac.cli.errors import DONE
+from sagnac.cli.options import NO_OPTIONS, File, Folder, Options, settings_of, statement_of
+from sagnac.cli.progress import Progress
+from sagnac.cli.reading import ReadFile, naming, read_file
+
+if TYPE_CHECKING:
+    from sagnac.analysis.result import Analysis
+    from sagnac.analysis.settings import Method, Settings
+
+METHODS: "Final[tuple[Method, ...]]" = ("none", "fris", "fos-paper", "fos")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """Analyses by method; and why, of each method that the recording does not allow."""
+
+    analyses: "Mapping[str, Analysis]"
+    refused: Mapping[str, str]
+
+
+def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = None) -> int:
+    """No removal, fris, fos-paper and fos, side by side; with -o also as a page.
+
+    --method picks one to run alone.
+    """
+    statement = statement_of(options)
+    settings = settings_of(options)
+    results.require_writable(output)
+    methods = (options.method,) if options.method else METHODS
+    with progresses.shown() as progress:
+        read = read_file(file, statement, progress)
+        with naming(file):
+            found = _compared(read, settings, methods, progress)
+        written = []
+        if output is not None:
+            progress("report", 0.0)
+            written = results.write_comparison(found.analyses, found.refused, output)
+    from sagnac.report import text
+    from sagnac.report.document import comparison_document, to_json
+
+    if options.as_json:
+        print(to_json(comparison_document(found.analyses, found.refused)))
+        return DONE
+    print(f"{file}: {text.comparison(found.analyses, found.refused)}")
+    results.print_paths(written)
+    return DONE
+
+
+def _compared(
+    read: ReadFile, settings: "Settings", methods: "Sequence[Method]", progress: Progress
+) -> Comparison:
+    """Each method; its refusal is an error only if no method gives anything."""
+    from sagnac.analysis.pipeline import analyze as run
+    from sagnac.errors import RecordingError
+    from sagnac.report.command_line import error_text
+
+    analyses: dict[str, Analysis] = {}
+    errors: dict[str, RecordingError] = {}
+    for method in methods:
+        named = progresses.prefixed(progress, method)
+        try:
+            analysis = run(read.recording, replace(settings, method=method), progress=named)
+        except RecordingError as error:
+            errors[method] = error
+        else:
+            analyses[method] = analysis.with_seconds(read.seconds)
+    if not analyses:
+        raise next(iter(errors.values()))
+    return Comparison(
+        analyses=analyses,
+        refused={method: error_text(error) for method, error in errors.items()},
+    )

@@ -1,0 +1,36 @@
+"""``sagnac convert``: one format into another."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from sagnac.cli import progress as progresses
+from sagnac.cli.errors import DONE, UsageError
+from sagnac.cli.options import NO_STATEMENT, Reading, statement_of
+from sagnac.cli.output import print_paths
+from sagnac.cli.reading import read_file
+
+
+def convert(
+    source: Annotated[Path, Parameter(name="IN", help="A recording.")],
+    target: Annotated[Path, Parameter(name="OUT", help="Its suffix says the format.")],
+    /,
+    *,
+    options: Reading = NO_STATEMENT,
+) -> int:
+    """Read a recording and write it so that reading it again needs no option."""
+    statement = statement_of(options)
+    if target.exists() and source.exists() and target.samefile(source):
+        raise UsageError(f"{target}: is IN itself, which would be lost; give OUT another name")
+    with progresses.shown() as progress:
+        recording = read_file(source, statement, progress).recording
+        from sagnac.formats import write
+
+        progress("write", 0.0)
+        written = write(recording, target)
+    from sagnac.report import text
+
+    print(text.blocks(text.recording(recording), text.notes(recording.notes)))
+    print_paths([written])
+    return DONE

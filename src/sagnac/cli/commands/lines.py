@@ -1,0 +1,26 @@
+"""``sagnac lines``: the periodic components."""
+
+from sagnac.cli import progress as progresses
+from sagnac.cli.errors import DONE
+from sagnac.cli.options import NO_OPTIONS, File, Options, settings_of, statement_of
+from sagnac.cli.output import print_documents
+from sagnac.cli.reading import naming, read_file
+
+
+def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
+    """The periodic components found, strongest first."""
+    statement = statement_of(options)
+    settings = settings_of(options)
+    with progresses.shown() as progress:
+        read = read_file(file, statement, progress)
+        from sagnac.analysis.pipeline import analyze as run
+
+        with naming(file):
+            analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
+    if options.as_json:
+        print_documents([analysis], single=True)
+        return DONE
+    from sagnac.report import text
+
+    print(text.blocks(text.lines(analysis, most=None), text.notes(analysis.notes)))
+    return DONE

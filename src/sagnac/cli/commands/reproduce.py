@@ -1,0 +1,42 @@
+"""``sagnac reproduce``: the paper's experiment again."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from sagnac.cli import output as results
+from sagnac.cli import progress as progresses
+from sagnac.cli.errors import DONE
+from sagnac.cli.options import Debug, Folder
+
+
+def reproduce(
+    *,
+    output: Folder = None,
+    quick: Annotated[
+        bool, Parameter(negative="", show_default=False, help="Tables of half an hour, not 2 h.")
+    ] = False,
+    debug: Debug = False,
+) -> int:
+    """The paper's Figures 2 to 6 and Tables 1 and 2 on the simulated rig, truth beside.
+
+    Page, pictures and tables go into DIR, by default reproduction. Started again in the
+    same folder it goes on where it stopped.
+    """
+    del debug
+    folder = results.made(output or Path("reproduction"))
+    results.require_writable(folder)
+    from sagnac.paper.plan import QUICK, Scope
+    from sagnac.paper.reproduce import reproduce as make
+    from sagnac.report import reproduction as pages
+    from sagnac.report.reproduction_tables import summary
+
+    with progresses.shown() as progress:
+        found = make(folder, QUICK if quick else Scope(), progress=progress)
+        progress("page", 0.0)
+        written = pages.write(found, folder)
+    print(summary(found), end="\n\n")
+    print(f"{found.computed} of {len(found.outcomes)} runs made, the others were there")
+    results.print_paths(written)
+    return DONE

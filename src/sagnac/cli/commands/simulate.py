@@ -1,0 +1,69 @@
+"""``sagnac simulate``: a recording of the simulated rig."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from sagnac.cli import progress as progresses
+from sagnac.cli.errors import DONE, UsageError
+from sagnac.cli.options import OUTPUT, Debug, Duration
+from sagnac.cli.output import print_paths
+
+if TYPE_CHECKING:
+    from sagnac.rig.config import RigConfig
+
+
+def simulate(
+    config: Annotated[Path | None, Parameter(name="CONFIG.toml", help="What differs.")] = None,
+    /,
+    *,
+    output: Annotated[
+        Path,
+        Parameter(name=["-o", "--output"], group=OUTPUT, metavar="FILE", help="The recording."),
+    ],
+    preset: Annotated[
+        Literal["quiet", "paper", "harsh"] | None,
+        Parameter(help="What to start from without a CONFIG.toml: paper unless stated."),
+    ] = None,
+    seed: Annotated[int | None, Parameter(metavar="N", help="Of every random stream.")] = None,
+    table_rate: Annotated[
+        float | None, Parameter(metavar="DEG/S", help="Rate of the table; 0 is at rest.")
+    ] = None,
+    duration: Duration = None,
+    debug: Debug = False,
+) -> int:
+    """Simulate a rig recording into FILE, its truth beside it as FILE.truth.json."""
+    del debug
+    if config is not None and preset is not None:
+        raise UsageError("--preset and CONFIG.toml exclude each other; write preset in the TOML")
+    chosen = _config(config, preset or "paper")
+    if seed is not None:
+        chosen = replace(chosen, seed=seed)
+    if duration is not None:
+        chosen = replace(chosen, duration_s=duration)
+    if table_rate is not None:
+        if chosen.table.profile:
+            raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
+        chosen = replace(chosen, table=replace(chosen.table, rate_deg_per_s=table_rate))
+    from sagnac.rig.simulate import write
+
+    with progresses.shown() as progress:
+        path, truth_path = write(chosen, output, lambda part: progress("simulate", part))
+    print(f"{chosen.samples} samples at {chosen.sample_rate_hz:g} Hz, seed {chosen.seed}")
+    print_paths([path, truth_path])
+    return DONE
+
+
+def _config(path: Path | None, preset: str) -> "RigConfig":
+    from sagnac.errors import RecordingError
+    from sagnac.rig.config import RigConfig
+    from sagnac.rig.config import preset as preset_of
+
+    if path is None:
+        return preset_of(preset)
+    try:
+        return RigConfig.from_toml(path)
+    except ValueError as error:
+        raise RecordingError(str(error)) from None

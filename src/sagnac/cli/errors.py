@@ -1,0 +1,51 @@
+"""Exit status, and the one line on standard error that goes with it."""
+
+import sys
+from typing import Final
+
+DONE: Final = 0
+DATA_ERROR: Final = 1
+USAGE_ERROR: Final = 2
+INTERRUPTED: Final = 130
+
+
+class UsageError(Exception):
+    """Wrong usage that the argument parser cannot see."""
+
+
+def explain(error: Exception) -> int:
+    """Say in one line on standard error what went wrong.
+
+    Returns
+    -------
+    int
+        The exit status it means.
+    """
+    # Not before something has gone wrong: --help and a wrong option need none of it.
+    from sagnac.errors import MissingExtra, RecordingError
+    from sagnac.report.command_line import as_typed, error_text
+
+    status = DATA_ERROR
+    if isinstance(error, RecordingError):
+        said = error_text(error)
+    elif isinstance(error, UsageError) or type(error) is ValueError:
+        said, status = as_typed(str(error)), USAGE_ERROR
+    elif isinstance(error, MissingExtra):
+        said = str(error)
+    elif isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        said = f"{where}{error.strerror or error}; check the path and its rights"
+    elif isinstance(error, MemoryError):
+        said = "out of memory; take a part of the recording with --slice START:STOP"
+    else:
+        said = (
+            f"internal error: {type(error).__name__}: {error}; "
+            "run again with --debug for the traceback, and report it"
+        )
+    complain(said)
+    return status
+
+
+def complain(message: str) -> None:
+    """One line on standard error."""
+    print(f"sagnac: {' '.join(message.split())}", file=sys.stderr)

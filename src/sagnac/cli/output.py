@@ -1,0 +1,133 @@
+"""Folders, the files that go into them, and what is printed of both."""
+
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sagnac.analysis.result import Analysis
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Written:
+    """An analysis with the time that its report took, and the files of the report."""
+
+    analysis: "Analysis"
+    paths: tuple[Path, ...]
+
+
+def folders_of(files: Sequence[Path], output: Path | None, *, as_json: bool) -> list[Path | None]:
+    """The folder for the results of each file; None for nowhere."""
+    if output is None and as_json:
+        return [None] * len(files)
+    if len(files) == 1 and output is not None:
+        return [output]
+    taken: set[Path] = set()
+    folders: list[Path | None] = []
+    for file in files:
+        folder = output / file.stem if output else Path(f"{file.stem}-report")
+        if folder in taken:
+            folder = folder.with_name(f"{folder.name}-{len(taken) + 1}")
+        taken.add(folder)
+        folders.append(folder)
+    return folders
+
+
+def require_writable(folder: Path | None) -> None:
+    """Refuse a folder that cannot be written to before the work, and make nothing yet.
+
+    Raises
+    ------
+    RecordingError
+        If it, or the first folder above it that exists, is no folder or may not be written to.
+    """
+    from sagnac.errors import RecordingError
+
+    if folder is None:
+        return
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        why = "is no folder" if not there.is_dir() else "may not be written to"
+        raise RecordingError(
+            f"{there} {why}", path=str(folder), remedy="choose another folder (-o)"
+        )
+
+
+def made(folder: Path) -> Path:
+    """The folder, made if it was not there.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be made.
+    """
+    from sagnac.errors import RecordingError
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordingError(
+            f"cannot be made ({error.strerror})",
+            path=str(folder),
+            remedy="choose another folder (-o)",
+        ) from None
+    return folder
+
+
+def write_report(analysis: "Analysis", folder: Path) -> Written:
+    """Page, document, tables and figures of one analysis, into a folder that is made for them."""
+    from sagnac.report import document, figures, page, tables
+    from sagnac.report.files import write_text
+
+    began = time.perf_counter()
+    made(folder)
+    figures.write_png(figures.stability_figure(analysis), folder / "stability.png")
+    figures.write_png(figures.spectrum_figure(analysis), folder / "spectrum.png")
+    texts = {
+        "report.html": page.page(analysis),
+        "stability.csv": tables.stability_table(analysis),
+        "lines.csv": tables.line_table(analysis),
+    }
+    if analysis.family:
+        texts["family.csv"] = tables.family_table(analysis)
+        texts["psd.csv"] = tables.density_table(analysis)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    spent = time.perf_counter() - began
+    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
+    text = document.to_json(document.analysis_document(analysis))
+    write_text(folder / "analysis.json", text + "\n")
+    first, *others = texts
+    names = (first, "analysis.json", *others, "stability.png", "spectrum.png")
+    return Written(analysis=analysis, paths=tuple(folder / name for name in names))
+
+
+def write_comparison(
+    analyses: "Mapping[str, Analysis]", refused: Mapping[str, str], folder: Path
+) -> list[Path]:
+    """Page, document and figure of several methods, into a folder that is made for them."""
+    from sagnac.report import document, figures, page
+    from sagnac.report.files import write_text
+
+    made(folder)
+    figures.write_png(figures.comparison_figure(analyses), folder / "comparison.png")
+    write_text(folder / "comparison.html", page.comparison_page(analyses, refused))
+    text = document.to_json(document.comparison_document(analyses, refused))
+    write_text(folder / "comparison.json", text + "\n")
+    return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
+
+
+def print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:
+    """JSON on standard output: one document, or one of several."""
+    from sagnac.report.document import analysis_document, many_document, to_json
+
+    print(to_json(analysis_document(analyses[0]) if single else many_document(analyses)))
+
+
+def print_paths(paths: Sequence[Path]) -> None:
+    """A line for each file written."""
+    for path in paths:
+        print(f"wrote {path}")

@@ -1,0 +1,412 @@
+"""Pictures of a result on an axis of matplotlib: stability, spectrum, lines.
+
+Each function takes a result and an axis, draws, and gives the axis back; without an axis it
+draws on the current one of ``pyplot``. Values are in the field's units and per gyro.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from sagnac.analysis.headline import headline_fit
+from sagnac.analysis.result import Analysis
+from sagnac.analysis.spectra import Spectrum
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName, allan_variance
+from sagnac.lines.model import Line, Scale
+from sagnac.recording.difference import per_gyro
+from sagnac.stability.curve import StabilityCurve
+from sagnac.units import ARCSECOND, DEGREE_PER_HOUR, DEGREE_PER_HOUR_PER_ROOT_HERTZ
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["lines", "spectrum", "stability"]
+
+INK: Final = "#1a1a1a"
+QUIET: Final = "#9a9a9a"
+BLUE: Final = "#1f5a96"
+ORANGE: Final = "#c4561b"
+GREEN: Final = "#2f7d5b"
+SYMBOLS: Final[Mapping[CoefficientName, str]] = {
+    "quantization": "Q",
+    "angle_random_walk": "N",
+    "bias_instability": "B",
+    "rate_random_walk": "K",
+    "rate_ramp": "R",
+}
+
+# How the Allan deviation of each term rises with tau on a log-log plot.
+_SLOPES: Final[Mapping[CoefficientName, str]] = {
+    "quantization": "−1",
+    "angle_random_walk": "−½",
+    "bias_instability": "0",
+    "rate_random_walk": "+½",
+    "rate_ramp": "+1",
+}
+_ROOM_FOR_LABEL: Final = 75.0  # points
+_LABELLED_LINES: Final = 8
+_DRAWN_BINS: Final = 2400
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _ScaleStyle:
+    color: str
+    label: str
+
+
+_SCALES: Final[Mapping[Scale, _ScaleStyle]] = {
+    "angle": _ScaleStyle(color=ORANGE, label="line in table angle"),
+    "time": _ScaleStyle(color=GREEN, label="line in time"),
+}
+
+
+def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "Axes":
+    """Deviation against cluster time, with its interval; of an analysis with the fit.
+
+    Parameters
+    ----------
+    result
+        An analysis: Allan deviation before and after removal (°/h), the fit that the answer
+        rests on, and each term that it estimated with its slope. Or one curve, in its own unit.
+        The curve of a difference of two gyros is drawn per gyro, as the answer is.
+    ax
+        Where to draw; without it the current axis of ``pyplot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import plot, stability_curve
+    >>> rate = np.random.default_rng(1).standard_normal(1000)
+    >>> curve = stability_curve(rate, kind="rate", sample_rate=10.0)
+    >>> plot.stability(curve, ax=Figure().add_subplot()).get_xlabel()
+    'cluster time τ (s)'
+    """
+    axes = _axes(ax)
+    if isinstance(result, StabilityCurve):
+        curve = result.per_gyro()
+        unit = "unit of the values" if curve.estimator == "tdev" else "unit of the values per s"
+        _points(axes, curve, 1.0, label=curve.estimator)
+        logarithmic(axes, "cluster time τ (s)", f"{curve.estimator} ({unit})")
+        _limits(axes, curve.tau, curve.deviation, curve.low)
+        axes.legend()
+        return axes
+    before, after = result.curve_before.per_gyro(), result.curve.per_gyro()
+    if removed(result):
+        axes.plot(
+            before.tau,
+            before.deviation / DEGREE_PER_HOUR,
+            color=QUIET,
+            marker="s",
+            markersize=2.8,
+            linewidth=0.9,
+            label="before removal",
+        )
+    _points(axes, after, DEGREE_PER_HOUR, label=_after(result))
+    logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel_of(result)} (°/h)")
+    _limits(
+        axes,
+        after.tau,
+        *(array / DEGREE_PER_HOUR for array in (before.deviation, after.deviation, after.low)),
+    )
+    _fitted(axes, result)
+    axes.legend()
+    return axes
+
+
+def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+    """Rate noise density before and after removal (°/h/√Hz, per gyro), its lines marked.
+
+    Parameters
+    ----------
+    analysis
+        What to draw; N is drawn too if it was estimated.
+    ax
+        Where to draw; without it the current axis of ``pyplot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    axes = _axes(ax)
+    before, after = (
+        _drawn_bins(one, analysis.gyros_differenced)
+        for one in (analysis.spectrum_before, analysis.spectrum)
+    )
+    if removed(analysis):
+        axes.plot(
+            before.frequency, before.density, color=QUIET, linewidth=0.8, label="before removal"
+        )
+    axes.plot(
+        after.frequency,
+        after.density,
+        color=BLUE,
+        linewidth=0.8,
+        alpha=0.7,
+        label=_after(analysis),
+    )
+    logarithmic(axes, "frequency (Hz)", f"rate noise density, {channel_of(analysis)} (°/h/√Hz)")
+    if not after.frequency.size:
+        # Logarithmic axes find no limits of their own without data.
+        axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
+        axes.text(0.5, 0.5, analysis.source, transform=axes.transAxes, ha="center")
+        return axes
+    axes.margins(x=0.01)
+    if analysis.angle_random_walk.status == "estimated":
+        level = math.sqrt(2.0) * analysis.angle_random_walk.value
+        axes.axhline(
+            level / DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+            color=INK,
+            linewidth=0.9,
+            linestyle=(0, (5, 3)),
+            label="√2 N",
+        )
+    _mark_lines(axes, analysis)
+    axes.legend()
+    return axes
+
+
+def lines(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+    """Amplitude of each line (″) against its frequency, with one standard deviation.
+
+    A line in table angle stands at its order times the mean table rate; orders of a table at
+    rest have no frequency and are left out.
+
+    Parameters
+    ----------
+    analysis
+        What to draw. Amplitudes are of the channel that each line names, not per gyro.
+    ax
+        Where to draw; without it the current axis of ``pyplot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    axes = _axes(ax)
+    placed = _placed(analysis)
+    for scale, style in _SCALES.items():
+        of_scale = [(at, line) for at, line in placed if line.scale == scale]
+        if of_scale:
+            amplitude, error = (
+                np.array([getattr(line, name) for _, line in of_scale]) / ARCSECOND
+                for name in ("amplitude", "amplitude_error")
+            )
+            axes.errorbar(
+                np.array([at for at, _ in of_scale]),
+                amplitude,
+                yerr=error,
+                linestyle="none",
+                marker="o",
+                markersize=3.6,
+                elinewidth=0.7,
+                color=style.color,
+                label=style.label,
+            )
+    logarithmic(axes, "frequency (Hz)", "amplitude (″)")
+    if not placed:
+        axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
+        axes.text(0.5, 0.5, "no line", transform=axes.transAxes, ha="center")
+        return axes
+    for at, line in placed[:_LABELLED_LINES]:
+        axes.annotate(
+            _short_position(line),
+            (at, line.amplitude / ARCSECOND),
+            xytext=(4.0, 4.0),
+            textcoords="offset points",
+            fontsize=7,
+            color=_SCALES[line.scale].color,
+        )
+    axes.legend()
+    return axes
+
+
+def logarithmic(axes: "Axes", across: str, up: str) -> None:
+    """Both scales logarithmic, and what they are of."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(across)
+    axes.set_ylabel(up)
+
+
+def channel_of(analysis: Analysis) -> str:
+    """What is drawn, for a label: ``x − z per gyro``."""
+    readable = analysis.channel.replace("-", " − ")
+    return f"{readable} per gyro" if analysis.gyros_differenced > 1 else readable
+
+
+def removed(analysis: Analysis) -> bool:
+    """Whether the periodic parts were removed."""
+    return analysis.settings.method != "none"
+
+
+def _axes(given: "Axes | None") -> "Axes":
+    if given is not None:
+        return given
+    from matplotlib import pyplot  # noqa: PLC0415  (half a second that a stability curve need not wait for)
+
+    return pyplot.gca()
+
+
+def _after(analysis: Analysis) -> str:
+    return "after removal" if removed(analysis) else "as recorded"
+
+
+def _points(axes: "Axes", curve: StabilityCurve, unit: float, *, label: str) -> None:
+    """The points of a curve and its interval, in `unit`."""
+    axes.plot(
+        curve.tau, curve.deviation / unit, color=BLUE, marker="o", linestyle="none", label=label
+    )
+    axes.fill_between(
+        curve.tau,
+        curve.low / unit,
+        curve.high / unit,
+        color=BLUE,
+        alpha=0.2,
+        linewidth=0,
+        label=f"its {100 * curve.confidence:g} % interval",
+    )
+
+
+def _limits(axes: "Axes", tau: FloatArray, *deviations: FloatArray) -> None:
+    """Room for the data, not for what a fit says far below it."""
+    values = np.concatenate(deviations)
+    values = values[np.isfinite(values) & (values > 0.0)]
+    if tau.size:
+        axes.set_xlim(0.75 * tau.min(), 1.35 * tau.max())
+    if values.size:
+        axes.set_ylim(0.6 * values.min(), 1.7 * values.max())
+
+
+def _fitted(axes: "Axes", analysis: Analysis) -> None:
+    """The fit that the answer rests on: its sum, and each term it estimated with its slope."""
+    fit = headline_fit(analysis)
+    if fit is None:
+        return
+    values = {
+        name: fit.coefficients[name].value
+        for name in COEFFICIENT_NAMES
+        if name in fit.coefficients and fit.coefficients[name].status == "estimated"
+    }
+    if not values:
+        return
+    tau = np.geomspace(*axes.get_xlim(), 200)
+    total = np.sqrt(allan_variance(tau, values)) / DEGREE_PER_HOUR
+    axes.plot(tau, total, color=INK, linewidth=1.2, label=f"fit ({fit.method})")
+    low, high = axes.get_ylim()
+    for name, value in values.items():
+        part = np.sqrt(allan_variance(tau, {name: value})) / DEGREE_PER_HOUR
+        axes.plot(tau, part, color=INK, linewidth=0.7, linestyle=(0, (2, 3)))
+        inside = np.flatnonzero((part > low) & (part < high))
+        # No term lies above the sum, so the side below its line is free of data.
+        _below(axes, tau[inside], part[inside], f"{SYMBOLS[name]}, slope {_SLOPES[name]}")
+
+
+def _below(axes: "Axes", tau: FloatArray, level: FloatArray, text: str) -> None:
+    """Write along and below the middle of a line, if there is room for it."""
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415
+
+    if tau.size == 0:
+        return
+    points = axes.transData.transform(np.stack([tau, level], axis=1))
+    run, rise = points[-1] - points[0]
+    if math.hypot(run, rise) < _ROOM_FOR_LABEL * axes.figure.dpi / 72.0:
+        return
+    middle = tau.size // 2
+    axes.annotate(
+        text,
+        (tau[middle], level[middle]),
+        xytext=(0, -4.0),
+        textcoords="offset points",
+        rotation=math.degrees(math.atan2(rise, run)),
+        rotation_mode="anchor",
+        ha="center",
+        va="top",
+        fontsize=8,
+        color="#4a4a4a",
+        path_effects=[withStroke(linewidth=2.2, foreground="white")],
+    )
+
+
+def _mark_lines(axes: "Axes", analysis: Analysis) -> None:
+    """A tick above the spectrum for each line, the strongest with their names."""
+    placed = _placed(analysis)
+    if not placed:
+        return
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (high / low) ** 0.28)
+    stage = axes.get_xaxis_transform()  # x in Hz, y a share of the height
+    for scale, style in _SCALES.items():
+        places = [frequency for frequency, line in placed if line.scale == scale]
+        if places:
+            axes.plot(
+                places,
+                np.full(len(places), 0.82),
+                linestyle="none",
+                marker="|",
+                markersize=7,
+                markeredgewidth=1.0,
+                color=style.color,
+                transform=stage,
+                label=style.label,
+            )
+    taken: list[float] = []
+    span = math.log(axes.get_xlim()[1] / axes.get_xlim()[0])
+    for frequency, line in placed:
+        here = math.log(frequency) / span
+        if len(taken) == _LABELLED_LINES or any(abs(here - other) < 0.035 for other in taken):
+            continue
+        taken.append(here)
+        axes.text(
+            frequency,
+            0.845,
+            _short_position(line),
+            transform=stage,
+            rotation=90,
+            ha="center",
+            va="bottom",
+            fontsize=7,
+            color=_SCALES[line.scale].color,
+            clip_on=False,
+        )
+
+
+def _short_position(line: Line) -> str:
+    return f"{line.frequency:.4g}×" if line.scale == "angle" else f"{line.frequency:.4g} Hz"
+
+
+def _placed(analysis: Analysis) -> list[tuple[float, Line]]:
+    """Each line that has a frequency, with it (Hz); strongest first."""
+    turns_per_s = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)
+    placed = []
+    for line in analysis.lines:
+        if line.scale == "time":
+            placed.append((line.frequency, line))
+        elif turns_per_s:
+            placed.append((line.frequency * turns_per_s, line))
+    return placed
+
+
+def _drawn_bins(measured: Spectrum, gyros_differenced: int) -> Spectrum:
+    """Root density of one gyro, lowest and highest of each log-spaced bin: no peak is lost."""
+    size = per_gyro(1.0, gyros_differenced) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    keep = (measured.frequency > 0.0) & (measured.density > 0.0)
+    frequency, level = measured.frequency[keep], size * np.sqrt(measured.density[keep])
+    if frequency.size <= _DRAWN_BINS:
+        return Spectrum(frequency=frequency, density=level)
+    edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)
+    starts = np.unique(np.searchsorted(frequency, edges)).tolist()
+    chosen: list[int] = []
+    for start, stop in pairwise(starts):
+        part = level[start:stop]
+        chosen.extend(sorted({start + int(part.argmin()), start + int(part.argmax())}))
+    return Spectrum(frequency=frequency[chosen], density=level[chosen])

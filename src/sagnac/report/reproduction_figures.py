@@ -1,0 +1,138 @@
+"""The paper's figures from the reproduction."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sagnac import plot
+from sagnac.paper.reproduce import Outcome, Reproduction
+from sagnac.plot import BLUE, GREEN, INK, ORANGE, QUIET
+from sagnac.report.reproduction_values import cells_of, curves_of, white_deviation
+from sagnac.report.style import legend_above, styled
+from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
+
+
+def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
+    """Figures 2 to 6, and N against table rate, by name."""
+    curves = curves_of(reproduction)
+    fitted = {name: _curve_figure(curves[name]) for name in ("figure4", "figure5", "figure6")}
+    return {
+        "figure2": _fris_figure(*curves["figure2"]),
+        "figure3": _intervals_figure(curves["figure3"]),
+        **fitted,
+        "table_rate": _rate_figure(reproduction),
+    }
+
+
+def _fris_figure(fris: Outcome, fos: Outcome) -> Figure:
+    with styled(legend_rows=1) as canvas:
+        axes = canvas.axes
+        axes.plot(
+            fris.tau_s, fris.deviation, color=ORANGE, marker="^", linewidth=1.0, label="fris, 9 s"
+        )
+        axes.plot(
+            fos.tau_s, fos.deviation, color=BLUE, marker="o", linestyle="none", label="fos, 1 s"
+        )
+        _truth_line(axes, fos)
+        plot.logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z per gyro (°/h)")
+        legend_above(axes, columns=3)
+    return canvas.figure
+
+
+def _intervals_figure(outcomes: Sequence[Outcome]) -> Figure:
+    with styled(legend_rows=1) as canvas:
+        axes = canvas.axes
+        for outcome, color, marker in zip(
+            outcomes, (BLUE, GREEN, ORANGE), ("o", "D", "^"), strict=True
+        ):
+            axes.plot(
+                outcome.tau_s,
+                outcome.deviation,
+                color=color,
+                marker=marker,
+                linewidth=0.9,
+                label=f"every {outcome.interval_s:g} s",
+            )
+        _truth_line(axes, outcomes[0])
+        plot.logarithmic(axes, "cluster time τ (s)", "Allan deviation, z (°/h)")
+        legend_above(axes, columns=4)
+    return canvas.figure
+
+
+def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
+    (outcome,) = outcomes
+    with styled(legend_rows=1) as canvas:
+        axes = canvas.axes
+        axes.fill_between(
+            outcome.tau_s,
+            outcome.low_curve,
+            outcome.high_curve,
+            color=BLUE,
+            alpha=0.2,
+            linewidth=0,
+            label=f"{100 * outcome.confidence:g} % interval",
+        )
+        axes.plot(
+            outcome.tau_s,
+            outcome.deviation,
+            color=BLUE,
+            marker="o",
+            linestyle="none",
+            label="x − z per gyro",
+        )
+        _truth_line(axes, outcome)
+        plot.logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z per gyro (°/h)")
+        legend_above(axes, columns=3)
+    return canvas.figure
+
+
+def _truth_line(axes: Axes, outcome: Outcome) -> None:
+    tau = np.array([min(outcome.tau_s), max(outcome.tau_s)])
+    axes.plot(
+        tau,
+        white_deviation(outcome.truth_deg_per_sqrt_h, tau),
+        color=INK,
+        linewidth=0.9,
+        linestyle=(0, (5, 3)),
+        label="N as simulated",
+    )
+
+
+def _rate_figure(reproduction: Reproduction) -> Figure:
+    prediction = reproduction.prediction
+    rates = prediction.rates / DEGREE
+    with styled(legend_rows=3) as canvas:
+        axes = canvas.axes
+        for values, label, color, style in (
+            (prediction.total, "predicted", INK, "-"),
+            (prediction.lock_in, "lock-in", BLUE, "--"),
+            (prediction.quantum, "quantum limit", GREEN, "--"),
+            (prediction.encoder, "encoder", ORANGE, ":"),
+            (prediction.jitter, "jitter, table not followed", QUIET, ":"),
+        ):
+            axes.plot(
+                rates, values / DEGREE_PER_ROOT_HOUR, color=color, linestyle=style, label=label
+            )
+        cells = cells_of(reproduction, "table2")
+        for label, color, marker, points in (
+            (
+                "ours, Table 2",
+                BLUE,
+                "o",
+                [(rate, one.value) for rate, _, _, one in cells if one.status == "estimated"],
+            ),
+            ("paper, Table 2", ORANGE, "x", [(rate, value) for rate, _, value, _ in cells]),
+        ):
+            axes.plot(
+                [rate for rate, _ in points],
+                [value for _, value in points],
+                linestyle="none",
+                marker=marker,
+                color=color,
+                label=label,
+            )
+        plot.logarithmic(axes, "table rate (°/s)", "N̄ (°/√h)")
+        legend_above(axes, columns=3)
+    return canvas.figure

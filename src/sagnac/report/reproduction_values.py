@@ -1,0 +1,120 @@
+"""Numbers of the reproduction that tables, figures and page share."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final, Literal
+
+import numpy as np
+
+from sagnac.arrays import FloatArray
+from sagnac.paper.least_squares import Form
+from sagnac.paper.published import FIGURE_3
+from sagnac.paper.reproduce import Outcome, Reproduction, outcomes_of_table
+from sagnac.report.wording import number
+
+PaperTable = Literal["table1", "table2"]
+
+# The size in deg/sqrt(h) that the paper's tables are in units of.
+TABLES: Final[Mapping[PaperTable, float]] = {"table1": 1e-4, "table2": 1e-5}
+# N of a white rate at tau = 1 s in deg/h is 60 of its figure in deg/sqrt(h).
+_ROOT_SECONDS_IN_HOUR: Final = 60.0
+
+
+def curves_of(reproduction: Reproduction) -> dict[str, list[Outcome]]:
+    """The runs whose curves each figure shows."""
+    outcomes = reproduction.outcomes
+    return {
+        "figure2": [outcomes["figure2-day1"], outcomes["table2-40-day1"]],
+        "figure3": [outcomes[f"figure3-as-simulated-{interval:g}s"] for interval in FIGURE_3],
+        "figure4": [outcomes["table1-0-day1"]],
+        "figure5": [outcomes["table1-40-day1"]],
+        "figure6": [outcomes["table2-40-day1"]],
+    }
+
+
+def white_deviation(deg_per_sqrt_h: float, tau: FloatArray | float) -> FloatArray:
+    """Allan deviation of a white rate in deg/h."""
+    return np.asarray(deg_per_sqrt_h * _ROOT_SECONDS_IN_HOUR / np.sqrt(tau))
+
+
+def excess(outcome: Outcome) -> float:
+    """How many times the curve stands above the white rate that was simulated, at most."""
+    return float(
+        np.max(
+            np.array(outcome.deviation)
+            / white_deviation(outcome.truth_deg_per_sqrt_h, np.array(outcome.tau_s))
+        )
+    )
+
+
+def cells_of(
+    reproduction: Reproduction, table: PaperTable
+) -> list[tuple[float, int, float, Outcome]]:
+    """Cells of a table: rate in deg/s, day, the published N, and what came out."""
+    return list(outcomes_of_table(reproduction, table))
+
+
+def estimated(reproduction: Reproduction, table: PaperTable, above: float) -> list[float]:
+    """Estimates of a table above a table rate, without bounds."""
+    return [
+        outcome.value
+        for rate, _, _, outcome in cells_of(reproduction, table)
+        if rate > above and outcome.status == "estimated"
+    ]
+
+
+def mean(values: Iterable[float]) -> float:
+    """Mean, NaN of nothing."""
+    found = list(values)
+    return sum(found) / len(found) if found else math.nan
+
+
+def spread(values: Sequence[float]) -> str:
+    """Smallest and largest, once if they are the same."""
+    if not values:
+        return "–"
+    return " … ".join(number(value) for value in sorted({min(values), max(values)}))
+
+
+def intervals_of(reproduction: Reproduction, trial: str) -> list[Outcome]:
+    """The runs of a trial, one for each interval of Figure 3."""
+    return [reproduction.outcomes[f"figure3-{trial}-{interval:g}s"] for interval in FIGURE_3]
+
+
+def readings(reproduction: Reproduction, trial: str, form: Form) -> list[str]:
+    """N by least squares at each interval, 1e-4 deg/sqrt(h)."""
+    return [
+        f"{outcome.least_squares[form] * 1e4:.1f}" if form in outcome.least_squares else "–"
+        for outcome in intervals_of(reproduction, trial)
+    ]
+
+
+def growth(reproduction: Reproduction, trial: str) -> list[str]:
+    """N at the longer intervals over N at the first.
+
+    By the form in which no square may be below zero.
+    """
+    first, *rest = (
+        outcome.least_squares.get("variance, plain, none below zero", math.nan)
+        for outcome in intervals_of(reproduction, trial)
+    )
+    return [f"{value / first:.1f}" if first else "–" for value in rest]
+
+
+def cell_texts(published: float, outcome: Outcome, size: float) -> dict[str, str]:
+    """One cell in units of `size` deg/sqrt(h)."""
+    truth = outcome.truth_deg_per_sqrt_h
+    row = {
+        "paper": f"{published / size:.2f}",
+        "truth": f"{truth / size:.3f}",
+        "value": "–",
+        "range": outcome.status,
+        "error": "–",
+    }
+    if outcome.status == "estimated":
+        row["value"] = f"{outcome.value / size:.3f}"
+        row["range"] = f"{outcome.low / size:.3f} … {outcome.high / size:.3f}"
+        row["error"] = f"{100.0 * (outcome.value / truth - 1.0):+.1f} %"
+    elif outcome.status == "upper bound":
+        row["value"] = f"< {outcome.high / size:.3f}"
+    return row

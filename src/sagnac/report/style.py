@@ -1,0 +1,81 @@
+"""One style for all figures of the reports."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Final
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sagnac.plot import INK
+
+_FAINT: Final = "#e4e4e4"
+_TICKS: Final = "#6b6b6b"
+
+STYLE: Final[dict[Any, Any]] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.5,
+    "axes.labelsize": 9.5,
+    "axes.edgecolor": _TICKS,
+    "axes.linewidth": 0.7,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.color": _FAINT,
+    "grid.linewidth": 0.6,
+    "xtick.color": _TICKS,
+    "ytick.color": _TICKS,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "xtick.minor.size": 1.8,
+    "ytick.minor.size": 1.8,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 3.6,
+    "mathtext.fontset": "dejavusans",
+    "svg.fonttype": "path",
+    "path.simplify": True,
+    "path.simplify_threshold": 0.3,
+}
+_SIZE: Final = (6.6, 4.5)
+_FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
+_LEGEND_ROW: Final = 0.036  # of the height
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Canvas:
+    """A figure and the one axis in it."""
+
+    figure: Figure
+    axes: Axes
+
+
+@contextmanager
+def styled(legend_rows: int) -> Iterator[Canvas]:
+    """A figure in the style of the reports, with room above for a legend of `legend_rows` rows."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=_SIZE)
+        axes = figure.add_subplot()
+        figure.subplots_adjust(**_FRAME, top=0.98 - legend_rows * _LEGEND_ROW)
+        yield Canvas(figure=figure, axes=axes)
+
+
+def legend_above(axes: Axes, columns: int) -> None:
+    """The legend above the plot, where it hides no data."""
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(-0.02, 0.995),
+        ncols=columns,
+        columnspacing=1.4,
+        handlelength=1.6,
+        handletextpad=0.5,
+        borderaxespad=0.0,
+        labelspacing=0.25,
+    )

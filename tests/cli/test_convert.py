@@ -1,0 +1,25 @@
+"""``sagnac convert``: one format into another."""
+
+import numpy as np
+
+from sagnac import formats
+from sagnac.cli import main
+from tests.cli.examples import STATED, one_line
+
+
+def test_convert_states_what_was_stated(bare, capsys, tmp_path):
+    target = tmp_path / "same.parquet"
+    assert main(["convert", str(bare), str(target), *STATED]) == 0
+    assert "wrote" in capsys.readouterr().out
+    again = formats.read(target)
+    assert again.sample_rate == 100.0
+    assert again.gyros[0].kind == "rate"
+    once = np.loadtxt(bare, skiprows=1) * np.pi / 180.0 / 3600.0
+    np.testing.assert_allclose(again.gyros[0].values, once, rtol=1e-12)
+
+
+def test_convert_does_not_write_over_what_it_reads(bare, capsys):
+    before = bare.read_bytes()
+    assert main(["convert", str(bare), str(bare.parent / "." / bare.name), *STATED]) == 2
+    assert "IN itself" in one_line(capsys)
+    assert bare.read_bytes() == before

@@ -1,0 +1,33 @@
+"""One line for each error, and the exit status that it means."""
+
+import pytest
+
+from sagnac.cli.errors import DATA_ERROR, USAGE_ERROR, UsageError, explain
+from sagnac.errors import MissingExtra, RecordingError
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "said"),
+    [
+        (
+            RecordingError(
+                "3 samples are not finite", path="a.csv", channel="x",
+                remedy="take the sound stretch ({slice 30:90})",
+            ),
+            DATA_ERROR,
+            "a.csv: x: 3 samples are not finite; take the sound stretch (--slice 30:90)",
+        ),
+        (UsageError("--rate and --time\nexclude each other"), USAGE_ERROR, None),
+        (ValueError("give {kind}"), USAGE_ERROR, "give --kind"),
+        (MissingExtra("a table", "finufft", "table"), DATA_ERROR, None),
+        (FileNotFoundError(2, "No such file", "a.csv"), DATA_ERROR, None),
+        (MemoryError(), DATA_ERROR, None),
+        (KeyError("surprise"), DATA_ERROR, None),
+    ],
+)  # fmt: skip
+def test_one_line_and_its_status(error, status, said, capsys):
+    assert explain(error) == status
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    if said is not None:
+        assert shown == f"sagnac: {said}\n"

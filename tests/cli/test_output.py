@@ -1,0 +1,36 @@
+"""Folders, and the files that go into them."""
+
+from pathlib import Path
+
+import pytest
+
+from sagnac.cli.output import folders_of, made, require_writable, write_report
+from sagnac.errors import RecordingError
+from tests import handmade
+
+
+def test_files_of_one_name_do_not_share_a_folder():
+    folders = folders_of([Path("a/run.csv"), Path("b/run.csv")], Path("out"), as_json=False)
+    assert len(set(folders)) == 2
+    assert folders_of([Path("a/run.csv")], None, as_json=False) == [Path("run-report")]
+    assert folders_of([Path("a.csv")], None, as_json=True) == [None]
+
+
+def test_a_folder_below_a_file_is_refused_and_nothing_is_made(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    for folder in (tmp_path / "file", tmp_path / "file" / "deep"):
+        for refuse in (require_writable, made):
+            with pytest.raises(RecordingError, match="choose another folder"):
+                refuse(folder)
+    require_writable(tmp_path / "none" / "deep")
+    assert [item.name for item in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_report_says_how_long_it_took(tmp_path):
+    written = write_report(handmade.analysis(), tmp_path / "out")
+    assert written.analysis.seconds["report"] > 0.0
+    assert all(path.stat().st_size > 0 for path in written.paths)
+    assert {path.name for path in written.paths} == {
+        item.name for item in (tmp_path / "out").iterdir()
+    }
+    assert written.paths[0].name == "report.html"

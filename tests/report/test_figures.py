@@ -1,0 +1,69 @@
+"""The figures of the reports."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from sagnac.report import figures
+from tests.handmade import analysis
+from tests.report.examples import CASES
+
+
+@pytest.mark.parametrize("made", CASES.values(), ids=CASES.keys())
+def test_figures_can_be_drawn(made, tmp_path):
+    for number, figure in enumerate(
+        (
+            figures.stability_figure(made),
+            figures.spectrum_figure(made),
+            figures.comparison_figure({"fos": made, "none": made}),
+        )
+    ):
+        path = tmp_path / f"{number}.png"
+        figures.write_png(figure, path)
+        assert path.read_bytes().startswith(b"\x89PNG")
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_fit_passes_through_the_curve_it_was_made_from():
+    made = analysis()
+    axes = figures.stability_figure(made).axes[0]
+    drawn = {line.get_label(): line for line in axes.get_lines()}
+    fit = drawn["fit (likelihood)"]
+    points = drawn["after removal"]
+    level = np.interp(np.log(points.get_xdata()), np.log(fit.get_xdata()), np.log(fit.get_ydata()))
+    # The first points have thousands of degrees of freedom.
+    np.testing.assert_allclose(np.exp(level)[:10], points.get_ydata()[:10], rtol=0.05)
+
+
+def test_spectrum_lies_at_root_two_n():
+    axes = figures.spectrum_figure(analysis()).axes[0]
+    drawn = {line.get_label(): line for line in axes.get_lines()}
+    level = float(drawn["√2 N"].get_ydata()[0])
+    assert level == pytest.approx(math.sqrt(2.0) * 60.0 * 2.5e-5)  # deg/h/sqrt(Hz)
+    after = drawn["after removal"]
+    high = np.asarray(after.get_xdata()) > 1.0
+    assert np.median(np.asarray(after.get_ydata())[high]) == pytest.approx(level, rel=0.02)
+
+
+def test_lines_in_table_angle_stand_at_order_times_table_rate():
+    axes = figures.spectrum_figure(analysis()).axes[0]
+    drawn = {line.get_label(): line for line in axes.get_lines()}
+    # 40 deg/s is one turn in 9 s.
+    np.testing.assert_allclose(drawn["line in table angle"].get_xdata(), [1 / 9, 2 / 9, 12 / 9])
+
+
+def test_a_spectrum_of_many_bins_keeps_its_peaks():
+    random = np.random.default_rng(3)
+    frequency = np.linspace(1e-3, 250.0, 400_000)
+    density = random.gamma(4, 1 / 4, frequency.size)
+    density[123_456] = 1e6
+    made = analysis()
+    made = dataclasses.replace(
+        made, spectrum=dataclasses.replace(made.spectrum, frequency=frequency, density=density)
+    )
+    axes = figures.spectrum_figure(made).axes[0]
+    after = {line.get_label(): line for line in axes.get_lines()}["after removal"]
+    assert len(after.get_xdata()) < 5000
+    assert np.asarray(after.get_xdata())[np.argmax(after.get_ydata())] == frequency[123_456]

@@ -1,0 +1,93 @@
+"""The page."""
+
+import re
+
+import pytest
+
+from sagnac.errors import Note
+from sagnac.report import page
+from tests.handmade import SHA256, analysis
+from tests.report.examples import CASES, checked
+
+
+@pytest.mark.parametrize("made", CASES.values(), ids=CASES.keys())
+def test_page_stands_alone(made):
+    html = page.page(made)
+    checker = checked(html)
+    assert all(reference.startswith("#") for reference in checker.references)
+    assert len(set(checker.ids)) == len(checker.ids)
+    assert not checker.tags & {"script", "link", "iframe", "img", "object", "embed"}
+    assert "@import" not in html
+    assert "url(http" not in html
+    assert set(re.findall(r"url\(#([^)]*)\)", html)) <= set(checker.ids)
+    assert {reference[1:] for reference in checker.references} <= set(checker.ids)
+    assert len(html.encode()) < 1_500_000
+    assert checker.tags >= {"svg", "table", "h1"}
+
+
+def test_page_says_the_answer_first_and_what_it_rests_on():
+    made = analysis(
+        notes=(Note(text="first doubt"), Note(text="table & time are <nearly> one basis"))
+    )
+    html = page.page(made)
+    checker = checked(html)
+    text = " ".join(" ".join(checker.text).split())
+    order = [
+        text.index(part)
+        for part in (
+            "2.500 × 10⁻⁵",
+            "2.450 … 2.550 × 10⁻⁵",
+            "likelihood fit of the spectrum, 0.0006 to 0.5 Hz",
+            "first doubt",
+            "table & time are <nearly> one basis",
+            "Figure 1.",
+            "Figure 2.",
+            "Coefficients",
+            "Periodic components",
+            SHA256,
+        )
+    ]
+    assert order == sorted(order)
+    assert "sagnac 0" in text
+    assert "order 12" in text
+    assert "mains <50 Hz>" in text
+    assert "run.parquet" in text
+
+
+def test_page_of_a_bound_and_of_nothing_seen():
+    bound = page.page(CASES["upper bound"])
+    assert "&lt; 2.50 × 10⁻⁵" in bound
+    assert "Upper bound at 95 %" in bound
+    unseen = page.page(CASES["not observable"])
+    assert "Not observable" in unseen
+    assert "For a filter" not in unseen
+
+
+def test_page_of_a_triad_lists_each_gyro():
+    text = page.page(CASES["triad"])
+    for name in "xyz":
+        assert f"<tr><th>{name}</th>" in text
+
+
+def test_page_does_not_call_removed_what_was_only_found():
+    html = page.page(CASES["nothing removed"])
+    assert "found, not removed" in html
+    assert "before and after" not in html
+
+
+def test_comparison_page_shows_each_method_and_each_refusal():
+    html = page.comparison_page(
+        {"none": analysis(method="none"), "fos": analysis()}, {"fris": "never a full turn"}
+    )
+    checker = checked(html)
+    text = " ".join(checker.text)
+    assert "never a full turn" in text
+    assert "nothing removed" in text
+    assert all(reference.startswith("#") for reference in checker.references)
+
+
+def test_report_is_written_whole(tmp_path):
+    path = tmp_path / "report.html"
+    page.write_report(analysis(), path)
+    assert path.read_text(encoding="utf-8") == page.page(analysis())
+    assert [item.name for item in tmp_path.iterdir()] == ["report.html"]

@@ -1,0 +1,72 @@
+"""Pictures on an axis."""
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.figure import Figure
+
+from sagnac import plot
+from tests.handmade import N, analysis
+from tests.report.examples import CASES
+
+DEGREE_PER_HOUR = math.pi / 180.0 / 3600.0
+
+
+def drawn(axes):
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
+@pytest.mark.parametrize("draw", [plot.stability, plot.spectrum, plot.lines])
+@pytest.mark.parametrize("made", CASES.values(), ids=CASES.keys())
+def test_a_result_and_an_axis_and_nothing_else(draw, made):
+    axes = Figure().add_subplot()
+    assert draw(made, axes) is axes
+    assert axes.get_xlabel()
+    assert axes.get_ylabel()
+    axes.figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("draw", [plot.stability, plot.spectrum, plot.lines])
+def test_without_an_axis_the_current_one_of_pyplot_is_drawn_on(draw):
+    with pyplot.rc_context({"backend": "agg"}):
+        axes = pyplot.figure().add_subplot()
+        try:
+            assert draw(analysis()) is axes
+        finally:
+            pyplot.close()
+
+
+def test_the_curve_of_a_pair_is_drawn_per_gyro_as_the_headline_is():
+    pair = analysis()
+    axes = plot.stability(pair, Figure().add_subplot())
+    points = drawn(axes)["after removal"].get_ydata()
+    np.testing.assert_allclose(points, pair.curve.deviation / math.sqrt(2.0) / DEGREE_PER_HOUR)
+    # Far from the quantization at short times, the curve is N over the root of tau.
+    near = np.argmin(np.abs(pair.curve.tau - 30.0))
+    level = N / math.sqrt(pair.curve.tau[near]) / DEGREE_PER_HOUR
+    assert points[near] == pytest.approx(level, rel=0.15)
+
+
+def test_a_curve_alone_is_drawn_in_its_own_unit_and_per_gyro():
+    curve = analysis().curve
+    axes = plot.stability(curve, Figure().add_subplot())
+    np.testing.assert_allclose(drawn(axes)["oadev"].get_ydata(), curve.deviation / math.sqrt(2.0))
+    single = analysis(gyros=("x",)).curve
+    axes = plot.stability(single, Figure().add_subplot())
+    np.testing.assert_array_equal(drawn(axes)["oadev"].get_ydata(), single.deviation)
+
+
+def test_lines_stand_at_their_frequency_and_amplitude():
+    axes = plot.lines(analysis(), Figure().add_subplot())
+    of_angle, of_time = (container[0] for container in axes.containers)
+    # 40 deg/s is one turn in 9 s.
+    np.testing.assert_allclose(of_angle.get_xdata(), [1 / 9, 2 / 9, 12 / 9])
+    np.testing.assert_allclose(of_angle.get_ydata(), [0.6, 0.32, 0.2])
+    np.testing.assert_allclose(of_time.get_xdata(), [50.0003, 0.0137])
+
+
+def test_orders_of_a_table_at_rest_are_left_out():
+    axes = plot.lines(analysis(table_rate=None), Figure().add_subplot())
+    assert [container.get_label() for container in axes.containers] == ["line in time"]
