@@ -270,14 +270,14 @@ def tones(
 
 
 def _finufft() -> Any:
-    """The package finufft, imported where it is used: a still bench does without it."""
+    """The package finufft, imported where it is used: few recordings need it."""
     try:
         return import_module("finufft")
     except ImportError as error:
         raise MissingExtra(
             package="finufft",
-            extra="table",
-            purpose="a turning table (a sum over angles at uneven steps)",
+            extra="nufft",
+            purpose=f"a sum over more than {HIGHEST} multiples of an uneven phase",
         ) from error
 
 
