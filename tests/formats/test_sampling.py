@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.sampling import (
     Stretch,

@@ -72,7 +72,7 @@ def test_stamps_that_do_not_run_forwards_need_a_rate():
 
 
 def test_a_rate_is_above_zero():
-    with pytest.raises(ValueError, match="sample_rate is 0.0"):
+    with pytest.raises(ValueError, match=r"sample_rate is 0\.0"):
         Sampling(times=None, sample_rate=0.0)
 
 
