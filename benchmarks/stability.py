@@ -87,8 +87,11 @@ def print_memory(estimator: Estimator, samples: int) -> None:
     ours(rates(1000), estimator, clusters(estimator, 1000, 5))
     generator = np.random.default_rng(1)
     values = series.empty(samples)
-    for span in series.through(samples, values):
-        values[span] = generator.standard_normal(span.stop - span.start)
+
+    def fill(state: None, block: slice) -> None:
+        values[block] = generator.standard_normal(block.stop - block.start)
+
+    series.reduce(fill, None, samples, values)
     taus = clusters(estimator, samples, 60)
     before = peak_memory()
     ours(values, estimator, taus)

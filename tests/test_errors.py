@@ -8,8 +8,6 @@ from sagnac.errors import (
     MissingExtra,
     Note,
     RecordingError,
-    about,
-    as_note,
     counted,
     ranked,
     worded,
@@ -47,13 +45,6 @@ def test_an_error_names_file_channel_and_remedy():
     assert error.at("run.csv").at("other.csv").path == "run.csv"
     of_note = RecordingError.of(Note(text="is stuck", level="error", channel="x"), "run.csv")
     assert str(of_note) == "run.csv: x: is stuck"
-
-
-def test_notes_are_made_of_texts_and_given_a_channel():
-    note = Note(text="b", channel="z")
-    assert as_note("a") == Note(text="a")
-    assert as_note(note) is note
-    assert about([Note(text="a"), note], "x") == (Note(text="a", channel="x"), note)
 
 
 def test_a_missing_extra_names_what_to_install():

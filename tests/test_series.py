@@ -20,13 +20,13 @@ def test_a_long_series_keeps_its_values_when_its_memory_is_given_back(mapped):
     assert series.is_mapped(long)
     assert series.is_mapped(long[5:50])
     long[:] = np.arange(100_000)
-    series.release(long[5:50], np.arange(3.0))
+    series._release(long[5:50], np.arange(3.0))
     assert np.array_equal(long, np.arange(100_000))
 
 
 @pytest.mark.parametrize("size", [0, 1, 999, 1000, 1001, 12_345])
 def test_spans_cover_every_sample_once_in_order(size):
-    covered = [np.arange(size)[span] for span in series.spans(size, 1000)]
+    covered = [np.arange(size)[span] for span in series._spans(size, 1000)]
     assert np.array_equal(np.concatenate([np.empty(0, int), *covered]), np.arange(size))
     assert all(piece.size <= 1000 for piece in covered)
 
@@ -34,7 +34,7 @@ def test_spans_cover_every_sample_once_in_order(size):
 def test_results_come_in_the_order_of_the_spans(mapped):
     long = series.empty(50_000)
     long[:] = np.arange(50_000)
-    firsts = list(series.each(lambda span: float(long[span][0]), 50_000, 700, release_of=(long,)))
+    firsts = list(series._each(lambda span: float(long[span][0]), 50_000, 700, release_of=(long,)))
     assert firsts == list(np.arange(0.0, 50_000.0, 700.0))
 
 
@@ -44,7 +44,7 @@ def test_an_error_in_a_span_reaches_the_caller():
             raise ValueError("span 2000")
 
     with pytest.raises(ValueError, match="span 2000"):
-        list(series.each(work, 5000, 1000))
+        list(series._each(work, 5000, 1000))
 
 
 @pytest.mark.parametrize("size", [1, 2, 999, 1000, 1001, 12_345])
@@ -66,18 +66,18 @@ def test_values_by_spans_are_those_of_the_whole(mapped, monkeypatch, size):
 def test_series_gone_through_are_given_back(mapped, monkeypatch):
     given_back = []
     monkeypatch.setattr(series, "SPAN", 1000)
-    monkeypatch.setattr(series, "release", lambda *several: given_back.append(several))
+    monkeypatch.setattr(series, "_release", lambda *several: given_back.append(several))
     long = series.empty(10_000)
-    assert list(series.through(10_000, long)) == list(series.spans(10_000))
+    assert list(series._through(10_000, long)) == list(series._spans(10_000))
     assert len(given_back) > 2
     assert all(several[0] is long for several in given_back)
 
 
 @pytest.fixture
 def given_back(monkeypatch):
-    """What `release` was called with, each time."""
+    """What `_release` was called with, each time."""
     calls = []
-    monkeypatch.setattr(series, "release", lambda *several: calls.append(several))
+    monkeypatch.setattr(series, "_release", lambda *several: calls.append(several))
     return calls
 
 
@@ -211,3 +211,20 @@ def test_a_mapping_of_the_callers_is_left_alone(tmp_path):
     assert not series.is_mapped(own)
     assert series.mean(own) == 1.0
     assert np.all(own == 1.0)
+
+
+def test_series_gone_through_at_once_are_given_back_also_after_an_error(mapped, given_back):
+    long = series.empty(2000)
+    with series.gone_through(long):
+        assert not given_back
+    assert given_back == [(long,)]
+    with pytest.raises(ValueError, match="no"), series.gone_through(long):
+        raise ValueError("no")
+    assert len(given_back) == 2
+
+
+def test_scale_is_in_place(mapped):
+    long = series.made(lambda block: np.arange(block.start, block.stop, dtype=float), 5000)
+    assert series.scale(long, 1.0) is long
+    assert series.scale(long, 0.5) is long
+    assert np.array_equal(long, 0.5 * np.arange(5000))

@@ -7,7 +7,7 @@ line as ``--slice 30:90``, a program as ``slice=30:90``.
 
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Literal, Self, get_args
 
 Level = Literal["error", "warning", "remark"]
@@ -150,13 +150,3 @@ class MissingExtra(ImportError):
 def counted(count: int, noun: str) -> str:
     """``1 sample``, ``2 samples``."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
-def as_note(noticed: "Note | str") -> Note:
-    """A note, also of a text."""
-    return noticed if isinstance(noticed, Note) else Note(text=noticed)
-
-
-def about(notes: Iterable[Note], channel: str) -> tuple[Note, ...]:
-    """Notes that name no channel, made about this one."""
-    return tuple(note if note.channel else replace(note, channel=channel) for note in notes)

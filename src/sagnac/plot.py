@@ -93,32 +93,9 @@ def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "A
     """
     axes = _axes(ax)
     if isinstance(result, StabilityCurve):
-        curve = result.per_gyro()
-        unit = "unit of the values" if curve.estimator == "tdev" else "unit of the values per s"
-        _points(axes, curve, 1.0, label=curve.estimator)
-        logarithmic(axes, "cluster time τ (s)", f"{curve.estimator} ({unit})")
-        _limits(axes, curve.tau, curve.deviation, curve.low)
-        axes.legend()
-        return axes
-    before, after = result.curve_before.per_gyro(), result.curve.per_gyro()
-    if removed(result):
-        axes.plot(
-            before.tau,
-            before.deviation / DEGREE_PER_HOUR,
-            color=QUIET,
-            marker="s",
-            markersize=2.8,
-            linewidth=0.9,
-            label="before removal",
-        )
-    _points(axes, after, DEGREE_PER_HOUR, label=_after(result))
-    logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel_of(result)} (°/h)")
-    _limits(
-        axes,
-        after.tau,
-        *(array / DEGREE_PER_HOUR for array in (before.deviation, after.deviation, after.low)),
-    )
-    _fitted(axes, result)
+        _draw_curve(axes, result.per_gyro())
+    else:
+        _draw_curves(axes, result)
     axes.legend()
     return axes
 
@@ -136,6 +113,20 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    A still gyro of white rate noise with a vibration at 2 Hz:
+
+    >>> import numpy as np
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import Recording, analyze, plot
+    >>> rate = 1e-6 * np.random.default_rng(1).standard_normal(6000)
+    >>> rate += 1e-6 * np.cos(2.0 * np.pi * 2.0 * np.arange(6000) / 10.0)
+    >>> recording = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> axes = plot.spectrum(analyze(recording), ax=Figure().add_subplot())
+    >>> axes.get_ylabel()
+    'rate noise density, x (°/h/√Hz)'
     """
     axes = _axes(ax)
     before, after = (
@@ -191,27 +182,25 @@ def lines(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     Returns
     -------
     matplotlib.axes.Axes
+
+    Examples
+    --------
+    A still gyro of white rate noise with a vibration at 2 Hz:
+
+    >>> import numpy as np
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import Recording, analyze, plot
+    >>> rate = 1e-6 * np.random.default_rng(1).standard_normal(6000)
+    >>> rate += 1e-6 * np.cos(2.0 * np.pi * 2.0 * np.arange(6000) / 10.0)
+    >>> recording = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> axes = plot.lines(analyze(recording), ax=Figure().add_subplot())
+    >>> axes.get_ylabel()
+    'amplitude (″)'
     """
     axes = _axes(ax)
     placed = _placed(analysis)
-    for scale, style in _SCALES.items():
-        of_scale = [(at, line) for at, line in placed if line.scale == scale]
-        if of_scale:
-            amplitude, error = (
-                np.array([getattr(line, name) for _, line in of_scale]) / ARCSECOND
-                for name in ("amplitude", "amplitude_error")
-            )
-            axes.errorbar(
-                np.array([at for at, _ in of_scale]),
-                amplitude,
-                yerr=error,
-                linestyle="none",
-                marker="o",
-                markersize=3.6,
-                elinewidth=0.7,
-                color=style.color,
-                label=style.label,
-            )
+    for scale in _SCALES:
+        _draw_amplitudes(axes, scale, [(at, line) for at, line in placed if line.scale == scale])
     logarithmic(axes, "frequency (Hz)", "amplitude (″)")
     if not placed:
         axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
@@ -255,6 +244,37 @@ def _axes(given: "Axes | None") -> "Axes":
     from matplotlib import pyplot  # noqa: PLC0415  (half a second that a stability curve need not wait for)
 
     return pyplot.gca()
+
+
+def _draw_curve(axes: "Axes", curve: StabilityCurve) -> None:
+    """One curve, in the unit of the values that it was made of."""
+    unit = "unit of the values" if curve.estimator == "tdev" else "unit of the values per s"
+    _points(axes, curve, 1.0, label=curve.estimator)
+    logarithmic(axes, "cluster time τ (s)", f"{curve.estimator} ({unit})")
+    _limits(axes, curve.tau, curve.deviation, curve.low)
+
+
+def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
+    """The curves before and after removal, in °/h, with the fit."""
+    before, after = analysis.curve_before.per_gyro(), analysis.curve.per_gyro()
+    if removed(analysis):
+        axes.plot(
+            before.tau,
+            before.deviation / DEGREE_PER_HOUR,
+            color=QUIET,
+            marker="s",
+            markersize=2.8,
+            linewidth=0.9,
+            label="before removal",
+        )
+    _points(axes, after, DEGREE_PER_HOUR, label=_after(analysis))
+    logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel_of(analysis)} (°/h)")
+    _limits(
+        axes,
+        after.tau,
+        *(array / DEGREE_PER_HOUR for array in (before.deviation, after.deviation, after.low)),
+    )
+    _fitted(axes, analysis)
 
 
 def _after(analysis: Analysis) -> str:
@@ -378,6 +398,26 @@ def _mark_lines(axes: "Axes", analysis: Analysis) -> None:
             color=_SCALES[line.scale].color,
             clip_on=False,
         )
+
+
+def _draw_amplitudes(axes: "Axes", scale: Scale, placed: list[tuple[float, Line]]) -> None:
+    if not placed:
+        return
+    amplitude, error = (
+        np.array([getattr(line, name) for _, line in placed]) / ARCSECOND
+        for name in ("amplitude", "amplitude_error")
+    )
+    axes.errorbar(
+        np.array([at for at, _ in placed]),
+        amplitude,
+        yerr=error,
+        linestyle="none",
+        marker="o",
+        markersize=3.6,
+        elinewidth=0.7,
+        color=_SCALES[scale].color,
+        label=_SCALES[scale].label,
+    )
 
 
 def _short_position(line: Line) -> str:

@@ -7,8 +7,8 @@ Scratch files lie in the folder for temporary files (``TMPDIR``).
 Only this module cuts a series into blocks and gives its memory back. The rest of the package says
 what to do with one block, and asks for the results (`map`), their sum (`total`), a state carried
 from block to block (`reduce`), a new series (`made`), or the first place where a test holds
-(`first_where`); a reader of a file fills a series piece by piece (`Filling`). `spans`, `through`,
-`each` and `release` are public only until no other module calls them.
+(`first_where`); a reader of a file fills a series piece by piece (`Filling`), and a compiled loop
+that goes through whole series says so (`gone_through`).
 """
 
 import mmap
@@ -16,7 +16,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from typing import IO, Any, Final, TypeVar
 
 import numpy as np
@@ -80,7 +80,7 @@ def is_mapped(series: FloatArray) -> bool:
     return _mapping(series) is not None
 
 
-def release(*several: NDArray[Any]) -> None:
+def _release(*several: NDArray[Any]) -> None:
     """Give back the memory of mapped series; their values stay."""
     for series in several:
         mapping = _mapping(series)
@@ -143,7 +143,7 @@ class Filling:
         else:
             series = self._room()
             series[self._samples : self._samples + values.size] = values
-            release(series)
+            _release(series)
         self._samples += values.size
 
     @property
@@ -168,12 +168,12 @@ class Filling:
 # --- block by block ---------------------------------------------------------------------------
 
 
-def spans(size: int, length: int | None = None) -> Iterator[slice]:
+def _spans(size: int, length: int | None = None) -> Iterator[slice]:
     """Blocks that together cover `size` samples, each of `length` (`SPAN`); the last is the rest.
 
     Examples
     --------
-    >>> list(spans(5, 2))
+    >>> list(_spans(5, 2))
     [slice(0, 2, None), slice(2, 4, None), slice(4, 5, None)]
     """
     length = length or SPAN
@@ -181,18 +181,18 @@ def spans(size: int, length: int | None = None) -> Iterator[slice]:
         yield slice(start, min(start + length, size))
 
 
-def through(size: int, *several: FloatArray, length: int | None = None) -> Iterator[slice]:
-    """`spans` one by one, the memory of `several` mapped series given back on the way."""
+def _through(size: int, *several: FloatArray, length: int | None = None) -> Iterator[slice]:
+    """`_spans` one by one, the memory of `several` mapped series given back on the way."""
     try:
-        for number, span in enumerate(spans(size, length), start=1):
+        for number, span in enumerate(_spans(size, length), start=1):
             yield span
             if number % _RELEASE_EVERY == 0:
-                release(*several)
+                _release(*several)
     finally:
-        release(*several)
+        _release(*several)
 
 
-def each(
+def _each(
     work: Callable[[slice], _Result],
     size: int,
     length: int | None = None,
@@ -204,16 +204,16 @@ def each(
     `release_of` names mapped series whose memory is given back on the way, and at the end, also
     if `work` fails or nobody asks for the rest.
     """
-    pieces = list(spans(size, length))
+    pieces = list(_spans(size, length))
     with ExitStack() as stack:
-        stack.callback(release, *release_of)
+        stack.callback(_release, *release_of)
         if len(pieces) <= 1:
             yield from (work(piece) for piece in pieces)
             return
         pool = stack.enter_context(ThreadPoolExecutor(THREADS))
         for first in range(0, len(pieces), 2 * THREADS):
             yield from pool.map(work, pieces[first : first + 2 * THREADS])
-            release(*release_of)
+            _release(*release_of)
 
 
 def map(
@@ -249,7 +249,7 @@ def map(
     >>> map(lambda block: float(values[block].max()), values.size, values, length=3)
     [2.0, 5.0, 6.0]
     """
-    return list(each(work, size, length, release_of=touched))
+    return list(_each(work, size, length, release_of=touched))
 
 
 def total(
@@ -274,7 +274,7 @@ def total(
     >>> total(lambda block: float(values[block].sum()), values.size, values, length=3)
     21.0
     """
-    parts = iter(each(work, size, length, release_of=touched))
+    parts = iter(_each(work, size, length, release_of=touched))
     result = next(parts, None)
     if result is None:
         raise ValueError("there is nothing to sum: size is 0")
@@ -311,7 +311,7 @@ def reduce(
     9.0
     """
     state = start
-    for block in through(size, *touched, length=length):
+    for block in _through(size, *touched, length=length):
         state = step(state, block)
     return state
 
@@ -365,11 +365,28 @@ def first_where(
     >>> first_where(lambda block: values[block] > 3.5, values.size, values, length=3)
     4
     """
-    for block in through(size, *touched, length=length):
+    for block in _through(size, *touched, length=length):
         answers = test(block)
         if answers.any():
             return int(block.start + np.argmax(answers))
     return size
+
+
+@contextmanager
+def gone_through(*touched: FloatArray) -> Iterator[None]:
+    """For a loop that goes through whole series: gives their memory back at the end.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> values = np.arange(4.0)
+    >>> with gone_through(values):
+    ...     highest = float(values.max())
+    """
+    try:
+        yield
+    finally:
+        _release(*touched)
 
 
 # --- whole series -----------------------------------------------------------------------------
@@ -451,6 +468,24 @@ def less(values: FloatArray, taken: FloatArray | float) -> FloatArray:
 
     map(fill, values.size, values, result, *others)
     return result
+
+
+def scale(values: FloatArray, factor: float) -> FloatArray:
+    """Values times a factor, in place; returns them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> scale(np.array([1.0, 2.0, 6.0]), 0.5)
+    array([0.5, 1. , 3. ])
+    """
+    if factor != 1.0:
+
+        def multiply(block: slice) -> None:
+            values[block] *= factor
+
+        map(multiply, values.size, values)
+    return values
 
 
 def every(values: FloatArray, step: int) -> FloatArray:

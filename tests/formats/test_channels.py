@@ -1,24 +1,13 @@
 """Counters, encoder and null pulse."""
 
-import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.formats.channels import (
-    extent,
-    gyro_channel,
-    largest_step,
-    missing_filled,
-    missing_marked,
-    null_pulses,
-    rolled_over,
-    table_channel,
-    table_period,
-    table_unwrapped,
-)
+from sagnac.formats.channels import gyro_channel, table_channel
 from sagnac.formats.scales import Scale
 from tests.formats.examples import (
     ARCSECOND,
@@ -76,15 +65,18 @@ def test_a_gyro_without_a_counter_is_its_numbers_in_si():
     assert made.notes == ()
 
 
+COUNTS = Scale(kind="angle", unit="2rad", factor=2.0)
+
+
 def test_a_counter_that_rolls_over_is_continuous_and_no_wider_than_its_bits():
     counts = np.arange(0.0, 2e5, 5e3)
-    readings = rolled_over("x", counts % 2**16, 16)
-    np.testing.assert_array_equal(readings.values, counts)
-    (note,) = readings.notes
+    made = gyro_channel("x", counts % 2**16, COUNTS, 16)
+    np.testing.assert_array_equal(made.channel.values, 2.0 * counts)
+    (note,) = made.notes
     assert str(note) == "x: the 16 bit counter rolled over 2 times: unwrapped"
-    assert rolled_over("x", np.arange(9.0), 16).notes == ()
+    assert gyro_channel("x", np.arange(9.0), COUNTS, 16).notes == ()
     with pytest.raises(RecordingError, match="x: it spans 195000 counts, more than 16 bits hold"):
-        rolled_over("x", counts, 16)
+        gyro_channel("x", counts, COUNTS, 16)
 
 
 @pytest.mark.parametrize(
@@ -92,40 +84,30 @@ def test_a_counter_that_rolls_over_is_continuous_and_no_wider_than_its_bits():
     [
         (359.9, "deg", None, 360.0),
         (360.0, "deg", 16, 360.0),
-        (5000.0, "deg", 16, math.inf),
+        (5000.0, "deg", 16, None),
         (50_000.0, "0.01deg", 16, 2.0**16),
-        (70_000.0, "0.01deg", 16, math.inf),
-        (50_000.0, "0.01deg", None, math.inf),
+        (70_000.0, "0.01deg", 16, None),
+        (50_000.0, "0.01deg", None, None),
     ],
 )
 def test_where_a_table_starts_over(reach, unit, bits, period):
-    scale = Scale(kind="angle", unit=unit, factor=np.deg2rad(0.01 if unit[0] == "0" else 1.0))
-    assert table_period(reach, scale, bits) == pytest.approx(period)
+    size = 0.01 if unit[0] == "0" else 1.0
+    scale = Scale(kind="angle", unit=unit, factor=np.deg2rad(size))
+    readings = np.concatenate([np.linspace(0.0, reach, 2000), np.linspace(0.0, 0.1 * reach, 200)])
+    angle = np.degrees(table_channel(readings.copy(), scale, bits).channel.values) / size
+    later = readings[2000:] + (period or 0.0)
+    np.testing.assert_allclose(angle[2000:], later, rtol=1e-9, atol=1e-9)
 
 
-def test_readings_off_the_path_are_marked_and_interpolated():
+def test_readings_off_the_path_are_noted_in_the_unit_as_stated():
     path = np.arange(3000) * 0.25
-    values = path % 360.0
-    values[[700, 1500]] = -1.0
-    notes = missing_marked(values, DEGREES)
-    assert [str(n) for n in notes] == [
-        "table: 2 samples off its path, all reading -1 deg: taken as missing"
-    ]
-    assert np.array_equal(np.flatnonzero(np.isnan(values)), [700, 1500])
-    notes = missing_filled(values, 360.0, DEGREES)
-    assert "2 missing samples, at most 1 in a row, interpolated" in notes[0].text
-    np.testing.assert_allclose(values, path % 360.0, atol=1e-9)
-
-
-def test_a_table_that_moves_far_between_samples_is_in_doubt():
-    quiet = table_unwrapped(np.arange(100) * 20.0 % 360.0, 360.0)
-    assert [note.level for note in quiet.notes] == ["remark"]
-    np.testing.assert_allclose(quiet.values, np.arange(100) * 20.0)
-    fast = table_unwrapped(np.arange(100) * 170.0 % 360.0, 360.0)
-    assert fast.notes[-1].level == "warning"
-    assert "0.47 of its range between samples" in fast.notes[-1].text
-    running = np.arange(100) * 170.0
-    assert table_unwrapped(running, math.inf).notes == ()
+    readings = path % 360.0
+    readings[[700, 1500]] = -1.0
+    made = table_channel(readings, replace(DEGREES, unit="1 degree"), None)
+    off, filled, _ = (str(note) for note in made.notes)
+    assert off == "table: 2 samples off its path, all reading -1 1 degree: taken as missing"
+    assert "2 missing samples, at most 1 in a row, interpolated" in filled
+    np.testing.assert_allclose(made.channel.values, np.deg2rad(path), atol=1e-9)
 
 
 def test_a_table_goes_through_all_of_it():
@@ -133,23 +115,3 @@ def test_a_table_goes_through_all_of_it():
     made = table_channel(path % 360.0, DEGREES, None)
     np.testing.assert_allclose(made.channel.values, np.deg2rad(path), atol=1e-9)
     assert [str(n) for n in made.notes] == ["table: unwrapped where it starts over, 2 times"]
-
-
-def test_extent_and_steps_pass_over_what_is_not_finite():
-    values = np.array([1.0, np.nan, 5.0, 4.0, np.inf, -2.0])
-    assert extent(values) == 7.0
-    assert extent(np.full(3, np.nan)) == extent(np.empty(0)) == 0.0
-    assert largest_step(np.array([1.0, np.nan, 5.0, 2.5])) == 2.5
-    assert largest_step(np.array([np.nan, np.nan])) == largest_step(np.empty(0)) == 0.0
-
-
-def test_pulses_rise_once():
-    pulses = null_pulses("p", np.array([0.0, 1.0, 1.0, 0.0, 1.0]))
-    np.testing.assert_array_equal(pulses.rising, [False, True, False, False, True])
-    assert [str(n) for n in pulses.notes] == [
-        "null_pulse: stays up for more than a sample; its first is taken"
-    ]
-    assert null_pulses("p", np.array([0.0, 5.0, 0.0])).notes == ()
-    for wrong in ([0.0, 1.0, 2.0], [0.0, np.nan]):
-        with pytest.raises(RecordingError, match="column p takes more than two values"):
-            null_pulses("p", np.array(wrong))

@@ -3,22 +3,16 @@
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.sampling import (
-    Sampling,
+    Stretch,
     first_at,
-    resolution,
     sampled_by_rate,
     sampled_by_stamps,
     stamps_in_seconds,
-    tidy,
-    worst_offset,
-)
-from sagnac.formats.sampling import (
-    timed as by_stamps,
 )
 from sagnac.formats.source import in_memory
+from sagnac.recording.stamps import Sampling
 from tests.formats.examples import SAMPLES, refused, timed, walk
 
 
@@ -78,11 +72,11 @@ def test_a_slice_beyond_the_end_is_blamed_on_the_slice(tmp_path, start):
 )
 def test_a_slice_by_rate_and_by_stamps_is_the_same(span, first, stop):
     stamps = np.arange(100) / 10.0
-    for sampling in (sampled_by_rate(100, 10.0, span), sampled_by_stamps(stamps, span, None)):
-        assert (sampling.first, sampling.stop, sampling.rate) == (first, stop, 10.0)
-        assert sampling.start == pytest.approx(first / 10.0)
-        assert sampling.span_s == pytest.approx((first / 10.0, stop / 10.0))
-        assert sampling.times is None
+    for stretch in (sampled_by_rate(100, 10.0, span), sampled_by_stamps(stamps, span, None)):
+        assert (stretch.first, stretch.stop) == (first, stop)
+        assert stretch.start == pytest.approx(first / 10.0)
+        assert stretch.span_s == pytest.approx((first / 10.0, stop / 10.0))
+        assert stretch.sampling == Sampling(times=None, sample_rate=10.0)
 
 
 def test_stamps_are_seconds_from_the_first_and_no_more_than_are_needed():
@@ -97,34 +91,8 @@ def test_the_first_stamp_at_a_limit():
     assert first_at(times, 9.0) == 4
 
 
-def test_even_stamps_are_a_rate_and_uneven_ones_are_kept():
-    assert by_stamps(np.arange(50) / 8.0, None).times is None
-    uneven = np.arange(50) / 8.0 + np.random.default_rng(0).uniform(0.0, 0.01, 50)
-    kept = by_stamps(uneven, None)
-    np.testing.assert_allclose(kept.times, uneven - uneven[0])
-    assert "not uniform" in kept.notes[0].text
-    with pytest.raises(RecordingError, match="stamps give 8 Hz but 9 Hz is stated"):
-        by_stamps(np.arange(50) / 8.0, 9.0)
-
-
-def test_stamps_that_do_not_run_forwards_need_a_rate():
-    backwards = -np.arange(50.0)
-    assert by_stamps(backwards, 3.0).rate == 3.0
-    with pytest.raises(RecordingError, match="time: does not run forwards"):
-        by_stamps(backwards, None)
-    # One stamp that jumps back leaves the usual interval.
-    assert by_stamps(np.array([0.0, 0.5, 1.0, 1.5, -1.0]), None).rate == 2.0
-
-
-def test_how_far_stamps_are_off():
-    assert worst_offset(np.array([0.0, 1.1, 1.8, 3.0]), 1.0) == pytest.approx(0.2)
-    assert resolution(np.array([0.0, 0.25, 1.5])) == 0.01
-    assert resolution(np.array([0.0, np.pi])) == 0.0
-    assert tidy(99.9997, 1e-5) == 100.0
-    assert tidy(99.97, 1e-5) == 99.97
-
-
-@pytest.mark.parametrize("wrong", [{"first": 5, "stop": 3}, {"rate": 0.0}])
-def test_samplings_that_cannot_be(wrong):
+@pytest.mark.parametrize("wrong", [{"first": 5, "stop": 3}, {"first": -1}])
+def test_stretches_that_cannot_be(wrong):
+    even = Sampling(times=None, sample_rate=1.0)
     with pytest.raises(ValueError, match=next(iter(wrong))):
-        Sampling(**{"first": 0, "stop": 9, "start": 0.0, "rate": 1.0, **wrong})
+        Stretch(**{"first": 0, "stop": 9, "start": 0.0, "sampling": even, **wrong})

@@ -20,8 +20,7 @@ def several_spans(monkeypatch):
 
 
 def removed(angle, table, components):
-    spans = series.spans(angle.size)
-    return np.concatenate([model.removed(angle[span], table, components, span) for span in spans])
+    return series.made(lambda span: model.removed(angle[span], table, components, span), angle.size)
 
 
 def fit(increments, table, components, *, fresh=False):

@@ -241,7 +241,7 @@ def test_series_may_be_mapped_and_goes_by_spans(monkeypatch):
     assert found.blocks == whole.blocks
     assert found.knots == pytest.approx(whole.knots, abs=1e-9 * whole.amplitude)
     assert mapped == pytest.approx(steps)
-    pieces = [values(found, span.start, span.stop - span.start) for span in series.spans(SAMPLES)]
+    pieces = series.map(lambda span: values(found, span.start, span.stop - span.start), SAMPLES)
     assert np.concatenate(pieces) == pytest.approx(
         values(found, 0, SAMPLES), abs=1e-9 * found.amplitude
     )

@@ -45,3 +45,5 @@ def test_the_first_sample_of_each_pulse_is_taken(column):
 def test_pulses_have_two_levels(column):
     with pytest.raises(RecordingError, match="null_pulse: takes more than two values"):
         pulses_of(column)
+    with pytest.raises(RecordingError, match="null_pulse: column p takes more than two values"):
+        pulses_of(column, column="p")

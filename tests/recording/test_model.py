@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from sagnac.errors import MissingExtra, Note, RecordingError
+from sagnac.errors import MissingExtra, RecordingError
 from sagnac.formats import Statement, read
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Provenance, Recording, second_of
@@ -49,10 +49,6 @@ def test_what_is_no_recording_is_refused(change, words):
 def test_a_span_stops_after_it_starts():
     with pytest.raises(ValueError, match="span_s is"):
         Provenance(path="run.csv", sha256="", format="csv", span_s=(3.0, 1.0))
-
-
-def test_texts_are_taken_as_notes():
-    assert sound(notes=("time: read",)).notes == (Note(text="time: read"),)
 
 
 def test_recordings_compare_by_what_they_hold():

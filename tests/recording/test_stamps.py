@@ -5,7 +5,7 @@ import pytest
 
 from sagnac import series
 from sagnac.errors import RecordingError
-from sagnac.recording.stamps import median_step, sampling
+from sagnac.recording.stamps import Sampling, median_step, sampling
 
 
 @pytest.mark.parametrize("size", [2, 3, 1000, 1001])
@@ -66,3 +66,23 @@ def test_stamps_that_do_not_run_forwards_need_a_rate():
     with pytest.raises(RecordingError, match="time: does not run forwards"):
         sampling(np.zeros(10))
     assert sampling(np.zeros(10), 5.0).sample_rate == 5.0
+    assert sampling(-np.arange(50.0), 3.0).sample_rate == 3.0
+    # One stamp that jumps back leaves the usual interval.
+    assert sampling(np.array([0.0, 0.5, 1.0, 1.5, -1.0])).sample_rate == 2.0
+
+
+def test_a_rate_is_above_zero():
+    with pytest.raises(ValueError, match=r"sample_rate is 0\.0"):
+        Sampling(times=None, sample_rate=0.0)
+
+
+@pytest.mark.parametrize(("clock", "shown"), [(0.01, "0.01"), (0.001, "0.001")])
+def test_the_clock_is_the_coarsest_power_of_ten(clock, shown):
+    stamps = np.rint(np.arange(3000) / 37.7 / clock) * clock
+    assert f"on a clock of {shown} s" in str(sampling(stamps).notes[0])
+
+
+def test_stamps_off_an_even_spacing_are_noted_with_the_worst():
+    stamps = np.arange(100) / 8.0
+    stamps[50] += 0.0613
+    assert "stamps up to 0.0613 s off an even spacing" in sampling(stamps).notes[0].text

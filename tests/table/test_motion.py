@@ -31,8 +31,8 @@ def followed(angle, encoder, harmonics):
     kinematic = kinematics(encoder, RATE)
     averages = averaged(angle, kinematic.block)
     motion = follow_table(averages, encoder, kinematic, harmonics=harmonics)
-    pieces = series.spans(encoder.size, motion.kinematics.length)
-    return motion, angle - np.concatenate([motion.over(span) for span in pieces])
+    length = motion.kinematics.length
+    return motion, angle - series.made(motion.over, encoder.size, length=length)
 
 
 @pytest.mark.parametrize("speed", [wandering(600.0), reversing(600.0)], ids=["wander", "reverse"])
@@ -120,8 +120,7 @@ def test_averages_are_those_of_the_motion():
     _, table = motion(wandering(100.0))
     kinematic = kinematics(table, RATE)
     found = follow_table(averaged(SHARE * table, kinematic.block), table, kinematic)
-    pieces = series.spans(table.size, kinematic.length)
-    whole = np.concatenate([found.over(span) for span in pieces])
+    whole = series.made(found.over, table.size, length=kinematic.length)
     difference = found.averages - averaged(whole, kinematic.block)
     assert np.ptp(difference) < 1e-12
 

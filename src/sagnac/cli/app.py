@@ -74,8 +74,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _prepare_process() -> None:
     """Threads of linear algebra and the signs that a terminal may lack."""
-    # The fits are thousands of small factorizations, which linear algebra on several threads
-    # only slows: tenfold where other work shares the cores. Read when numpy is first imported.
+    # The fits are thousands of small factorizations. Several threads of linear algebra only slow
+    # them down, tenfold if other work shares the cores. numpy reads these at its first import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MKL_NUM_THREADS", "1")
     for stream in (sys.stdout, sys.stderr):

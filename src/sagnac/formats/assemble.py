@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
-from sagnac.formats.channels import Made, Pulses, gyro_channel, null_pulses, table_channel
+from sagnac.formats.channels import gyro_channel, table_channel
 from sagnac.formats.choice import Choice, choose
 from sagnac.formats.sampling import (
-    Sampling,
+    Stretch,
     sampled_by_rate,
     sampled_by_stamps,
     stamps_in_seconds,
@@ -17,6 +17,7 @@ from sagnac.formats.sampling import (
 from sagnac.formats.scales import Scale, gyro_scale, table_scale, time_unit
 from sagnac.formats.source import Source, Stored
 from sagnac.formats.statements import Statements
+from sagnac.recording.columns import Pulses, Taken, pulses_of
 from sagnac.recording.model import Provenance, Recording
 from sagnac.recording.quality import integrity
 
@@ -56,17 +57,17 @@ def assemble(
     scales = scales_of(choice, statements)
     stored = source.load(choice.keys)
     check_lengths(stored.lengths)
-    sampling = sampling_of(choice, scales, stored, statements)
-    made = channels_of(choice, scales, stored, sampling, statements.counter_bits)
-    sliced = sampling.span_s if statements.caller.span is not None else None
+    stretch = stretch_of(choice, scales, stored, statements)
+    made = channels_of(choice, scales, stored, stretch, statements.counter_bits)
+    sliced = stretch.span_s if statements.caller.span is not None else None
     recording = Recording(
         gyros=tuple(gyro.channel for gyro in made.gyros),
-        sample_rate=sampling.rate,
-        times=sampling.times,
+        sample_rate=stretch.sampling.sample_rate,
+        times=stretch.sampling.times,
         table=made.table.channel if made.table else None,
         null_pulse=made.pulses.rising if made.pulses else None,
         provenance=replace(provenance(), span_s=sliced),
-        notes=(*notes, *choice.notes, *scales.notes, *sampling.notes, *made.notes),
+        notes=(*notes, *choice.notes, *scales.notes, *stretch.sampling.notes, *made.notes),
     )
     return verified(recording) if verify else recording
 
@@ -134,8 +135,8 @@ def check_lengths(lengths: Mapping[str, int]) -> None:
             )
 
 
-def sampling_of(choice: Choice, scales: Scales, stored: Stored, statements: Statements) -> Sampling:
-    """Sample rate, times and the samples that the caller's slice takes.
+def stretch_of(choice: Choice, scales: Scales, stored: Stored, statements: Statements) -> Stretch:
+    """The samples that the caller's slice takes, their rate and their times.
 
     Raises
     ------
@@ -161,8 +162,8 @@ def sampling_of(choice: Choice, scales: Scales, stored: Stored, statements: Stat
 class Channels:
     """Gyros, table and null pulse, each with its notes; None where there is none."""
 
-    gyros: tuple[Made, ...]
-    table: Made | None
+    gyros: tuple[Taken, ...]
+    table: Taken | None
     pulses: Pulses | None
 
     @property
@@ -176,7 +177,7 @@ def channels_of(
     choice: Choice,
     scales: Scales,
     stored: Stored,
-    sampling: Sampling,
+    stretch: Stretch,
     counter_bits: int | None,
 ) -> Channels:
     """The samples that are taken, loaded and in SI.
@@ -188,7 +189,7 @@ def channels_of(
     """
     table = choice.table.column.key if choice.table is not None else None
     keys = [column.key for column in choice.gyros.values()]
-    columns = load_columns(stored, [*keys, table] if table is not None else keys, sampling)
+    columns = load_columns(stored, [*keys, table] if table is not None else keys, stretch)
     gyros = tuple(
         gyro_channel(name, columns.pop(column.key), scales.gyros[name], counter_bits)
         for name, column in choice.gyros.items()
@@ -200,14 +201,14 @@ def channels_of(
     if choice.null_pulse is not None:
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
-        pulses = null_pulses(key, load_columns(stored, [key], sampling)[key])
+        pulses = pulses_of(load_columns(stored, [key], stretch)[key], column=key)
     return Channels(gyros=gyros, table=made_table, pulses=pulses)
 
 
-def load_columns(stored: Stored, keys: Sequence[str], sampling: Sampling) -> dict[str, FloatArray]:
+def load_columns(stored: Stored, keys: Sequence[str], stretch: Stretch) -> dict[str, FloatArray]:
     """The samples that are taken, converted piece by piece: no column is in memory twice."""
-    columns = {key: series.Filling(sampling.stop - sampling.first) for key in keys}
-    for piece in stored.pieces(keys, sampling.first, sampling.stop):
+    columns = {key: series.Filling(stretch.stop - stretch.first) for key in keys}
+    for piece in stored.pieces(keys, stretch.first, stretch.stop):
         for key, values in piece.items():
             columns[key].append(values)
     return {key: column.filled for key, column in columns.items()}

@@ -7,10 +7,7 @@ from typing import Final, Literal
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.source import Column
 from sagnac.formats.statements import Statements
-
-GYRO_NAMES: Final = ("x", "y", "z")
-TABLE_NAMES: Final = ("table", "alpha", "encoder")
-TIME_NAMES: Final = ("time", "t")
+from sagnac.recording.frames import GYRO_NAMES, NULL_PULSE_NAME, TABLE_NAMES, TIME_NAMES
 
 # Characters of a list of columns that an error shows.
 _MOST_LISTED: Final = 400
@@ -214,7 +211,7 @@ def choose_null_pulse(columns: Sequence[Column], statements: Statements) -> Colu
         If one that is stated is not there.
     """
     stated = statements.role("null_pulse")
-    column = find(columns, stated or "null_pulse")
+    column = find(columns, stated or NULL_PULSE_NAME)
     if stated and column is None:
         raise _missing(columns, stated, "{null-pulse COLUMN}")
     return column

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.formats.unit_text import parsed_unit
+from sagnac.formats.statement import ROLES
+from sagnac.recording.frames import NULL_PULSE_NAME
 from sagnac.recording.model import Kind, Recording
-from sagnac.units import ANGLE_UNITS, RATE_UNITS, angle_scale, rate_scale
 
 Rows = dict[str, NDArray[Any]]
 
@@ -82,21 +82,6 @@ class Outgoing:
         }
 
 
-def field_unit(kind: Kind, unit: str, *, is_table: bool = False) -> str:
-    """Unit to write a channel in: its own if it has a plain one, else the field's."""
-    own = parsed_unit(unit)
-    if own.is_plain and own.name in (RATE_UNITS if kind == "rate" else ANGLE_UNITS):
-        return own.name
-    if kind == "rate":
-        return "deg/h"
-    return "deg" if is_table else "arcsec"
-
-
-def unit_size(kind: Kind, unit: str) -> float:
-    """SI size of one plain `unit` for a channel of `kind`."""
-    return rate_scale(unit) if kind == "rate" else angle_scale(unit)
-
-
 def outgoing(recording: Recording) -> Outgoing:
     """`recording` in the units its channels came in, or the field's.
 
@@ -112,14 +97,14 @@ def outgoing(recording: Recording) -> Outgoing:
         columns["time"], units["time"], sizes["time"] = recording.times, "s", 1.0
     for gyro in recording.gyros:
         check_name(gyro.name)
-        columns[gyro.name], units[gyro.name] = gyro.values, field_unit(gyro.kind, gyro.shown_in)
-        sizes[gyro.name] = unit_size(gyro.kind, units[gyro.name])
+    named = {gyro.name: gyro for gyro in recording.gyros}
     if recording.table is not None:
-        columns["table"] = recording.table.values
-        units["table"] = field_unit("angle", recording.table.shown_in, is_table=True)
-        sizes["table"] = unit_size("angle", units["table"])
+        named["table"] = recording.table
+    for name, channel in named.items():
+        unit = channel.plain_unit
+        columns[name], units[name], sizes[name] = channel.values, unit.name, unit.size
     if recording.null_pulse is not None:
-        columns["null_pulse"] = recording.null_pulse
+        columns[NULL_PULSE_NAME] = recording.null_pulse
     return Outgoing(
         columns=columns,
         units=units,
@@ -137,7 +122,7 @@ def check_name(name: str) -> None:
     ValueError
         If it is empty, reserved, or holds a mark that files use.
     """
-    if not name or name in ("time", "table", "null_pulse") or set(name) & set(",;=[]:\"'\n\t"):
+    if not name or name in ROLES or set(name) & set(",;=[]:\"'\n\t"):
         raise ValueError(
             f"gyro name is {name!r}, which cannot stand in a file; choose another without "
             "quotes, brackets or separators, and not time, table or null_pulse"

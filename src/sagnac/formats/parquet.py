@@ -15,9 +15,10 @@ from sagnac import series
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.known import PARQUET
 from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import Outgoing, Rows, check_name, field_unit, unit_size
+from sagnac.formats.outgoing import Outgoing, Rows, check_name
 from sagnac.formats.source import Column, Source, Stored, column
-from sagnac.recording.model import Kind
+from sagnac.recording.channel import Kind, field_unit, quantity_of
+from sagnac.units import unit_of
 
 SUFFIXES: Final = PARQUET.suffixes
 ROWS_PER_GROUP: Final = 500_000
@@ -136,7 +137,7 @@ class Writer:
     Raises
     ------
     ValueError
-        If a gyro name cannot stand in a file.
+        If a gyro name cannot stand in a file, or a unit is not one of its kind.
 
     Examples
     --------
@@ -174,9 +175,10 @@ class Writer:
             fields.append(pa.field("time", pa.float64(), metadata={"unit": "s"}))
         all_kinds: dict[str, Kind] = {**kinds, **({"table": "angle"} if table else {})}
         for name, kind in all_kinds.items():
-            unit = field_unit(kind, units.get(name, ""), is_table=name == "table")
-            self._scales[name] = unit_size(kind, unit)
-            metadata = {"unit": unit, "kind": kind}
+            stated = units.get(name)
+            unit = unit_of(stated, quantity_of(kind)) if stated else field_unit(name, kind)
+            self._scales[name] = unit.size
+            metadata = {"unit": unit.name, "kind": kind}
             fields.append(pa.field(name, pa.float64(), metadata=metadata))
         if null_pulse:
             fields.append(pa.field("null_pulse", pa.bool_()))

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.choice import Placed
 from sagnac.formats.source import Column
-from sagnac.formats.statement import KINDS
 from sagnac.formats.statements import Statements
 from sagnac.formats.unit_text import parsed_unit
-from sagnac.recording.model import Kind
+from sagnac.recording.channel import KINDS, Kind
 from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sagnac.errors import Note
 from sagnac.formats.files import replacing
 from sagnac.formats.statement import Statement
-from sagnac.formats.unit_text import parsed_header
+from sagnac.units import split_header
 
 # `replacing` has its home in `files`; it stands here until no other room imports it from here.
 __all__ = ["Column", "Source", "Stored", "Vector", "column", "in_memory", "replacing", "vectors"]
@@ -99,8 +99,8 @@ def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Col
     >>> column("x[arcsec]", kind="angle")
     Column(key='x[arcsec]', name='x', unit='arcsec', kind='angle')
     """
-    header = parsed_header(key)
-    return Column(key=key, name=header.name, unit=unit or header.unit, kind=kind)
+    name, in_header = split_header(key)
+    return Column(key=key, name=name, unit=unit or in_header, kind=kind)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,12 +6,11 @@ All three speak one vocabulary, that of `Statement`.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Final, get_args
+from typing import Final
 
 from sagnac.formats.unit_text import KNOWN_UNITS, parsed_unit
-from sagnac.recording.model import Kind
+from sagnac.recording.channel import KINDS
 
-KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 COUNTER_BITS: Final = (16, 24, 32)
 # Columns that are no gyros, by the names that `Statement.columns` has for them.
 ROLES: Final = ("time", "table", "null_pulse")

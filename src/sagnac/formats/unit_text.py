@@ -1,16 +1,13 @@
-"""Units as people and files write them: ``0.1arcsec``, ``counts``, ``x[arcsec]``."""
+"""Units as people and files write them, counts among them: ``0.1arcsec``, ``counts``."""
 
-import re
 from dataclasses import dataclass
 from typing import Final
 
-from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
+from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, split_factor
 
 KNOWN_UNITS: Final = f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts"
 
 _COUNTS: Final = frozenset({"count", "counts", "lsb", "pulse", "pulses"})
-_FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")
-_HEADER: Final = re.compile(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*$")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,29 +58,5 @@ def parsed_unit(text: str) -> UnitText:
     >>> parsed_unit("0.1arcsec")
     UnitText(factor=0.1, name='arcsec')
     """
-    match = _FACTOR.match(text)
-    if match is None:
-        return UnitText(factor=1.0, name=canonical(text))
-    return UnitText(factor=float(match.group(1)), name=canonical(match.group(2)))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Header:
-    """Name of a column, and its unit or None."""
-
-    name: str
-    unit: str | None
-
-
-def parsed_header(text: str) -> Header:
-    """The header of a column taken apart.
-
-    Examples
-    --------
-    >>> parsed_header("x[arcsec]")
-    Header(name='x', unit='arcsec')
-    """
-    match = _HEADER.match(text)
-    if match is None or not match.group(1):
-        return Header(name=text.strip(), unit=None)
-    return Header(name=match.group(1), unit=match.group(2).strip() or None)
+    factor, name = split_factor(text)
+    return UnitText(factor=factor, name=name)

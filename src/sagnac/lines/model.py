@@ -6,7 +6,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import Note, as_note
+from sagnac.errors import Note
 
 Scale = Literal["angle", "time"]
 SCALES: Final[tuple[Scale, ...]] = get_args(Scale)
@@ -113,4 +113,3 @@ class Removal:
         taken = np.asarray(self.taken).view()
         taken.flags.writeable = False
         object.__setattr__(self, "taken", taken)
-        object.__setattr__(self, "notes", tuple(as_note(note) for note in self.notes))

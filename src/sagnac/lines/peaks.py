@@ -126,11 +126,14 @@ def _power_over_angle(
     scale = _ANGLES_A_CYCLE * highest / (2.0 * np.pi)
     span_of_table = (turns.high - turns.low) * scale
     length = scipy.fft.next_fast_len(int(2.0 * span_of_table) + 4, real=True)
-    grid = np.zeros(length)
-    # One block after the other: all add to one grid.
-    for span in series.through(steps.size, table, steps):
+
+    def spread(grid: FloatArray, span: slice) -> FloatArray:
+        """One block added to the grid, which all of them add to, one after the other."""
         here = table[span.start : span.stop + 1]
         _kernels.spread(here, steps[span], turns.low, scale, grid)
+        return grid
+
+    grid = series.reduce(spread, np.zeros(length), steps.size, table, steps)
     sums = scipy.fft.rfft(grid, overwrite_x=True)[: int(length / _ANGLES_A_CYCLE)]
     power = np.square(sums.real) + np.square(sums.imag)
     power /= np.sinc(np.arange(power.size) / length) ** 8

@@ -39,6 +39,19 @@ def quantity_of(kind: Kind) -> Quantity:
     return "rate" if kind == "rate" else "angle"
 
 
+def field_unit(name: str, kind: Kind) -> Unit:
+    """The unit that the field writes a channel in: deg for ``table``, else arcsec or deg/h.
+
+    Raises
+    ------
+    ValueError
+        If `kind` is none of `KINDS`.
+    """
+    if quantity_of(kind) == "rate":
+        return UNITS["deg/h"]
+    return UNITS["deg" if name == "table" else "arcsec"]
+
+
 def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     """A column of real numbers, shape (samples,), of whatever type they have.
 
@@ -172,9 +185,7 @@ class Channel:
     def plain_unit(self) -> Unit:
         """Unit to write the values in: `shown_in`, or the field's if a number stands before it."""
         factor, name = split_factor(self.shown_in)
-        if factor != 1.0:
-            name = "deg/h" if self.kind == "rate" else "deg" if self.name == "table" else "arcsec"
-        return UNITS[name]
+        return UNITS[name] if factor == 1.0 else field_unit(self.name, self.kind)
 
     def values_in(self, unit: str = "") -> FloatArray:
         """The values in a unit of the field, in `plain_unit` unless stated; a new series.

@@ -120,26 +120,36 @@ def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
     return np.asarray(column - column[:1], dtype=np.float64) * scale
 
 
-def pulses_of(values: ArrayLike) -> Pulses:
+def pulses_of(values: ArrayLike, *, column: str = "") -> Pulses:
     """First sample of every pulse in a column of two levels, one of them 0.
+
+    Parameters
+    ----------
+    values
+        (samples,), not 0 while a pulse is up.
+    column
+        What the source calls it, for the message; empty if it has no name.
 
     Raises
     ------
     RecordingError
         If the column takes more than two values.
     """
-    levels = np.asarray(values)
-    column = numbers(levels.astype(np.uint8) if levels.dtype.kind == "b" else levels, "null_pulse")
-    if (
-        np.unique(column[:: max(1, column.size // 100_000)]).size > 2
-        or not np.isfinite(np.asarray(column, dtype=np.float64)).all()
-    ):
+    given = np.asarray(values)
+    levels = numbers(given.astype(np.uint8) if given.dtype.kind == "b" else given, "null_pulse")
+    rising = np.empty(levels.size, dtype=np.bool_)
+
+    def is_finite(block: slice) -> bool:
+        np.not_equal(levels[block], 0, out=rising[block])
+        return bool(np.isfinite(levels[block]).all())
+
+    some = series.every(levels, max(1, levels.size // 100_000))
+    if np.unique(some).size > 2 or not all(series.map(is_finite, levels.size, levels)):
         raise RecordingError(
-            "takes more than two values",
+            f"{f'column {column} ' if column else ''}takes more than two values",
             channel="null_pulse",
-            remedy="name a column of 0 and 1 ({null-pulse})",
+            remedy="name a column of 0 and 1 with {null-pulse}",
         )
-    rising = np.asarray(column) != 0
     high = np.count_nonzero(rising)
     rising[1:] &= ~rising[:-1]
     if np.count_nonzero(rising) == high:

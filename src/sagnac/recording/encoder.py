@@ -141,7 +141,7 @@ def angle_of_readings(
                 f"moves by up to {largest:.2f} of its range between samples; unwrapping is in doubt"
             )
             notes.append(_about_table(text, warning=True))
-    return TableAngle(angle=_scaled(running, unit.size), notes=tuple(notes))
+    return TableAngle(angle=series.scale(running, unit.size), notes=tuple(notes))
 
 
 def _about_table(text: str, *, warning: bool = False) -> Note:
@@ -175,22 +175,15 @@ def _filled_notes(filled: Filled, unit: Unit) -> list[Note]:
 def _largest_step(values: FloatArray) -> float:
     """Largest step between two samples that are there."""
 
-    def larger(largest: float, block: slice) -> float:
+    def of_block(block: slice) -> float:
         steps = np.abs(np.diff(values[block.start : block.stop + 1]))
-        return max(largest, float(np.fmax.reduce(steps)))
+        return float(np.fmax.reduce(steps))
 
-    return series.reduce(larger, 0.0, values.size - 1, values)
-
-
-def _scaled(values: FloatArray, factor: float) -> FloatArray:
-    """The values times a factor, in place."""
-    if factor != 1.0:
-
-        def scale(block: slice) -> None:
-            values[block] *= factor
-
-        series.map(scale, values.size, values)
-    return values
+    largest = 0.0
+    for step in series.map(of_block, values.size - 1, values):
+        # A block of NaN alone has no largest one, and changes nothing here.
+        largest = max(largest, step)
+    return largest
 
 
 def mark_missing(values: FloatArray, turn: float) -> Marked:

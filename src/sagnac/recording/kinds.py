@@ -105,13 +105,13 @@ def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
 def finite_extent(values: FloatArray) -> float:
     """Largest less smallest of the finite samples, 0 if there are none."""
 
-    def wider(ends: tuple[float, float], block: slice) -> tuple[float, float]:
+    def ends(block: slice) -> tuple[float, float]:
         finite = values[block][np.isfinite(values[block])]
-        if finite.size == 0:
-            return ends
-        return min(ends[0], float(finite.min())), max(ends[1], float(finite.max()))
+        return float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
 
-    lowest, highest = series.reduce(wider, (np.inf, -np.inf), values.size, values)
+    found = series.map(ends, values.size, values)
+    lowest = min((low for low, _ in found), default=np.inf)
+    highest = max((high for _, high in found), default=-np.inf)
     return max(highest - lowest, 0.0)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.arrays import FloatArray
 from sagnac.dataframes import pandas_for
-from sagnac.errors import Note, RecordingError, as_note
+from sagnac.errors import Note, RecordingError
 from sagnac.recording.channel import Channel, Kind, require_rate, same_values
 from sagnac.recording.columns import Taken, gyro_of, pulses_of, seconds_of, table_of
 from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
@@ -104,7 +104,7 @@ class Recording:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gyros", tuple(self.gyros))
-        object.__setattr__(self, "notes", tuple(as_note(note) for note in self.notes))
+        object.__setattr__(self, "notes", tuple(self.notes))
         if not self.gyros:
             raise ValueError("gyros is empty; give one channel or more")
         names = [gyro.name for gyro in self.gyros]

@@ -34,11 +34,22 @@ class Sampling:
         Mean samples per second.
     notes
         What was noticed of the stamps.
+
+    Raises
+    ------
+    ValueError
+        If the rate is not above zero.
     """
 
     times: FloatArray | None
     sample_rate: float
     notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.sample_rate > 0.0:
+            raise ValueError(
+                f"sample_rate is {self.sample_rate!r}; give samples per second, above zero"
+            )
 
 
 def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
@@ -154,12 +165,12 @@ def median_step(times: FloatArray, *, repeats: bool = True) -> float:
 def _furthest_off(times: FloatArray, step: float) -> float:
     """Largest distance of a stamp from its place at an even `step`, s."""
 
-    def further(worst: float, block: slice) -> float:
+    def furthest(block: slice) -> float:
         off = np.arange(block.start, block.stop) * step
         off -= times[block]
-        return max(worst, float(off.max()), -float(off.min()))
+        return max(float(off.max()), -float(off.min()))
 
-    return series.reduce(further, 0.0, times.size, times)
+    return max(0.0, *series.map(furthest, times.size, times))
 
 
 def _resolution(times: FloatArray) -> float:

@@ -122,7 +122,7 @@ def _input(analysis: Analysis) -> dict[str, Any]:
 
 
 def _family(analysis: Analysis) -> dict[str, Any]:
-    """The curves asked for and their spectrum; nothing where none was."""
+    """The curves asked for and their spectrum; nothing if none was."""
     if not analysis.family:
         return {}
     curves = []

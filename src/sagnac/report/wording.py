@@ -154,7 +154,7 @@ def subject(channel: str, gyros_differenced: int) -> str:
 def kalman_figures(angle_random_walk: Estimate) -> tuple[tuple[str, str], ...]:
     """The white rate noise density in the three units that filters are set in: (figure, unit).
 
-    Of an upper bound these are the bound; of what was not observable, nothing.
+    For an upper bound these are the bound. For what was not observable there are none.
     """
     if angle_random_walk.status == "not observable":
         return ()

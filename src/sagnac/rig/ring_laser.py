@@ -233,15 +233,18 @@ def integrate(
         np.random.default_rng(sequence) for sequence in np.random.SeedSequence(seed).spawn(3)
     )
     noisy = equation.quantum_kick > 0.0 or equation.backscatter_kick > 0.0
-    state = _kernels.BeatState(0.0, 0.0, 0.0)
     excess = np.empty(samples)
-    for part in series.spans(samples, max(1, _CHUNK_STEPS // (stretches * steps))):
+
+    def advance(state: _kernels.BeatState, part: slice) -> _kernels.BeatState:
         halves = (part.stop - part.start) * stretches
         normals = np.empty((halves * steps if noisy else 0, 2))
         normals[:, 0] = quantum.standard_normal(len(normals))
         normals[:, 1] = backscatter.standard_normal(len(normals))
         peaks = _dither_peaks(laser, dither, halves, amplitude)
-        state = _kernels.lock_in_steps(equation, peaks, normals, state, excess[part])
+        return _kernels.lock_in_steps(equation, peaks, normals, state, excess[part])
+
+    length = max(1, _CHUNK_STEPS // (stretches * steps))
+    series.reduce(advance, _kernels.BeatState(0.0, 0.0, 0.0), samples, length=length)
     return excess / laser.phase_per_angle
 
 

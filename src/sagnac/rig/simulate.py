@@ -13,7 +13,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import formats, series
+from sagnac import formats
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.formats import parquet
 from sagnac.formats.files import replacing
@@ -169,8 +169,8 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
     if block_samples < 1:
         raise ValueError(f"block_samples is {block_samples}; give at least 1")
     rig = Rig.before_first(config)
-    for span in series.spans(config.samples, block_samples):
-        yield rig.advance(span.start, span.stop - span.start)
+    for start in range(0, config.samples, block_samples):
+        yield rig.advance(start, min(block_samples, config.samples - start))
 
 
 def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:

@@ -168,14 +168,17 @@ def tone_sums(
     sums = np.zeros((2, frequencies.size), dtype=np.complex128)
     if values.size == 0:
         return sums
-    for some in series.spans(frequencies.size, _TONES_AT_ONCE):
+
+    def add(sums: ComplexArray, some: slice) -> ComplexArray:
         waves = _WaveTables.of(frequencies[some], values.size)
 
-        def block_sums(block: slice, waves: _WaveTables = waves) -> ComplexArray:
+        def block_sums(block: slice) -> ComplexArray:
             return waves.sums(values[block], block.start - center, lag_unit)
 
         sums[:, some] = series.total(block_sums, values.size, values)
-    return sums
+        return sums
+
+    return series.reduce(add, sums, frequencies.size, length=_TONES_AT_ONCE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,8 +259,8 @@ def tones(
     (count,) in the unit of the amplitudes.
     """
     width = min(TONE_WIDTH, max(count, 1))
-    total = np.zeros((-(-count // width), width))
-    for some in series.spans(frequencies.size, _TONES_AT_ONCE):
+
+    def add(total: FloatArray, some: slice) -> FloatArray:
         here = frequencies[some]
         origin = np.exp(2j * np.pi * _turns(here, start - center))
         # The real part of a product of complex numbers: the first one's conjugate stands beside
@@ -266,6 +269,10 @@ def tones(
         rows *= (cosine[some] - 1j * sine[some]) * origin
         np.conjugate(rows, out=rows)
         total += rows.view(np.float64) @ _waves(here, width).view(np.float64).T
+        return total
+
+    total = np.zeros((-(-count // width), width))
+    total = series.reduce(add, total, frequencies.size, length=_TONES_AT_ONCE)
     return total.reshape(-1)[:count]
 
 

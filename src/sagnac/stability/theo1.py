@@ -86,9 +86,8 @@ def _theo1(angle: FloatArray, spans: NDArray[np.int64]) -> _Theo1:
     for m in map(int, spans):
         stride = window_stride(angle.size - m, m // 2, m)
         count = -(-(angle.size - m) // stride)
-        total = _kernels.sum_theo1_terms(angle, mirrored, m, stride)
-        # The kernel has been through all of the record.
-        series.release(angle, mirrored)
+        with series.gone_through(angle, mirrored):
+            total = _kernels.sum_theo1_terms(angle, mirrored, m, stride)
         variance.append(total / (THEO1_EFFECTIVE * m * m * count))
         windows.append(count)
         strides.append(stride)

@@ -52,7 +52,7 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
 
 
 def _document(file: Path, recording: "Recording", findings: "Sequence[Note]") -> dict[str, Any]:
-    """Of schema ``sagnac.check/1``."""
+    """What was found, in the schema ``sagnac.check/1``."""
     from sagnac.report.command_line import as_typed, note_text
 
     return {
