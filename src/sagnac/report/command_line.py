@@ -1,6 +1,6 @@
 """How notes and errors name an input of the package: as an option of the command line."""
 
-from sagnac.errors import Note, RecordingError, as_note, worded
+from sagnac.errors import Note, RecordingError, worded
 
 
 def as_option(name: str, value: str) -> str:
@@ -27,9 +27,8 @@ def as_typed(text: str) -> str:
     return worded(text, as_option)
 
 
-def note_text(noticed: Note | str) -> str:
+def note_text(note: Note) -> str:
     """One line: the channel, if the note names one, and what was noticed."""
-    note = as_note(noticed)
     return as_typed(f"{note.channel}: {note.text}" if note.channel else note.text)
 
 
