@@ -223,7 +223,7 @@ def recording(read: Recording) -> str:
     )
 
 
-def notes(noticed: Sequence[Note | str]) -> str:
+def notes(noticed: Sequence[Note]) -> str:
     """One line each."""
     return "\n".join(f"note: {note_text(note)}" for note in noticed)
 
