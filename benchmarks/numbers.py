@@ -68,6 +68,9 @@ FAMILY: Final = ("--estimator", ",".join(ESTIMATORS))
 # Those that a record with samples missing allows.
 WITH_GAPS: Final = ("--estimator", "adev,oadev,mdev,tdev,hdev,ohdev,haar")
 PAIR: Final = ("--gyros", "x,z")
+# What the numbers of a file are.
+ARCSECONDS: Final = ("--unit", "arcsec", "--rate", "100")
+SPEEDS: Final = ("--kind", "rate", "--unit", "deg/h", "--rate", "100")
 
 # --- what is simulated ------------------------------------------------------------------------
 
@@ -321,34 +324,53 @@ class Case:
 
 def cases_of_simulations() -> Iterator[Case]:
     """Every command on the simulated recordings and on what is made of them."""
+    yield from _analyses_by_fos()
+    yield from _analyses_by_other_methods()
+    yield from _lines_and_comparisons()
+    yield from _curves_at_rest()
+    yield from _rates_and_increments()
+    yield from _curves_with_gaps()
+    yield from _faults()
+    yield from _tables()
 
-    def case(command: str, file: str, *options: str, **keywords: Any) -> Case:
-        name = " ".join((command, file, *options, *(["-o"] if keywords.get("tables") else [])))
-        return Case(name=name, arguments=(command, file, *options, "--json"), **keywords)
 
+def simulated(command: str, file: str, *options: str, **keywords: Any) -> Case:
+    """A command on a simulated recording, or on what is made of one; both give its name."""
+    name = " ".join((command, file, *options, *(["-o"] if keywords.get("tables") else [])))
+    return Case(name=name, arguments=(command, file, *options, "--json"), **keywords)
+
+
+def _analyses_by_fos() -> Iterator[Case]:
     for name in RECORDINGS:
         # A wandering table spreads every line, and the search for what is left takes minutes.
         part = ("--slice", "0:200") if name == "wandering-40" else ()
-        yield case("analyze", f"{name}.npz", *PAIR, *part, weight=8.0)
-        yield case("check", f"{name}.npz", weight=1.0)
+        yield simulated("analyze", f"{name}.npz", *PAIR, *part, weight=8.0)
+        yield simulated("check", f"{name}.npz", weight=1.0)
     for name in BY_OPTIONS:
-        yield case("analyze", f"{name}.npz")
+        yield simulated("analyze", f"{name}.npz")
     for name in ("paper-20", "backward-20", "unequal-30"):
-        yield case("analyze", f"{name}.npz", "--gyros", "x", weight=6.0)
+        yield simulated("analyze", f"{name}.npz", "--gyros", "x", weight=6.0)
     for name in ("quiet-40", "unequal-30", "drifting-rest", "biased-40"):
-        yield case("analyze", f"{name}.npz", "--gyros", "x,y,z", weight=12.0)
-    yield case("analyze", "backward-20.npz", *PAIR, "--interval", "100ms", weight=6.0)
-    yield case("analyze", "backward-20.npz", "--gyros", "z,y", "--confidence", "0.683", weight=6.0)
-    yield case("analyze", "harsh-40.npz", *PAIR, "--slice", "300:900", weight=6.0)
-    yield case("analyze", "drifting-rest.npz", *PAIR, "--interval", "2s", "--confidence", "0.99")
-    yield case("analyze", "quiet-40.npz", "biased-40.npz", "--method", "none", *PAIR)
+        yield simulated("analyze", f"{name}.npz", "--gyros", "x,y,z", weight=12.0)
+    yield simulated("analyze", "backward-20.npz", *PAIR, "--interval", "100ms", weight=6.0)
+    yield simulated(
+        "analyze", "backward-20.npz", "--gyros", "z,y", "--confidence", "0.683", weight=6.0
+    )
+    yield simulated("analyze", "harsh-40.npz", *PAIR, "--slice", "300:900", weight=6.0)
+    yield simulated(
+        "analyze", "drifting-rest.npz", *PAIR, "--interval", "2s", "--confidence", "0.99"
+    )
+    yield simulated("analyze", "quiet-40.npz", "biased-40.npz", "--method", "none", *PAIR)
+
+
+def _analyses_by_other_methods() -> Iterator[Case]:
     for name, method in product(
         ("paper-20", "harsh-40", "reversing-20", "dithered-20", "backward-20", "unequal-30"),
         ("fris", "none"),
     ):
-        yield case("analyze", f"{name}.npz", *PAIR, "--method", method)
+        yield simulated("analyze", f"{name}.npz", *PAIR, "--method", method)
     for name in ("paper-rest", "profile"):
-        yield case("analyze", f"{name}.npz", *PAIR, "--method", "fris")
+        yield simulated("analyze", f"{name}.npz", *PAIR, "--method", "fris")
     for name, span in (
         ("paper-20", "0:300"),
         ("paper-80", "0:200"),
@@ -356,57 +378,77 @@ def cases_of_simulations() -> Iterator[Case]:
         ("dithered-rest", "0:300"),
     ):
         options = (*PAIR, "--method", "fos-paper", "--slice", span)
-        yield case("analyze", f"{name}.npz", *options, weight=8.0)
-    yield case("compare", "backward-20.npz", *PAIR, "--slice", "0:300", weight=12.0)
-    yield case("compare", "dithered-rest.npz", *PAIR, "--slice", "0:300", weight=10.0)
-    for name, gyros in (("backward-20", "x,z"), ("paper-rest", "x"), ("unequal-30", "y,z")):
-        yield case("lines", f"{name}.npz", "--gyros", gyros, weight=6.0)
-    yield case("lines", "dithered-rest.npz", "--gyros", "x", "--method", "fos-paper", weight=6.0)
+        yield simulated("analyze", f"{name}.npz", *options, weight=8.0)
 
-    yield case("avar", "dithered-rest.npz", *FAMILY, "--gyros", "x", weight=15.0)
-    yield case("avar", "dithered-rest.npz", weight=12.0)
+
+def _lines_and_comparisons() -> Iterator[Case]:
+    yield simulated("compare", "backward-20.npz", *PAIR, "--slice", "0:300", weight=12.0)
+    yield simulated("compare", "dithered-rest.npz", *PAIR, "--slice", "0:300", weight=10.0)
+    for name, gyros in (("backward-20", "x,z"), ("paper-rest", "x"), ("unequal-30", "y,z")):
+        yield simulated("lines", f"{name}.npz", "--gyros", gyros, weight=6.0)
+    yield simulated(
+        "lines", "dithered-rest.npz", "--gyros", "x", "--method", "fos-paper", weight=6.0
+    )
+
+
+def _curves_at_rest() -> Iterator[Case]:
+    yield simulated("avar", "dithered-rest.npz", *FAMILY, "--gyros", "x", weight=15.0)
+    yield simulated("avar", "dithered-rest.npz", weight=12.0)
     for interval in ("1s", "100ms"):
         options = (*FAMILY, "--interval", interval, "--confidence", "0.683")
-        yield case("avar", "paper-rest.npz", *options, "--gyros", "x", weight=10.0)
-        yield case("avar", "drifting-rest.npz", *options, "--gyros", "y", weight=10.0)
-    yield case("avar", "still-rest.npz", "--gyros", "z")
-    yield case("avar", "dithered-rest.npz", "--gyros", "y", "--method", "fos", weight=6.0)
-    yield case("avar", "biased-40.npz", "--gyros", "x", "--interval", "1s")
-    arcsec = ("--unit", "arcsec", "--rate", "100")
+        yield simulated("avar", "paper-rest.npz", *options, "--gyros", "x", weight=10.0)
+        yield simulated("avar", "drifting-rest.npz", *options, "--gyros", "y", weight=10.0)
+    yield simulated("avar", "still-rest.npz", "--gyros", "z")
+    yield simulated("avar", "dithered-rest.npz", "--gyros", "y", "--method", "fos", weight=6.0)
+    yield simulated("avar", "biased-40.npz", "--gyros", "x", "--interval", "1s")
+
+
+def _rates_and_increments() -> Iterator[Case]:
     speed = ("--kind", "rate", "--unit", "arcsec/s", "--rate", "100")
     for estimators in (FAMILY, ()):
-        options = ("--kind", "increment", *arcsec, *estimators, "--interval", "1s")
-        yield case("avar", "increments.npz", *options, "--gyros", "x", weight=8.0)
-    degrees = ("--kind", "rate", "--unit", "deg/h", "--rate", "100")
-    yield case("analyze", "speeds.npz", *degrees, *PAIR)
-    yield case("check", "speeds.npz", *speed)
-    yield case("analyze", "increments.npz", "--kind", "increment", *arcsec, *PAIR)
-    yield case("analyze", "increments.npz", "--kind", "x=increment,z=increment", *arcsec, *PAIR)
+        options = ("--kind", "increment", *ARCSECONDS, *estimators, "--interval", "1s")
+        yield simulated("avar", "increments.npz", *options, "--gyros", "x", weight=8.0)
+    yield simulated("analyze", "speeds.npz", *SPEEDS, *PAIR)
+    yield simulated("check", "speeds.npz", *speed)
+    yield simulated("analyze", "increments.npz", "--kind", "increment", *ARCSECONDS, *PAIR)
+    yield simulated(
+        "analyze", "increments.npz", "--kind", "x=increment,z=increment", *ARCSECONDS, *PAIR
+    )
+
+
+def _curves_with_gaps() -> Iterator[Case]:
     for interval in ((), ("--interval", "1s")):
         options = (*WITH_GAPS, *interval, "--gaps", "omit")
-        yield case("avar", "missing.npz", *degrees, *options, "--gyros", "x", weight=12.0)
+        yield simulated("avar", "missing.npz", *SPEEDS, *options, "--gyros", "x", weight=12.0)
     for gaps in ("omit", "reject"):
-        yield case("avar", "missing.npz", *degrees, "--gaps", gaps, "--interval", "1s", weight=8.0)
+        yield simulated(
+            "avar", "missing.npz", *SPEEDS, "--gaps", gaps, "--interval", "1s", weight=8.0
+        )
         for family in (FAMILY, WITH_GAPS):
-            options = ("--kind", "angle", *arcsec, *family, "--gaps", gaps, "--interval", "1s")
-            yield case("avar", "missing-angles.npz", *options, "--gyros", "z")
+            options = ("--kind", "angle", *ARCSECONDS, *family, "--gaps", gaps, "--interval", "1s")
+            yield simulated("avar", "missing-angles.npz", *options, "--gyros", "z")
         options = ("--kind", "rate", "--unit", "deg/h", "--time", "t:s", "--gaps", gaps)
-        yield case("avar", "jumping.csv", *options, "--gyros", "x", weight=5.0)
-    yield case("check", "missing.npz", *degrees)
-    yield case("check", "jumping.csv", "--kind", "rate", "--unit", "deg/h", "--time", "t:s")
+        yield simulated("avar", "jumping.csv", *options, "--gyros", "x", weight=5.0)
+
+
+def _faults() -> Iterator[Case]:
+    yield simulated("check", "missing.npz", *SPEEDS)
+    yield simulated("check", "jumping.csv", "--kind", "rate", "--unit", "deg/h", "--time", "t:s")
     stamped = ("--kind", "rate", "--unit", "deg/h", "--time", "t:s")
-    yield case("avar", "stamped.csv", *stamped, "--gyros", "y")
-    yield case("analyze", "jumping.csv", *stamped, *PAIR)
-    yield case("check", "faulty.npz", *degrees)
-    yield case("analyze", "faulty.npz", *degrees, *PAIR)
+    yield simulated("avar", "stamped.csv", *stamped, "--gyros", "y")
+    yield simulated("analyze", "jumping.csv", *stamped, *PAIR)
+    yield simulated("check", "faulty.npz", *SPEEDS)
+    yield simulated("analyze", "faulty.npz", *SPEEDS, *PAIR)
     counts = ("--kind", "angle", "--unit", "counts", "--scale", "0.1arcsec", "--rate", "100")
     for options in (counts, (*counts, "--counter-bits", "16")):
-        yield case("check", "counted.npz", *options)
-        yield case("analyze", "counted.npz", *options, *PAIR)
+        yield simulated("check", "counted.npz", *options)
+        yield simulated("analyze", "counted.npz", *options, *PAIR)
 
-    yield case("analyze", "dithered-20.npz", *PAIR, tables=True, weight=12.0)
+
+def _tables() -> Iterator[Case]:
+    yield simulated("analyze", "dithered-20.npz", *PAIR, tables=True, weight=12.0)
     options = (*FAMILY, "--interval", "1s", "--gyros", "x")
-    yield case("avar", "dithered-rest.npz", *options, tables=True, weight=12.0)
+    yield simulated("avar", "dithered-rest.npz", *options, tables=True, weight=12.0)
 
 
 def cases_of_data(data: Path, folder: Path) -> Iterator[Case]:

@@ -240,45 +240,15 @@ def field_unit(coefficient: str) -> Unit:
     return UNITS[next(iter(COEFFICIENT_UNITS[coefficient]))]
 
 
-def angle_scale(unit: str) -> float:
-    """Radians in one `unit` of angle.
-
-    Raises
-    ------
-    ValueError
-        If `unit` is not a unit of angle.
-    """
-    return _plain(unit, "angle").size
-
-
-def rate_scale(unit: str) -> float:
-    """Radians per second in one `unit` of rate.
-
-    Raises
-    ------
-    ValueError
-        If `unit` is not a unit of rate.
-    """
-    return _plain(unit, "rate").size
-
-
 def time_scale(unit: str) -> float:
-    """Seconds in one `unit` of time.
+    """Seconds in one `unit` of time, without a number before it.
 
     Raises
     ------
     ValueError
         If `unit` is not a unit of time.
     """
-    return _plain(unit, "time").size
-
-
-def _plain(text: str, quantity: Quantity) -> Unit:
-    """A unit without a number before it."""
-    name = canonical(text)
-    known = sizes(quantity)
-    if name not in known:
-        raise ValueError(
-            f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
-        )
-    return UNITS[name]
+    name = canonical(unit)
+    if name not in TIME_UNITS:
+        raise ValueError(f"unit {unit!r} is not a unit of time; use one of {', '.join(TIME_UNITS)}")
+    return TIME_UNITS[name]

@@ -76,7 +76,7 @@ def test_parquet_holds_the_recording_with_all_that_is_needed_to_read_it(tmp_path
     read = formats.read(path)
     made = simulate(config)
     assert read.sample_rate == 500.0
-    assert [(g.name, g.kind, g.unit) for g in read.gyros] == [
+    assert [(g.name, g.kind, g.shown_in) for g in read.gyros] == [
         (name, "angle", "arcsec") for name in "xyz"
     ]
     for a, b in zip(read.gyros, made.recording.gyros, strict=True):

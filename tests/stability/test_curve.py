@@ -11,7 +11,7 @@ import pytest
 
 import sagnac
 from sagnac.errors import MissingExtra
-from sagnac.stability.curve import stability_curve, with_noise_restored
+from sagnac.stability.curve import stability_curve
 from tests.stability.examples import THOUSAND_POINTS
 
 WHOLE_ONLY = ("totdev", "mtotdev", "theo1", "theoh")
@@ -82,32 +82,6 @@ def test_every_refusal_is_one_line(change, words):
     with pytest.raises(ValueError, match=words) as refusal:
         stability_curve(arguments.pop("values"), **arguments)
     assert "\n" not in str(refusal.value)
-
-
-def test_variance_that_lines_took_is_added_and_said():
-    curve = stability_curve(THOUSAND_POINTS, kind="rate", sample_rate=1.0, taus=[1, 10, 100])
-    taken = np.array([0.0, 0.25, 1.0]) * curve.deviation**2
-    restored = with_noise_restored(curve, taken, 12)
-    assert restored.deviation**2 == pytest.approx(curve.deviation**2 + taken)
-    factor = np.sqrt([1.0, 1.25, 2.0])
-    assert restored.low == pytest.approx(curve.low * factor)
-    assert restored.high == pytest.approx(curve.high * factor)
-    assert restored.edf == pytest.approx(curve.edf)
-    assert restored.notes[-1].text == (
-        "removal of 12 lines took up to 50 % of the noise variance (at tau = 100 s); "
-        "it is added back"
-    )
-    assert with_noise_restored(curve, 1e-5 * taken, 1).notes == curve.notes
-
-
-def test_variance_that_lines_took_belongs_to_an_allan_deviation():
-    curve = stability_curve(THOUSAND_POINTS, kind="rate", sample_rate=1.0, estimator="hdev")
-    with pytest.raises(ValueError, match="give adev or oadev"):
-        with_noise_restored(curve, np.zeros(curve.tau.size), 1)
-    curve = stability_curve(THOUSAND_POINTS, kind="rate", sample_rate=1.0)
-    for wrong in (np.zeros(1), np.full(curve.tau.size, np.nan)):
-        with pytest.raises(ValueError, match="give one variance, zero or more"):
-            with_noise_restored(curve, wrong, 1)
 
 
 # --- the result ----------------------------------------------------------------------------

@@ -20,7 +20,6 @@ from sagnac.formats.source import Column, Source, Stored, column
 from sagnac.recording.channel import Kind, field_unit, quantity_of
 from sagnac.units import unit_of
 
-SUFFIXES: Final = PARQUET.suffixes
 ROWS_PER_GROUP: Final = 500_000
 _BUFFER: Final = 2**20  # bytes
 

@@ -56,11 +56,6 @@ class Turning:
         """Highest speed, rad a sample."""
         return float(self.speeds[-1])
 
-    @property
-    def slowest(self) -> float:
-        """Lowest speed, rad a sample."""
-        return float(self.speeds[0])
-
 
 def turning(table: FloatArray, sample_rate: float) -> Turning:
     """`Turning` of a table angle, (samples,) rad, at a sample rate in Hz."""

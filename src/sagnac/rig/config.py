@@ -25,11 +25,9 @@ from sagnac.rig.table import table_command
 from sagnac.rig.validation import (
     ConfigurationError,
     Number,
-    Rule,
     Whole,
     check,
     overlaid,
-    rules_of,
 )
 from sagnac.table.frames import shares_from_deviations
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
@@ -139,11 +137,6 @@ class RigConfig:
         base = RigConfig() if name is None else preset(name)
         changed: Self = overlaid(base, values)
         return changed
-
-
-def keys() -> dict[str, Rule]:
-    """Every configuration key by its dotted name, with the rule that its value keeps."""
-    return rules_of(RigConfig)
 
 
 # ---- keys that depend on one another -------------------------------------------------
