@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 from benchmarks.stability import peak_memory
 from sagnac.lines import joint_fit, passes, search, state
+from sagnac.lines.detection import detection_threshold
 from sagnac.lines.search import remove_lines
-from sagnac.lines.selection import detection_threshold
 from sagnac.units import ARCSECOND, DEGREE, HOUR
 
 FloatArray = NDArray[np.float64]

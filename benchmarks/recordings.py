@@ -28,7 +28,7 @@ from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Method, Settings
 from sagnac.errors import RecordingError
-from sagnac.lines.selection import detection_threshold
+from sagnac.lines.detection import detection_threshold
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.sections import GYRO_NAMES, DisturbanceConfig, Pairs
 from sagnac.rig.simulate import Simulation, simulate

@@ -6,9 +6,9 @@ import pytest
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.choice import Placed
+from sagnac.formats.precedence import Statements
 from sagnac.formats.scales import Scale, gyro_kind, gyro_scale, table_scale, time_unit
 from sagnac.formats.source import column
-from sagnac.formats.statements import Statements
 from tests.formats.examples import ARCSECOND, SAMPLES, refused, save, text, walk
 
 

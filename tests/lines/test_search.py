@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.lines.detection import detection_threshold
 from sagnac.lines.published import remove_lines_as_published
 from sagnac.lines.search import remove_lines
-from sagnac.lines.selection import detection_threshold
 from sagnac.rig.config import DisturbanceConfig, preset
 from sagnac.rig.simulate import simulate
 

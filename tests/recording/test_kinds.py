@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from sagnac import series
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import Channel
-from sagnac.recording.kinds import angle_increments, angle_of, finite_extent, unwrapped
+from sagnac.recording.kinds import angle_increments, angle_of, finite_extent
+from sagnac.recording.unwrapping import unwrapped
 from tests.recording.recordings import DEGREE, RATE, noise, rate_gyro
 
 

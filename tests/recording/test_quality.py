@@ -5,7 +5,7 @@ import pytest
 
 from sagnac import series
 from sagnac.errors import LEVELS, Note, RecordingError
-from sagnac.recording.following import require_encoder_follows
+from sagnac.recording.encoder_mismatch import require_encoder_follows
 from sagnac.recording.gaps import longest_whole_stretch, with_gaps_marked
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording

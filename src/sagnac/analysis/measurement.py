@@ -6,7 +6,7 @@ from sagnac import series
 from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
-from sagnac.recording.following import require_encoder_follows
+from sagnac.recording.encoder_mismatch import require_encoder_follows
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.turns import SHORTEST, is_turning

@@ -8,6 +8,7 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.channels import gyro_channel, table_channel
 from sagnac.formats.choice import Choice, choose
+from sagnac.formats.precedence import Statements
 from sagnac.formats.sampling import (
     Stretch,
     sampled_by_rate,
@@ -16,7 +17,6 @@ from sagnac.formats.sampling import (
 )
 from sagnac.formats.scales import Scale, gyro_scale, table_scale, time_unit
 from sagnac.formats.source import Source, Stored
-from sagnac.formats.statements import Statements
 from sagnac.recording.columns import Pulses, Taken, pulses_of
 from sagnac.recording.model import Provenance, Recording
 from sagnac.recording.quality import integrity

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from sagnac.errors import Note, RecordingError
+from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
-from sagnac.formats.statements import Statements
 from sagnac.recording.frames import GYRO_NAMES, NULL_PULSE_NAME, TABLE_NAMES, TIME_NAMES
 
 # Characters of a list of columns that an error shows.

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.files import damaged, replacing
-from sagnac.formats.known import CSV
 from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.registry import CSV
 from sagnac.formats.source import Source, Stored, column, in_memory
 
 _DELIMITERS: Final = (",", "\t", ";", " ")

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.formats.files import damaged, replacing
-from sagnac.formats.known import HDF5
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing, Rows
+from sagnac.formats.registry import HDF5
 from sagnac.formats.source import Column, Source, Stored, Vector, column, vectors
 
 _STATED: Final = frozenset(

@@ -7,9 +7,9 @@ from typing import Final, Literal
 import scipy.io
 
 from sagnac.formats.files import damaged, replacing
-from sagnac.formats.known import MATLAB
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.registry import MATLAB
 from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
 
 _NUMERIC: Final = frozenset(

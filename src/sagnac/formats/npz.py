@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.formats.files import damaged, replacing
-from sagnac.formats.known import NPZ
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.registry import NPZ
 from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
 
 _STATED: Final = frozenset(

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.formats.files import damaged, replacing
-from sagnac.formats.known import PARQUET
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing, Rows, check_name
+from sagnac.formats.registry import PARQUET
 from sagnac.formats.source import Column, Source, Stored, column
 from sagnac.recording.channel import Kind, field_unit, quantity_of
 from sagnac.units import unit_of

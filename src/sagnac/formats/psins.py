@@ -16,7 +16,7 @@ import numpy as np
 from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged
-from sagnac.formats.known import PSINS
+from sagnac.formats.registry import PSINS
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
 

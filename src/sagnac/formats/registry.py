@@ -1,194 +1,71 @@
-"""Read and write by the format of the file: one table, `sagnac.formats.known`, says which."""
+"""The file formats there are, one entry each. Nothing heavy is imported here."""
 
-import hashlib
-from concurrent.futures import ThreadPoolExecutor
-from importlib import import_module
-from pathlib import Path
-from typing import Any
-
-from sagnac.errors import RecordingError
-from sagnac.formats.assemble import assemble
-from sagnac.formats.files import about
-from sagnac.formats.known import FORMATS, Format
-from sagnac.formats.metadata import beside
-from sagnac.formats.outgoing import outgoing
-from sagnac.formats.source import Source
-from sagnac.formats.statement import Statement
-from sagnac.formats.statements import Statements
-from sagnac.recording.model import Provenance, Recording
+from dataclasses import dataclass
+from typing import Final
 
 
-def read(path: Path | str, statement: Statement | None = None, *, verify: bool = True) -> Recording:
-    """Read a recording.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Format:
+    """One file format.
 
-    Parameters
+    Attributes
     ----------
-    path
-        The file; its suffix says the format.
-    statement
-        What the caller states. It is heard before a TOML beside the file, and that before
-        the file.
-    verify
-        Refuse data that are not sound (`sagnac.recording.quality.integrity`). Without, they come
-        as they are, for `sagnac.recording.quality.check`.
-
-    Returns
-    -------
-    recording
-        In SI, with the file's SHA-256 and every note.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read, or does not state what it has to, or is not sound: the file,
-        the channel, what is wrong and what to do.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder) / "bench.csv"
-    ...     _ = path.write_text("x[deg/h]\\n" + "".join(f"{n % 7}\\n" for n in range(100)))
-    ...     recording = read(path, Statement(kind="rate", sample_rate=10.0))
-    >>> recording.samples, recording.duration
-    (100, 10.0)
-    """
-    path = Path(path)
-    with about(path), ThreadPoolExecutor(max_workers=1) as pool:
-        source = _open(path)
-        found = beside(path)
-        # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
-        digest = pool.submit(_sha256, path)
-        return assemble(
-            source,
-            Statements(caller=statement or Statement(), beside=found.statement, file=source.stated),
-            lambda: Provenance(path=str(path), sha256=digest.result(), format=source.format),
-            (*source.notes, *found.notes),
-            verify=verify,
-        )
-
-
-def columns(path: Path | str) -> tuple[str, ...]:
-    """Names of the numeric columns of a file, as it writes them.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder) / "bench.csv"
-    ...     _ = path.write_text("t[s],x[deg/h]\\n0.0,1.5\\n")
-    ...     columns(path)
-    ('t[s]', 'x[deg/h]')
-    """
-    path = Path(path)
-    with about(path):
-        return tuple(column.key for column in _open(path).columns)
-
-
-def write(recording: Recording, path: Path | str) -> Path:
-    """Write a recording in the format that the suffix names; `read` needs no option for it.
-
-    Values are in the unit they came in if that is a plain one, else in arcsec, deg/h
-    and, for the table, deg. A CSV gets a TOML beside it for kind and rate.
-
-    Returns
-    -------
-    path
-        The file written; it appears only when it is whole.
-
-    Raises
-    ------
-    RecordingError
-        If the format is not known or the file cannot be written.
-    ValueError
-        If a gyro has a name that cannot stand in a file.
-    """
-    path = Path(path)
-    with about(path):
-        suffix = path.suffix.lower()
-        written = [one for one in FORMATS if one.writes]
-        known = next((one for one in written if suffix in one.suffixes), None)
-        if known is None:
-            suffixes = ", ".join(one for known in written for one in known.suffixes)
-            raise RecordingError(
-                "no format to write has this suffix", remedy=f"use one of {suffixes}"
-            )
-        _module(known, "writing").write(path, outgoing(recording))
-    return path
-
-
-def _open(path: Path) -> Source:
-    try:
-        with path.open("rb") as stream:
-            beginning = stream.read(16)
-    except FileNotFoundError:
-        raise RecordingError("no such file", remedy="check the path") from None
-    except OSError as error:
-        raise RecordingError(
-            f"cannot be opened ({error.strerror})", remedy="check the path and its permissions"
-        ) from None
-    source: Source = _module(format_of(path.suffix, beginning), "reading").open_source(path)
-    return source
-
-
-def format_of(suffix: str, beginning: bytes) -> Format:
-    """The format of a file.
-
-    Parameters
-    ----------
-    suffix
-        Of its name, with the dot.
+    name
+        As people call it; stands in messages.
+    suffixes
+        Of its files, lower case, with the dot. The first is the one to recommend.
+    module
+        In this package: has ``open_source(path) -> Source`` and, where `writes`,
+        ``write(path, outgoing)``. Imported when a file is opened, and its library with it.
+    writes
+        Whether it can be written.
     beginning
-        Its first bytes; they rule where a format is known by them.
+        First bytes of every such file; empty where there are none to tell it by.
+    also
+        Suffixes that its files may have as well, although they are another format's.
 
     Raises
     ------
-    RecordingError
-        If there is none, the file is empty, or the bytes contradict the suffix.
-
-    Examples
-    --------
-    >>> format_of(".pq", b"PAR1...").name
-    'Parquet'
+    ValueError
+        If there is no suffix, or one is not lower case after a dot.
     """
-    suffix = suffix.lower()
-    by_suffix = next((one for one in FORMATS if suffix in one.suffixes), None)
-    if by_suffix is None:
-        suffixes = ", ".join(dict.fromkeys(own for one in FORMATS for own in one.suffixes))
-        raise RecordingError(
-            "no format has this suffix", remedy=f"convert the file to one of {suffixes}"
-        )
-    if not beginning:
-        raise RecordingError("is empty", remedy="get the file again from its source")
-    for known in FORMATS:
-        if known.beginning and beginning.startswith(known.beginning):
-            if suffix in (*known.suffixes, *known.also):
-                return known
-            raise RecordingError(
-                f"is {known.name}, not what its suffix claims",
-                remedy=f"rename it to end in {known.suffixes[0]}",
-            )
-    return by_suffix
+
+    name: str
+    suffixes: tuple[str, ...]
+    module: str
+    writes: bool = True
+    beginning: bytes = b""
+    also: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        wrong = [one for one in self.suffixes if not one.startswith(".") or one != one.lower()]
+        if wrong or not self.suffixes:
+            raise ValueError(f"suffixes is {self.suffixes!r}; give one or more such as .csv")
 
 
-def _module(known: Format, doing: str) -> Any:
-    """The module of a format; its library is loaded only now."""
-    try:
-        return import_module(f"sagnac.formats.{known.module}")
-    except ModuleNotFoundError as error:
-        raise RecordingError(
-            f"{doing} {known.name} needs {error.name}, which is not installed",
-            remedy=f"install it: pip install {(error.name or '').partition('.')[0]}",
-        ) from error
+CSV: Final = Format(name="CSV", suffixes=(".csv", ".tsv", ".txt"), module="csv")
+PARQUET: Final = Format(
+    name="Parquet", suffixes=(".parquet", ".pq"), module="parquet", beginning=b"PAR1"
+)
+MATLAB: Final = Format(name="MATLAB", suffixes=(".mat",), module="matlab", beginning=b"MATLAB 5")
+NPZ: Final = Format(name="NumPy npz", suffixes=(".npz",), module="npz", beginning=b"PK\x03\x04")
+PSINS: Final = Format(name="PSINS imu", suffixes=(".imu",), module="psins", writes=False)
+HDF5: Final = Format(
+    name="HDF5",
+    suffixes=(".h5", ".hdf5", ".he5", ".nc"),
+    module="hdf5",
+    beginning=b"\x89HDF\r\n\x1a\n",
+    also=MATLAB.suffixes,
+)
+# Version 7.3 is HDF5 behind a header of MATLAB's.
+MATLAB_7_3: Final = Format(
+    name="MATLAB",
+    suffixes=MATLAB.suffixes,
+    module="hdf5",
+    writes=False,
+    beginning=b"MATLAB 7.3",
+    also=HDF5.suffixes,
+)
 
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+# A suffix that several have is that of the first.
+FORMATS: Final = (CSV, PARQUET, MATLAB, NPZ, PSINS, HDF5, MATLAB_7_3)

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.choice import Placed
+from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
-from sagnac.formats.statements import Statements
 from sagnac.formats.unit_text import parsed_unit
 from sagnac.recording.channel import KINDS, Kind
 from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical

@@ -7,9 +7,9 @@ import numpy as np
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.lines.components import MOST_ORDERS, Components, joined, no_components
+from sagnac.lines.detection import Residue, floor_of_orders
 from sagnac.lines.joint_fit import sums_at_orders, tone_sums
 from sagnac.lines.peaks import NO_PEAKS, Peaks, peaks_in_frequency, peaks_in_order
-from sagnac.lines.selection import Residue, floor_of_orders
 from sagnac.lines.strongest import Candidates, strongest
 from sagnac.lines.turning import mean_square_step
 

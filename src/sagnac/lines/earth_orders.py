@@ -6,10 +6,10 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.constants import EARTH_RATE
 from sagnac.lines.components import MOST_ORDERS
 from sagnac.lines.joint_fit import order_sums
 from sagnac.lines.turning import Turning, mean_square_step, speeds
+from sagnac.table.earth import LARGEST_EARTH_RATE
 from sagnac.table.turns import mean_rate
 
 # Angles that are kept at the least.
@@ -41,7 +41,7 @@ def earth_amplitudes(turns: Turning) -> FloatArray:
         sums = order_sums(steps, every, MOST_ORDERS)[1:]
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0
-    return 2.0 * EARTH_RATE * largest
+    return LARGEST_EARTH_RATE * largest
 
 
 def _thinned(turns: Turning) -> tuple[FloatArray, float]:

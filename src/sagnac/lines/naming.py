@@ -7,9 +7,9 @@ import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.lines.components import Components
+from sagnac.lines.detection import floors, significances
 from sagnac.lines.joint_fit import ComponentFit
 from sagnac.lines.model import Line
-from sagnac.lines.selection import floors, significances
 from sagnac.lines.turning import Turning
 from sagnac.lines.wandering import DriftingLine
 from sagnac.units import ARCSECOND

@@ -15,8 +15,8 @@ from sagnac.constants import EARTH_RATE
 from sagnac.lines import joint_fit
 from sagnac.lines.candidates import new_orders
 from sagnac.lines.components import Components, joined
+from sagnac.lines.detection import floors, significances, significant
 from sagnac.lines.rescaling import rescaled_components
-from sagnac.lines.selection import floors, significances, significant
 from sagnac.lines.state import State
 from sagnac.lines.wandering import clusters, fit_drifting
 from sagnac.table.motion import follow_table

@@ -11,8 +11,8 @@ from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS
+from sagnac.lines.detection import LOWEST_CYCLES, Residue, floor_of_orders
 from sagnac.lines.products import Sampling
-from sagnac.lines.selection import LOWEST_CYCLES, Residue, floor_of_orders
 from sagnac.lines.turning import Turning
 from sagnac.spectrum.floor import noise_floor
 

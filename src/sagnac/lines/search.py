@@ -18,6 +18,7 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.lines.candidates import new_lines
 from sagnac.lines.components import Components
+from sagnac.lines.detection import floor_of
 from sagnac.lines.model import Removal
 from sagnac.lines.naming import blocks_text, describe_lines
 from sagnac.lines.passes import (
@@ -34,7 +35,6 @@ from sagnac.lines.passes import (
     with_orders_one_by_one,
     without_earth_orders,
 )
-from sagnac.lines.selection import floor_of
 from sagnac.lines.state import Record, State, centre, first_state
 from sagnac.lines.taken_noise import masked_bands, noise_taken
 

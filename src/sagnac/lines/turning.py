@@ -1,4 +1,4 @@
-"""How a table turns, as the search for lines asks it again and again."""
+"""Range and speeds of a table, computed once because the line search needs them repeatedly."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -11,7 +11,7 @@ from sagnac.table.turns import FEW_TURNS, mean_rate
 
 # Samples over which a table speed is taken.
 _SPEED_SPAN: Final = 32
-# Ranks at which speeds are kept, and samples at which they are taken, about.
+# Ranks kept at most, and samples at which speeds are measured, about.
 _RANKS: Final = 200
 _SPEEDS: Final = 4000
 
@@ -71,9 +71,9 @@ def turning(table: FloatArray, sample_rate: float) -> Turning:
 
 
 def speeds(table: FloatArray) -> FloatArray:
-    """Speeds of a table angle, rad a sample, at a few hundred evenly spaced ranks, ascending."""
+    """Speeds of a table angle, rad a sample, at up to 200 evenly spaced ranks, ascending."""
     apart = max(1, table.size // _SPEEDS)
-    # Over many samples a swing of the table would average out.
+    # Short, since a long span would average out a swing of the table.
     span = min(apart, _SPEED_SPAN)
     places = np.arange(0, table.size - span, apart)
     speed = np.sort(np.abs(series.at(table, places + span) - series.at(table, places))) / span

@@ -52,8 +52,8 @@ class Scope:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; it must be positive")
 
 
-# Half an hour: in less, the preset's line at 0.0137 Hz is not told from the random walk.
 FULL: Final = Scope()
+# Half an hour: in less, the preset's 0.0137 Hz line cannot be told from the random walk.
 QUICK: Final = Scope(table_duration_s=1800.0)
 
 

@@ -16,8 +16,9 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.errors import Note, counted
-from sagnac.recording.kinds import finite_extent, unwrapped
+from sagnac.recording.kinds import finite_extent
 from sagnac.recording.stamps import GAP_STEPS
+from sagnac.recording.unwrapping import unwrapped
 from sagnac.units import ARCSECOND, Unit
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned

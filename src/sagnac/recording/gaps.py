@@ -10,9 +10,9 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError, counted, ranked
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.not_finite import not_finite_notes
-from sagnac.recording.places import Places, is_not_finite
 from sagnac.recording.soundness import remedy_of
 from sagnac.recording.stamps import GAP_STEPS, median_step
+from sagnac.recording.stretches import Places, is_not_finite
 from sagnac.recording.stuck import stuck_notes
 
 LATE_STEPS: Final = 1.5

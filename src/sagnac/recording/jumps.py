@@ -6,8 +6,8 @@ from sagnac import series
 from sagnac.errors import Note, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.places import Places
 from sagnac.recording.soundness import remedy_of
+from sagnac.recording.stretches import Places
 
 
 def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:

@@ -4,8 +4,8 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note, counted
 from sagnac.recording.encoder import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.places import Places, is_not_finite
 from sagnac.recording.soundness import remedy_of
+from sagnac.recording.stretches import Places, is_not_finite
 
 
 def not_finite_notes(recording: Recording, name: str, values: FloatArray) -> tuple[Note, ...]:

@@ -4,7 +4,7 @@ import math
 
 from sagnac import series
 from sagnac.errors import Note, ranked
-from sagnac.recording.following import table_notes
+from sagnac.recording.encoder_mismatch import table_notes
 from sagnac.recording.gaps import stamp_notes
 from sagnac.recording.jumps import jump_notes
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording

@@ -11,7 +11,7 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.places import Places
+from sagnac.recording.stretches import Places
 
 # A limit is taken this often at least, and this many times as often as the next value inwards.
 # Noise takes an extreme value less often than the next one.

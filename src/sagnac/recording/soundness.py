@@ -3,7 +3,7 @@
 import math
 
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
-from sagnac.recording.places import Stretch
+from sagnac.recording.stretches import Stretch
 
 
 def remedy_of(recording: Recording, stretch: Stretch) -> str:

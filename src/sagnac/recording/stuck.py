@@ -10,8 +10,8 @@ from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.errors import Note
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.places import Stretch
 from sagnac.recording.soundness import remedy_of
+from sagnac.recording.stretches import Stretch
 
 # A run of one value is a stuck channel if it is this long, and this many times longer than
 # the tenth longest. A quantized quiet gyro repeats itself for long, but then it does so all

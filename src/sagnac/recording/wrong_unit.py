@@ -6,7 +6,7 @@ import numpy as np
 
 from sagnac.errors import Note
 from sagnac.recording.channel import Channel
-from sagnac.recording.following import block_rates
+from sagnac.recording.encoder_mismatch import block_rates
 from sagnac.recording.model import Recording
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
 

@@ -17,7 +17,7 @@ from sagnac import formats
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.formats import parquet
 from sagnac.formats.files import replacing
-from sagnac.formats.known import PARQUET
+from sagnac.formats.registry import PARQUET
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.disturbances import Disturbances

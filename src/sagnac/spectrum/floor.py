@@ -12,9 +12,9 @@ from sagnac.spectrum.power_laws import PowerLaws, fit_power_laws
 
 _HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
 _MOST_HALF_WIDTH: Final = 4096
-# Fewer bins have one level.
+# With fewer bins than this the floor is one constant level.
 _FEWEST_BINS: Final = 32
-# The widest windows of these many cover a block of a series.
+# Windows handled at once; this many of the widest fill one block of a series.
 _WINDOWS_AT_ONCE: Final = 64
 
 
@@ -63,7 +63,7 @@ def noise_floor(power: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tabulated:
-    """A law at points half a percent apart, and straight lines between them: a part in 1e5.
+    """A law tabulated every 0.5 % and interpolated linearly, accurate to 1 part in 1e5.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ def tabulated(law: PowerLaws) -> Tabulated:
 
 
 def floor_windows(bins: int) -> list[slice]:
-    """Bins that medians are taken of; each window begins at the middle of the one before.
+    """Windows of bins for the running median; each starts midway through the previous one.
 
     Examples
     --------
@@ -111,7 +111,7 @@ def floor_windows(bins: int) -> list[slice]:
 
 
 def ratios_to_law(power: FloatArray, law: Tabulated, windows: list[slice]) -> FloatArray:
-    """Mean power over the law in each window, by the median of exponential variates.
+    """Ratio of mean power to the law in each window, from the median of exponential ordinates.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def ratios_to_law(power: FloatArray, law: Tabulated, windows: list[slice]) -> Fl
 def floor_scatter(bins: int) -> float:
     """Relative standard error of `noise_floor` at the middle of a periodogram of `bins`.
 
-    It is that of the median of as many exponential variates as the window there holds.
+    Equal to that of the median of n exponential variates, n being the bins in that window.
     """
     half = np.clip(0.05 * bins, _HALF_WIDTH, _MOST_HALF_WIDTH)
     return float(1.0 / (np.log(2.0) * np.sqrt(2.0 * half)))

@@ -25,7 +25,7 @@ from sagnac.cli.reading import ReadFile, naming, read_file
 
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Settings
-    from sagnac.analysis.still import AtRest
+    from sagnac.analysis.still_bench import AtRest
 
 
 def avar(
@@ -76,7 +76,7 @@ def avar(
 
 def _benches(read: ReadFile, settings: "Settings", progress: Progress) -> "list[AtRest]":
     """One gyro after another."""
-    from sagnac.analysis.still import at_rest
+    from sagnac.analysis.still_bench import at_rest
 
     benches = []
     for name in settings.gyros or tuple(gyro.name for gyro in read.recording.gyros):

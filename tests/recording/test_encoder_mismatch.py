@@ -5,7 +5,11 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import Channel
-from sagnac.recording.following import jumps_of_encoder, require_encoder_follows, turned_around
+from sagnac.recording.encoder_mismatch import (
+    jumps_of_encoder,
+    require_encoder_follows,
+    turned_around,
+)
 from sagnac.recording.model import Recording
 from sagnac.recording.quality import check
 from tests.recording.recordings import (

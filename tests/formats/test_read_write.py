@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from sagnac.errors import Note, RecordingError
 from sagnac.formats import Statement, read, write
-from sagnac.formats.known import FORMATS, Format
-from sagnac.formats.registry import format_of
+from sagnac.formats.read_write import format_of
+from sagnac.formats.registry import FORMATS, Format
 from sagnac.recording.model import Channel, Recording
 from tests.formats.examples import (
     SUFFIXES,
@@ -134,7 +134,7 @@ def test_a_library_that_is_not_installed_is_named(tmp_path, monkeypatch):
     def missing(name):
         raise ModuleNotFoundError(f"No module named {name!r}", name="pyarrow.csv")
 
-    monkeypatch.setattr("sagnac.formats.registry.import_module", missing)
+    monkeypatch.setattr("sagnac.formats.read_write.import_module", missing)
     refused(path, "reading CSV needs pyarrow.csv, which is not installed", "pip install pyarrow")
 
 

@@ -11,8 +11,8 @@ from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.errors import Note, RecordingError, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.places import Places, longest_between
 from sagnac.recording.soundness import remedy_of
+from sagnac.recording.stretches import Places, longest_between
 from sagnac.units import DEGREE
 
 # A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor.

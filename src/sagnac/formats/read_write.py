@@ -1,0 +1,194 @@
+"""Read and write by the format of the file: one table, `sagnac.formats.registry`, says which."""
+
+import hashlib
+from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from sagnac.errors import RecordingError
+from sagnac.formats.assemble import assemble
+from sagnac.formats.files import about
+from sagnac.formats.metadata import beside
+from sagnac.formats.outgoing import outgoing
+from sagnac.formats.precedence import Statements
+from sagnac.formats.registry import FORMATS, Format
+from sagnac.formats.source import Source
+from sagnac.formats.statement import Statement
+from sagnac.recording.model import Provenance, Recording
+
+
+def read(path: Path | str, statement: Statement | None = None, *, verify: bool = True) -> Recording:
+    """Read a recording.
+
+    Parameters
+    ----------
+    path
+        The file; its suffix says the format.
+    statement
+        What the caller states. It is heard before a TOML beside the file, and that before
+        the file.
+    verify
+        Refuse data that are not sound (`sagnac.recording.quality.integrity`). Without, they come
+        as they are, for `sagnac.recording.quality.check`.
+
+    Returns
+    -------
+    recording
+        In SI, with the file's SHA-256 and every note.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read, or does not state what it has to, or is not sound: the file,
+        the channel, what is wrong and what to do.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "bench.csv"
+    ...     _ = path.write_text("x[deg/h]\\n" + "".join(f"{n % 7}\\n" for n in range(100)))
+    ...     recording = read(path, Statement(kind="rate", sample_rate=10.0))
+    >>> recording.samples, recording.duration
+    (100, 10.0)
+    """
+    path = Path(path)
+    with about(path), ThreadPoolExecutor(max_workers=1) as pool:
+        source = _open(path)
+        found = beside(path)
+        # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
+        digest = pool.submit(_sha256, path)
+        return assemble(
+            source,
+            Statements(caller=statement or Statement(), beside=found.statement, file=source.stated),
+            lambda: Provenance(path=str(path), sha256=digest.result(), format=source.format),
+            (*source.notes, *found.notes),
+            verify=verify,
+        )
+
+
+def columns(path: Path | str) -> tuple[str, ...]:
+    """Names of the numeric columns of a file, as it writes them.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "bench.csv"
+    ...     _ = path.write_text("t[s],x[deg/h]\\n0.0,1.5\\n")
+    ...     columns(path)
+    ('t[s]', 'x[deg/h]')
+    """
+    path = Path(path)
+    with about(path):
+        return tuple(column.key for column in _open(path).columns)
+
+
+def write(recording: Recording, path: Path | str) -> Path:
+    """Write a recording in the format that the suffix names; `read` needs no option for it.
+
+    Values are in the unit they came in if that is a plain one, else in arcsec, deg/h
+    and, for the table, deg. A CSV gets a TOML beside it for kind and rate.
+
+    Returns
+    -------
+    path
+        The file written; it appears only when it is whole.
+
+    Raises
+    ------
+    RecordingError
+        If the format is not known or the file cannot be written.
+    ValueError
+        If a gyro has a name that cannot stand in a file.
+    """
+    path = Path(path)
+    with about(path):
+        suffix = path.suffix.lower()
+        written = [one for one in FORMATS if one.writes]
+        known = next((one for one in written if suffix in one.suffixes), None)
+        if known is None:
+            suffixes = ", ".join(one for known in written for one in known.suffixes)
+            raise RecordingError(
+                "no format to write has this suffix", remedy=f"use one of {suffixes}"
+            )
+        _module(known, "writing").write(path, outgoing(recording))
+    return path
+
+
+def _open(path: Path) -> Source:
+    try:
+        with path.open("rb") as stream:
+            beginning = stream.read(16)
+    except FileNotFoundError:
+        raise RecordingError("no such file", remedy="check the path") from None
+    except OSError as error:
+        raise RecordingError(
+            f"cannot be opened ({error.strerror})", remedy="check the path and its permissions"
+        ) from None
+    source: Source = _module(format_of(path.suffix, beginning), "reading").open_source(path)
+    return source
+
+
+def format_of(suffix: str, beginning: bytes) -> Format:
+    """The format of a file.
+
+    Parameters
+    ----------
+    suffix
+        Of its name, with the dot.
+    beginning
+        Its first bytes; they rule where a format is known by them.
+
+    Raises
+    ------
+    RecordingError
+        If there is none, the file is empty, or the bytes contradict the suffix.
+
+    Examples
+    --------
+    >>> format_of(".pq", b"PAR1...").name
+    'Parquet'
+    """
+    suffix = suffix.lower()
+    by_suffix = next((one for one in FORMATS if suffix in one.suffixes), None)
+    if by_suffix is None:
+        suffixes = ", ".join(dict.fromkeys(own for one in FORMATS for own in one.suffixes))
+        raise RecordingError(
+            "no format has this suffix", remedy=f"convert the file to one of {suffixes}"
+        )
+    if not beginning:
+        raise RecordingError("is empty", remedy="get the file again from its source")
+    for known in FORMATS:
+        if known.beginning and beginning.startswith(known.beginning):
+            if suffix in (*known.suffixes, *known.also):
+                return known
+            raise RecordingError(
+                f"is {known.name}, not what its suffix claims",
+                remedy=f"rename it to end in {known.suffixes[0]}",
+            )
+    return by_suffix
+
+
+def _module(known: Format, doing: str) -> Any:
+    """The module of a format; its library is loaded only now."""
+    try:
+        return import_module(f"sagnac.formats.{known.module}")
+    except ModuleNotFoundError as error:
+        raise RecordingError(
+            f"{doing} {known.name} needs {error.name}, which is not installed",
+            remedy=f"install it: pip install {(error.name or '').partition('.')[0]}",
+        ) from error
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
