@@ -1,10 +1,10 @@
 """Recordings in files: path -> Recording, Recording -> path.
 
 A module for each format (`csv`, `parquet`, `matlab`, `npz`, `psins`, `hdf5`) opens a file as a
-`source.Source`: its columns, what it states about them, and how to load them. `known` lists the
-formats, and `read_write` picks one from the table in `registry`. `assemble` builds the recording from the source and from what
+`source.Source`: its columns, what it states about them, and how to load them. `registry` lists the
+formats, and `read_write` picks one. `assemble` builds the recording from the source and from what
 the caller (`Statement`) and a TOML beside the file state; they are heard in this order: caller,
-TOML, file.
+TOML, file (`precedence`).
 """
 
 from sagnac.formats.read_write import columns, read, write
