@@ -121,16 +121,14 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         source=headline.source,
         fits=coefficients.fits,
         lines=tuple(line for one in removals for line in one.removal.lines),
-        curve=replace(curves.after, gyros_differenced=measured.gyros_differenced),
-        curve_before=replace(curves.before, gyros_differenced=measured.gyros_differenced),
+        curve=curves.after,
+        curve_before=curves.before,
         spectrum=spectrum,
         spectrum_before=spectrum_before,
         per_gyro=coefficients.per_gyro,
         notes=tuple(dict.fromkeys(notes)),
         seconds=stages.seconds,
-        family=tuple(
-            replace(curve, gyros_differenced=measured.gyros_differenced) for curve in curves.family
-        ),
+        family=curves.family,
         density=density,
     )
 
