@@ -19,7 +19,6 @@ from sagnac.coefficients.laws import (
     markov_allan_variance,
     markov_cosine_power,
     overlapped_allan_covariance,
-    rate_density,
     sinusoid_allan_variance,
 )
 
@@ -61,10 +60,6 @@ def allan_integral(density, tau, upper=np.inf):
 def test_allan_variance_is_the_filtered_density(name, density, tau):
     assert allan_variance(np.array([tau]), {name: 0.7})[0] == pytest.approx(
         allan_integral(density, tau), rel=2e-4
-    )
-    frequency = np.array([0.01, 0.1, 0.4])
-    assert rate_density(frequency, {name: 0.7}, interval=1.0) == pytest.approx(
-        2.0 * density(frequency)
     )
 
 
@@ -109,10 +104,6 @@ def test_white_angle_gives_the_quantization_law():
     measured = 0.5 * np.mean(difference**2) / 3.0**2
     law = allan_variance(np.array([3.0]), {"quantization": step / np.sqrt(12.0)})[0]
     assert measured == pytest.approx(law, rel=0.02)
-    frequency = np.array([0.1, 0.25])
-    assert rate_density(frequency, {"quantization": 0.7}, interval=2.0) == pytest.approx(
-        2.0 * 0.49 * 4.0 / 2.0 * np.sin(2.0 * np.pi * frequency) ** 2
-    )
 
 
 @pytest.mark.parametrize("cluster", [1, 2, 7])

@@ -19,6 +19,7 @@ from tests.formats.examples import (
     example,
     refused,
     save,
+    text,
     timed,
     walk,
 )
@@ -162,3 +163,14 @@ def test_notes_are_data(tmp_path):
     notes = read(path, Statement(kind="angle", unit="deg")).notes
     text = "the file says arcsec, taken as deg as stated"
     assert Note(channel="x", text=text) in notes
+
+
+def test_a_recording_is_read_by_the_fields_of_a_statement(tmp_path):
+    path = save(tmp_path / "run.csv", text("x,z", walk(), walk()))
+    recording = read(path, kind="rate", unit="deg/h", sample_rate=50.0, gyros=("z",))
+    statement = Statement(kind="rate", unit="deg/h", sample_rate=50.0, gyros=("z",))
+    assert recording == read(path, statement)
+    with pytest.raises(ValueError, match="kind and a statement are given"):
+        read(path, statement, kind="rate")
+    with pytest.raises(TypeError, match="'rate' is nothing to state"):
+        read(tmp_path / "none.csv", rate=50.0)

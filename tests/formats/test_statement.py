@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sagnac.formats import Statement
-from sagnac.formats.statement import of_name, vocabulary
+from sagnac.formats.statement import of_name, one_statement, vocabulary
 
 
 @pytest.mark.parametrize(
@@ -47,3 +47,17 @@ def test_what_is_stated_for_one_name_or_for_all():
 def test_a_span_is_the_callers_alone():
     assert "span" not in vocabulary()
     assert {"kind", "unit", "sample_rate"} < vocabulary()
+
+
+def test_a_caller_states_by_fields_or_by_a_statement():
+    stated = {"kind": "rate", "unit": "deg/h", "span": (1.0, None)}
+    assert one_statement(None, stated) == Statement(**stated)
+    assert one_statement(None, {}) == Statement()
+    own = Statement(kind="rate")
+    assert one_statement(own, {}) is own
+    with pytest.raises(ValueError, match="kind, unit and a statement are given"):
+        one_statement(own, {"kind": "rate", "unit": "deg/h"})
+    with pytest.raises(TypeError, match="'rate' is nothing to state; use one of gyros, kind, unit"):
+        one_statement(None, {"rate": 100.0})
+    with pytest.raises(ValueError, match="kind is 'angel'; use one of angle"):
+        one_statement(None, {"kind": "angel"})

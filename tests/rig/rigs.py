@@ -9,7 +9,7 @@ from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.sections import GyroConfig, PlatformConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate
 from sagnac.table.earth import earth_rate
-from sagnac.table.frames import shares_from_deviations
+from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 
 ARCSEC = math.pi / 648_000
 DEG = math.pi / 180
@@ -67,3 +67,23 @@ HARSH = replace(
         acceleration_deg_per_s2=2000.0,
     ),
 )
+
+
+def ideal_angle(time, table_angle, table_rate, shares, earth):
+    """(3, samples) rad: what the triad would measure at constant table rate, Eq. 6.
+
+    Eq. 6 puts d(alpha) = Omega dt into the integral of Eq. 4, so it holds only while the rate is
+    constant; the rig integrates Eq. 4 itself. `time`, s since alpha was zero, and `table_angle`,
+    rad, are (samples,); `table_rate` is Omega, rad/s; `shares` are e_x, e_y, e_z; `earth` is eta
+    of Eq. 5, rad/s.
+    """
+    seconds, alpha, eta = (np.asarray(each, dtype=float) for each in (time, table_angle, earth))
+    matrix = table_to_gyro_matrix(*shares)
+    # Row g of C_b^s times C_b0^b(alpha) eta is k1 cos(alpha) + k2 sin(alpha) + e eta_3.
+    k1 = matrix[:, 0] * eta[0] + matrix[:, 1] * eta[1]
+    k2 = matrix[:, 0] * eta[1] - matrix[:, 1] * eta[0]
+    return (
+        np.outer(matrix[:, 2], eta[2] * seconds + alpha)
+        + np.outer(k1 / table_rate, np.sin(alpha))
+        - np.outer(k2 / table_rate, np.cos(alpha) - 1.0)
+    )

@@ -5,13 +5,53 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import cumulative_simpson
+from scipy.integrate import cumulative_simpson, quad
 from scipy.interpolate import CubicSpline
 
 from sagnac.rig.sections import TableConfig
 from sagnac.rig.table import PositionJitter, RateNoise, substeps_of, table_command
-from sagnac.table.frames import ideal_angle, table_to_gyro_matrix
-from tests.rig.rigs import ARCSEC, DEG, configured, from_first, geometry, triad, true_table_angle
+from sagnac.table.earth import earth_rate
+from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
+from tests.rig.rigs import (
+    ARCSEC,
+    DEG,
+    configured,
+    from_first,
+    geometry,
+    ideal_angle,
+    triad,
+    true_table_angle,
+)
+
+
+def turn(alpha):
+    """Coordinates in a frame turned by alpha about z."""
+    return np.array(
+        [
+            [math.cos(alpha), math.sin(alpha), 0.0],
+            [-math.sin(alpha), math.cos(alpha), 0.0],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+
+
+@pytest.mark.parametrize("rate_deg", [40.0, -13.0])
+def test_ideal_angle_is_the_integral_of_the_sensed_rate(rate_deg):
+    """Eq. 6 against Eq. 4 integrated by quadrature, one gyro and one time at a time."""
+    rate = math.radians(rate_deg)
+    shares = shares_from_deviations((0.001, 0.0005, -0.0015))
+    eta = earth_rate(math.radians(28.2), 0.7)
+    matrix = table_to_gyro_matrix(*shares)
+
+    def sensed(time, gyro):
+        return (matrix @ (np.array([0.0, 0.0, rate]) + turn(rate * time) @ eta))[gyro]
+
+    times = np.array([0.0, 0.37, 4.5, 21.0])
+    angle = ideal_angle(times, rate * times, rate, shares, eta)
+    for gyro in range(3):
+        for k, time in enumerate(times):
+            expected = quad(sensed, 0.0, time, args=(gyro,), epsabs=1e-13, limit=200)[0]
+            assert angle[gyro, k] == pytest.approx(expected, abs=1e-11)
 
 
 @pytest.mark.parametrize(("rate", "sample_rate"), [(40.0, 500.0), (-80.0, 500.0), (40.0, 2.0)])

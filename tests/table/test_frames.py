@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from sagnac.constants import EARTH_RATE
 from sagnac.table.earth import earth_rate
-from sagnac.table.frames import ideal_angle, shares_from_deviations, table_to_gyro_matrix
+from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 
 deviation = st.floats(-0.01, 0.01)
 
@@ -71,38 +70,3 @@ def test_earth_rate_points_to_the_pole():
     assert 2 * math.pi / EARTH_RATE == pytest.approx(86164.1, abs=0.1)
     with pytest.raises(ValueError, match="beyond a pole"):
         earth_rate(2.0, 0.0)
-
-
-def turn(alpha):
-    """Coordinates in a frame turned by alpha about z."""
-    return np.array(
-        [
-            [math.cos(alpha), math.sin(alpha), 0.0],
-            [-math.sin(alpha), math.cos(alpha), 0.0],
-            [0.0, 0.0, 1.0],
-        ]
-    )
-
-
-@pytest.mark.parametrize("rate_deg", [40.0, -13.0])
-def test_ideal_angle_is_the_integral_of_the_sensed_rate(rate_deg):
-    """Eq. 6 against Eq. 4 integrated by quadrature, one gyro and one time at a time."""
-    rate = math.radians(rate_deg)
-    shares = shares_from_deviations((0.001, 0.0005, -0.0015))
-    eta = earth_rate(math.radians(28.2), 0.7)
-    matrix = table_to_gyro_matrix(*shares)
-
-    def sensed(time, gyro):
-        return (matrix @ (np.array([0.0, 0.0, rate]) + turn(rate * time) @ eta))[gyro]
-
-    times = np.array([0.0, 0.37, 4.5, 21.0])
-    angle = ideal_angle(times, rate * times, rate, shares, eta)
-    for gyro in range(3):
-        for k, time in enumerate(times):
-            expected = quad(sensed, 0.0, time, args=(gyro,), epsabs=1e-13, limit=200)[0]
-            assert angle[gyro, k] == pytest.approx(expected, abs=1e-11)
-
-
-def test_ideal_angle_needs_a_turning_table():
-    with pytest.raises(ValueError, match="table_rate is 0"):
-        ideal_angle([0.0], [0.0], 0.0, (1 / math.sqrt(3),) * 3, (0.0, 0.0, 0.0))

@@ -1,8 +1,8 @@
 """The noise a gyro makes: Q, N, B, K, R, their Allan variance and their spectrum.
 
 Conventions (IEEE Std 647-2006 and 952-1997): every law is of one gyro. Spectral
-densities S(f) of the standards are two-sided; `rate_density` returns the one-sided
-2 S(f) that instruments show, so white rate noise of N rad/sqrt(s) lies at 2 N^2.
+densities S(f) of the standards are two-sided; instruments show the one-sided 2 S(f), in which
+white rate noise of N rad/sqrt(s) lies at 2 N^2.
 
 ============================  ======================  =======================  ===============
 term                          S(f), two-sided         Allan variance           unit
@@ -136,38 +136,6 @@ def sinusoid_allan_variance(
     """
     turns = np.pi * frequency * np.asarray(tau, dtype=np.float64)
     return np.asarray((amplitude * np.sin(turns) ** 2 / turns) ** 2)
-
-
-def rate_density(
-    frequency: FloatArray, coefficients: Mapping[CoefficientName, float], *, interval: float
-) -> FloatArray:
-    """One-sided power spectral density of the rate of one gyro.
-
-    Parameters
-    ----------
-    frequency
-        (bins,), Hz, above zero.
-    coefficients
-        SI; a missing name counts as zero. A rate ramp is deterministic and has no
-        density: it is left out.
-    interval
-        Time between the angle samples whose quantization is meant, s.
-
-    Returns
-    -------
-    FloatArray
-        (bins,), (rad/s)^2/Hz.
-    """
-    frequency = np.asarray(frequency, dtype=np.float64)
-    two_sided = (
-        coefficients.get("quantization", 0.0) ** 2
-        * (4.0 / interval)
-        * np.sin(np.pi * frequency * interval) ** 2
-        + coefficients.get("angle_random_walk", 0.0) ** 2
-        + coefficients.get("bias_instability", 0.0) ** 2 / (2.0 * np.pi * frequency)
-        + coefficients.get("rate_random_walk", 0.0) ** 2 / (2.0 * np.pi * frequency) ** 2
-    )
-    return np.asarray(2.0 * two_sided)
 
 
 def increment_spectrum_basis(frequency: FloatArray, interval: float) -> FloatArray:

@@ -14,11 +14,13 @@ from sagnac.formats.outgoing import outgoing
 from sagnac.formats.precedence import Statements
 from sagnac.formats.registry import FORMATS, Format
 from sagnac.formats.source import Source
-from sagnac.formats.statement import Statement
+from sagnac.formats.statement import Statement, one_statement
 from sagnac.recording.model import Provenance, Recording
 
 
-def read(path: Path | str, statement: Statement | None = None, *, verify: bool = True) -> Recording:
+def read(
+    path: Path | str, statement: Statement | None = None, *, verify: bool = True, **stated: Any
+) -> Recording:
     """Read a recording.
 
     Parameters
@@ -31,6 +33,10 @@ def read(path: Path | str, statement: Statement | None = None, *, verify: bool =
     verify
         Refuse data that are not sound (`sagnac.recording.quality.integrity`). Without, they come
         as they are, for `sagnac.recording.quality.check`.
+    **stated
+        The fields of a `sagnac.formats.Statement`, by name, in place of `statement`: ``gyros``,
+        ``kind``, ``unit``, ``scale``, ``sample_rate``, ``time``, ``table``, ``columns``,
+        ``span``, ``counter_bits``, ``null_pulse``.
 
     Returns
     -------
@@ -42,6 +48,10 @@ def read(path: Path | str, statement: Statement | None = None, *, verify: bool =
     RecordingError
         If the file cannot be read, or does not state what it has to, or is not sound: the file,
         the channel, what is wrong and what to do.
+    ValueError
+        If a value that is stated cannot be, or `statement` is given beside `stated`.
+    TypeError
+        If `stated` has a name that is no field of a statement; the message lists those there are.
 
     Examples
     --------
@@ -49,12 +59,13 @@ def read(path: Path | str, statement: Statement | None = None, *, verify: bool =
     >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder) / "bench.csv"
-    ...     _ = path.write_text("x[deg/h]\\n" + "".join(f"{n % 7}\\n" for n in range(100)))
-    ...     recording = read(path, Statement(kind="rate", sample_rate=10.0))
-    >>> recording.samples, recording.duration
-    (100, 10.0)
+    ...     _ = path.write_text("x\\n" + "".join(f"{n % 7}\\n" for n in range(100)))
+    ...     recording = read(path, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> recording.gyros, recording.duration
+    ((Channel(x: 100 samples, rate, shown in deg/h),), 10.0)
     """
     path = Path(path)
+    caller = one_statement(statement, stated)
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:
         source = _open(path)
         found = beside(path)
@@ -62,7 +73,7 @@ def read(path: Path | str, statement: Statement | None = None, *, verify: bool =
         digest = pool.submit(_sha256, path)
         return assemble(
             source,
-            Statements(caller=statement or Statement(), beside=found.statement, file=source.stated),
+            Statements(caller=caller, beside=found.statement, file=source.stated),
             lambda: Provenance(path=str(path), sha256=digest.result(), format=source.format),
             (*source.notes, *found.notes),
             verify=verify,

@@ -6,7 +6,7 @@ All three speak one vocabulary, that of `Statement`.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Final
+from typing import Any, Final
 
 from sagnac.formats.unit_text import KNOWN_UNITS, parsed_unit
 from sagnac.recording.channel import KINDS
@@ -144,6 +144,39 @@ def _values(stated: str | Mapping[str, str] | None) -> tuple[str, ...]:
     if stated is None:
         return ()
     return (stated,) if isinstance(stated, str) else tuple(stated.values())
+
+
+def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Statement:
+    """What a caller states, as a `Statement` or by its fields.
+
+    Parameters
+    ----------
+    statement
+        Or None.
+    stated
+        Field of `Statement` -> value.
+
+    Raises
+    ------
+    ValueError
+        If both are given, or a value cannot be.
+    TypeError
+        If there is no field of a name.
+
+    Examples
+    --------
+    >>> one_statement(None, {"kind": "rate"}).kind
+    'rate'
+    """
+    if statement is not None and stated:
+        raise ValueError(
+            f"{', '.join(stated)} and a statement are given; state everything in one of the two"
+        )
+    known = [item.name for item in fields(Statement)]
+    for name in stated:
+        if name not in known:
+            raise TypeError(f"{name!r} is nothing to state; use one of {', '.join(known)}")
+    return statement or Statement(**stated)
 
 
 def vocabulary() -> frozenset[str]:

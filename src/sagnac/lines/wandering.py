@@ -40,6 +40,8 @@ _VALUES_A_BLOCK: Final = 16
 _CYCLES_A_BLOCK: Final = 2
 # Steady lines that a drifting one may be, at least.
 _FEWEST: Final = 3
+# Blocks tried, at most.
+_MOST_BLOCKS: Final = 8192
 # If the envelope is below this share of its rms, the phase is not asked what it does.
 _PRESENT: Final = 0.1
 
@@ -148,7 +150,6 @@ def fit_drifting(
     floor_level: float,
     *,
     center: float,
-    most_blocks: int = 8192,
     steady_frequencies: FloatArray | None = None,
     steady_amplitudes: ComplexArray | None = None,
 ) -> DriftingLine | None:
@@ -170,8 +171,6 @@ def fit_drifting(
         Noise power of the increments about `frequency`, as `spectrum.noise_floor` gives it, rad^2.
     center
         Sample number of the phase origin.
-    most_blocks
-        The most to try.
     steady_frequencies, steady_amplitudes
         (lines,) cycles per sample, and complex amplitude in the angle, rad, of
         ``Re[amplitude exp(2j pi f (n - center))]``: lines about `frequency` that have been taken
@@ -191,7 +190,7 @@ def fit_drifting(
     """
     known, removed = _steady_given(frequency, floor_level, steady_frequencies, steady_amplitudes)
     most = min(
-        most_blocks,
+        _MOST_BLOCKS,
         steps.size // (SHORTEST_MEAN * _VALUES_A_BLOCK),
         int(min(frequency, 0.5 - frequency) * steps.size / _CYCLES_A_BLOCK),
     )

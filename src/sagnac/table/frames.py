@@ -1,4 +1,4 @@
-"""Frames of the platform: C_b^s, Earth rate, and the ideal observation model, Eqs. 1-7.
+"""Frames of the platform, C_b^s and the shares of the table rate, Eqs. 1 and 2.
 
 Frames n (north, east, down), b (turns with the table, z along the shaft and down),
 b0 (b at the null pulse) and s (the gyro axes) are those of Yu et al., Sensors 2013,
@@ -83,56 +83,4 @@ def table_to_gyro_matrix(e_x: float, e_y: float, e_z: float) -> FloatArray:
             [-e_x * e_y / in_plane, e_z / in_plane, e_y],
             [-e_x * e_z / in_plane, -e_y / in_plane, e_z],
         ]
-    )
-
-
-def ideal_angle(
-    time: ArrayLike,
-    table_angle: ArrayLike,
-    table_rate: float,
-    shares: ArrayLike,
-    earth: ArrayLike,
-) -> FloatArray:
-    """Angles the gyro triad would measure at constant table rate, Eq. 6.
-
-    Eq. 6 puts d(alpha) = Omega dt into the integral of Eq. 4, so it holds only while
-    the rate is constant; `sagnac.rig` integrates Eq. 4 itself.
-
-    Parameters
-    ----------
-    time
-        (samples,) s since alpha was zero.
-    table_angle
-        (samples,) alpha of Eq. 7, rad, zero at the null pulse.
-    table_rate
-        Omega, rad/s, not zero.
-    shares
-        (3,) e_x, e_y, e_z.
-    earth
-        (3,) eta of Eq. 5, rad/s.
-
-    Returns
-    -------
-    FloatArray
-        (3, samples) theta_x, theta_y, theta_z, rad.
-
-    Raises
-    ------
-    ValueError
-        If the table rate is zero.
-    """
-    if table_rate == 0.0:
-        raise ValueError("table_rate is 0, where Eq. 6 does not hold; at rest theta is C eta t")
-    seconds = np.asarray(time, dtype=np.float64)
-    alpha = np.asarray(table_angle, dtype=np.float64)
-    e_x, e_y, e_z = (float(e) for e in np.asarray(shares))
-    eta = np.asarray(earth, dtype=np.float64)
-    matrix = table_to_gyro_matrix(e_x, e_y, e_z)
-    # Row g of C_b^s times C_b0^b(alpha) eta is k1 cos(alpha) + k2 sin(alpha) + e eta_3.
-    k1 = matrix[:, 0] * eta[0] + matrix[:, 1] * eta[1]
-    k2 = matrix[:, 0] * eta[1] - matrix[:, 1] * eta[0]
-    return np.asarray(
-        np.outer(matrix[:, 2], eta[2] * seconds + alpha)
-        + np.outer(k1 / table_rate, np.sin(alpha))
-        - np.outer(k2 / table_rate, np.cos(alpha) - 1.0)
     )

@@ -1,0 +1,55 @@
+"""What Earth rate puts into the orders of an unsteady table, against a sum at each order."""
+
+import numpy as np
+import pytest
+
+from sagnac.constants import EARTH_RATE
+from sagnac.lines.components import MOST_ORDERS
+from sagnac.lines.earth_orders import earth_amplitudes
+from sagnac.lines.turning import turning
+
+SAMPLE_RATE = 10.0
+# Below the samples that are kept at the least, so that all of them count.
+TIME = np.arange(9000) / SAMPLE_RATE
+TURNING = 2.0 * np.pi * TIME / 30.0
+
+
+def largest(table, order):
+    """Amplitude of an order in Earth rate's part of the angle, for the worst direction, rad.
+
+    Eq. 4: Earth rate across the axis is sensed as its cosine and sine over the table angle. What
+    a steady table would make of it, order 1, is taken out.
+    """
+    steady = (table.size - 1) / SAMPLE_RATE / (table[-1] - table[0])
+    if abs(table[-1] - table[0]) < 0.5 * np.abs(np.diff(table)).sum():
+        steady = 0.0
+    found = []
+    for sensed, made, sign in ((np.cos, np.sin, 1.0), (np.sin, np.cos, -1.0)):
+        steps = sensed(table[1:]) / SAMPLE_RATE - sign * steady * np.diff(made(table))
+        wave = np.diff(np.exp(1j * order * table))
+        found.append(2.0 * abs(np.vdot(wave, steps)) / np.vdot(wave, wave).real)
+    return 2.0 * EARTH_RATE * max(found)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        TURNING + 0.3 * np.sin(2.0 * TURNING),
+        -(TURNING + 0.3 * np.sin(2.0 * TURNING)),
+        40.0 * np.sin(2.0 * np.pi * TIME / 450.0),
+    ],
+    ids=["rippled", "backward", "reversing"],
+)
+def test_amplitudes_are_those_of_a_fit_of_each_order(table):
+    found = earth_amplitudes(turning(table, SAMPLE_RATE))
+    assert found.shape == (MOST_ORDERS,)
+    assert found[0] == 0.0
+    expected = [largest(table, order) for order in (2, 3, 4, 7)]
+    # The power of an order is taken from speeds at some ranks, not from every sample.
+    assert found[[1, 2, 3, 6]] == pytest.approx(expected, rel=0.03)
+
+
+def test_a_steady_table_makes_order_one_alone():
+    found = earth_amplitudes(turning(TURNING, SAMPLE_RATE))
+    rippled = earth_amplitudes(turning(TURNING + 0.3 * np.sin(2.0 * TURNING), SAMPLE_RATE))
+    assert found.max() < 0.02 * rippled.max()

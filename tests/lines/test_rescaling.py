@@ -1,0 +1,95 @@
+"""Tones that follow the table are told from those that do not."""
+
+import numpy as np
+import pytest
+
+from sagnac.lines import _kernels
+from sagnac.lines.components import Components
+from sagnac.lines.rescaling import rescaled_components, wander
+from sagnac.lines.turning import turning
+
+SAMPLES = 64 * _kernels.MIX_BLOCK + 1
+RATE = 2.0 * np.pi / 400.0
+NOISE = 1e-3
+FREQUENCY = 100.0
+NUMBER = np.arange(float(SAMPLES))
+# Turns at a mean rate, and strays from it by a swing of 1.5 rad.
+STEADY = RATE * NUMBER
+WANDERING = STEADY + 1.5 * np.sin(2.0 * np.pi * 5.0 * NUMBER / SAMPLES)
+
+
+def wandered(table):
+    return wander(turning(table, FREQUENCY))
+
+
+def test_wander_is_the_mean_angle_of_each_block_less_a_straight_line():
+    found = wandered(WANDERING)
+    block = _kernels.MIX_BLOCK
+    angle = np.array([WANDERING[n : n + block].mean() for n in range(0, SAMPLES - 1, block)])
+    middle = np.array([n + 0.5 * (block - 1) for n in range(0, SAMPLES - 1, block)])
+    slope, level = np.polyfit(middle, angle, 1)
+    assert found.rate == pytest.approx(slope)
+    assert found.middles == pytest.approx(middle - 0.5 * (SAMPLES - 1))
+    assert found.phase == pytest.approx(angle - slope * middle - level, abs=1e-9)
+
+
+def test_a_table_that_comes_back_has_no_rate_and_a_short_record_tells_none():
+    back_and_forth = 30.0 * np.sin(2.0 * np.pi * NUMBER / SAMPLES)
+    assert wandered(back_and_forth) is None
+    assert wandered(WANDERING[: 2 * _kernels.MIX_BLOCK]) is None
+
+
+def tone(order, amplitude=1.0):
+    """A component at the frequency that an order has at the mean rate."""
+    return Components(
+        orders=np.array([2.0]),
+        free=np.array([False]),
+        frequencies=np.array([order * wandered(WANDERING).rate / (2.0 * np.pi)]),
+        center=0.5 * (SAMPLES - 1),
+        cosine=np.array([1.0, amplitude]),
+        sine=np.zeros(2),
+    )
+
+
+def angle_of_tone(found):
+    phase = 2.0 * np.pi * found.frequencies[0] * (NUMBER - found.center)
+    return found.cosine[1] * np.cos(phase)
+
+
+def rescaled(found, signal, table=WANDERING):
+    """What becomes of components fitted to a signal in noise, which are taken out of it."""
+    noise = NOISE * np.random.default_rng(1).standard_normal(SAMPLES - 1)
+    steps = np.diff(signal - angle_of_tone(found)) + noise
+    turns = turning(table, FREQUENCY)
+    levels = np.full(2, NOISE**2)
+    return rescaled_components(found, steps, turns, wander(turns), levels)
+
+
+def in_phase(order, found):
+    """An order of the table whose mean phasor is that of the component."""
+    return found.cosine[1] * np.cos(order * (WANDERING - WANDERING.mean()))
+
+
+@pytest.mark.parametrize(("order", "whole"), [(5.0, True), (5.003, True), (5.4, False)])
+def test_what_follows_the_table_is_moved_to_its_order(order, whole):
+    found = tone(order)
+    moved = rescaled(found, in_phase(order, found))
+    assert moved.frequencies.size == 0
+    assert moved.orders == pytest.approx([2.0, 5.0 if whole else order])
+    assert moved.free.tolist() == [False, not whole]
+    assert moved.cosine.tolist() == [1.0, 1.0]
+
+
+def test_what_keeps_its_frequency_stays_in_time():
+    found = tone(5.0)
+    assert rescaled(found, angle_of_tone(found)) is None
+
+
+def test_at_a_steady_rate_a_tone_and_an_order_are_one():
+    found = tone(5.0)
+    assert rescaled(found, np.cos(5.0 * (STEADY - STEADY.mean())), STEADY) is None
+
+
+def test_a_tone_too_weak_to_tell_stays():
+    found = tone(5.0, amplitude=1e-4)
+    assert rescaled(found, in_phase(5.0, found)) is None
