@@ -16,7 +16,7 @@ from sagnac.report.command_line import as_typed, error_text, note_text
 )
 def test_inputs_are_options(text, typed):
     assert as_typed(text) == typed
-    assert note_text(text) == typed
+    assert note_text(Note(text=text)) == typed
 
 
 def test_notes_and_errors_begin_with_what_they_are_about():

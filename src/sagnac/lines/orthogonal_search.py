@@ -30,6 +30,8 @@ Stop = Literal["korenberg", "false-alarm", "none"]
 STOPS: Final[tuple[Stop, ...]] = get_args(Stop)
 # A candidate of which less than this share is new beside the chosen terms is rejected.
 _DEPENDENT: Final = 1e-6
+# A mean square below this share of the first one is rounding.
+_NOTHING_LEFT: Final = 1e-13
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -393,13 +395,14 @@ class _State:
             (chosen + 1,) mean square left: `left`, and after each candidate.
         """
         mean_square = [left]
-        while len(self.chosen) < most_terms:
+        while len(self.chosen) < most_terms and mean_square[-1] > _NOTHING_LEFT * left:
             merit = self.merit()
             best = int(np.argmax(merit))
-            left = mean_square[-1]
-            if merit[best] <= bound * left or merit[best] <= 0.0 or merit[best] >= left:
+            brought = float(merit[best])
+            if brought <= bound * mean_square[-1] or brought <= 0.0:
                 break
-            mean_square.append(left - float(merit[best]))
+            # A candidate that brings all that is left brings more by rounding as often as less.
+            mean_square.append(max(mean_square[-1] - brought, 0.0))
             self.choose(best)
         return np.array(mean_square)
 
