@@ -14,7 +14,8 @@ LARGEST_EARTH_RATE: Final = 2.0 * EARTH_RATE
 
 At a constant table rate the Earth terms coincide with the sine and cosine of the table angle, and
 what is left of them is encoder noise. Nothing but their size is known then: this bound serves as
-the standard deviation of their prior, and no fit may exceed it (`bounded_by_earth`).
+the standard deviation of their prior, and a fit under that prior may not exceed it
+(`bounded_by_earth`).
 """
 
 # Factor by which the prior is tightened at a time where a solution exceeds the bound. The first
