@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from sagnac.analysis.curves import allan_curve, points_at
 from sagnac.analysis.fits import Coefficients
@@ -172,7 +172,9 @@ def highest_allowed(
         curve.deviation + 2.0 * step,
         np.hypot(curve.deviation, 0.5 * step),
     )
-    high = raised * np.sqrt(edf / chi2.ppf(share, edf))
+    # Lower limit of chi-squared; importing scipy.stats for it would take a second.
+    lower = 2.0 * gammaincinv(0.5 * edf, share)
+    high = raised * np.sqrt(edf / lower)
     highest = np.where(curve.tau * sample_rate < _FILTERED, np.inf, high * np.sqrt(curve.tau))
     index = int(np.nanargmin(highest))
     return CurveBound(

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import chi2, ncx2
+from scipy.special import chdtr, chdtrc, chndtr
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -143,20 +143,20 @@ def fitted_sinusoid(square: float, variance: float, confidence: float) -> Square
     def limit(probability: float) -> float:
         # The non-centrality at which what was seen stands at `probability`.
         return variance * crossing(
-            lambda centre: probability - float(ncx2.cdf(seen, 2, max(centre, 1e-12))),
+            lambda centre: probability - float(chndtr(seen, 2, max(centre, 1e-12))),
             0.0,
             seen + 1.0,
         )
 
     tail = 0.5 - 0.5 * confidence
-    if seen > PRESENCE_OF_TWO and float(chi2.sf(seen, 2)) < tail:
+    if seen > PRESENCE_OF_TWO and float(chdtrc(2, seen)) < tail:
         return SquaredEstimate(
             value=max(square - 2.0 * variance, 0.0),
             low=limit(1.0 - tail),
             high=limit(tail),
             status="estimated",
         )
-    high = limit(1.0 - confidence) if float(chi2.cdf(seen, 2)) > 1.0 - confidence else variance
+    high = limit(1.0 - confidence) if float(chdtr(2, seen)) > 1.0 - confidence else variance
     return SquaredEstimate.bound(high)
 
 

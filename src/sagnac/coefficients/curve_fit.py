@@ -6,7 +6,7 @@ from typing import Final, cast
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.curve_model import CurveModel, CurvePoints, curve_points
@@ -305,7 +305,7 @@ def _curve_markov_time(weighed: _Weighed, driving: Estimate, confidence: float) 
         return SquaredEstimate.unseen().of_one_gyro("markov_correlation_time", 1, confidence)
     squares, time = weighed.squares, weighed.model.correlation_time
     _, error = weighed.model.unlimited("weighted", squares, squares.size)
-    spread = math.exp(error * float(norm.ppf(0.5 + 0.5 * confidence)))
+    spread = math.exp(error * float(ndtri(0.5 + 0.5 * confidence)))
     return Estimate(
         name="markov_correlation_time",
         value=time,
@@ -325,8 +325,8 @@ def _curve_interval(
     limit is the truth, lies the wanted number of standard deviations from it.
     """
     model, reference = weighed.model, weighed.squares
-    two_sided = float(norm.ppf(0.5 + 0.5 * confidence))
-    one_sided = float(norm.ppf(max(confidence, 0.5)))
+    two_sided = float(ndtri(0.5 + 0.5 * confidence))
+    one_sided = float(ndtri(max(confidence, 0.5)))
     unlimited, error = model.unlimited(method, reference, column)
 
     def deviations(square: float) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from sagnac.arrays import FloatArray
 
@@ -87,4 +87,4 @@ def typical_square(term: FloatArray, total: FloatArray) -> float:
 
 def likelihood_drop(confidence: float) -> float:
     """Drop of twice the log likelihood at the end of an interval."""
-    return float(chi2.ppf(max(confidence, 1e-6), 1))
+    return float(2.0 * gammaincinv(0.5, max(confidence, 1e-6)))

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from sagnac.coefficients.estimates import Estimate, OptionalName, SquaredEstimate
 from sagnac.coefficients.limits import PRESENCE_OF_TWO
@@ -65,7 +65,7 @@ def markov_estimates(
             ),
         }
     errors = errors_of(best.fisher)
-    deviations = float(norm.ppf(0.5 + 0.5 * confidence))
+    deviations = float(ndtri(0.5 + 0.5 * confidence))
     square, shift = float(best.squares[-2]), float(best.squares[-1])
     spread = math.exp(deviations * float(errors[-2]) / square)
     length = math.exp(deviations * float(errors[-1]))

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.cosine_spectrum import LEAST_BINS, Ordinates
@@ -256,7 +256,7 @@ def with_departure(spectrum: Ordinates) -> Weighed:
 def _stand_out(spectrum: Ordinates, best: Optimum) -> NDArray[np.bool_]:
     """Bins too far above the terms for chance."""
     ratio = spectrum.power / best.mean
-    chance = chi2.sf(spectrum.count * ratio, spectrum.count)
+    chance = chdtrc(spectrum.count, spectrum.count * ratio)
     return np.asarray((ratio > _STANDS_OUT) & (chance < 1e-7))
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -171,12 +171,12 @@ def three_cornered_hat(
 
 def _walk_square(square: float, error: float, confidence: float) -> SquaredEstimate:
     """Interval of a square that is three standard deviations above zero, or a bound."""
-    reach = error * float(norm.ppf(0.5 + 0.5 * confidence))
+    reach = error * float(ndtri(0.5 + 0.5 * confidence))
     if square > math.sqrt(PRESENCE) * error and square > reach:
         return SquaredEstimate(
             value=square, low=square - reach, high=square + reach, status="estimated"
         )
-    return SquaredEstimate.bound(max(square, 0.0) + error * float(norm.ppf(max(confidence, 0.5))))
+    return SquaredEstimate.bound(max(square, 0.0) + error * float(ndtri(max(confidence, 0.5))))
 
 
 def _bound_note(gyro: str, square: float) -> Note:

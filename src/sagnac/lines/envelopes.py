@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 import scipy.linalg
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
 from sagnac.lines.baseband import Baseband, SteadyLines, sum_of_tones
@@ -130,7 +130,7 @@ def simplest(rivals: list[tuple[int, float]]) -> int:
     for index in order[1:]:
         added = rivals[index][0] - rivals[best][0]
         gained = rivals[best][1] - rivals[index][1]
-        chance = float(chi2.isf(_CHANCE / len(rivals), added)) if added else 0.0
+        chance = float(chdtri(added, _CHANCE / len(rivals))) if added else 0.0
         if gained > chance * (1.0 + _FLOOR_ERROR):
             best = index
     return best

@@ -17,7 +17,7 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.lines.candidate_products import (
@@ -356,7 +356,7 @@ def _bound(stop: Stop, false_alarm: float, products: CandidateProducts, samples:
     if stop == "korenberg":
         return 4.0 * products.terms / (samples + 1)
     if products.terms == 1:
-        return float(chi2.isf(false_alarm / products.size, 1)) / samples
+        return float(chdtri(1, false_alarm / products.size)) / samples
     return float(2.0 * np.log(products.size / false_alarm) / samples)
 
 

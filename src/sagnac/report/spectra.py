@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.ndimage import median_filter
-from scipy.stats import gamma
+from scipy.special import gammainccinv, gammaincinv
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
@@ -47,6 +47,6 @@ def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:
     if density.size < _NEIGHBOURS:
         return 0
     shape = np.maximum(np.round(np.gradient(frequency) * analysis.recording.duration), 1.0)
-    threshold = gamma.isf(false_alarm / density.size, shape) / gamma.median(shape)
+    threshold = gammainccinv(shape, false_alarm / density.size) / gammaincinv(shape, 0.5)
     above = density > threshold * median_filter(density, _NEIGHBOURS, mode="nearest")
     return int(np.count_nonzero(above[1:] & ~above[:-1]) + above[0])
