@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -147,8 +146,14 @@ def sine_cosine_integrals(table: FloatArray, dt: float) -> tuple[FloatArray, Flo
     dt
         Time between samples, s.
     """
-    cosine = cumulative_trapezoid(np.cos(table), dx=dt, initial=0.0)
-    return cosine, cumulative_trapezoid(np.sin(table), dx=dt, initial=0.0)
+    return _trapezoids(np.cos(table), dt), _trapezoids(np.sin(table), dt)
+
+
+def _trapezoids(values: FloatArray, dt: float) -> FloatArray:
+    """Running integral from zero on; importing scipy.integrate for it would take a third of a s."""
+    integral = np.zeros_like(values)
+    np.cumsum(dt * (values[1:] + values[:-1]) / 2.0, out=integral[1:])
+    return integral
 
 
 def highest_harmonic(kinematic: Kinematics) -> float:
