@@ -84,10 +84,11 @@ def write_report(analysis: "Analysis", folder: Path) -> Written:
 
     began = time.perf_counter()
     made(folder)
-    figures.write_png(figures.stability_figure(analysis), folder / "stability.png")
-    figures.write_png(figures.spectrum_figure(analysis), folder / "spectrum.png")
+    drawn = figures.report_figures(analysis)
+    figures.write_png(drawn.stability, folder / "stability.png")
+    figures.write_png(drawn.spectrum, folder / "spectrum.png")
     texts = {
-        "report.html": page.page(analysis),
+        "report.html": page.page(analysis, drawn),
         "stability.csv": tables.stability_table(analysis),
         "lines.csv": tables.line_table(analysis),
     }

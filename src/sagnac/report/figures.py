@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Final
@@ -73,6 +74,27 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
         )
         legend_above(canvas.axes, columns=2)
     return canvas.figure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportFigures:
+    """The figures of one analysis, drawn once for the page and for the files beside it.
+
+    Attributes
+    ----------
+    stability
+        Allan deviation against cluster time.
+    spectrum
+        Rate spectrum.
+    """
+
+    stability: Figure
+    spectrum: Figure
+
+
+def report_figures(analysis: Analysis) -> ReportFigures:
+    """The figures of a report."""
+    return ReportFigures(stability=stability_figure(analysis), spectrum=spectrum_figure(analysis))
 
 
 def svg(figure: Figure, name: str, description: str) -> str:

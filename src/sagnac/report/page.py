@@ -13,7 +13,7 @@ from sagnac.coefficients.estimates import Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.plot import SYMBOLS
 from sagnac.report.command_line import note_text
-from sagnac.report.figures import comparison_figure, spectrum_figure, stability_figure, svg
+from sagnac.report.figures import ReportFigures, comparison_figure, report_figures, svg
 from sagnac.report.files import write_text
 from sagnac.report.html import rendered
 from sagnac.report.spectra import residual_peaks
@@ -49,8 +49,17 @@ def write_report(analysis: Analysis, path: Path) -> None:
     write_text(path, page(analysis))
 
 
-def page(analysis: Analysis) -> str:
-    """The report of one analysis as HTML."""
+def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
+    """The report of one analysis as HTML.
+
+    Parameters
+    ----------
+    analysis
+        What it is of.
+    figures
+        Those of the analysis, drawn here if they are not given.
+    """
+    drawn = figures or report_figures(analysis)
     fit = headline_fit(analysis)
     return rendered(
         "report.html",
@@ -66,14 +75,14 @@ def page(analysis: Analysis) -> str:
         removed=analysis.settings.method != "none",
         stability=Markup(
             svg(
-                stability_figure(analysis),
+                drawn.stability,
                 "stability",
                 "Allan deviation against cluster time, with the fit",
             )
         ),
         spectrum=Markup(
             svg(
-                spectrum_figure(analysis),
+                drawn.spectrum,
                 "spectrum",
                 "Rate spectrum, with the periodic components marked",
             )
