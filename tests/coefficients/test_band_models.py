@@ -1,7 +1,7 @@
 """Every band and every choice of terms against the likelihood itself."""
 
 import numpy as np
-from pytest import approx
+import pytest
 from scipy.stats import gamma
 
 from sagnac.coefficients._kernels import every_model
@@ -39,5 +39,5 @@ def test_models_of_one_band_hold_the_walk_and_no_term_outside_the_mask():
     assert 1 <= models.count <= 2
     assert models.holding(WALK).all()
     assert not (models.mask & ~0b0011).any()
-    assert np.sqrt(models.squares[models.mask == 0b0010, WALK]) == approx(1.0, rel=0.03)
+    assert np.sqrt(models.squares[models.mask == 0b0010, WALK]) == pytest.approx(1.0, rel=0.03)
     assert models_of_one_band(levels, (49.0, 49.5), 0b0011).count == 0

@@ -33,7 +33,8 @@ def test_levels_have_no_bias_and_the_shape_they_say():
 def test_levels_of_steep_noise_follow_its_law(column):
     def sampled(frequency):
         # A walk that is sampled is not averaged over the interval, which takes a sixth of a step.
-        return rate_density_basis(frequency, 1.0 / RATE) + [0.0, 0.0, 0.0, 1.0 / (3.0 * RATE**2)]
+        step = np.array([0.0, 0.0, 0.0, 1.0 / (3.0 * RATE**2)])
+        return rate_density_basis(frequency, 1.0 / RATE) + step
 
     rng = np.random.default_rng(6)
     ratio = []

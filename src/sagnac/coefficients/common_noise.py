@@ -8,15 +8,21 @@ the difference sees.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len, rfft
+from scipy.ndimage import median_filter
 from scipy.special import ndtri
 
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.estimates import require_confidence
-from sagnac.spectrum.tapers import HALF_WIDTH, TAPERS, band_degrees_of_freedom, sine_taper
+from sagnac.spectrum.tapers import CELL, TAPERS, band_degrees_of_freedom, sine_taper
+
+# A cell this many times the median of its neighbourhood, and those cells, is a line.
+_STANDING: Final = 3.0
+_AROUND: Final = 41
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +98,8 @@ def band_moments(
     band_hz
         Lowest and highest frequency, Hz: that in which N rules.
     masked
-        Bands (low, high), Hz, to leave out: lines that gyros on one bench share are no noise.
+        Bands (low, high), Hz, to leave out. Lines that gyros on one bench share are no noise;
+        what stands out is left out besides.
 
     Returns
     -------
@@ -106,24 +113,53 @@ def band_moments(
     values = np.asarray(increments, dtype=np.float64)
     if values.ndim != 2 or values.shape[0] < 2 or not np.isfinite(values).all():
         raise ValueError(f"increments has shape {values.shape}; give two finite gyros or more")
-    length = prev_fast_len(values.shape[1], real=True)
+    length = int(prev_fast_len(values.shape[1], real=True))
     time = np.arange(length) - 0.5 * (length - 1)
     values = values[:, :length] - values[:, :length].mean(axis=1, keepdims=True)
-    values = values - np.outer(values @ time / (time @ time), time)
-    frequency = np.arange(length // 2 + 1) * sample_rate / length
-    used = (frequency >= band_hz[0]) & (frequency <= band_hz[1]) & (frequency > 0.0)
-    reach = HALF_WIDTH * sample_rate / length
-    for low, high in masked:
-        used &= (frequency < low - reach) | (frequency > high + reach)
-    count = int(np.count_nonzero(used))
-    if count == 0:
-        raise ValueError(f"no frequency between {band_hz[0]:g} and {band_hz[1]:g} Hz")
-    matrix = np.zeros((values.shape[0], values.shape[0]))
+    values -= np.outer(values @ time / (time @ time), time)
+    first, last = np.searchsorted(
+        np.arange(1, length // 2 + 1) * sample_rate / length, band_hz, side="left"
+    )
+    cells = (last - first) // CELL
+    if cells == 0:
+        raise ValueError(f"too few frequencies between {band_hz[0]:g} and {band_hz[1]:g} Hz")
+    used = slice(1 + int(first), 1 + int(first + cells * CELL))
+    products = np.zeros((values.shape[0], values.shape[0], int(cells)))
     for order in range(1, TAPERS + 1):
         transform = rfft(values * sine_taper(order, length), axis=1)[:, used]
-        matrix += (transform @ transform.conj().T).real
-    matrix *= 2.0 * sample_rate / (TAPERS * count)
-    return Moments(matrix=matrix, degrees_of_freedom=band_degrees_of_freedom(count))
+        pairs = (transform[:, np.newaxis] * transform.conj()).real
+        products += pairs.reshape(*products.shape, CELL).sum(axis=3)
+    products *= 2.0 * sample_rate / (TAPERS * CELL)
+    place = 1 + first + CELL * (np.arange(cells) + 0.5)
+    plain = _plain(products) & ~_within(place * sample_rate / length, masked, sample_rate / length)
+    if not plain.any():
+        raise ValueError(f"only lines between {band_hz[0]:g} and {band_hz[1]:g} Hz")
+    count = int(np.count_nonzero(plain))
+    return Moments(
+        matrix=products[:, :, plain].mean(axis=2),
+        degrees_of_freedom=band_degrees_of_freedom(CELL * count),
+    )
+
+
+def _plain(products: FloatArray) -> BooleanArray:
+    """Cells in which no gyro stands out of its neighbourhood, and none beside one that does."""
+    plain = np.ones(products.shape[2], dtype=np.bool_)
+    for gyro in range(products.shape[0]):
+        density = products[gyro, gyro]
+        standing = density > _STANDING * median_filter(density, _AROUND, mode="nearest")
+        plain &= ~np.convolve(standing, np.ones(3), mode="same").astype(bool)[: plain.size]
+    return plain
+
+
+def _within(
+    frequency: FloatArray, masked: Sequence[tuple[float, float]], unit: float
+) -> BooleanArray:
+    """Cells that touch a masked band or its neighbourhood."""
+    reach = CELL * unit
+    touched = np.zeros(frequency.size, dtype=np.bool_)
+    for low, high in masked:
+        touched |= (frequency > low - reach) & (frequency < high + reach)
+    return touched
 
 
 def common_noise(moments: Moments, *, confidence: float = 0.95) -> Common:
