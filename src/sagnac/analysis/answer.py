@@ -259,9 +259,9 @@ def highest_allowed(
     Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's own
     low-pass filter lowers the shortest cluster times, which are left out: those below `shortest`
     (s) and below ten samples. If none is left there is no bound, and the result is None. If
-    nothing dithers the readout within a cluster, its steps hide up to two steps of each second difference: the
-    deviation is raised by the root of their mean square. If something does, a mean of few may
-    still come out as zero: the deviation is raised by half a step in square.
+    nothing dithers the readout within a cluster, its steps hide up to two steps of each second
+    difference: the deviation is raised by the root of their mean square. If something does, a
+    mean of few may still come out as zero: the deviation is raised by half a step in square.
     """
     angles = curve.samples + (curve.kind != "angle")
     # One limit for the lowest of many points: each at its share of the chance (Bonferroni).

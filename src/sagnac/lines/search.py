@@ -18,6 +18,7 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.lines.candidates import new_lines
 from sagnac.lines.components import Components
+from sagnac.lines.crowding import Band, crowded_bands, joined_bands
 from sagnac.lines.model import Removal
 from sagnac.lines.naming import blocks_text, describe_lines
 from sagnac.lines.passes import (
@@ -33,7 +34,9 @@ from sagnac.lines.passes import (
     rescaled_and_pruned,
     with_orders_one_by_one,
     without_earth_orders,
+    without_vibration,
 )
+from sagnac.lines.peaks import peaks_in_frequency
 from sagnac.lines.selection import floor_of
 from sagnac.lines.state import Record, State, centre, first_state
 from sagnac.lines.taken_noise import masked_bands, noise_taken
@@ -150,7 +153,14 @@ def next_round(state: State) -> State:
     first = number == 0
     if first and state.turning is not None and not state.turning.tells_orders:
         state = with_orders_one_by_one(state)
-    new = new_lines(state.residue, state.components, state.patience)
+    crowds = crowded_bands(
+        peaks_in_frequency(state.residue), state.components, state.spectrum.floor.size
+    )
+    crowds = joined_bands((*state.bands, *crowds))
+    new = new_lines(state.residue, state.components, state.patience, crowds)
+    if not _may_be_images(state, new.waiting):
+        state = replace(state, bands=crowds)
+        state = without_vibration(state)
     found_none = new.lines.size == 0 and state.components.size == before.components.size
     if found_none and not first:
         if state.patience is not None:
@@ -168,6 +178,13 @@ def next_round(state: State) -> State:
     if state.components.size > _MOST_LINES:
         return replace(state, end="too many lines")
     return state
+
+
+def _may_be_images(state: State, waiting: bool) -> bool:
+    """Whether peaks that crowd may be what an order smears: seen when all orders are out."""
+    if state.turning is None or not state.turning.tells_orders:
+        return False
+    return state.rounds == 1 or (waiting and state.rounds <= _SURE_ROUNDS)
 
 
 def _gathered_or_over(state: State) -> State:
@@ -218,10 +235,11 @@ def _removal(ended: State, channel: str) -> Removal:
     return Removal(
         residual=residual,
         lines=lines,
-        masked=masked_bands(lines, known),
+        masked=(*masked_bands(lines, known), *_vibration_hz(state)),
         taken=noise_taken(lines, known),
         notes=(
             *_notes_on_lines(state, channel),
+            *_notes_on_vibration(state, channel),
             *_notes_on_end(ended),
             *_notes_on_fit(state, channel),
         ),
@@ -259,6 +277,28 @@ def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:
             )
         )
     return tuple(notes)
+
+
+def _vibration_hz(state: State) -> tuple[Band, ...]:
+    """Bands of vibration, Hz."""
+    rate = state.record.sample_rate
+    return tuple((low * rate, high * rate) for low, high in state.bands)
+
+
+def _notes_on_vibration(state: State, channel: str) -> tuple[Note, ...]:
+    """Bands that were left alone."""
+    bands = _vibration_hz(state)
+    if not bands:
+        return ()
+    named = ", ".join(f"{low:.3g} to {high:.3g} Hz" for low, high in bands)
+    return (
+        Note(
+            level="warning",
+            channel=channel,
+            text=f"vibration at {named}: peaks crowd there and are no lines; it is left in the "
+            "curve, and left out of what is fitted to the spectrum",
+        ),
+    )
 
 
 def _notes_on_end(ended: State) -> tuple[Note, ...]:
