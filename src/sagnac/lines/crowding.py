@@ -19,7 +19,7 @@ Band = tuple[float, float]
 _WIDTH: Final = 0.125
 _CROWD: Final = 40
 # Tones that may be fitted together. If there are more, fewer peaks are a crowd.
-_MANY: Final = 80
+_MANY: Final = 60
 _SMALLER_CROWDS: Final = (20, 10, 5)
 # Bins over which the middle half of a crowd has to spread: a line that drifts spreads over fewer.
 _SPREAD: Final = 150
@@ -76,7 +76,7 @@ def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...
     -------
     tuple of (low, high)
         Cycles a sample, ascending and apart. With 40 tones and more in an eighth of an octave;
-        with fewer, down to 5, if more than 80 were left to fit.
+        with fewer, down to 5, if more than 60 were left to fit.
     """
     half_bins = 2.0 * (bins - 1)
     # A peak at half bin n lies at n / (2 half_bins) cycles a sample.
@@ -87,6 +87,21 @@ def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...
         if np.count_nonzero(~inside(found, bands)) <= _MANY:
             break
     return bands
+
+
+def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
+    """An eighth of an octave about every peak, of a search that has gone on for long enough.
+
+    Parameters
+    ----------
+    peaks
+        In frequency, half bins.
+    bins
+        Of the spectrum, from 0 to half a cycle a sample.
+    """
+    found = plain_peaks(peaks).place / (4.0 * (bins - 1))
+    margin = 2.0 ** (0.5 * _WIDTH)
+    return joined_bands(tuple((place / margin, min(place * margin, 0.5)) for place in found))
 
 
 def _crowds(found: FloatArray, crowd: int, half_bins: float) -> list[Band]:

@@ -30,7 +30,9 @@ from sagnac.table.turns import is_turning
 
 _Made = TypeVar("_Made")
 
-End = Literal["nothing stands", "nothing new stood", "too many lines", "too many rounds"]
+End = Literal[
+    "nothing stands", "nothing new stood", "too many lines", "too many rounds", "diverged"
+]
 
 
 @dataclass(slots=True, kw_only=True)
