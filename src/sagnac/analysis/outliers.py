@@ -17,6 +17,9 @@ _SPIKE_CHANCE: Final = 1e-3
 _MANY: Final = 0.01
 # Samples looked at around each for its neighbourhood.
 _AROUND: Final = 2
+# Samples whose median is the level that a spike stands on, and share of it that has to stay.
+_WIDE: Final = 8
+_KEPT: Final = 0.5
 _BLOCK: Final = 2**16
 # Fewest samples in which spikes are looked for.
 LEAST_FOR_SPIKES: Final = 16
@@ -97,7 +100,24 @@ def _spikes_in(values: FloatArray, block: slice, limit: float) -> _Far:
     inner = off[np.abs(off) <= np.quantile(np.abs(off), 0.95)]
     scale = max((high - low) / 1.349, 1.3 * float(np.sqrt(np.mean(inner**2))))
     found = np.flatnonzero((np.abs(off) > 1.15 * limit * scale) & (scale > 0.0))
-    return _Far(index=found + block.start, height=off[found])
+    stays = [
+        place for place in found.tolist() if _stays(values, place + block.start, float(off[place]))
+    ]
+    index = np.array(stays, dtype=np.int64)
+    return _Far(index=index + block.start, height=off[index])
+
+
+def _stays(values: FloatArray, place: int, height: float) -> bool:
+    """Whether the angle keeps what a sample adds.
+
+    If its neighbours take it back, the angle alone was off for a moment: that adds nothing to N,
+    and to replace one of them would.
+    """
+    if not _AROUND <= place < values.size - _AROUND:
+        return False
+    typical = np.median(values[max(0, place - _WIDE) : place + _WIDE + 1])
+    net = float((values[place - _AROUND : place + _AROUND + 1] - typical).sum())
+    return net / height > _KEPT
 
 
 def _off_neighbours(values: FloatArray) -> FloatArray:

@@ -13,13 +13,13 @@ from scipy.stats import chi2
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import WALK, models_of_one_band
 from sagnac.coefficients.mixture import Interval, mixture
-from sagnac.coefficients.model_average import Resting
+from sagnac.coefficients.model_average import RULED, Resting
 from sagnac.spectrum.levels import Levels
 
 # Chance at which parts that agree are said to disagree.
 CHANCE: Final = 0.01
-# Parts that a record is cut into.
-COUNT: Final = 4
+# Parts that a record is cut into, or the fewer ones if these do not show N.
+COUNTS: Final = (4, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +118,10 @@ def walk_in_band(levels: Levels, resting: Resting, confidence: float) -> Interva
         None if too few bins lie in the band, or they do not show N.
     """
     models = models_of_one_band(levels, resting.band_hz, resting.mask).heaviest()
-    return mixture(models, WALK, confidence) if models.count else None
+    # A short part may not reach down to where N rules: what is fitted there is not seen.
+    if models.count == 0 or models.ruled[0] < RULED:
+        return None
+    return mixture(models, WALK, confidence)
 
 
 def over_parts(
@@ -128,7 +131,7 @@ def over_parts(
     walk_of: Callable[[FloatArray], Interval | None],
     whole: Interval | None,
     confidence: float = 0.95,
-    count: int = COUNT,
+    counts: tuple[int, ...] = COUNTS,
 ) -> Parts:
     """N over equal parts of the record, against each other and against the whole.
 
@@ -144,16 +147,39 @@ def over_parts(
         N of the whole, found so.
     confidence
         Of all intervals.
-    count
-        Parts, two or more.
+    counts
+        How many parts, two or more; the next number if fewer than two of them show N.
 
     Raises
     ------
     ValueError
-        If `count` makes no sense.
+        If `counts` makes no sense.
     """
-    if count < 2 or increments.size < count:
-        raise ValueError(f"count is {count} for {increments.size} samples; give two or more")
+    if not counts or min(counts) < 2 or increments.size < max(counts):
+        raise ValueError(f"counts is {counts} for {increments.size} samples; give two or more")
+    for count in counts:
+        result = _in_parts(
+            increments,
+            sample_rate=sample_rate,
+            walk_of=walk_of,
+            whole=whole,
+            confidence=confidence,
+            count=count,
+        )
+        if len(result.seen) > 1:
+            break
+    return result
+
+
+def _in_parts(
+    increments: FloatArray,
+    *,
+    sample_rate: float,
+    walk_of: Callable[[FloatArray], Interval | None],
+    whole: Interval | None,
+    confidence: float,
+    count: int,
+) -> Parts:
     edges = [number * increments.size // count for number in range(count + 1)]
     parts = []
     for start, stop in pairwise(edges):

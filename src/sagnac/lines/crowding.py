@@ -23,6 +23,8 @@ _MANY: Final = 60
 _SMALLER_CROWDS: Final = (20, 10, 5)
 # Bins over which the middle half of a crowd has to spread: a line that drifts spreads over fewer.
 _SPREAD: Final = 150
+# Tones beside which nobody asks whether a crowd is a line that drifts.
+_TOO_MANY: Final = 120
 # Lines that drift, this many of them nearer than a 64th of an octave, are one band; if there are
 # more than `_MANY_DRIFT` in all, so are two in an eighth of an octave.
 _DRIFT_ALIKE: Final = 3
@@ -82,10 +84,12 @@ def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...
     # A peak at half bin n lies at n / (2 half_bins) cycles a sample.
     found = np.concatenate([plain_peaks(peaks).place / (2.0 * half_bins), known.frequencies])
     bands: tuple[Band, ...] = ()
-    for crowd in (_CROWD, *_SMALLER_CROWDS):
-        bands = joined_bands((*bands, *_crowds(found, crowd, half_bins)))
-        if np.count_nonzero(~inside(found, bands)) <= _MANY:
-            break
+    steps = [(0, _CROWD, _SPREAD)]
+    steps += [(_MANY, crowd, _SPREAD) for crowd in _SMALLER_CROWDS]
+    steps += [(_TOO_MANY, crowd, 0) for crowd in _SMALLER_CROWDS]
+    for most, crowd, spread in steps:
+        if np.count_nonzero(~inside(found, bands)) > most:
+            bands = joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
     return bands
 
 
@@ -101,10 +105,13 @@ def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
     """
     found = plain_peaks(peaks).place / (4.0 * (bins - 1))
     margin = 2.0 ** (0.5 * _WIDTH)
-    return joined_bands(tuple((place / margin, min(place * margin, 0.5)) for place in found))
+    return joined_bands(
+        tuple((place / margin, min(place * margin, 0.5)) for place in found.tolist())
+    )
 
 
-def _crowds(found: FloatArray, crowd: int, half_bins: float) -> list[Band]:
+def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
+    """Eighths of an octave with a crowd whose middle half spreads over some cycles a sample."""
     octave = np.floor(np.log2(np.maximum(found, 1e-300)) / _WIDTH)
     bands = []
     for number in np.unique(octave):
@@ -112,7 +119,7 @@ def _crowds(found: FloatArray, crowd: int, half_bins: float) -> list[Band]:
         if here.size < crowd:
             continue
         low, high = np.quantile(here, [0.25, 0.75])
-        if (high - low) * half_bins > _SPREAD:
+        if high - low >= spread:
             bands.append((2.0 ** (number * _WIDTH), 2.0 ** ((number + 1.0) * _WIDTH)))
     return [(float(low), float(min(high, 0.5))) for low, high in bands]
 

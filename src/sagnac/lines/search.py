@@ -163,7 +163,7 @@ def next_round(state: State) -> State:
         state = replace(state, bands=crowds)
         state = without_vibration(state)
     found_none = new.lines.size == 0 and state.components.size == before.components.size
-    if found_none and state.bands and number >= _PATIENT_ROUNDS:
+    if new.lines.size == 0 and state.bands and number >= _PATIENT_ROUNDS:
         return replace(state, end="nothing stands")
     if found_none and not first:
         if state.patience is not None:
