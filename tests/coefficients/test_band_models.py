@@ -5,7 +5,8 @@ import pytest
 from scipy.stats import gamma
 
 from sagnac.coefficients._kernels import every_model
-from sagnac.coefficients.band_models import WALK, models_of_one_band
+from sagnac.coefficients.band_models import WALK, band_models, models_of_one_band
+from sagnac.rig.gallery import Gyro, low_passed
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 
@@ -41,3 +42,12 @@ def test_models_of_one_band_hold_the_walk_and_no_term_outside_the_mask():
     assert not (models.mask & ~0b0011).any()
     assert np.sqrt(models.squares[models.mask == 0b0010, WALK]) == pytest.approx(1.0, rel=0.03)
     assert models_of_one_band(levels, (49.0, 49.5), 0b0011).count == 0
+
+
+def test_a_plateau_is_fitted_beside_a_deep_roll_off():
+    gyro = low_passed(np.random.default_rng(1), 40_000, 100.0, gyro=Gyro(), corner=0.04, order=2)
+    levels = robust_levels(tapered_spectrum(gyro.increments, sample_rate=100.0))
+    best = band_models(levels).heaviest()
+    assert best.holding(WALK)[0]
+    assert best.ruled[0] > 10
+    assert np.sqrt(best.squares[0, WALK]) == pytest.approx(1.0, rel=0.1)

@@ -258,8 +258,8 @@ def _slope(increments: FloatArray, rate: float) -> float:
 
 def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
     """N over parts, by the band and terms that the average rests on."""
-    resting = basis.average.rests_on
-    if basis.average.angle_random_walk.status != "estimated":
+    resting, walk = basis.average.rests_on, basis.average.angle_random_walk
+    if walk.status != "estimated":
         return None
     rate = basis.cleaned.rate
 
@@ -271,6 +271,6 @@ def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
         basis.cleaned.increments,
         sample_rate=rate,
         walk_of=walk_of,
-        whole=walk_in_band(basis.levels, resting, confidence),
+        whole=Interval(value=walk.value, low=walk.low, high=walk.high),
         confidence=confidence,
     )

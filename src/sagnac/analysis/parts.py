@@ -144,7 +144,7 @@ def over_parts(
     walk_of
         How N is found of some increments: over the same band and with the same terms.
     whole
-        N of the whole, found so.
+        N of the whole: the answer that the parts have to bear out. None if there is none.
     confidence
         Of all intervals.
     counts

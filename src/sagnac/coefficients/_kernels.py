@@ -228,7 +228,8 @@ def _solved(matrix: FloatArray, vector: FloatArray, size: int) -> bool:
             for k in range(j):
                 total -= matrix[i, k] * matrix[j, k]
             if i == j:
-                if total <= 1e-13:
+                # Relative: far above a roll-off the laws over the levels are a million times as large.
+                if total <= 1e-13 * matrix[i, i]:
                     return False
                 matrix[i, i] = np.sqrt(total)
             else:
@@ -325,7 +326,10 @@ def _least_squares(
     if not np.isfinite(deviance):
         # Least squares with large residuals may fall below zero: start from what is positive.
         for c in range(size):
-            squares[c] = max(target[c], 1e-3)
+            typical = 0.0
+            for b in range(first, last):
+                typical += abs(laws[b, columns[c]]) / (last - first)
+            squares[c] = max(target[c], 1e-3 / typical)
         deviance = _gamma_deviance(level, shape, laws, squares, first, last, columns, size, mean)
     return float(deviance)
 
