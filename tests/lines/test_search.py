@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.lines import search
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.published import remove_lines_as_published
 from sagnac.lines.search import remove_lines
@@ -170,13 +171,26 @@ def test_arguments_that_do_not_fit_are_refused():
         remove_lines(np.zeros(1), None, RATE, channel="x")
 
 
-def test_a_search_without_end_says_so_and_leaves_the_lines_beside():
+def many_tones(samples):
     generator = np.random.default_rng(3)
-    samples = 20_000
     angle = walk(samples, 5)
     for frequency in np.linspace(2.0, 48.0, 300):
         place = frequency + generator.uniform(0.0, 0.1)
         angle = angle + tone(samples, place, 1e-7, generator.uniform(0.0, 6.0))
+    return angle
+
+
+def test_hundreds_of_tones_are_bands_of_vibration():
+    removal = remove_lines(many_tones(20_000), None, RATE, channel="x")
+    assert removal.unfinished is None
+    assert [note.level for note in removal.notes if "vibration at" in note.text] == ["warning"]
+    covered = sum(high - low for low, high in removal.masked if high - low > 1.0)
+    assert covered > 25.0
+
+
+def test_a_search_without_end_says_so_and_leaves_the_lines_beside(monkeypatch):
+    monkeypatch.setattr(search, "crowded_bands", lambda *_: ())
+    angle = many_tones(20_000)
     removal = remove_lines(angle, None, RATE, channel="x")
     [note] = removal.notes
     assert note.level == "warning"

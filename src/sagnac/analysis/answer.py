@@ -1,16 +1,18 @@
-"""What the headline rests on: the likelihood fit, or a bound from the curve."""
+"""What the headline rests on: the average over bands and terms, or a bound."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from scipy.special import gammaincinv
 
-from sagnac.analysis.curves import allan_curve, points_at
-from sagnac.analysis.fits import Coefficients
+from sagnac.analysis.averaged import Averaged, roll_off_of
+from sagnac.analysis.curves import Points, allan_curve, points_at
+from sagnac.analysis.fits import Coefficients, unobserved
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import Settings
+from sagnac.coefficients.bounds import RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note
 from sagnac.recording.difference import per_gyro
@@ -54,11 +56,16 @@ class CurveBound:
 def headline_of(
     measured: Measurement,
     left: Remainder,
+    *,
     curve: StabilityCurve,
     coefficients: Coefficients,
+    found: Averaged | None,
     settings: Settings,
 ) -> Headline:
-    """The likelihood fit where the curve allows what it says, else a bound from the curve.
+    """The average where it shows N, else a bound.
+
+    Without an average, since too little is left for a spectrum, the likelihood fit is the answer
+    if the curve allows what it says.
 
     Parameters
     ----------
@@ -68,54 +75,155 @@ def headline_of(
         After removal.
     coefficients
         The fits.
+    found
+        The average; None if there is none.
     settings
         Confidence and interval.
     """
-    fit = coefficients.fits["likelihood"]
-    answer = fit.coefficients["angle_random_walk"]
-    bounding, channel = curve, measured.channel
-    if left.removal.unfinished is not None:
-        # Lines only raise a curve; half of a search can lower it.
-        whole = points_at(left.removal.unfinished, measured.sample_rate, settings.interval)
-        bounding = allan_curve(whole, settings.confidence, measured.gyros_differenced)
-        channel = f"{channel} with its lines in"
-
-    def allowed(chance: float) -> CurveBound:
-        return highest_allowed(
-            bounding,
-            coefficients.readout,
-            chance,
-            gyros_differenced=measured.gyros_differenced,
-            sample_rate=measured.sample_rate,
-        )
-
-    # A fit that is known not to describe its spectrum yields to the curve much sooner.
-    veto = allowed(_VETO if fit.departure == 0.0 else 1.0 - settings.confidence)
+    if found is not None and found.average.angle_random_walk.status == "estimated":
+        return _of_average(measured, found, coefficients)
+    fit = coefficients.fits["likelihood"].coefficients["angle_random_walk"]
+    bounding = _bounding(
+        measured, left, curve=curve, coefficients=coefficients, found=found, settings=settings
+    )
     if left.removal.unfinished is not None:
         notes: tuple[Note, ...] = (_search_without_end(measured.channel),)
-    elif answer.status == "not observable":
-        notes = ()
-    elif answer.low > veto.value:
+    elif found is None and fit.status != "not observable":
+        # A fit that is known not to describe its spectrum yields to the curve much sooner.
+        sound = coefficients.fits["likelihood"].departure == 0.0
+        veto = bounding.highest(_VETO if sound else 1.0 - settings.confidence)
+        if veto is None or fit.low <= veto.value:
+            return Headline(estimate=fit, source=_likelihood_source(measured.channel, coefficients))
         notes = (_asks_for_too_much(measured.channel, veto.tau),)
+    elif found is not None:
+        notes = (_no_plateau(measured.channel),)
     else:
-        points = coefficients.points
-        return Headline(
-            estimate=answer,
-            source=f"likelihood fit of the spectrum of {points.angle.size} angles of {channel} "
-            f"at {1.0 / points.rate:.4g} s, to {coefficients.highest:.4g} Hz",
+        notes = ()
+    return _bound(bounding, found, settings, notes)
+
+
+def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficients) -> Headline:
+    """The average, its interval widened to the parts if these disagree."""
+    estimate, resting = found.average.angle_random_walk, found.average.rests_on
+    if found.parts is not None and not found.parts.agree:
+        estimate = replace(
+            estimate,
+            low=min(estimate.low, found.parts.smallest),
+            high=max(estimate.high, found.parts.largest),
         )
-    bound = allowed(1.0 - settings.confidence).value
-    return Headline(
-        estimate=Estimate(
-            value=bound,
+    if resting.member == "whole band":
+        source = f"{_likelihood_source(measured.channel, coefficients)}, which the levels bear out"
+    else:
+        source = (
+            f"average over bands and terms of the spectrum of {measured.channel}, "
+            f"most on {resting.in_words()}"
+        )
+    return Headline(estimate=estimate, source=source)
+
+
+def _likelihood_source(channel: str, coefficients: Coefficients) -> str:
+    points = coefficients.points
+    return (
+        f"likelihood fit of the spectrum of {points.angle.size} angles of {channel} "
+        f"at {1.0 / points.rate:.4g} s, to {coefficients.highest:.4g} Hz"
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Bounding:
+    """The curve that bounds N, and from which cluster time on.
+
+    Attributes
+    ----------
+    curve
+        With its lines in if the search for them did not come to an end.
+    channel
+        Its name in words.
+    readout
+        What raises the bound.
+    shortest
+        Cluster times below this, s, are lowered by a low-pass of the sensor.
+    gyros_differenced, sample_rate
+        Of what is measured.
+    """
+
+    curve: StabilityCurve
+    channel: str
+    readout: JointReadout
+    shortest: float
+    gyros_differenced: int
+    sample_rate: float
+
+    def highest(self, chance: float) -> CurveBound | None:
+        """Largest N that the curve allows except with a probability."""
+        return highest_allowed(
+            self.curve,
+            self.readout,
+            chance,
+            gyros_differenced=self.gyros_differenced,
+            sample_rate=self.sample_rate,
+            shortest=self.shortest,
+        )
+
+
+def _bounding(
+    measured: Measurement,
+    left: Remainder,
+    *,
+    curve: StabilityCurve,
+    coefficients: Coefficients,
+    found: Averaged | None,
+    settings: Settings,
+) -> _Bounding:
+    channel, rate = measured.channel, measured.sample_rate
+    if left.removal.unfinished is not None:
+        # Lines only raise a curve; half of a search can lower it.
+        every = Points(angle=left.removal.unfinished, rate=rate)
+        curve = allan_curve(
+            points_at(every.angle, rate, settings.interval),
+            settings.confidence,
+            measured.gyros_differenced,
+        )
+        lowered, channel = roll_off_of(every, ()), f"{channel} with its lines in"
+    else:
+        lowered = RollOff() if found is None else found.roll_off
+    return _Bounding(
+        curve=curve,
+        channel=channel,
+        readout=coefficients.readout,
+        shortest=lowered.cluster_time(),
+        gyros_differenced=measured.gyros_differenced,
+        sample_rate=rate,
+    )
+
+
+def _bound(
+    bounding: _Bounding, found: Averaged | None, settings: Settings, notes: tuple[Note, ...]
+) -> Headline:
+    """By the curve; by the levels if a low-pass lowers all of the curve; else nothing."""
+    bound = bounding.highest(1.0 - settings.confidence)
+    if bound is not None:
+        estimate = Estimate(
+            value=bound.value,
             low=0.0,
-            high=bound,
+            high=bound.value,
             confidence=settings.confidence,
             status="upper bound",
             name="angle_random_walk",
-        ),
-        source=f"lowest point of the curve of {channel} against the slope of the ARW",
-        notes=notes,
+        )
+        source = f"lowest point of the curve of {bounding.channel} against the slope of the ARW"
+        return Headline(estimate=estimate, source=source, notes=notes)
+    source = f"the spectrum of {bounding.channel} below its roll-off"
+    if found is not None:
+        return Headline(estimate=found.average.angle_random_walk, source=source, notes=notes)
+    unseen = unobserved("angle_random_walk", settings.confidence)
+    return Headline(estimate=unseen, source=source, notes=notes)
+
+
+def _no_plateau(channel: str) -> Note:
+    return Note(
+        text=f"the spectrum of {channel} shows no band in which the angle random walk rules: only "
+        "an upper bound is given",
     )
 
 
@@ -144,14 +252,16 @@ def highest_allowed(
     *,
     gyros_differenced: int,
     sample_rate: float,
-) -> CurveBound:
+    shortest: float = 0.0,
+) -> CurveBound | None:
     """Largest N that the curve allows except with probability `chance`.
 
     Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's own
-    low-pass filter lowers the shortest cluster times, which are left out. If nothing dithers the
-    readout within a cluster, its steps hide up to two steps of each second difference: the
-    deviation is raised by the root of their mean square. If something does, a mean of few may
-    still come out as zero: the deviation is raised by half a step in square.
+    low-pass filter lowers the shortest cluster times, which are left out: those below `shortest`
+    (s) and below ten samples. If none is left there is no bound, and the result is None. If
+    nothing dithers the readout within a cluster, its steps hide up to two steps of each second
+    difference: the deviation is raised by the root of their mean square. If something does, a
+    mean of few may still come out as zero: the deviation is raised by half a step in square.
     """
     angles = curve.samples + (curve.kind != "angle")
     # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
@@ -175,7 +285,10 @@ def highest_allowed(
     # Lower limit of chi-squared; importing scipy.stats for it would take a second.
     lower = 2.0 * gammaincinv(0.5 * edf, share)
     high = raised * np.sqrt(edf / lower)
-    highest = np.where(curve.tau * sample_rate < _FILTERED, np.inf, high * np.sqrt(curve.tau))
+    lowered = (curve.tau * sample_rate < _FILTERED) | (curve.tau < shortest)
+    highest = np.where(lowered, np.inf, high * np.sqrt(curve.tau))
+    if not np.isfinite(highest).any():
+        return None
     index = int(np.nanargmin(highest))
     return CurveBound(
         value=per_gyro(float(highest[index]) ** 2, gyros_differenced), tau=float(curve.tau[index])

@@ -1,4 +1,4 @@
-"""The fit that the answer of an analysis rests on."""
+"""The coefficients that the answer of an analysis rests on."""
 
 from collections.abc import Mapping
 
@@ -15,12 +15,17 @@ def headline_fit(analysis: Analysis) -> Fit | None:
     return None
 
 
-def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
-    """What was estimated or bounded: by the fit the answer rests on, else the answer alone."""
+def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
+    """All coefficients beside the answer: of the average, else of the fit; none of neither."""
+    if analysis.coefficients:
+        return analysis.coefficients
     fit = headline_fit(analysis)
-    estimates: Mapping[CoefficientName, Estimate] = (
-        {"angle_random_walk": analysis.angle_random_walk} if fit is None else fit.coefficients
-    )
+    return {} if fit is None else fit.coefficients
+
+
+def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
+    """What was estimated or bounded beside the answer, else the answer alone."""
+    estimates = headline_coefficients(analysis) or {"angle_random_walk": analysis.angle_random_walk}
     return {
         name: estimates[name]
         for name in COEFFICIENT_NAMES

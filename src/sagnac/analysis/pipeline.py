@@ -1,20 +1,29 @@
 """From a recording to its angle random walk: the one place that composes."""
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
+from typing import Final, TypedDict
 
 from threadpoolctl import ThreadpoolController
 
 from sagnac import series
-from sagnac.analysis.answer import headline_of
+from sagnac.analysis.answer import Headline, headline_of
+from sagnac.analysis.averaged import Averaged, averaged
 from sagnac.analysis.curves import curves_of, points_at, points_of, require_length, rounding_note
 from sagnac.analysis.fits import coefficients_of
-from sagnac.analysis.measurement import measure, turning_table
+from sagnac.analysis.measurement import Measurement, measure, turning_table
+from sagnac.analysis.noticed import noticed
+from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
-from sagnac.analysis.result import Analysis
+from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings
+from sagnac.analysis.sharing import sharing_notes
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
+from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.laws import CoefficientName
+from sagnac.coefficients.model_average import Resting
+from sagnac.errors import Note
 from sagnac.recording.model import Recording
 from sagnac.table.turns import mean_rate
 
@@ -97,7 +106,22 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
             points=points,
             curve=curves.after,
         )
-        headline = headline_of(measured, left, curves.after, coefficients, settings)
+        found = averaged(
+            recording,
+            settings,
+            measured=measured,
+            gyros=gyros,
+            left=left,
+            coefficients=coefficients,
+        )
+        headline = headline_of(
+            measured,
+            left,
+            curve=curves.after,
+            coefficients=coefficients,
+            found=found,
+            settings=settings,
+        )
     with stages.stage("spectrum"):
         spectrum = figure_spectrum(left.removal.residual, left.rate)
         density = _density(left) if settings.estimators else None
@@ -110,6 +134,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         *coefficients.notes,
         *curves.notes,
         *headline.notes,
+        *_noticed(recording, measured, left, found, standing=table.angle is None),
     )
     return Analysis(
         recording=recording,
@@ -130,7 +155,44 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         seconds=stages.seconds,
         family=curves.family,
         density=density,
+        **_of_average(found, headline),
     )
+
+
+def _noticed(
+    recording: Recording,
+    measured: Measurement,
+    left: Remainder,
+    found: Averaged | None,
+    *,
+    standing: bool,
+) -> tuple[Note, ...]:
+    """What the average noticed; at rest also what a pair shares."""
+    if found is None:
+        return ()
+    shared = sharing_notes(recording, measured, left, found) if standing else ()
+    return (*noticed(measured.channel, found, measured.gyros_differenced), *shared)
+
+
+class _OfAverage(TypedDict, total=False):
+    """What an analysis holds of an average."""
+
+    average: Resting
+    coefficients: Mapping[CoefficientName, Estimate]
+    covariance: Covariance
+    parts: tuple[Part, ...]
+
+
+def _of_average(found: Averaged | None, headline: Headline) -> _OfAverage:
+    """The coefficients with the answer among them."""
+    if found is None:
+        return {}
+    return {
+        "average": found.average.rests_on,
+        "coefficients": {**found.average.coefficients, "angle_random_walk": headline.estimate},
+        "covariance": Covariance(names=found.average.names, matrix=found.average.covariance),
+        "parts": () if found.parts is None else found.parts.parts,
+    }
 
 
 def _density(left: Remainder) -> Spectrum:

@@ -1,18 +1,42 @@
 """Everything that one recording gave."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import Any
 
+from sagnac.analysis.parts import Part
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Spectrum
+from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
+from sagnac.coefficients.laws import CoefficientName
+from sagnac.coefficients.model_average import Resting
 from sagnac.dataframes import pandas_for
 from sagnac.errors import Note
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
 from sagnac.stability.curve import StabilityCurve
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Covariance:
+    """Joint covariance of coefficients of one gyro.
+
+    Attributes
+    ----------
+    names
+        Of the coefficients.
+    matrix
+        (names, names), SI.
+    """
+
+    names: tuple[CoefficientName, ...]
+    matrix: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.matrix.shape != (len(self.names), len(self.names)):
+            raise ValueError(f"matrix has shape {self.matrix.shape} for {len(self.names)} names")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,6 +78,14 @@ class Analysis:
         One curve for each estimator that the settings ask for.
     density
         Multitaper rate spectrum of what the curves are of, if estimators are asked for.
+    average
+        What the average over bands and terms rests on; None if there is none.
+    coefficients
+        Q, N, B, K and R of the average, of one gyro; empty if there is none.
+    covariance
+        Of those that are estimated; None if there is no average.
+    parts
+        The answer over parts of the recording, of one gyro.
     """
 
     recording: Recording
@@ -74,6 +106,10 @@ class Analysis:
     seconds: Mapping[str, float]
     family: tuple[StabilityCurve, ...] = ()
     density: Spectrum | None = None
+    average: Resting | None = None
+    coefficients: Mapping[CoefficientName, Estimate] = field(default_factory=dict)
+    covariance: Covariance | None = None
+    parts: tuple[Part, ...] = ()
 
     def __repr__(self) -> str:
         return (

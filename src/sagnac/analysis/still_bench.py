@@ -26,13 +26,16 @@ class AtRest:
     Attributes
     ----------
     analysis
-        By the method chosen, its lines listed.
+        Fits and curves by the method chosen; answer, coefficients and lines with the lines out.
     without_lines
-        The same with the lines removed.
+        All of it with the lines out.
+    as_it_is
+        All of it by the method chosen, so that both answers may be shown.
     """
 
     analysis: Analysis
     without_lines: Analysis
+    as_it_is: Analysis
 
 
 def at_rest(
@@ -81,9 +84,28 @@ def has_gaps(recording: Recording, gyro: str) -> bool:
 def _whole(recording: Recording, settings: Settings, progress: Progress | None) -> AtRest:
     analysis = analyze(recording, settings, progress=progress)
     if settings.method != "none":
-        return AtRest(analysis=analysis, without_lines=analysis)
+        return AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
     searched = analyze(recording, replace(settings, method="fos", estimators=()), progress=progress)
-    return AtRest(analysis=replace(analysis, lines=searched.lines), without_lines=searched)
+    # Vibration and lines are no angle random walk: the answer is the one without them.
+    answer = replace(
+        analysis,
+        lines=searched.lines,
+        angle_random_walk=searched.angle_random_walk,
+        source=f"{searched.source}, lines removed" if searched.lines else searched.source,
+        average=searched.average,
+        coefficients=searched.coefficients,
+        covariance=searched.covariance,
+        parts=searched.parts,
+        notes=_notes_of_both(analysis, searched),
+    )
+    return AtRest(analysis=answer, without_lines=searched, as_it_is=analysis)
+
+
+def _notes_of_both(as_it_is: Analysis, searched: Analysis) -> tuple[Note, ...]:
+    """Notes on the answer, which is of `searched`, and on the curves and fits as they are."""
+    of_curves = (*as_it_is.curve.notes, *family_notes(as_it_is.family, as_it_is.curve))
+    of_fits = tuple(note for fit in as_it_is.fits.values() for note in fit.notes)
+    return tuple(dict.fromkeys((*searched.notes, *of_curves, *of_fits)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,7 +190,7 @@ def _of_stretch(
         nothing = _nothing_but(curve, recording, settings)
         why = str(RecordingError(error.problem, channel=error.channel, remedy=error.remedy))
         return _Stretch(
-            found=AtRest(analysis=nothing, without_lines=nothing),
+            found=AtRest(analysis=nothing, without_lines=nothing, as_it_is=nothing),
             density=Spectrum.empty(),
             note=Note(
                 channel=name,

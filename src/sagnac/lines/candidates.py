@@ -7,6 +7,7 @@ import numpy as np
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.lines.components import MOST_ORDERS, Components, joined, no_components
+from sagnac.lines.crowding import Band, inside
 from sagnac.lines.detection import Residue, floor_of_orders
 from sagnac.lines.joint_fit import sums_at_orders, tone_sums
 from sagnac.lines.peaks import NO_PEAKS, Peaks, peaks_in_frequency, peaks_in_order
@@ -109,7 +110,12 @@ def _no_orders(none: Components) -> NewOrders:
     return NewOrders(lines=none, height=np.empty(0), patient=np.empty(0, dtype=bool))
 
 
-def new_lines(left: Residue, known: Components, reach: FloatArray | None) -> NewLines:
+def new_lines(
+    left: Residue,
+    known: Components,
+    reach: FloatArray | None,
+    bands: tuple[Band, ...] = (),
+) -> NewLines:
     """Peaks above the floor, in frequency and in order, that no stronger one explains.
 
     Parameters
@@ -121,9 +127,12 @@ def new_lines(left: Residue, known: Components, reach: FloatArray | None) -> New
     reach
         (orders,) rad, what Earth rate may make (`earth_amplitudes`): such orders wait. None if
         that is settled.
+    bands
+        (low, high), cycles a sample: peaks in frequency there are no lines.
     """
     samples, turns = left.sampled.samples, left.turning
     tones = peaks_in_frequency(left)
+    tones = tones.select(~inside(frequencies_of(left, tones), bands))
     broken = broken_orders(left, known, frequencies_of(left, tones))
     whole = _no_orders(no_components(samples))
     if turns is not None and turns.tells_orders:

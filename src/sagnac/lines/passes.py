@@ -15,6 +15,7 @@ from sagnac.constants import EARTH_RATE
 from sagnac.lines import joint_fit
 from sagnac.lines.candidates import new_orders
 from sagnac.lines.components import Components, joined
+from sagnac.lines.crowding import inside, joined_bands, wandering_bands, without_tones_in
 from sagnac.lines.detection import floors, significances, significant
 from sagnac.lines.rescaling import rescaled_components
 from sagnac.lines.state import State
@@ -103,6 +104,22 @@ def without_earth_orders(state: State) -> State:
     keep = np.ones(components.size, dtype=bool)
     keep[:angles] = components.free | (components.amplitude[:angles] > own)
     return state if keep.all() else _with_components(state, components.select(keep))
+
+
+def without_vibration(state: State) -> State:
+    """Without tones in bands of vibration, those that drift among them: they are given back.
+
+    Lines that drift side by side are such a band.
+    """
+    wandering = wandering_bands(tuple(line.band for line in state.drifting))
+    state = replace(state, bands=joined_bands((*state.bands, *wandering)))
+    kept = without_tones_in(state.components, state.bands)
+    places = np.array([line.frequency for line in state.drifting])
+    stay = ~inside(places, state.bands)
+    if kept.size == state.components.size and stay.all():
+        return state
+    drifting = tuple(line for line, keep in zip(state.drifting, stay, strict=True) if keep)
+    return looked(replace(_with_components(state, kept), drifting=drifting))
 
 
 def _with_components(state: State, components: Components) -> State:

@@ -18,6 +18,7 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.lines.candidates import new_lines
 from sagnac.lines.components import Components
+from sagnac.lines.crowding import Band, bands_of_peaks, crowded_bands, joined_bands
 from sagnac.lines.detection import floor_of
 from sagnac.lines.model import Removal
 from sagnac.lines.naming import blocks_text, describe_lines
@@ -34,8 +35,10 @@ from sagnac.lines.passes import (
     rescaled_and_pruned,
     with_orders_one_by_one,
     without_earth_orders,
+    without_vibration,
 )
-from sagnac.lines.state import Record, State, centre, first_state
+from sagnac.lines.peaks import peaks_in_frequency
+from sagnac.lines.state import End, Record, State, centre, first_state
 from sagnac.lines.taken_noise import masked_bands, noise_taken
 
 # Spans of a record are shared out among threads; products within them are not.
@@ -44,6 +47,10 @@ _BLAS: Final = ThreadpoolController()
 _SEEN_LAG: Final = 0.05
 _MOST_LINES: Final = 250
 _ROUNDS: Final = 20
+# What is left of the mean square of the increments after a search that took more than there was.
+_GROWN: Final = 1.0
+# Rounds in which lines are looked for beside bands of vibration.
+_PATIENT_ROUNDS: Final = 5
 # Rounds after which tones that lie together have stood beside all strong lines, if none waits.
 _SURE_ROUNDS: Final = 2
 
@@ -150,8 +157,14 @@ def next_round(state: State) -> State:
     first = number == 0
     if first and state.turning is not None and not state.turning.tells_orders:
         state = with_orders_one_by_one(state)
-    new = new_lines(state.residue, state.components, state.patience)
+    crowds = _crowds(state)
+    new = new_lines(state.residue, state.components, state.patience, crowds)
+    if not _may_be_images(state, new.waiting):
+        state = replace(state, bands=crowds)
+        state = without_vibration(state)
     found_none = new.lines.size == 0 and state.components.size == before.components.size
+    if new.lines.size == 0 and state.bands and number >= _PATIENT_ROUNDS:
+        return replace(state, end="nothing stands")
     if found_none and not first:
         if state.patience is not None:
             return replace(state, earth_settled=True)
@@ -162,12 +175,60 @@ def next_round(state: State) -> State:
         state = settle(state)
     if found_none or (number >= _SURE_ROUNDS and not new.waiting):
         state = gathered(state, new.restless)
-    if not first and _same_lines(before, state):
+    return replace(state, end=_end_of(before, state))
+
+
+def _end_of(before: State, state: State) -> End | None:
+    """Why a round that looked for more was the last; None if it was not."""
+    if has_diverged(state):
+        return "diverged"
+    if before.rounds > 0 and _same_lines(before, state):
         # What was found did not stand once fitted with the rest, and would not next time.
-        return replace(state, end="nothing new stood")
-    if state.components.size > _MOST_LINES:
-        return replace(state, end="too many lines")
-    return state
+        return "nothing new stood"
+    return "too many lines" if state.components.size > _MOST_LINES else None
+
+
+def has_diverged(state: State) -> bool:
+    """Whether what was taken off is larger than what was measured.
+
+    Over part of a turn, orders and table motion cannot be told apart: each may grow without limit
+    as long as the other makes up for it, and what they leave is rounding.
+    """
+    if state.motion is None:
+        return False
+    before = _mean_square_step(state.record.angle)
+    steps = state.increments.steps
+    after = series.total(lambda block: float(steps[block] @ steps[block]), steps.size, steps)
+    return not after / steps.size <= _GROWN * before
+
+
+def _mean_square_step(angle: FloatArray) -> float:
+    """Of the increments of an angle, rad^2."""
+
+    def squares(block: slice) -> float:
+        steps = np.diff(angle[block.start : block.stop + 1])
+        return float(steps @ steps)
+
+    return series.total(squares, angle.size - 1, angle) / (angle.size - 1)
+
+
+def _crowds(state: State) -> tuple[Band, ...]:
+    """Bands of vibration known so far, and those in which peaks crowd now.
+
+    If there are such bands and the search goes on and on, all that still stands is of them.
+    """
+    peaks, bins = peaks_in_frequency(state.residue), state.spectrum.floor.size
+    crowds = crowded_bands(peaks, state.components, bins)
+    if state.bands and state.rounds > _PATIENT_ROUNDS:
+        crowds = (*crowds, *bands_of_peaks(peaks, bins))
+    return joined_bands((*state.bands, *crowds))
+
+
+def _may_be_images(state: State, waiting: bool) -> bool:
+    """Whether peaks that crowd may be what an order smears: seen when all orders are out."""
+    if state.turning is None or not state.turning.tells_orders:
+        return False
+    return state.rounds == 1 or (waiting and state.rounds <= _SURE_ROUNDS)
 
 
 def _gathered_or_over(state: State) -> State:
@@ -210,6 +271,8 @@ def final_fit(state: State) -> State:
 
 def _removal(ended: State, channel: str) -> Removal:
     """What a search that is over says."""
+    if ended.end == "diverged":
+        return _nothing_removed(ended, channel)
     state = final_fit(ended)
     residual = state.residual()
     known = state.lineup(_final_floor(state, residual))
@@ -218,14 +281,33 @@ def _removal(ended: State, channel: str) -> Removal:
     return Removal(
         residual=residual,
         lines=lines,
-        masked=masked_bands(lines, known),
+        masked=(*masked_bands(lines, known), *_vibration_hz(state)),
         taken=noise_taken(lines, known),
         notes=(
             *_notes_on_lines(state, channel),
+            *_notes_on_vibration(state, channel),
             *_notes_on_end(ended),
             *_notes_on_fit(state, channel),
         ),
         unfinished=None if finished else state.with_all_lines().residual(),
+    )
+
+
+def _nothing_removed(ended: State, channel: str) -> Removal:
+    """The angle as it is, with the reason."""
+    turns = 0.0 if ended.turning is None else ended.turning.turns
+    text = (
+        f"over {turns:.2g} turns of the table its motion and its orders cannot be told apart: "
+        "nothing was removed"
+    )
+    angle = ended.record.angle
+    return Removal(
+        residual=angle,
+        lines=(),
+        masked=(),
+        taken=np.empty((3, 0)),
+        notes=(Note(level="warning", channel=channel, text=text),),
+        unfinished=angle,
     )
 
 
@@ -259,6 +341,28 @@ def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:
             )
         )
     return tuple(notes)
+
+
+def _vibration_hz(state: State) -> tuple[Band, ...]:
+    """Bands of vibration, Hz."""
+    rate = state.record.sample_rate
+    return tuple((low * rate, high * rate) for low, high in state.bands)
+
+
+def _notes_on_vibration(state: State, channel: str) -> tuple[Note, ...]:
+    """Bands that were left alone."""
+    bands = _vibration_hz(state)
+    if not bands:
+        return ()
+    named = ", ".join(f"{low:.3g} to {high:.3g} Hz" for low, high in bands)
+    return (
+        Note(
+            level="warning",
+            channel=channel,
+            text=f"vibration at {named}: peaks crowd there and are no lines; it is left in the "
+            "curve, and left out of what is fitted to the spectrum",
+        ),
+    )
 
 
 def _notes_on_end(ended: State) -> tuple[Note, ...]:

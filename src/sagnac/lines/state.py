@@ -15,6 +15,7 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.lines.components import MOST_ORDERS, Components, no_components, removed
+from sagnac.lines.crowding import Band
 from sagnac.lines.detection import Residue, Spectrum, detection_threshold, spectrum
 from sagnac.lines.earth_orders import earth_amplitudes
 from sagnac.lines.joint_fit import ComponentFit, order_sums
@@ -29,7 +30,9 @@ from sagnac.table.turns import is_turning
 
 _Made = TypeVar("_Made")
 
-End = Literal["nothing stands", "nothing new stood", "too many lines", "too many rounds"]
+End = Literal[
+    "nothing stands", "nothing new stood", "too many lines", "too many rounds", "diverged"
+]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -137,6 +140,8 @@ class State:
         Whether Earth rate moves no more.
     steady
         Tones, alone or in clusters, that were found to be steady lines, by their places.
+    bands
+        (low, high) cycles a sample, ascending: bands of vibration, in which nothing is a line.
     rounds
         Rounds done.
     end
@@ -153,6 +158,7 @@ class State:
     earth_reach: FloatArray | None = None
     earth_settled: bool = False
     steady: frozenset[tuple[int, ...]] = frozenset()
+    bands: tuple[Band, ...] = ()
     rounds: int = 0
     end: End | None = None
 

@@ -6,9 +6,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from sagnac import __version__
-from sagnac.analysis.headline import headline_fit
+from sagnac.analysis.headline import headline_coefficients
+from sagnac.analysis.plain import covariance_data, parts_data, resting_data
 from sagnac.analysis.result import Analysis
-from sagnac.coefficients.estimates import Estimate, Fit, in_units
+from sagnac.coefficients.estimates import Estimate, in_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
 from sagnac.report.command_line import note_text
@@ -31,7 +32,6 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         mappings only. What is not a number (a coefficient that cannot be observed) is None.
         Coefficients and curve are per gyro; lines are of the channel they name.
     """
-    headline = headline_fit(analysis)
     curve = analysis.curve.per_gyro()
     answer = _estimate("angle_random_walk", analysis.angle_random_walk)
     document = {
@@ -45,9 +45,11 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         },
         "channel": analysis.channel,
         "gyros_differenced": analysis.gyros_differenced,
-        "angle_random_walk": {**answer, "source": analysis.source},
-        "coefficients": _coefficients(headline) if headline else {},
-        "estimates": {name: _coefficients(fit) for name, fit in analysis.fits.items()},
+        "angle_random_walk": {**answer, "source": analysis.source, **resting_data(analysis)},
+        "coefficients": _coefficients(headline_coefficients(analysis)),
+        "covariance": covariance_data(analysis),
+        "parts": parts_data(analysis),
+        "estimates": {name: _coefficients(fit.coefficients) for name, fit in analysis.fits.items()},
         "per_gyro": {
             name: _estimate("angle_random_walk", estimate)
             for name, estimate in analysis.per_gyro.items()
@@ -156,11 +158,9 @@ def _family(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _coefficients(fit: Fit) -> dict[str, Any]:
+def _coefficients(estimates: Mapping[CoefficientName, Estimate]) -> dict[str, Any]:
     return {
-        name: _estimate(name, fit.coefficients[name])
-        for name in COEFFICIENT_NAMES
-        if name in fit.coefficients
+        name: _estimate(name, estimates[name]) for name in COEFFICIENT_NAMES if name in estimates
     }
 
 

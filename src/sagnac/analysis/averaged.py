@@ -1,0 +1,276 @@
+"""The average over bands and terms of what removal leaves, and what else is in the record."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from sagnac import series
+from sagnac.analysis.curves import Points, points_at
+from sagnac.analysis.fits import Coefficients
+from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.outliers import (
+    LEAST_FOR_SPIKES,
+    LEAST_FOR_WARM_UP,
+    Spikes,
+    WarmUp,
+    find_spikes,
+    find_warm_up,
+    without_spikes,
+    without_warm_up,
+)
+from sagnac.analysis.parts import Parts, over_parts, walk_in_band
+from sagnac.analysis.removal import Remainder
+from sagnac.analysis.settings import Settings
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.bounds import RollOff, roll_off
+from sagnac.coefficients.mixture import Interval
+from sagnac.coefficients.model_average import Average, average
+from sagnac.coefficients.whole_band import WholeBand
+from sagnac.recording.model import Recording
+from sagnac.recording.readout import joint_readout
+from sagnac.spectrum.levels import Levels, robust_levels
+from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
+
+# Fewest bins that say anything of a band.
+_LEAST_BINS: Final = 4
+# Part of the whole band that a fit may lack at its upper edge by rounding.
+_ROUNDING: Final = 1e-9
+
+Bands = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cleaned:
+    """Angle increments without spikes and warm-up.
+
+    Attributes
+    ----------
+    increments
+        (samples,) rad.
+    rate
+        Hz.
+    spikes
+        What was replaced; None if there are too few samples to tell.
+    warm_up
+        What was taken off; None if nothing settles.
+    """
+
+    increments: FloatArray
+    rate: float
+    spikes: Spikes | None = None
+    warm_up: WarmUp | None = None
+
+    @property
+    def is_changed(self) -> bool:
+        """Whether anything was replaced or taken off."""
+        return self.warm_up is not None or (self.spikes is not None and self.spikes.index.size > 0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Averaged:
+    """The average of one measurement, of one gyro of a pair already.
+
+    Attributes
+    ----------
+    average
+        Coefficients and what they rest on.
+    roll_off
+        Where the spectrum begins to be lowered.
+    parts
+        N over parts, of one gyro; None if the whole does not show it.
+    cleaned
+        The increments that it is of.
+    """
+
+    average: Average
+    roll_off: RollOff
+    parts: Parts | None
+    cleaned: Cleaned
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Basis:
+    """Increments, their levels, and the average of these."""
+
+    cleaned: Cleaned
+    levels: Levels
+    average: Average
+
+
+def averaged(
+    recording: Recording,
+    settings: Settings,
+    *,
+    measured: Measurement,
+    gyros: tuple[str, ...],
+    left: Remainder,
+    coefficients: Coefficients,
+) -> Averaged | None:
+    """The average over bands and terms of what removal left.
+
+    It is of every sample, or of every so many if nothing dithers the readout before that. The
+    likelihood fit is of fewer angles: it is a member of the average of those, and is the answer
+    if their levels bear it out and the average of every sample allows its value.
+
+    Parameters
+    ----------
+    recording, settings
+        For the readout, and the confidence asked for.
+    measured, left
+        What is measured, and what removal left of it.
+    gyros
+        Names: one, two or three.
+    coefficients
+        The fits.
+
+    Returns
+    -------
+    Averaged or None
+        None if the search for lines did not come to an end, or too little is left.
+    """
+    if left.removal.unfinished is not None or coefficients.readout.every is None:
+        return None
+    masked = left.removal.masked
+    fine = coefficients.points
+    full = fine if left.once_a_turn else _every_sample(recording, gyros, left, fine)
+    whole_band = _whole_band(coefficients, measured.gyros_differenced)
+    cleaned = clean(full)
+    member = None if cleaned.is_changed or full.rate > fine.rate else whole_band
+    basis = _basis(cleaned, masked, settings.confidence, member)
+    if basis is None:
+        return None
+    found = roll_off(basis.levels)
+    if whole_band is not None and member is None and not cleaned.is_changed:
+        basis = _by_whole_band(basis, fine, masked, settings.confidence, whole_band)
+    gyros_differenced = measured.gyros_differenced
+    parts = _parts(basis, masked, settings.confidence)
+    result = basis.average.per_gyro(gyros_differenced)
+    if result.rests_on.member == "whole band":
+        # The very figures of the fit, not those of a pair and back.
+        result = replace(result, coefficients=coefficients.fits["likelihood"].coefficients)
+    return Averaged(
+        average=result,
+        roll_off=found,
+        parts=None
+        if parts is None
+        else replace(parts, parts=tuple(part.per_gyro(gyros_differenced) for part in parts.parts)),
+        cleaned=basis.cleaned,
+    )
+
+
+def roll_off_of(points: Points, masked: Bands) -> RollOff:
+    """Where the spectrum of some angles begins to be lowered; nowhere if there are too few."""
+    levels = levels_of(series.differences(points.angle), points.rate, masked)
+    return RollOff() if levels is None else roll_off(levels)
+
+
+def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | None:
+    """Robust levels of increments (rad) at a rate (Hz); None if there is nothing to level."""
+    if increments.size < LEAST_SAMPLES or not np.any(np.diff(series.extent(increments))):
+        return None
+    try:
+        levels = robust_levels(tapered_spectrum(increments, sample_rate=rate), masked=masked)
+    except ValueError:
+        # Masked bands that leave no cell.
+        return None
+    return levels if levels.level.size >= _LEAST_BINS else None
+
+
+def clean(points: Points) -> Cleaned:
+    """Increments of some angles without spikes and without warm-up."""
+    increments, rate = series.differences(points.angle), points.rate
+    spikes = warm_up = None
+    if increments.size >= LEAST_FOR_SPIKES:
+        spikes = find_spikes(increments, sample_rate=rate)
+        if spikes.index.size:
+            increments = without_spikes(increments, spikes)
+    if increments.size >= LEAST_FOR_WARM_UP:
+        warm_up = find_warm_up(increments, sample_rate=rate)
+        if warm_up is not None:
+            increments = without_warm_up(increments, warm_up, sample_rate=rate)
+    return Cleaned(increments=increments, rate=rate, spikes=spikes, warm_up=warm_up)
+
+
+def _every_sample(
+    recording: Recording, gyros: tuple[str, ...], left: Remainder, fine: Points
+) -> Points:
+    """Angles as often as the readout is dithered, at least as often as those of the fit."""
+    readout = joint_readout(recording, gyros, left.rate)
+    if readout.every is None or left.rate / readout.every <= fine.rate:
+        return fine
+    return points_at(left.removal.residual, left.rate, readout.every / left.rate)
+
+
+def _whole_band(coefficients: Coefficients, gyros_differenced: int) -> WholeBand | None:
+    """The likelihood fit of what was measured, if it used the whole band."""
+    fit, points = coefficients.fits["likelihood"], coefficients.points
+    if coefficients.highest < 0.5 * points.rate * (1.0 - _ROUNDING):
+        return None
+    factor = float(np.sqrt(gyros_differenced))
+    return WholeBand(
+        coefficients={name: each.times(factor) for name, each in fit.coefficients.items()},
+        band_hz=(0.0, coefficients.highest),
+        describes=fit.departure == 0.0,
+    )
+
+
+def _basis(
+    cleaned: Cleaned, masked: Bands, confidence: float, member: WholeBand | None
+) -> _Basis | None:
+    levels = levels_of(cleaned.increments, cleaned.rate, masked)
+    if levels is None:
+        return None
+    result = average(
+        levels,
+        confidence=confidence,
+        slope=_slope(cleaned.increments, cleaned.rate),
+        whole_band=member,
+    )
+    return _Basis(cleaned=cleaned, levels=levels, average=result)
+
+
+def _by_whole_band(
+    basis: _Basis, fine: Points, masked: Bands, confidence: float, whole_band: WholeBand
+) -> _Basis:
+    """The basis of fewer angles if the fit wins there and every sample allows its value."""
+    walk = basis.average.angle_random_walk
+    value = whole_band.angle_random_walk.value
+    if walk.status != "not observable" and not walk.low <= value <= walk.high:
+        return basis
+    few = Cleaned(increments=series.differences(fine.angle), rate=fine.rate)
+    other = _basis(few, masked, confidence, whole_band)
+    won = other is not None and other.average.rests_on.member == "whole band"
+    return other if other is not None and won else basis
+
+
+def _slope(increments: FloatArray, rate: float) -> float:
+    """Rate ramp by least squares, rad/s^2."""
+    size = increments.size
+    middle = 0.5 * (size - 1)
+
+    def moment(block: slice) -> float:
+        return float((np.arange(block.start, block.stop) - middle) @ increments[block])
+
+    spread = size * (size**2 - 1.0) / 12.0
+    return series.total(moment, size, increments) / spread * rate**2
+
+
+def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
+    """N over parts, by the band and terms that the average rests on."""
+    resting, walk = basis.average.rests_on, basis.average.angle_random_walk
+    if walk.status != "estimated":
+        return None
+    rate = basis.cleaned.rate
+
+    def walk_of(increments: FloatArray) -> Interval | None:
+        levels = levels_of(increments, rate, masked)
+        return None if levels is None else walk_in_band(levels, resting, confidence)
+
+    return over_parts(
+        basis.cleaned.increments,
+        sample_rate=rate,
+        walk_of=walk_of,
+        whole=Interval(value=walk.value, low=walk.low, high=walk.high),
+        confidence=confidence,
+    )

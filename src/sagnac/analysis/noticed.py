@@ -1,0 +1,91 @@
+"""Notes on what is in a record besides its noise, and on noise that changes."""
+
+import math
+
+from sagnac.analysis.averaged import Averaged
+from sagnac.analysis.outliers import Spikes, WarmUp
+from sagnac.analysis.parts import Parts
+from sagnac.coefficients.bounds import RollOff
+from sagnac.coefficients.estimates import Estimate
+from sagnac.errors import Level, Note, counted
+from sagnac.units import DEGREE_PER_HOUR, field_unit
+
+# Share of N from which on what spikes would add is worth a warning.
+_ADDS: float = 0.05
+
+
+def noticed(channel: str, found: Averaged, gyros_differenced: int) -> tuple[Note, ...]:
+    """What an average noticed of its record.
+
+    Parameters
+    ----------
+    channel
+        ``x`` or ``x-z``.
+    found
+        The average.
+    gyros_differenced
+        1, or 2 for a difference.
+    """
+    walk = found.average.angle_random_walk
+    notes = (
+        _spikes_note(found.cleaned.spikes, walk, gyros_differenced),
+        _warm_up_note(found.cleaned.warm_up),
+        _roll_off_note(found.roll_off),
+        _parts_note(found.parts),
+    )
+    return tuple(Note(text=note.text, level=note.level, channel=channel) for note in notes if note)
+
+
+def _shown(value: float) -> str:
+    """N in the unit of the field."""
+    unit = field_unit("angle_random_walk")
+    return f"{value / unit.size:.3g}"
+
+
+def _spikes_note(spikes: Spikes | None, walk: Estimate, gyros_differenced: int) -> Note | None:
+    if spikes is None or spikes.index.size == 0:
+        return None
+    added = spikes.added_walk / math.sqrt(gyros_differenced)
+    seen = walk.status == "estimated" and added > _ADDS * walk.value
+    level: Level = "warning" if seen else "remark"
+    return Note(
+        level=level,
+        text=f"{counted(int(spikes.index.size), 'sample')} far off their neighbours (spikes) "
+        "were replaced by them for the answer; left in, they would add "
+        f"{_shown(added)} {field_unit('angle_random_walk').symbol} to it in square",
+    )
+
+
+def _warm_up_note(warm_up: WarmUp | None) -> Note | None:
+    if warm_up is None:
+        return None
+    return Note(
+        text=f"the rate settles by {warm_up.rate / DEGREE_PER_HOUR:.3g} deg/h with a time "
+        f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer",
+    )
+
+
+def _roll_off_note(found: RollOff) -> Note | None:
+    if not found.is_there:
+        return None
+    return Note(
+        text=f"the spectrum bends down at {found.frequency:.3g} Hz, as behind a low-pass or a "
+        f"hump: cluster times below {found.cluster_time():.3g} s bound nothing",
+    )
+
+
+def _parts_note(parts: Parts | None) -> Note | None:
+    if parts is None or len(parts.seen) < 2:
+        return None
+    reach = (
+        f"{len(parts.seen)} parts of the recording read {_shown(parts.smallest)} to "
+        f"{_shown(parts.largest)} {field_unit('angle_random_walk').symbol}"
+    )
+    if parts.agree:
+        return Note(text=f"the angle random walk stands still: {reach}, as far apart as by chance")
+    spread = 100.0 * (parts.largest / parts.smallest - 1.0)
+    return Note(
+        level="warning",
+        text=f"the angle random walk changes: {reach}, {spread:.2g} % apart, more than by chance; "
+        "the interval covers them",
+    )

@@ -1,0 +1,224 @@
+"""Whether the noise stood still: N over parts of a record, by one band and the same terms."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from scipy.special import ndtri
+from scipy.stats import chi2
+
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.band_models import WALK, models_of_one_band
+from sagnac.coefficients.mixture import Interval, mixture
+from sagnac.coefficients.model_average import RULED, Resting
+from sagnac.spectrum.levels import Levels
+
+# Chance at which parts that agree are said to disagree.
+CHANCE: Final = 0.01
+# Parts that a record is cut into, or the fewer ones if these do not show N.
+COUNTS: Final = (4, 2)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """N of a part of the record.
+
+    Attributes
+    ----------
+    start_s, stop_s
+        Of the part, s.
+    value, low, high
+        N, rad/sqrt(s); NaN if the part does not show it.
+    """
+
+    start_s: float
+    stop_s: float
+    value: float
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not self.start_s < self.stop_s:
+            raise ValueError(f"start_s is {self.start_s} and stop_s {self.stop_s}; give them so")
+        if self.shows and not self.low <= self.value <= self.high:
+            raise ValueError(f"value {self.value} must lie within [{self.low}, {self.high}]")
+
+    @property
+    def shows(self) -> bool:
+        """Whether the part shows N."""
+        return not math.isnan(self.value)
+
+    def per_gyro(self, gyros_differenced: int) -> "Part":
+        """Of one gyro, of a part of a difference."""
+        factor = 1.0 / math.sqrt(gyros_differenced)
+        return Part(
+            start_s=self.start_s,
+            stop_s=self.stop_s,
+            value=factor * self.value,
+            low=factor * self.low,
+            high=factor * self.high,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parts:
+    """N over parts, and whether chance explains how they differ.
+
+    Attributes
+    ----------
+    parts
+        In order of time.
+    chi_square
+        Of the logarithms of the values about their weighted mean.
+    agree
+        Whether chance explains the spread, and how far the mean lies from the whole; True with
+        fewer than two parts.
+    """
+
+    parts: tuple[Part, ...]
+    chi_square: float
+    agree: bool
+
+    @property
+    def seen(self) -> tuple[Part, ...]:
+        """Parts that show N."""
+        return tuple(part for part in self.parts if part.shows)
+
+    @property
+    def smallest(self) -> float:
+        """Lowest value of a part, rad/sqrt(s)."""
+        return min(part.value for part in self.seen)
+
+    @property
+    def largest(self) -> float:
+        """Highest value of a part, rad/sqrt(s)."""
+        return max(part.value for part in self.seen)
+
+
+def walk_in_band(levels: Levels, resting: Resting, confidence: float) -> Interval | None:
+    """N of some levels over the band and with the terms that an average rests on.
+
+    Terms that come out at zero are left out.
+
+    Parameters
+    ----------
+    levels
+        Of a part, or of the whole.
+    resting
+        Band and terms.
+    confidence
+        Of the interval.
+
+    Returns
+    -------
+    Interval or None
+        None if too few bins lie in the band, or they do not show N.
+    """
+    models = models_of_one_band(levels, resting.band_hz, resting.mask).heaviest()
+    # A short part may not reach down to where N rules: what is fitted there is not seen.
+    if models.count == 0 or models.ruled[0] < RULED:
+        return None
+    return mixture(models, WALK, confidence)
+
+
+def over_parts(
+    increments: FloatArray,
+    *,
+    sample_rate: float,
+    walk_of: Callable[[FloatArray], Interval | None],
+    whole: Interval | None,
+    confidence: float = 0.95,
+    counts: tuple[int, ...] = COUNTS,
+) -> Parts:
+    """N over equal parts of the record, against each other and against the whole.
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad.
+    sample_rate
+        Samples per second.
+    walk_of
+        How N is found of some increments: over the same band and with the same terms.
+    whole
+        N of the whole: the answer that the parts have to bear out. None if there is none.
+    confidence
+        Of all intervals.
+    counts
+        How many parts, two or more; the next number if fewer than two of them show N.
+
+    Raises
+    ------
+    ValueError
+        If `counts` makes no sense.
+    """
+    if not counts or min(counts) < 2 or increments.size < max(counts):
+        raise ValueError(f"counts is {counts} for {increments.size} samples; give two or more")
+    for count in counts:
+        result = _in_parts(
+            increments,
+            sample_rate=sample_rate,
+            walk_of=walk_of,
+            whole=whole,
+            confidence=confidence,
+            count=count,
+        )
+        if len(result.seen) > 1:
+            break
+    return result
+
+
+def _in_parts(
+    increments: FloatArray,
+    *,
+    sample_rate: float,
+    walk_of: Callable[[FloatArray], Interval | None],
+    whole: Interval | None,
+    confidence: float,
+    count: int,
+) -> Parts:
+    edges = [number * increments.size // count for number in range(count + 1)]
+    parts = []
+    for start, stop in pairwise(edges):
+        found = walk_of(increments[start:stop])
+        parts.append(
+            Part(
+                start_s=start / sample_rate,
+                stop_s=stop / sample_rate,
+                value=math.nan if found is None else found.value,
+                low=math.nan if found is None else found.low,
+                high=math.nan if found is None else found.high,
+            )
+        )
+    seen = [
+        Interval(value=part.value, low=part.low, high=part.high) for part in parts if part.shows
+    ]
+    if len(seen) < 2:
+        return Parts(parts=tuple(parts), chi_square=0.0, agree=True)
+    mean, chi_square = _weighted(seen, confidence)
+    agree = chi_square <= float(chi2.ppf(1.0 - CHANCE, len(seen) - 1))
+    if whole is not None:
+        agree = agree and _weighted([mean, whole], confidence)[1] <= float(chi2.ppf(1 - CHANCE, 1))
+    return Parts(parts=tuple(parts), chi_square=chi_square, agree=agree)
+
+
+def _weighted(seen: list[Interval], confidence: float) -> tuple[Interval, float]:
+    """Mean of the logarithms and their chi-square, each in the error on its side of the mean."""
+    reach = float(ndtri(0.5 + 0.5 * confidence))
+    height = np.log([one.value for one in seen])
+    up = np.array([math.log(one.high / one.value) for one in seen]) / reach
+    down = np.array([math.log(one.value / max(one.low, 1e-3 * one.value)) for one in seen]) / reach
+    up, down = np.maximum(up, 1e-6), np.maximum(down, 1e-6)
+    error = 0.5 * (up + down)
+    mean = 0.0
+    for _ in range(20):
+        weight = error**-2.0
+        mean = float((height * weight).sum() / weight.sum())
+        error = np.where(height < mean, up, down)
+    chi_square = float((((height - mean) / error) ** 2).sum())
+    own = reach / math.sqrt(float((error**-2.0).sum()))
+    interval = Interval(value=math.exp(mean), low=math.exp(mean - own), high=math.exp(mean + own))
+    return interval, chi_square

@@ -1,0 +1,69 @@
+"""What the answer rests on as plain data, in the units of the field."""
+
+from typing import Any
+
+import numpy as np
+
+from sagnac.analysis.result import Analysis
+from sagnac.units import field_unit
+
+
+def resting_data(analysis: Analysis) -> dict[str, Any]:
+    """Band and terms of the answer: ``band_hz`` [low, high], ``terms``, ``share``.
+
+    Returns
+    -------
+    dict
+        Empty if the answer is of no average, or no band shows it.
+    """
+    resting = analysis.average
+    if resting is None or not resting.terms:
+        return {}
+    return {
+        "band_hz": list(resting.band_hz),
+        "terms": list(resting.terms),
+        "share": resting.share,
+    }
+
+
+def parts_data(analysis: Analysis) -> list[dict[str, Any]]:
+    """The answer over parts: ``start_s``, ``stop_s``, and ``value``, ``low``, ``high``.
+
+    Returns
+    -------
+    list of dict
+        In order of time, angle random walk in the unit of the field; NaN if a part does not show
+        it.
+    """
+    size = field_unit("angle_random_walk").size
+    return [
+        {
+            "start_s": part.start_s,
+            "stop_s": part.stop_s,
+            "value": part.value / size,
+            "low": part.low / size,
+            "high": part.high / size,
+        }
+        for part in analysis.parts
+    ]
+
+
+def covariance_data(analysis: Analysis) -> dict[str, Any] | None:
+    """Joint covariance of the estimated coefficients: ``names``, ``units`` and ``matrix``.
+
+    Returns
+    -------
+    dict or None
+        Each entry of the matrix in the product of the units of its row and column; None if there
+        is no average.
+    """
+    covariance = analysis.covariance
+    if covariance is None:
+        return None
+    units = [field_unit(name) for name in covariance.names]
+    sizes = np.array([unit.size for unit in units])
+    return {
+        "names": list(covariance.names),
+        "units": [unit.name for unit in units],
+        "matrix": (covariance.matrix / sizes / sizes[:, np.newaxis]).tolist(),
+    }

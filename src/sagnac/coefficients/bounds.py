@@ -1,0 +1,162 @@
+"""Where a low-pass begins, and what bounds N below it.
+
+Every other noise lies on top of N, so that N lies below the spectrum and below the Allan curve,
+if no filter of the sensor lowers them. A filter shows as a spectrum that is flat or rises and
+then falls: it bends down. Bias instability and walks bend the other way: they fall and then
+flatten. What falls behind a hump of vibration bends down too; leaving it out costs tightness,
+never truth.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import gammaincinv
+
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.coefficients.estimates import require_confidence
+from sagnac.spectrum.levels import Levels
+
+# Bins on either side of a bend, half a decade.
+_SIDE: Final = 5
+# Least change of slope of the density against frequency, and its significance.
+_BEND: Final = 0.6
+_SIGNIFICANT: Final = 4.0
+# Slope behind a bend from which on it is a fall.
+_FALLS: Final = -0.3
+# Relative error of a level beside its chance.
+_FLOOR: Final = 0.03
+# Cluster times shorter than this many periods of the roll-off are lowered by more than 2.5 % by a
+# first-order low-pass: its Allan variance is N^2/tau (1 - 3/(2 r)), r = 2 pi f tau.
+PERIODS: Final = 5.0
+# Fewest bins below the roll-off for a bound.
+_LEAST: Final = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RollOff:
+    """Where the spectrum begins to be lowered.
+
+    Attributes
+    ----------
+    frequency
+        Highest frequency that no low-pass lowers, Hz; infinite if the spectrum shows none.
+    slope
+        Of the logarithm of the density against that of frequency behind it; NaN without one.
+
+    Raises
+    ------
+    ValueError
+        If the frequency is not above zero.
+    """
+
+    frequency: float = math.inf
+    slope: float = math.nan
+
+    def __post_init__(self) -> None:
+        if not self.frequency > 0.0:
+            raise ValueError(f"frequency is {self.frequency}; give Hz above zero")
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the spectrum shows one."""
+        return math.isfinite(self.frequency)
+
+    def cluster_time(self) -> float:
+        """Shortest cluster time that the low-pass does not lower, s; 0 without one."""
+        return PERIODS / self.frequency
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Slope:
+    """Weighted slope of a run of levels, and its error."""
+
+    value: float
+    error: float
+
+
+def roll_off(levels: Levels) -> RollOff:
+    """Find the first bend down of a spectrum.
+
+    Two straight lines over half a decade on either side of each bin; the bend is where the
+    slope falls by 0.6 or more, to below -0.3, and by four standard errors.
+
+    Parameters
+    ----------
+    levels
+        Robust levels.
+
+    Returns
+    -------
+    RollOff
+        The bin where the fall begins, less what is lowered before it is seen.
+    """
+    place, height = np.log(levels.frequency), np.log(levels.level)
+    error = np.sqrt(1.0 / levels.shape + _FLOOR**2)
+    for middle in range(2, place.size - 2):
+        before = slice(max(0, middle - _SIDE), middle + 1)
+        behind = slice(middle, min(place.size, middle + _SIDE + 1))
+        rise = _slope(place[before], height[before], error[before])
+        fall = _slope(place[behind], height[behind], error[behind])
+        change = fall.value - rise.value
+        scatter = math.hypot(fall.error, rise.error)
+        if change < -_BEND and fall.value < _FALLS and change < -_SIGNIFICANT * scatter:
+            # Half a decade of bins averages the bend: the fall begins up to a third of it before.
+            begins = float(levels.frequency[max(0, middle - 2)])
+            return RollOff(frequency=begins, slope=fall.value)
+    return RollOff()
+
+
+def _slope(place: FloatArray, height: FloatArray, error: FloatArray) -> _Slope:
+    weight = error**-2
+    centred = place - weight @ place / weight.sum()
+    total = float(weight @ centred**2)
+    return _Slope(value=float((weight * centred) @ height) / total, error=1.0 / math.sqrt(total))
+
+
+def highest_coefficient(levels: Levels, law: FloatArray, confidence: float) -> float:
+    """Largest coefficient that the levels below the roll-off allow.
+
+    Parameters
+    ----------
+    levels
+        Robust levels.
+    law
+        (bins,) of the term at one, as the levels show it.
+    confidence
+        That the coefficient lies below; shared by the bins (Bonferroni).
+
+    Returns
+    -------
+    float
+        SI; NaN if fewer than two bins lie below the roll-off.
+    """
+    require_confidence(confidence)
+    below = levels.frequency <= roll_off(levels).frequency
+    if np.count_nonzero(below) < _LEAST:
+        return math.nan
+    shape = levels.shape[below]
+    chance = (1.0 - confidence) / shape.size
+    highest = levels.level[below] * shape / gammaincinv(shape, chance)
+    return math.sqrt(float((highest / law[below]).min()))
+
+
+def unlowered(tau: ArrayLike, found: RollOff) -> BooleanArray:
+    """Cluster times at which the Allan curve bounds N.
+
+    Parameters
+    ----------
+    tau
+        (points,), s.
+    found
+        Of `roll_off`.
+
+    Returns
+    -------
+    BooleanArray
+        (points,): none is True if the record is too short for the filter; N is then not
+        observable in the curve.
+    """
+    return np.asarray(np.asarray(tau, dtype=np.float64) >= found.cluster_time())

@@ -1,0 +1,376 @@
+"""N, Q, B and K averaged over every band and every choice of terms.
+
+The answer averages the models in which N rules three bins or more (`band_models`); its variance
+is the mean of the variances plus the scatter of the means, and its interval is of quantiles of
+the mixture. A likelihood fit of the whole band is a member that wins if the levels bear it out.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+from scipy.special import ndtri
+
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.coefficients.band_models import FALL, FLOOR, LIGHT, BandModels, band_models
+from sagnac.coefficients.bounds import highest_coefficient
+from sagnac.coefficients.estimates import Estimate, Status, require_confidence
+from sagnac.coefficients.laws import (
+    COEFFICIENT_NAMES,
+    STOCHASTIC_NAMES,
+    CoefficientName,
+    rate_density_basis,
+    slope_variance_basis,
+)
+from sagnac.coefficients.mixture import mixture
+from sagnac.coefficients.whole_band import WholeBand, model_borne_out
+from sagnac.spectrum.levels import Levels
+
+# Bins in which N has to be half of the spectrum or more.
+RULED: Final = 3
+# A model without the rule of N over the same bins that weighs this much more makes N a bound.
+_NOT_RULED: Final = 20.0
+# Share of the weight that needs a term for the term to be called estimated.
+_NEEDED: Final = 0.95
+# Standard errors at which a rate ramp is called estimated.
+_RAMP: Final = 3.0
+# Bands kept for a figure.
+_BANDS: Final = 10
+# The answer is of a single gyro or of a difference.
+_SYMBOLS: Final[Mapping[CoefficientName, str]] = dict(
+    zip(COEFFICIENT_NAMES, ("Q", "N", "B", "K", "R"), strict=True)
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandShare:
+    """A band and the share of the weight that its models hold."""
+
+    low: float
+    high: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resting:
+    """What an average rests on.
+
+    Attributes
+    ----------
+    band_hz
+        Lowest and highest frequency of the heaviest model, Hz; NaN if there is none.
+    terms
+        Of the heaviest model.
+    mask
+        Bits of the terms of the heaviest model, the fall of N included.
+    share
+        Share of the weight that models of these very terms hold, over all their bands.
+    bands
+        The heaviest bands, heaviest first, ten at most.
+    falls
+        Share of the weight of models in which N falls towards the top of the band, as under the
+        beginning of a low-pass.
+    misfit
+        Deviance per degree of freedom of the heaviest model.
+    member
+        ``average`` or ``whole band``.
+    """
+
+    band_hz: tuple[float, float] = (math.nan, math.nan)
+    terms: tuple[CoefficientName, ...] = ()
+    mask: int = 0
+    share: float = 0.0
+    bands: tuple[BandShare, ...] = ()
+    falls: float = 0.0
+    misfit: float = math.nan
+    member: Literal["average", "whole band"] = "average"
+
+    def in_words(self) -> str:
+        """One phrase for a person: ``0.01 to 4 Hz with N, B (93 % of the weight)``."""
+        if not self.terms:
+            return "no band in which the angle random walk rules"
+        letters = ", ".join(_SYMBOLS[name] for name in self.terms)
+        low, high = self.band_hz
+        if self.member == "whole band":
+            return f"the whole band to {high:.3g} Hz, which {letters} describe"
+        return (
+            f"{low:.3g} to {high:.3g} Hz with {letters} ({100.0 * self.share:.0f} % of the weight)"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Average:
+    """What the average gives, and what it rests on.
+
+    Attributes
+    ----------
+    coefficients
+        By name, all five, SI.
+    weights
+        By name: share of the weight of all models that need the term.
+    rests_on
+        Band, terms, share.
+    names, covariance
+        Terms that are estimated and the covariance of their values, SI.
+    """
+
+    coefficients: Mapping[CoefficientName, Estimate]
+    weights: Mapping[CoefficientName, float]
+    rests_on: Resting
+    names: tuple[CoefficientName, ...]
+    covariance: FloatArray
+
+    def __post_init__(self) -> None:
+        if set(self.coefficients) != set(COEFFICIENT_NAMES):
+            raise ValueError(f"coefficients has {', '.join(self.coefficients)}; give all five")
+        if self.covariance.shape != (len(self.names), len(self.names)):
+            raise ValueError(f"covariance has shape {self.covariance.shape}, names {self.names}")
+        self.covariance.flags.writeable = False
+
+    @property
+    def angle_random_walk(self) -> Estimate:
+        """N."""
+        return self.coefficients["angle_random_walk"]
+
+    def per_gyro(self, gyros_differenced: int) -> "Average":
+        """Of one gyro, of the average of a difference: squares halved."""
+        if gyros_differenced == 1:
+            return self
+        factor = 1.0 / math.sqrt(gyros_differenced)
+        return replace(
+            self,
+            coefficients={name: each.times(factor) for name, each in self.coefficients.items()},
+            covariance=self.covariance * factor**2,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sought:
+    """What all steps of an average look at."""
+
+    levels: Levels
+    laws: FloatArray
+    models: BandModels
+    confidence: float
+
+    def estimate(
+        self, name: CoefficientName, status: Status, value: float, low: float, high: float
+    ) -> Estimate:
+        """At the confidence asked for."""
+        return Estimate(
+            value=value, low=low, high=high, confidence=self.confidence, status=status, name=name
+        )
+
+    def bounded(self, name: CoefficientName) -> Estimate:
+        """The largest coefficient that the levels below any roll-off allow."""
+        law = self.laws[:, STOCHASTIC_NAMES.index(name)]
+        bound = highest_coefficient(self.levels, law, self.confidence)
+        if not math.isfinite(bound):
+            return self.estimate(name, "not observable", math.nan, math.nan, math.nan)
+        return self.estimate(name, "upper bound", bound, 0.0, bound)
+
+    def estimated(self, name: CoefficientName, models: BandModels) -> Estimate:
+        """By the mixture of models that hold the term."""
+        found = mixture(models, STOCHASTIC_NAMES.index(name), self.confidence)
+        return self.estimate(name, "estimated", found.value, found.low, found.high)
+
+
+def average(
+    levels: Levels,
+    *,
+    confidence: float = 0.95,
+    floor: float = FLOOR,
+    slope: float | None = None,
+    whole_band: WholeBand | None = None,
+) -> Average:
+    """Average N and the other coefficients over all models.
+
+    Parameters
+    ----------
+    levels
+        Robust levels of the spectrum of one gyro (of a difference: `Average.per_gyro` after).
+    confidence
+        Of every interval and bound.
+    floor
+        Relative error added to that of every bin.
+    slope
+        Rate ramp found by least squares, rad/s^2; None if it was not sought.
+    whole_band
+        The whole-band likelihood. It is the answer if the levels bear it out.
+
+    Returns
+    -------
+    Average
+        With all five names.
+
+    Raises
+    ------
+    ValueError
+        If an argument makes no sense.
+    """
+    require_confidence(confidence)
+    models = band_models(levels, floor=floor)
+    sought = _Sought(
+        levels=levels,
+        laws=levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval)),
+        models=models.kept(models.logarithm > math.log(LIGHT) - 60.0),
+        confidence=confidence,
+    )
+    ruling = (sought.models.ruled >= RULED) & _unrivalled(sought.models, levels.level.size)
+    answering = sought.models.kept(ruling).heaviest()
+    resting = _resting(answering, levels)
+    weights = {name: _need(sought.models, name) for name in STOCHASTIC_NAMES}
+    relied = answering if answering.count else sought.models.heaviest()
+    coefficients = {name: _term(sought, name, weights[name]) for name in STOCHASTIC_NAMES}
+    coefficients["angle_random_walk"] = (
+        sought.estimated("angle_random_walk", answering)
+        if answering.count
+        else sought.bounded("angle_random_walk")
+    )
+    coefficients["rate_ramp"] = _ramp(sought, relied, slope)
+    row = None
+    if whole_band is not None:
+        walk = coefficients["angle_random_walk"]
+        row = model_borne_out(levels, sought.laws, sought.models, whole_band, walk)
+    if whole_band is not None and row is not None:
+        coefficients = dict(whole_band.coefficients)
+        resting = _resting_on_whole_band(resting, sought.models, row, whole_band)
+    names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
+    return Average(
+        coefficients={name: coefficients[name] for name in COEFFICIENT_NAMES},
+        weights=weights,
+        rests_on=resting,
+        names=names,
+        covariance=_covariance(relied, coefficients, names),
+    )
+
+
+def _resting_on_whole_band(
+    resting: Resting, models: BandModels, row: int, whole_band: WholeBand
+) -> Resting:
+    return replace(
+        resting,
+        band_hz=whole_band.band_hz,
+        terms=models.terms(row),
+        mask=int(models.mask[row]),
+        member="whole band",
+    )
+
+
+def _unrivalled(models: BandModels, bins: int) -> BooleanArray:
+    """Models whose band no model explains nearly as well or better without the rule of N.
+
+    A rival covers the whole band of the model, so that it explains the very plateau: what lies
+    elsewhere in the spectrum says nothing of whether there is one.
+    """
+    rival = np.full((bins + 1, bins + 1), -np.inf)
+    other = models.ruled < RULED
+    np.maximum.at(rival, (models.first[other], models.last[other]), models.logarithm[other])
+    # The best over all bands from no later to no earlier.
+    rival = np.maximum.accumulate(rival, axis=0)
+    rival = np.maximum.accumulate(rival[:, ::-1], axis=1)[:, ::-1]
+    margin = math.log(_NOT_RULED)
+    return np.asarray(models.logarithm > rival[models.first, models.last] - margin)
+
+
+def _heft(logarithm: FloatArray) -> float:
+    """Logarithm of the sum of weights."""
+    if logarithm.size == 0:
+        return -math.inf
+    top = float(logarithm.max())
+    return top + math.log(float(np.exp(logarithm - top).sum()))
+
+
+def _need(models: BandModels, name: CoefficientName) -> float:
+    """Share of the weight of the models that hold a term."""
+    holding = models.holding(STOCHASTIC_NAMES.index(name))
+    if not holding.any():
+        return 0.0
+    against = _heft(models.logarithm[~holding]) - _heft(models.logarithm[holding])
+    return 1.0 / (1.0 + math.exp(min(700.0, against)))
+
+
+def _term(sought: _Sought, name: CoefficientName, need: float) -> Estimate:
+    """Estimated if the models that need a term hold nearly all the weight, else a bound."""
+    if need < _NEEDED:
+        return sought.bounded(name)
+    holding = sought.models.holding(STOCHASTIC_NAMES.index(name))
+    return sought.estimated(name, sought.models.kept(holding).heaviest())
+
+
+def _ramp(sought: _Sought, models: BandModels, slope: float | None) -> Estimate:
+    """R from the slope, against what the noise of each model makes of one."""
+    if slope is None or models.count == 0:
+        return sought.estimate("rate_ramp", "not observable", math.nan, math.nan, math.nan)
+    # The noise at the lowest frequencies makes slopes.
+    models = models.kept(models.first <= max(2, int(models.first.min())))
+    spectrum = sought.levels.spectrum
+    laws = slope_variance_basis(spectrum.duration, spectrum.interval)
+    typical = math.sqrt(float(models.weights @ (models.squares[:, :FALL] @ laws)))
+    size = abs(slope)
+    if size > _RAMP * typical:
+        reach = typical * float(ndtri(0.5 + 0.5 * sought.confidence))
+        return sought.estimate("rate_ramp", "estimated", size, size - reach, size + reach)
+    bound = size + typical * float(ndtri(sought.confidence))
+    return sought.estimate("rate_ramp", "upper bound", bound, 0.0, bound)
+
+
+def _resting(models: BandModels, levels: Levels) -> Resting:
+    """The heaviest band and terms, and the share of weight."""
+    if models.count == 0:
+        return Resting()
+    weight = models.weights
+    bands: dict[tuple[int, int], float] = {}
+    for first, last, part in zip(models.first, models.last, weight, strict=True):
+        bands[int(first), int(last)] = bands.get((int(first), int(last)), 0.0) + float(part)
+    shares = tuple(
+        BandShare(low=float(levels.low[first]), high=float(levels.high[last - 1]), share=part)
+        for (first, last), part in sorted(bands.items(), key=lambda item: -item[1])[:_BANDS]
+    )
+    freedom = int(models.last[0] - models.first[0] - models.sizes[0])
+    return Resting(
+        band_hz=(shares[0].low, shares[0].high),
+        terms=models.terms(0),
+        mask=int(models.mask[0]),
+        share=float(weight[models.mask == models.mask[0]].sum()),
+        bands=shares,
+        falls=float(weight[models.holding(FALL)].sum()),
+        misfit=float(models.deviance[0] / max(1, freedom)),
+    )
+
+
+def _covariance(
+    models: BandModels,
+    coefficients: Mapping[CoefficientName, Estimate],
+    names: tuple[CoefficientName, ...],
+) -> FloatArray:
+    """Of the estimated values: of the means over models, plus the mean of each.
+
+    The variances are those of the intervals, which may be of a likelihood fit or of other models;
+    the correlations are of the models.
+    """
+    columns = [STOCHASTIC_NAMES.index(name) for name in names if name in STOCHASTIC_NAMES]
+    result = np.zeros((len(names), len(names)))
+    size = len(columns)
+    if columns and models.count:
+        weight = models.weights
+        jacobian = 0.5 / np.array([coefficients[STOCHASTIC_NAMES[c]].value for c in columns])
+        within = np.einsum("m,mij->ij", weight * models.widening, models.covariance)
+        within = within[np.ix_(columns, columns)] * jacobian * jacobian[:, np.newaxis]
+        values = np.sqrt(models.squares[:, columns])
+        apart = values - weight @ values
+        result[:size, :size] = within + (apart.T * weight) @ apart
+    deviation = np.array([_deviation(coefficients[name]) for name in names])
+    own = np.sqrt(np.diagonal(result))
+    scale = np.divide(deviation, own, out=np.zeros(len(names)), where=own > 0.0)
+    result = result * scale * scale[:, np.newaxis]
+    np.fill_diagonal(result, deviation**2)
+    return np.asarray(result)
+
+
+def _deviation(estimate: Estimate) -> float:
+    """Standard deviation that an interval says."""
+    reach = float(ndtri(0.5 + 0.5 * estimate.confidence))
+    return 0.5 * (estimate.high - estimate.low) / reach

@@ -1,0 +1,118 @@
+"""A likelihood fit of five terms to the whole band, and whether the levels bear it out."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.special import gammainc, gammaincc, gammaincinv, ndtri
+
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.band_models import FALL, WALK, BandModels
+from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.spectrum.levels import Levels
+
+# Chance that a true fit fails one of the two tests.
+_CHANCE: Final = 0.02
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WholeBand:
+    """A fit of all five terms to the whole band, made elsewhere, as one member of the average.
+
+    Attributes
+    ----------
+    coefficients
+        All five at the confidence of the average, of the values whose levels are averaged.
+    band_hz
+        Lowest and highest frequency it used, Hz.
+    describes
+        Whether it found its own spectrum described up to chance.
+
+    Raises
+    ------
+    ValueError
+        If a coefficient is missing or the frequencies are not in order.
+    """
+
+    coefficients: Mapping[CoefficientName, Estimate]
+    band_hz: tuple[float, float]
+    describes: bool
+
+    def __post_init__(self) -> None:
+        if set(self.coefficients) != set(COEFFICIENT_NAMES):
+            raise ValueError(f"coefficients has {', '.join(self.coefficients)}; give all five")
+        if not 0.0 <= self.band_hz[0] < self.band_hz[1]:
+            raise ValueError(f"band_hz is {self.band_hz}; give two frequencies, low then high")
+
+    @property
+    def angle_random_walk(self) -> Estimate:
+        """N."""
+        return self.coefficients["angle_random_walk"]
+
+
+def model_borne_out(
+    levels: Levels, laws: FloatArray, models: BandModels, whole_band: WholeBand, walk: Estimate
+) -> int | None:
+    """The model of all bins by which the levels bear out a fit of five terms to the whole band.
+
+    The heaviest model of all bins has to pass two tests at a chance of 0.02 each, without any
+    floor of the errors: its deviance, and the largest mean departure over any run of bins,
+    which finds what bends. And the value must lie within the interval of the average, or below
+    its bound.
+
+    Parameters
+    ----------
+    levels, laws
+        The levels and the laws of Q, N, B, K as they show them.
+    models
+        Of these levels.
+    whole_band
+        The fit. It has to use every bin: what it leaves out it does not describe.
+    walk
+        N of the average.
+
+    Returns
+    -------
+    int or None
+        Its row among the models; None if the levels do not bear the fit out.
+    """
+    low, high = whole_band.band_hz
+    fitted = whole_band.angle_random_walk
+    if not whole_band.describes or fitted.status != "estimated":
+        return None
+    if walk.status != "not observable" and not walk.low <= fitted.value <= walk.high:
+        return None
+    if not (low <= levels.frequency[0] and levels.frequency[-1] <= high):
+        return None
+    complete = (models.first == 0) & (models.last == levels.level.size)
+    complete &= models.holding(WALK) & ~models.holding(FALL)
+    if not complete.any():
+        return None
+    row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
+    ratio = levels.level / (laws @ models.squares[row, :FALL])
+    freedom = ratio.size - int(models.sizes[row])
+    deviance = float(2.0 * levels.shape @ (ratio - 1.0 - np.log(ratio)))
+    passed = deviance <= 2.0 * gammaincinv(0.5 * freedom, 1.0 - _CHANCE)
+    passed = passed and largest_run(levels.shape, ratio) < -ndtri(_CHANCE / (4.0 * ratio.size))
+    return row if passed else None
+
+
+def largest_run(shape: FloatArray, ratio: FloatArray) -> float:
+    """Largest mean departure over any run of bins, in standard errors.
+
+    Parameters
+    ----------
+    shape
+        (bins,) of the gamma law of each level.
+    ratio
+        (bins,) level over its mean.
+    """
+    upper = np.clip(gammaincc(shape, shape * ratio), 1e-300, 1.0)
+    lower = np.clip(gammainc(shape, shape * ratio), 1e-300, 1.0)
+    deviate = np.where(ratio > 1.0, -ndtri(upper), ndtri(lower))
+    total = np.concatenate([[0.0], np.cumsum(deviate)])
+    place = np.arange(total.size)
+    length = np.maximum(np.abs(place - place[:, np.newaxis]), 1)
+    return float((np.abs(total - total[:, np.newaxis]) / np.sqrt(length)).max())

@@ -1,0 +1,292 @@
+"""Ten bins a decade with a level in each that lines inside the bin do not move.
+
+Within a bin the cells are flattened by a law through the neighbouring bins first, so that a
+sloping spectrum is no scatter. Then cells that stand out are left out with their neighbours,
+and of what remains the lower part is averaged (an L-estimate of a gamma mean), divided by what
+that average is of gamma variates of the same shape. The level has no bias for noise, and half
+of a bin of lines moves it little.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from scipy.special import betainc, gammaincinv
+
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.spectrum.tapered import Cells, TaperedSpectrum, smoothed_law
+from sagnac.spectrum.tapers import CELL, band_degrees_of_freedom
+
+BINS_A_DECADE: Final = 10
+# Chance that a bin of noise loses a cell.
+_CHANCE: Final = 0.01
+# Share of the cells averaged: all of few, the lower part of more. The more cells there are the
+# less their number matters beside what is not noise.
+_TRIM: Final = ((8, 0.75), (40, 0.5))
+# Cells beyond which one more does not change what the average is of a mean.
+_MANY: Final = 1000
+# A cell that more leaks into, as a share of its density, is left out.
+_LEAKED: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Levels:
+    """Robust levels of a rate spectrum in logarithmic bins.
+
+    Attributes
+    ----------
+    frequency
+        (bins,) geometric middle of the cells used, Hz.
+    low, high
+        (bins,) edges, Hz.
+    level
+        (bins,) one-sided rate density, (rad/s)^2/Hz, at `frequency`.
+    shape
+        (bins,) of the gamma law that the level follows: its relative variance is 1/shape.
+    outstanding
+        (bins,) share of the cells that stand out.
+    members
+        First and last cell (exclusive) of each bin.
+    flat
+        (cells,) law that each cell was divided by, about one; 0 for a cell that is left out.
+    spectrum
+        That the levels are of.
+    """
+
+    frequency: FloatArray
+    low: FloatArray
+    high: FloatArray
+    level: FloatArray
+    shape: FloatArray
+    outstanding: FloatArray
+    members: tuple[tuple[int, int], ...]
+    flat: FloatArray
+    spectrum: TaperedSpectrum
+
+    def __post_init__(self) -> None:
+        size = self.level.size
+        arrays = (self.frequency, self.low, self.high, self.shape, self.outstanding)
+        if any(array.shape != (size,) for array in arrays) or len(self.members) != size:
+            raise ValueError("the arrays of levels must have one length")
+        if size and not (self.level.min() > 0.0 and self.shape.min() > 0.0):
+            raise ValueError("levels and their shapes must be above zero")
+
+    def law(self, law: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """A law as these levels show it.
+
+        Parameters
+        ----------
+        law
+            Frequency (points,), Hz, to (points, terms), (rad/s)^2/Hz.
+
+        Returns
+        -------
+        FloatArray
+            (bins, terms): seen through the tapers and flattened as the levels are.
+        """
+        cells = smoothed_law(law, self.spectrum)
+        result = np.empty((self.level.size, cells.shape[1]))
+        for number, (first, last) in enumerate(self.members):
+            flat = self.flat[first:last]
+            kept = flat > 0.0
+            scaled = cells[first:last][kept] / flat[kept][:, np.newaxis]
+            result[number] = scaled.mean(axis=0)
+        return result
+
+
+def robust_levels(
+    spectrum: TaperedSpectrum,
+    *,
+    masked: Sequence[tuple[float, float]] = (),
+    bins_a_decade: int = BINS_A_DECADE,
+) -> Levels:
+    """Levels of a tapered spectrum.
+
+    Parameters
+    ----------
+    spectrum
+        Of the increments.
+    masked
+        Bands (low, high), Hz, to leave out, for lines that were removed; each is widened by
+        what the tapers smooth over.
+    bins_a_decade
+        How many at most; a bin holds at least one cell.
+
+    Returns
+    -------
+    Levels
+        Bins with nothing left in them are absent.
+
+    Raises
+    ------
+    ValueError
+        If an argument makes no sense.
+    """
+    if bins_a_decade < 1:
+        raise ValueError(f"bins_a_decade is {bins_a_decade}; give 1 or more")
+    cells = spectrum.cells
+    usable = cells.leaked < _LEAKED * cells.density
+    for low, high in masked:
+        usable &= (cells.high + cells.half_width < low) | (cells.low - cells.half_width > high)
+    # Rounding, or a readout that never moves.
+    usable &= cells.density > 1e-12 * np.median(cells.density)
+    members = tuple(
+        (first, last)
+        for first, last in _members(spectrum, bins_a_decade)
+        if usable[first:last].sum() >= max(1, (last - first) // 4)
+    )
+    if not members:
+        raise ValueError("no cell of the spectrum is left; give fewer masked bands")
+    flat = np.where(usable, 1.0, 0.0)
+    bins = _bins(cells, members, flat)
+    for _ in range(2):
+        flat = _flattening(cells, members, usable, bins.level)
+        bins = _bins(cells, members, flat)
+    return Levels(
+        frequency=bins.frequency,
+        low=np.array([cells.low[first] for first, _ in members]),
+        high=np.array([cells.high[last - 1] for _, last in members]),
+        level=bins.level,
+        shape=bins.shape,
+        outstanding=bins.outstanding,
+        members=members,
+        flat=flat,
+        spectrum=spectrum,
+    )
+
+
+def _members(spectrum: TaperedSpectrum, bins_a_decade: int) -> list[tuple[int, int]]:
+    """First and last cell (exclusive) of each logarithmic bin that holds any."""
+    frequency = spectrum.cells.frequency
+    index = np.floor(bins_a_decade * np.log10(frequency * 2.0 * spectrum.interval))
+    edges = np.flatnonzero(np.diff(index)) + 1
+    bounds = [0, *edges.tolist(), frequency.size]
+    return list(pairwise(bounds))
+
+
+def _flattening(
+    cells: Cells,
+    members: Sequence[tuple[int, int]],
+    usable: BooleanArray,
+    level: FloatArray,
+) -> FloatArray:
+    """The law between the levels (straight in logarithms), one at the middle of each bin."""
+    height = np.log(cells.frequency)
+    place = np.array([height[a:b][usable[a:b]].mean() for a, b in members])
+    logarithm = np.interp(height, place, _steadied(np.log(level)))
+    flat = np.zeros(cells.frequency.size)
+    for first, last in members:
+        kept = usable[first:last]
+        within = logarithm[first:last]
+        flat[first:last][kept] = np.exp(within[kept] - within[kept].mean())
+    return flat
+
+
+def _steadied(logarithm: FloatArray) -> FloatArray:
+    """Running median of three, so that one bin of lines tilts no neighbour."""
+    if logarithm.size < 3:
+        return logarithm
+    padded = np.concatenate([logarithm[:1], logarithm, logarithm[-1:]])
+    return np.asarray(np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Bins:
+    """Level, shape, share that stands out and frequency of each bin."""
+
+    level: FloatArray
+    shape: FloatArray
+    outstanding: FloatArray
+    frequency: FloatArray
+
+
+def _bins(cells: Cells, members: Sequence[tuple[int, int]], flat: FloatArray) -> _Bins:
+    rows = []
+    for first, last in members:
+        kept = np.flatnonzero(flat[first:last] > 0.0) + first
+        density = cells.density[kept] / flat[kept]
+        shape = round(0.5 * float(cells.degrees_of_freedom[kept].mean()), 3)
+        standing = _standing(density, shape)
+        used = np.sort(density[~standing])
+        average = _lower_average(used.size, shape)
+        # Neighbouring cells share a little; the whole of them is worth less than their sum.
+        joint = band_degrees_of_freedom(CELL * used.size)
+        joint /= used.size * band_degrees_of_freedom(CELL)
+        rows.append(
+            (
+                float(used[: average.count].mean()) / average.expected,
+                shape * used.size * min(joint, 1.0) * average.efficiency,
+                float(standing.mean()),
+                math.exp(float(np.log(cells.frequency[kept]).mean())),
+            )
+        )
+    level, shapes, outstanding, frequency = np.array(rows).T
+    return _Bins(level=level, shape=shapes, outstanding=outstanding, frequency=frequency)
+
+
+def _standing(cells: FloatArray, shape: float) -> BooleanArray:
+    """Cells above what chance gives the largest of so many, and those beside them."""
+    standing = np.zeros(cells.size, dtype=np.bool_)
+    if cells.size < 4:
+        return standing
+    # Lines fill the upper part: the level of the noise shows at the lower third of the cells.
+    typical = float(np.quantile(cells, 0.35)) / (gammaincinv(shape, 0.35) / shape)
+    # The third itself scatters, by about one and a half standard errors of the mean.
+    scatter = 1.0 + 3.0 * 1.3 / math.sqrt(shape * cells.size)
+    largest = float(gammaincinv(shape, 1.0 - _CHANCE / cells.size)) / shape
+    standing = cells > typical * largest * scatter
+    beside = standing.copy()
+    beside[1:] |= standing[:-1]
+    beside[:-1] |= standing[1:]
+    return np.asarray(beside if np.count_nonzero(~beside) >= 3 else standing)
+
+
+@lru_cache(maxsize=64)
+def _quantiles(shape: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places from 0 to 1 with their weights, and the gamma quantiles of mean one there."""
+    nodes, weights = np.polynomial.legendre.leggauss(600)
+    place = 0.5 * (nodes + 1.0)
+    return place, 0.5 * weights, gammaincinv(shape, place) / shape
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _LowerAverage:
+    """How many of the smallest are averaged, what that is of a mean of one, and how efficient."""
+
+    count: int
+    expected: float
+    efficiency: float
+
+
+@lru_cache(maxsize=4096)
+def _lower_average(cells: int, shape: float) -> _LowerAverage:
+    """The mean of the lower part of gamma variates.
+
+    The smallest r of m variates have the mean ``m/r int G^-1(u) P(Bin(m-1, u) < r) du``; the
+    efficiency is that of a trimmed mean (Huber, Robust Statistics, 1981, 3.3).
+    """
+    in_all, cells = cells, min(cells, _MANY)
+    share = 1.0
+    for least, kept in _TRIM:
+        if cells >= least:
+            share = kept
+    count = math.ceil(share * cells)
+    if count == cells:
+        return _LowerAverage(count=in_all, expected=1.0, efficiency=1.0)
+    place, weights, value = _quantiles(shape)
+    # P(fewer than r of the other m-1 lie below u) is a beta distribution.
+    below = betainc(cells - count, count, 1.0 - place)
+    expected = float(cells / count * weights @ (value * below))
+    # Influence of one variate on the mean of the lower share: itself, held at the quantile.
+    held = np.minimum(value, float(gammaincinv(shape, count / cells)) / shape)
+    centre = float(weights @ held)
+    variance = float(weights @ (held - centre) ** 2) / share**2 / expected**2
+    return _LowerAverage(
+        count=math.ceil(share * in_all),
+        expected=expected,
+        efficiency=min(1.0, (1.0 / shape) / variance),
+    )

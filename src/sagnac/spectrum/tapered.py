@@ -1,0 +1,290 @@
+"""A rate spectrum under sine tapers, in cells, at any length and in bounded memory."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.fft import prev_fast_len
+from scipy.signal import firwin
+
+from sagnac import series
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.spectrum.periodogram import density as rate_density
+from sagnac.spectrum.tapers import (
+    CELL,
+    FINE,
+    HALF_WIDTH,
+    REACH,
+    TAPERS,
+    band_degrees_of_freedom,
+    leaked_density,
+    multitaper,
+    response,
+)
+
+# First ordinate in use, cycles a record. Below it the line that is taken off is missed.
+_FIRST: Final = 6
+# Longest stretch that is transformed at once, samples.
+SEGMENT: Final = 2**20
+# Cells of a segment that the decimated record covers instead.
+_HANDED_DOWN: Final = 64
+# Stop band of the filter before decimation, dB.
+_STOP: Final = 140.0
+# Smallest record, samples.
+LEAST_SAMPLES: Final = 64
+# Cycles a record below which a law bends within the window.
+_BENDS: Final = 60.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cells:
+    """Ordinates of a spectrum averaged by eight.
+
+    Attributes
+    ----------
+    frequency
+        (cells,) middle of each cell, Hz.
+    low, high
+        (cells,) edges of the ordinates in each cell, Hz.
+    density
+        (cells,), (rad/s)^2/Hz: the mean of the ordinates.
+    degrees_of_freedom
+        (cells,) of the chi-square law that the density follows, so that its relative variance
+        is 2 over it.
+    leaked
+        (cells,), (rad/s)^2/Hz: what leaks in from more than two window widths away, from the
+        spectrum itself and the measured response of the tapers.
+    half_width
+        (cells,) Hz over which the tapers smooth, either way.
+    """
+
+    frequency: FloatArray
+    low: FloatArray
+    high: FloatArray
+    density: FloatArray
+    degrees_of_freedom: FloatArray
+    leaked: FloatArray
+    half_width: FloatArray
+
+    def __post_init__(self) -> None:
+        arrays = [getattr(self, item.name) for item in fields(Cells)]
+        if len({array.shape for array in arrays}) != 1 or self.frequency.ndim != 1:
+            raise ValueError("the arrays of a spectrum must have one length")
+        for array in arrays:
+            array.flags.writeable = False
+
+    def kept(self, some: BooleanArray) -> "Cells":
+        """Some of the cells."""
+        return Cells(**{item.name: getattr(self, item.name)[some] for item in fields(Cells)})
+
+    def followed_by(self, other: "Cells") -> "Cells":
+        """These and others above them."""
+        return Cells(
+            **{
+                item.name: np.concatenate([getattr(self, item.name), getattr(other, item.name)])
+                for item in fields(Cells)
+            }
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaperedSpectrum:
+    """One-sided rate spectrum in cells that are nearly independent.
+
+    Attributes
+    ----------
+    cells
+        In order of frequency.
+    interval
+        Between the angles whose increments were taken, s.
+    duration
+        Of the record, s.
+    """
+
+    cells: Cells
+    interval: float
+    duration: float
+
+    def __post_init__(self) -> None:
+        if not (self.interval > 0.0 and self.duration > 0.0):
+            raise ValueError(
+                f"interval is {self.interval} and duration {self.duration}; give s above zero"
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Straight:
+    """A record and the straight line that is taken off it."""
+
+    values: FloatArray
+    slope: float
+    middle: float
+
+    def less_line(self, start: int, stop: int) -> FloatArray:
+        """Some samples without the line."""
+        block = self.values[start:stop] - self.middle
+        block -= self.slope * (np.arange(start, stop) - 0.5 * (self.values.size - 1))
+        return block
+
+
+def tapered_spectrum(
+    increments: ArrayLike, *, sample_rate: float, segment: int = SEGMENT
+) -> TaperedSpectrum:
+    """Sine multitaper spectrum of angle increments, as the rate that they average.
+
+    A straight line is taken off first. A record longer than `segment` is cut into segments
+    whose spectra are averaged; the lowest frequencies come from the whole record, filtered
+    and decimated. Increments taken at ``1/interval`` Hz hold what folds: the laws that belong
+    to this spectrum are those of `coefficients.laws.rate_density_basis` for the same interval.
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad between angles one sample interval apart; in memory or mapped.
+    sample_rate
+        Samples per second.
+    segment
+        Longest stretch transformed at once, samples; 4096 or more.
+
+    Returns
+    -------
+    TaperedSpectrum
+
+    Raises
+    ------
+    ValueError
+        If a sample is not finite, there are fewer than 64, or another argument makes no sense.
+    """
+    values = np.asarray(increments, dtype=np.float64)
+    if values.ndim != 1 or values.size < LEAST_SAMPLES:
+        raise ValueError(f"increments has shape {values.shape}; give {LEAST_SAMPLES} or more")
+    if not sample_rate > 0.0:
+        raise ValueError(f"sample_rate is {sample_rate}; give samples per second, above zero")
+    if segment < 4096:
+        raise ValueError(f"segment is {segment}; give 4096 samples or more")
+    record = _straight(values)
+    cells = _cells(record, sample_rate, segment)
+    if values.size > segment:
+        cells = _joined(_coarse_cells(record, sample_rate, segment), cells)
+    return TaperedSpectrum(
+        cells=cells, interval=1.0 / sample_rate, duration=values.size / sample_rate
+    )
+
+
+def _straight(values: FloatArray) -> _Straight:
+    """The line by least squares under a Hann weight.
+
+    Without the weight a strong dither tilts the line by what does not fit a whole cycle, and
+    the tilt is put into the lowest cells.
+    """
+    size = values.size
+
+    def sums(block: slice) -> FloatArray:
+        place = np.arange(block.start, block.stop) + 0.5
+        weight = np.sin(math.pi * place / size) ** 2
+        place -= 0.5 * size
+        part = values[block]
+        return np.array([weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2])
+
+    total, moment, weights, spread = series.total(sums, size, values)
+    if not (math.isfinite(total) and math.isfinite(moment)):
+        raise ValueError("a sample is not finite; leave gaps out first")
+    return _Straight(values=values, slope=float(moment / spread), middle=float(total / weights))
+
+
+def _cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
+    """Cells of the mean spectrum of equal segments."""
+    size = record.values.size
+    count = -(-size // segment)
+    length = 2 * int(prev_fast_len(size // count // 2, real=True))
+    power = np.zeros(length // 2 + 1)
+    for number in range(count):
+        start = number * (size // count)
+        with series.gone_through(record.values):
+            power += multitaper(record.less_line(start, start + length), TAPERS, length)
+    density = rate_density(power / count, sample_rate)
+    cells = (density.size - 1 - _FIRST) // CELL
+    used = slice(_FIRST, _FIRST + cells * CELL)
+    first = _FIRST + CELL * np.arange(cells, dtype=np.float64)
+    unit = sample_rate / length
+    return Cells(
+        frequency=(first + 0.5 * (CELL - 1)) * unit,
+        low=(first - 0.5) * unit,
+        high=(first + CELL - 0.5) * unit,
+        density=density[used].reshape(cells, CELL).mean(axis=1),
+        degrees_of_freedom=np.full(cells, count * band_degrees_of_freedom(CELL)),
+        leaked=leaked_density(density)[used].reshape(cells, CELL).mean(axis=1),
+        half_width=np.full(cells, HALF_WIDTH * unit),
+    )
+
+
+def _coarse_cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
+    """Cells of the filtered and decimated record, to a fifth of its rate."""
+    values = record.values
+    factor = int(2 ** math.ceil(math.log2(values.size / segment)))
+    taps = firwin(40 * factor + 1, 0.36 / factor * 2.0, window=("kaiser", 0.1102 * (_STOP - 8.7)))
+    count = (values.size - taps.size) // factor + 1
+    coarse = np.empty(count)
+    rows = max(1, SEGMENT // factor)
+    for first in range(0, count, rows):
+        last = min(count, first + rows)
+        with series.gone_through(values):
+            block = record.less_line(first * factor, (last - 1) * factor + taps.size)
+            coarse[first:last] = _decimated(block, taps, factor)
+    straight = _Straight(values=factor * coarse, slope=0.0, middle=0.0)
+    cells = _cells(straight, sample_rate / factor, 2 * segment)
+    return cells.kept(cells.high < 0.2 * sample_rate / factor)
+
+
+def _decimated(block: FloatArray, taps: FloatArray, factor: int) -> FloatArray:
+    """Every `factor`-th output of a symmetric filter, polyphase."""
+    count = (block.size - taps.size) // factor + 1
+    total = np.zeros(count)
+    for lag in range(taps.size):
+        total += taps[lag] * block[lag : lag + (count - 1) * factor + 1 : factor]
+    return total
+
+
+def _joined(coarse: Cells, fine: Cells) -> Cells:
+    """The coarse cells below, the fine ones above the first `_HANDED_DOWN` cells of a segment."""
+    handed_down = min(_HANDED_DOWN, fine.low.size - 1)
+    edge = min(float(fine.low[handed_down]), float(coarse.high[-1]))
+    return coarse.kept(coarse.high <= edge).followed_by(fine.kept(fine.low >= edge))
+
+
+def smoothed_law(law: Callable[[FloatArray], FloatArray], spectrum: TaperedSpectrum) -> FloatArray:
+    """A law as the cells of a spectrum show it: seen through the tapers and averaged.
+
+    Only cells within some sixty cycles a record of zero differ: there a law like 1/f^2
+    bends within the window. Below half a cycle a record the law is held, for the line that
+    is taken off leaves nothing there.
+
+    Parameters
+    ----------
+    law
+        Frequency (points,), Hz, to (points, terms).
+    spectrum
+        Whose cells are meant.
+
+    Returns
+    -------
+    FloatArray
+        (cells, terms).
+    """
+    cells = spectrum.cells
+    result = np.asarray(law(cells.frequency), dtype=np.float64).copy()
+    unit = cells.half_width / HALF_WIDTH
+    offset = np.arange(-FINE * REACH, FINE * REACH + 1) / FINE
+    kernel = np.concatenate([response()[:0:-1], response()])
+    ordinates = np.arange(CELL) - 0.5 * (CELL - 1)
+    shift = (ordinates[:, np.newaxis] + offset).ravel()
+    weight = np.tile(kernel / kernel.sum(), CELL) / CELL
+    highest = 0.5 / spectrum.interval
+    for cell in np.flatnonzero(cells.frequency < _BENDS * unit):
+        place = np.abs(cells.frequency[cell] + shift * unit[cell])
+        place = np.clip(place, 0.5 * unit[cell], highest)
+        result[cell] = weight @ law(place)
+    return result

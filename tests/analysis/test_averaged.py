@@ -1,0 +1,151 @@
+"""The answer on gyros that five terms do not describe, through the whole analysis."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.headline import headline_coefficients
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.plain import covariance_data, parts_data, resting_data
+from sagnac.analysis.settings import Settings
+from sagnac.analysis.still_bench import at_rest
+from sagnac.recording.model import Recording
+from sagnac.report.document import analysis_document
+from sagnac.rig.gallery import (
+    Gyro,
+    common_pair,
+    five_terms,
+    low_passed,
+    resonant,
+    spiked,
+    stepping,
+    warming,
+)
+
+RATE = 50.0
+SAMPLES = 40_000
+# One unit of N of the gallery, rad/sqrt(s).
+UNIT = 1e-6
+
+
+def recording_of(**gyros):
+    increments = {name: UNIT * gyro.increments for name, gyro in gyros.items()}
+    return Recording.from_arrays(**increments, kind="increment", unit="rad", sample_rate=RATE)
+
+
+def analysis_of(make, seed=1, **settings):
+    gyro = make(np.random.default_rng(seed), SAMPLES, RATE, **settings)
+    found = analyze(recording_of(x=gyro), Settings(method="none"))
+    return found, UNIT * gyro.angle_random_walk
+
+
+def holds(found, truth):
+    walk = found.angle_random_walk
+    return walk.status == "estimated" and walk.low <= truth <= walk.high
+
+
+def texts(found):
+    return " | ".join(str(note) for note in found.notes)
+
+
+def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
+    found, truth = analysis_of(five_terms, gyro=Gyro())
+    assert holds(found, truth)
+    assert found.average.member == "whole band"
+    assert found.angle_random_walk == found.fits["likelihood"].coefficients["angle_random_walk"]
+    assert "which the levels bear out" in found.source
+    assert "stands still" in texts(found)
+
+
+@pytest.mark.parametrize("corner", [0.04, 0.08])
+def test_a_low_pass_of_the_sensor_gives_no_false_bound(corner):
+    found, truth = analysis_of(low_passed, gyro=Gyro(), corner=corner, order=2)
+    assert holds(found, truth)
+    assert found.average.member == "average"
+    assert "average over bands and terms" in found.source
+    assert "bends down at" in texts(found)
+
+
+def test_noise_that_changes_is_told_and_covered():
+    found, truth = analysis_of(stepping, gyro=Gyro(), factor=1.5)
+    assert holds(found, truth)
+    (note,) = [note for note in found.notes if "random walk changes" in note.text]
+    assert note.level == "warning"
+    walk = found.angle_random_walk
+    assert walk.low < 1.03 * UNIT
+    assert walk.high > 1.45 * UNIT
+    assert [part.start_s for part in found.parts] == pytest.approx(
+        [0.0, 200.0, 400.0, 600.0], abs=0.2
+    )
+
+
+def test_spikes_are_counted_and_left_out():
+    found, truth = analysis_of(spiked, gyro=Gyro(), every=20.0, height=20.0)
+    assert holds(found, truth)
+    assert "(spikes)" in texts(found)
+
+
+def test_a_warm_up_is_taken_off():
+    found, truth = analysis_of(warming, gyro=Gyro(walk=0.1), rate=5.0, time=100.0)
+    assert holds(found, truth)
+    assert "(warm-up)" in texts(found)
+
+
+def test_two_gyros_that_share_noise_are_told():
+    pair = common_pair(np.random.default_rng(4), SAMPLES, RATE, gyro=Gyro(), share=0.4)
+    recording = recording_of(x=pair[0], z=pair[1])
+    found = analyze(recording, Settings(gyros=("x", "z"), method="none"))
+    (note,) = [note for note in found.notes if "share noise" in note.text]
+    assert note.level == "warning"
+    apart = common_pair(np.random.default_rng(4), SAMPLES, RATE, gyro=Gyro(), share=0.0)
+    found = analyze(recording_of(x=apart[0], z=apart[1]), Settings(gyros=("x", "z")))
+    assert holds(found, UNIT)
+    assert "share no noise" in texts(found)
+
+
+def test_the_still_bench_answers_with_the_lines_out():
+    gyro = five_terms(np.random.default_rng(5), SAMPLES, RATE, gyro=Gyro())
+    time = np.arange(SAMPLES) / RATE
+    line = 1.0 * np.sin(2.0 * np.pi * 7.3 * time)
+    recording = recording_of(x=replace(gyro, increments=gyro.increments + line))
+    bench = at_rest(recording, Settings(gyros=("x",), method="none"))
+    assert [round(line.frequency, 3) for line in bench.analysis.lines] == [7.3]
+    assert holds(bench.analysis, UNIT)
+    assert bench.analysis.angle_random_walk == bench.without_lines.angle_random_walk
+    assert "lines removed" in bench.analysis.source
+    assert bench.as_it_is.lines == ()
+    assert bench.analysis.curve is bench.as_it_is.curve
+
+
+def test_resonances_are_no_angle_random_walk():
+    gyro = resonant(
+        np.random.default_rng(6), SAMPLES, RATE, gyro=Gyro(), frequencies=(9.2, 18.9), peak=1e4
+    )
+    bench = at_rest(recording_of(x=gyro), Settings(gyros=("x",), method="none"))
+    assert holds(bench.analysis, UNIT)
+
+
+def test_what_the_answer_rests_on_as_plain_data():
+    found, _ = analysis_of(low_passed, gyro=Gyro(), corner=0.1, order=2)
+    resting = resting_data(found)
+    assert resting["band_hz"][0] < resting["band_hz"][1] <= 0.5 * RATE
+    assert "angle_random_walk" in resting["terms"]
+    document = analysis_document(found)
+    assert document["angle_random_walk"]["band_hz"] == resting["band_hz"]
+    assert document["angle_random_walk"]["terms"] == resting["terms"]
+    assert document["parts"] == parts_data(found)
+    assert set(document["parts"][0]) == {"start_s", "stop_s", "value", "low", "high"}
+    walk = document["angle_random_walk"]
+    assert document["parts"][0]["value"] == pytest.approx(walk["value"], rel=0.3)
+    assert document["coefficients"]["angle_random_walk"]["value"] == walk["value"]
+    covariance = covariance_data(found)
+    assert document["covariance"] == covariance
+    index = covariance["names"].index("angle_random_walk")
+    deviation = covariance["matrix"][index][index] ** 0.5
+    assert deviation == pytest.approx(0.25 * (walk["high"] - walk["low"]), rel=0.3)
+
+
+def test_the_answer_is_among_the_coefficients():
+    found, _ = analysis_of(stepping, gyro=Gyro(), factor=1.5)
+    assert headline_coefficients(found)["angle_random_walk"] == found.angle_random_walk

@@ -1,0 +1,40 @@
+"""Spikes and the warm-up."""
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.outliers import (
+    find_spikes,
+    find_warm_up,
+    without_spikes,
+    without_warm_up,
+)
+from sagnac.rig.gallery import Gyro, spiked, warming
+
+RATE = 100.0
+
+
+def test_spikes_are_found_and_weighed():
+    rng = np.random.default_rng(15)
+    gyro = spiked(rng, 40_000, RATE, gyro=Gyro(), every=10.0, height=40.0)
+    found = find_spikes(gyro.increments, sample_rate=RATE)
+    assert 25 <= found.index.size <= 60
+    before, after = np.var(gyro.increments), np.var(without_spikes(gyro.increments, found))
+    assert after * RATE == pytest.approx(1.0, rel=0.02)
+    assert found.added_walk**2 == pytest.approx((before - after) * RATE, rel=0.1)
+    assert find_spikes(rng.standard_normal(40_000), sample_rate=RATE).index.size == 0
+
+
+def test_warm_up_is_found_and_a_walk_is_none():
+    rng = np.random.default_rng(16)
+    gyro = warming(rng, 60_000, RATE, gyro=Gyro(walk=0.1), rate=2.0, time=50.0)
+    found = find_warm_up(gyro.increments, sample_rate=RATE)
+    assert found is not None
+    assert found.time == pytest.approx(50.0, rel=0.2)
+    rest = without_warm_up(gyro.increments, found, sample_rate=RATE)
+    assert abs(rest[:1000].mean()) < 0.05 * gyro.increments[:1000].mean()
+    misses = 0
+    for _ in range(20):
+        walk = np.cumsum(rng.standard_normal(8000)) / RATE
+        misses += find_warm_up(walk, sample_rate=RATE) is not None
+    assert misses <= 1

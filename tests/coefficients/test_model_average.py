@@ -1,0 +1,80 @@
+"""The average over bands and terms on noise that is known."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.model_average import average
+from sagnac.coefficients.whole_band import WholeBand
+from sagnac.rig.gallery import Gyro, five_terms, low_passed
+from sagnac.spectrum.levels import robust_levels
+from sagnac.spectrum.tapered import tapered_spectrum
+
+RATE = 100.0
+
+
+def levels_of(increments):
+    return robust_levels(tapered_spectrum(increments, sample_rate=RATE))
+
+
+def whole_band(value, low, high):
+    unseen = {"value": math.nan, "low": math.nan, "high": math.nan, "status": "not observable"}
+    found = {"value": value, "low": low, "high": high, "status": "estimated"}
+    return WholeBand(
+        coefficients={
+            name: Estimate(
+                name=name, confidence=0.95, **(found if name == "angle_random_walk" else unseen)
+            )
+            for name in COEFFICIENT_NAMES
+        },
+        band_hz=(0.0, 50.0),
+        describes=True,
+    )
+
+
+def test_white_walk_is_found_and_named():
+    gyro = five_terms(np.random.default_rng(10), 40_000, RATE, gyro=Gyro(quantization=0.05))
+    result = average(levels_of(gyro.increments))
+    walk = result.angle_random_walk
+    assert walk.status == "estimated"
+    assert walk.low <= 1.0 <= walk.high
+    assert result.coefficients["quantization"].status == "estimated"
+    assert result.coefficients["quantization"].value == pytest.approx(0.05, rel=0.1)
+    assert np.all(np.linalg.eigvalsh(result.covariance) > 0.0)
+    assert result.rests_on.band_hz[0] < 1.0 < result.rests_on.band_hz[1]
+
+
+def test_no_walk_gives_a_bound():
+    rng = np.random.default_rng(11)
+    increments = 0.5 * np.diff(rng.standard_normal(20_001))
+    walk = average(levels_of(increments + 1e-6 * rng.standard_normal(20_000))).angle_random_walk
+    assert walk.status == "upper bound"
+    assert walk.high > 1e-5
+
+
+def test_whole_band_wins_only_if_the_levels_bear_it_out():
+    gyro = five_terms(np.random.default_rng(12), 40_000, RATE, gyro=Gyro())
+    levels = levels_of(gyro.increments)
+    right = whole_band(1.0, 0.99, 1.01)
+    assert average(levels, whole_band=right).rests_on.member == "whole band"
+    filtered = low_passed(
+        np.random.default_rng(12), 40_000, RATE, gyro=Gyro(), corner=0.05, order=2
+    )
+    levels = levels_of(filtered.increments)
+    assert average(levels, whole_band=right).rests_on.member == "average"
+
+
+def test_of_a_pair_each_gyro_has_half_the_squares():
+    gyro = five_terms(np.random.default_rng(22), 20_000, RATE, gyro=Gyro())
+    both = average(levels_of(gyro.increments))
+    each = both.per_gyro(2)
+    assert each.angle_random_walk.value == pytest.approx(both.angle_random_walk.value / 2**0.5)
+    np.testing.assert_allclose(2.0 * each.covariance, both.covariance)
+
+
+def test_a_confidence_that_is_none_is_refused():
+    with pytest.raises(ValueError, match="confidence"):
+        average(levels_of(np.random.default_rng(23).standard_normal(1000)), confidence=1.5)
