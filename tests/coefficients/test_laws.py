@@ -21,7 +21,6 @@ from sagnac.coefficients.laws import (
     overlapped_allan_covariance,
     rate_density,
     sinusoid_allan_variance,
-    slope_variance_basis,
 )
 from sagnac.lines.taken_noise import taken_allan_variance
 
@@ -348,14 +347,3 @@ def test_noise_that_goes_with_fitted_lines_is_what_is_said(kind, edges, lines, p
     assert np.max(share) > seen
     assert np.max(lost.mean(axis=0) / error) > 10.0
     assert np.all(np.abs(lost.mean(axis=0) - taken) < 3.5 * error + 0.02 * taken)
-
-
-def test_ramp_variance_is_that_of_the_sum():
-    samples, interval = 2000, 0.5
-    laws = slope_variance_basis(samples * interval, interval)
-    weights = np.arange(samples) - 0.5 * (samples - 1)
-    weights /= weights @ weights * interval
-    white = float(weights @ weights) / interval
-    walk = float(np.sum(np.cumsum(weights[::-1]) ** 2)) * interval
-    assert laws[1] == pytest.approx(white, rel=0.02)
-    assert laws[3] == pytest.approx(walk, rel=0.02)
