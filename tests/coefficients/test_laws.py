@@ -20,7 +20,6 @@ from sagnac.coefficients.laws import (
     markov_cosine_power,
     overlapped_allan_covariance,
     sinusoid_allan_variance,
-    slope_variance_basis,
 )
 
 
@@ -286,14 +285,3 @@ def test_compiled_covariance_is_the_interpreted_one():
     compiled = _kernels.overlapped_covariances(*arguments)
     interpreted = _kernels.overlapped_covariances.py_func(*arguments)
     assert compiled == pytest.approx(interpreted, rel=1e-9, abs=1e-12)
-
-
-def test_ramp_variance_is_that_of_the_sum():
-    samples, interval = 2000, 0.5
-    laws = slope_variance_basis(samples * interval, interval)
-    weights = np.arange(samples) - 0.5 * (samples - 1)
-    weights /= weights @ weights * interval
-    white = float(weights @ weights) / interval
-    walk = float(np.sum(np.cumsum(weights[::-1]) ** 2)) * interval
-    assert laws[1] == pytest.approx(white, rel=0.02)
-    assert laws[3] == pytest.approx(walk, rel=0.02)

@@ -228,7 +228,7 @@ def _solved(matrix: FloatArray, vector: FloatArray, size: int) -> bool:
             for k in range(j):
                 total -= matrix[i, k] * matrix[j, k]
             if i == j:
-                # Relative: above a roll-off the laws over the levels are a million times larger.
+                # Relative: far above a roll-off the laws are millions of times the levels.
                 if total <= 1e-13 * matrix[i, i]:
                     return False
                 matrix[i, i] = np.sqrt(total)

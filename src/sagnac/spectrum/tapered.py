@@ -125,9 +125,14 @@ class _Straight:
 
     def less_line(self, start: int, stop: int) -> FloatArray:
         """Some samples without the line."""
-        block = self.values[start:stop] - self.middle
-        block -= self.slope * (np.arange(start, stop) - 0.5 * (self.values.size - 1))
-        return block
+        centre = 0.5 * (self.values.size - 1)
+
+        def piece(block: slice) -> FloatArray:
+            here = slice(start + block.start, start + block.stop)
+            line = self.slope * (np.arange(here.start, here.stop) - centre)
+            return np.asarray(self.values[here] - self.middle - line)
+
+        return series.made(piece, stop - start, self.values)
 
 
 def tapered_spectrum(
@@ -203,8 +208,7 @@ def _cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
     power = np.zeros(length // 2 + 1)
     for number in range(count):
         start = number * (size // count)
-        with series.gone_through(record.values):
-            power += multitaper(record.less_line(start, start + length), TAPERS, length)
+        power += multitaper(record.less_line(start, start + length), TAPERS, length)
     density = rate_density(power / count, sample_rate)
     cells = (density.size - 1 - _FIRST) // CELL
     used = slice(_FIRST, _FIRST + cells * CELL)
@@ -231,9 +235,8 @@ def _coarse_cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
     rows = max(1, SEGMENT // factor)
     for first in range(0, count, rows):
         last = min(count, first + rows)
-        with series.gone_through(values):
-            block = record.less_line(first * factor, (last - 1) * factor + taps.size)
-            coarse[first:last] = _decimated(block, taps, factor)
+        block = record.less_line(first * factor, (last - 1) * factor + taps.size)
+        coarse[first:last] = _decimated(block, taps, factor)
     straight = _Straight(values=factor * coarse, slope=0.0, middle=0.0)
     cells = _cells(straight, sample_rate / factor, 2 * segment)
     return cells.kept(cells.high < 0.2 * sample_rate / factor)
