@@ -116,5 +116,5 @@ def test_avar_lists_lines_that_it_does_not_remove(capsys, tmp_path):
     assert [line["frequency_hz"] for line in made["lines"]] == [pytest.approx(23.4, abs=2e-3)]
     assert main(["avar", str(path), *STATED]) == 0
     shown = capsys.readouterr().out
-    assert "With the lines below removed" in shown
+    assert "With the lines below left in" in shown
     assert re.search(r"time +23\.(4|39)", shown)

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal import firwin
 
+from sagnac.spectrum import tapered
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 from sagnac.spectrum.tapers import band_degrees_of_freedom, sine_taper
@@ -79,3 +81,8 @@ def test_segments_and_decimation_join_without_a_step():
 def test_what_makes_no_sense_is_refused(values, rate, what):
     with pytest.raises(ValueError, match=what):
         tapered_spectrum(values, sample_rate=rate)
+
+
+def test_low_pass_is_that_of_scipy():
+    expected = firwin(81, 0.36, window=("kaiser", 0.1102 * (tapered._STOP - 8.7)))
+    np.testing.assert_allclose(tapered._low_pass(81, 0.18), expected, atol=1e-15)

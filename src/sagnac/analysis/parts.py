@@ -7,8 +7,7 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from scipy.special import ndtri
-from scipy.stats import chi2
+from scipy.special import chdtri, ndtri
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import WALK, models_of_one_band
@@ -199,9 +198,9 @@ def _in_parts(
     if len(seen) < 2:
         return Parts(parts=tuple(parts), chi_square=0.0, agree=True)
     mean, chi_square = _weighted(seen, confidence)
-    agree = chi_square <= float(chi2.ppf(1.0 - CHANCE, len(seen) - 1))
+    agree = chi_square <= float(chdtri(len(seen) - 1, CHANCE))
     if whole is not None:
-        agree = agree and _weighted([mean, whole], confidence)[1] <= float(chi2.ppf(1 - CHANCE, 1))
+        agree = agree and _weighted([mean, whole], confidence)[1] <= float(chdtri(1, CHANCE))
     return Parts(parts=tuple(parts), chi_square=chi_square, agree=agree)
 
 

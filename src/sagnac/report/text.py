@@ -73,10 +73,10 @@ def beside_truth(analysis: Analysis, truth: float) -> str:
     return f"{put_in}; the answer is off by {off:+.2f} % and its interval {holds} it"
 
 
-def without_lines(analysis: Analysis) -> str:
-    """What the answer would be with the lines removed."""
+def with_lines(analysis: Analysis) -> str:
+    """What the answer would be with the lines left in."""
     said = sentence("angle_random_walk", analysis.angle_random_walk, plain=True)
-    return f"With the lines below removed  {said}"
+    return f"With the lines below left in  {said}"
 
 
 def coefficients(analysis: Analysis) -> str:

@@ -44,10 +44,10 @@ def avar(
     ] = "reject",
     output: Folder = None,
 ) -> int:
-    """The still bench: curves and coefficients of each gyro as it is, and the lines in it.
+    """The still bench: the ARW of each gyro, its curves, and the lines in it.
 
-    Coefficients are of the recording as it is unless --method says what to remove; the
-    lines are listed either way. With -o, each gyro's report goes into a folder of its own.
+    The answer is with the lines out; curves and fits are of the recording as it is unless
+    --method says what to remove. With -o, each gyro's report goes into a folder of its own.
     """
     statement = statement_of(options)
     settings = settings_of(
@@ -109,8 +109,8 @@ def _print(bench: "AtRest") -> None:
 
     analysis = bench.analysis
     print(text.answer(analysis))
-    if analysis.settings.method == "none" and bench.without_lines.lines:
-        print(text.without_lines(bench.without_lines))
+    if analysis.settings.method == "none" and analysis.lines:
+        print(text.with_lines(bench.as_it_is))
     print()
     print(
         text.blocks(
