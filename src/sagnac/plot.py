@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sagnac.analysis.headline import headline_fit
+from sagnac.analysis.headline_fit import headline_fit
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray

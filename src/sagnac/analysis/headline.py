@@ -1,33 +1,295 @@
-"""The coefficients that the answer of an analysis rests on."""
+"""What the headline rests on: the average over bands and terms, or a bound."""
 
-from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
 
-from sagnac.analysis.result import Analysis
-from sagnac.coefficients.estimates import Estimate, Fit
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+import numpy as np
+from scipy.special import gammaincinv
+
+from sagnac.analysis.averaged import Averaged, roll_off_of
+from sagnac.analysis.curves import Points, allan_curve, points_at
+from sagnac.analysis.fits import Coefficients, unobserved
+from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.removal import Remainder
+from sagnac.analysis.settings import Settings
+from sagnac.coefficients.bounds import RollOff
+from sagnac.coefficients.estimates import Estimate
+from sagnac.errors import Note
+from sagnac.recording.difference import per_gyro
+from sagnac.recording.readout import JointReadout
+from sagnac.stability.curve import StabilityCurve
+from sagnac.stability.degrees_of_freedom import equivalent_degrees_of_freedom
+
+# Chance at which the curve, against a sound likelihood fit, calls it impossible.
+_VETO: Final = 1e-4
+# Samples over which a gyro's low-pass filter may still lower the curve.
+_FILTERED: Final = 10.0
 
 
-def headline_fit(analysis: Analysis) -> Fit | None:
-    """The fit that the answer rests on, or None if the answer is of no fit."""
-    for fit in analysis.fits.values():
-        if fit.coefficients.get("angle_random_walk") == analysis.angle_random_walk:
-            return fit
-    return None
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Headline:
+    """The answer.
+
+    Attributes
+    ----------
+    estimate
+        Angle random walk of one gyro, rad/sqrt(s).
+    source
+        What it rests on, in words.
+    notes
+        Why it is no more than a bound.
+    """
+
+    estimate: Estimate
+    source: str
+    notes: tuple[Note, ...] = ()
 
 
-def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
-    """All coefficients beside the answer: of the average, else of the fit; none of neither."""
-    if analysis.coefficients:
-        return analysis.coefficients
-    fit = headline_fit(analysis)
-    return {} if fit is None else fit.coefficients
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurveBound:
+    """Largest N of one gyro that a curve allows, rad/sqrt(s), and the cluster time of it, s."""
+
+    value: float
+    tau: float
 
 
-def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
-    """What was estimated or bounded beside the answer, else the answer alone."""
-    estimates = headline_coefficients(analysis) or {"angle_random_walk": analysis.angle_random_walk}
-    return {
-        name: estimates[name]
-        for name in COEFFICIENT_NAMES
-        if name in estimates and estimates[name].status != "not observable"
-    }
+def headline_of(
+    measured: Measurement,
+    left: Remainder,
+    *,
+    curve: StabilityCurve,
+    coefficients: Coefficients,
+    found: Averaged | None,
+    settings: Settings,
+) -> Headline:
+    """The average where it shows N, else a bound.
+
+    Without an average, since too little is left for a spectrum, the likelihood fit is the answer
+    if the curve allows what it says.
+
+    Parameters
+    ----------
+    measured, left
+        The angle, and what removal left of it.
+    curve
+        After removal.
+    coefficients
+        The fits.
+    found
+        The average; None if there is none.
+    settings
+        Confidence and interval.
+    """
+    if found is not None and found.average.angle_random_walk.status == "estimated":
+        return _of_average(measured, found, coefficients)
+    fit = coefficients.fits["likelihood"].coefficients["angle_random_walk"]
+    bounding = _bounding(
+        measured, left, curve=curve, coefficients=coefficients, found=found, settings=settings
+    )
+    if left.removal.unfinished is not None:
+        notes: tuple[Note, ...] = (_search_without_end(measured.channel),)
+    elif found is None and fit.status != "not observable":
+        # A fit that is known not to describe its spectrum yields to the curve much sooner.
+        sound = coefficients.fits["likelihood"].departure == 0.0
+        veto = bounding.highest(_VETO if sound else 1.0 - settings.confidence)
+        if veto is None or fit.low <= veto.value:
+            return Headline(estimate=fit, source=_likelihood_source(measured.channel, coefficients))
+        notes = (_asks_for_too_much(measured.channel, veto.tau),)
+    elif found is not None:
+        notes = (_no_plateau(measured.channel),)
+    else:
+        notes = ()
+    return _bound(bounding, found, settings, notes)
+
+
+def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficients) -> Headline:
+    """The average, its interval widened to the parts if these disagree."""
+    estimate, resting = found.average.angle_random_walk, found.average.rests_on
+    if found.parts is not None and not found.parts.agree:
+        estimate = replace(
+            estimate,
+            low=min(estimate.low, found.parts.smallest),
+            high=max(estimate.high, found.parts.largest),
+        )
+    if resting.member == "whole band":
+        source = f"{_likelihood_source(measured.channel, coefficients)}, which the levels bear out"
+    else:
+        source = (
+            f"average over bands and terms of the spectrum of {measured.channel}, "
+            f"most on {resting.in_words()}"
+        )
+    return Headline(estimate=estimate, source=source)
+
+
+def _likelihood_source(channel: str, coefficients: Coefficients) -> str:
+    points = coefficients.points
+    return (
+        f"likelihood fit of the spectrum of {points.angle.size} angles of {channel} "
+        f"at {1.0 / points.rate:.4g} s, to {coefficients.highest:.4g} Hz"
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Bounding:
+    """The curve that bounds N, and from which cluster time on.
+
+    Attributes
+    ----------
+    curve
+        With its lines in if the search for them did not come to an end.
+    channel
+        Its name in words.
+    readout
+        What raises the bound.
+    shortest
+        Cluster times below this, s, are lowered by a low-pass of the sensor.
+    gyros_differenced, sample_rate
+        Of what is measured.
+    """
+
+    curve: StabilityCurve
+    channel: str
+    readout: JointReadout
+    shortest: float
+    gyros_differenced: int
+    sample_rate: float
+
+    def highest(self, chance: float) -> CurveBound | None:
+        """Largest N that the curve allows except with a probability."""
+        return highest_allowed(
+            self.curve,
+            self.readout,
+            chance,
+            gyros_differenced=self.gyros_differenced,
+            sample_rate=self.sample_rate,
+            shortest=self.shortest,
+        )
+
+
+def _bounding(
+    measured: Measurement,
+    left: Remainder,
+    *,
+    curve: StabilityCurve,
+    coefficients: Coefficients,
+    found: Averaged | None,
+    settings: Settings,
+) -> _Bounding:
+    channel, rate = measured.channel, measured.sample_rate
+    if left.removal.unfinished is not None:
+        # Lines only raise a curve; half of a search can lower it.
+        every = Points(angle=left.removal.unfinished, rate=rate)
+        curve = allan_curve(
+            points_at(every.angle, rate, settings.interval),
+            settings.confidence,
+            measured.gyros_differenced,
+        )
+        lowered, channel = roll_off_of(every, ()), f"{channel} with its lines in"
+    else:
+        lowered = RollOff() if found is None else found.roll_off
+    return _Bounding(
+        curve=curve,
+        channel=channel,
+        readout=coefficients.readout,
+        shortest=lowered.cluster_time(),
+        gyros_differenced=measured.gyros_differenced,
+        sample_rate=rate,
+    )
+
+
+def _bound(
+    bounding: _Bounding, found: Averaged | None, settings: Settings, notes: tuple[Note, ...]
+) -> Headline:
+    """By the curve; by the levels if a low-pass lowers all of the curve; else nothing."""
+    bound = bounding.highest(1.0 - settings.confidence)
+    if bound is not None:
+        estimate = Estimate(
+            value=bound.value,
+            low=0.0,
+            high=bound.value,
+            confidence=settings.confidence,
+            status="upper bound",
+            name="angle_random_walk",
+        )
+        source = f"lowest point of the curve of {bounding.channel} against the slope of the ARW"
+        return Headline(estimate=estimate, source=source, notes=notes)
+    source = f"the spectrum of {bounding.channel} below its roll-off"
+    if found is not None:
+        return Headline(estimate=found.average.angle_random_walk, source=source, notes=notes)
+    unseen = unobserved("angle_random_walk", settings.confidence)
+    return Headline(estimate=unseen, source=source, notes=notes)
+
+
+def _no_plateau(channel: str) -> Note:
+    return Note(
+        text=f"the spectrum of {channel} shows no band in which the angle random walk rules: only "
+        "an upper bound is given",
+    )
+
+
+def _search_without_end(channel: str) -> Note:
+    return Note(
+        level="warning",
+        text=f"the search for the lines of {channel} did not come to an end, and the noise that "
+        "it leaves is not to be trusted: only an upper bound is given, with all lines in; "
+        "take a stretch on which the table turns evenly ({slice})",
+    )
+
+
+def _asks_for_too_much(channel: str, tau: float) -> Note:
+    return Note(
+        level="warning",
+        text=f"the likelihood fit of {channel} asks for more angle random walk than the curve "
+        f"shows at {tau:.4g} s: the five terms do not describe this spectrum, and only an upper "
+        "bound is given",
+    )
+
+
+def highest_allowed(
+    curve: StabilityCurve,
+    readout: JointReadout,
+    chance: float,
+    *,
+    gyros_differenced: int,
+    sample_rate: float,
+    shortest: float = 0.0,
+) -> CurveBound | None:
+    """Largest N that the curve allows except with probability `chance`.
+
+    Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's own
+    low-pass filter lowers the shortest cluster times, which are left out: those below `shortest`
+    (s) and below ten samples. If none is left there is no bound, and the result is None. If
+    nothing dithers the readout within a cluster, its steps hide up to two steps of each second
+    difference: the deviation is raised by the root of their mean square. If something does, a
+    mean of few may still come out as zero: the deviation is raised by half a step in square.
+    """
+    angles = curve.samples + (curve.kind != "angle")
+    # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
+    share = chance / curve.tau.size
+    # The point asks what N could be if it ruled there, so the degrees of freedom are those of
+    # white rate, whatever noise was identified.
+    edf = np.array(
+        [
+            equivalent_degrees_of_freedom(
+                curve.estimator, 0, round(tau * curve.sample_rate), angles
+            )
+            for tau in curve.tau
+        ]
+    )
+    step = readout.step / (np.sqrt(2.0) * curve.tau)
+    raised = np.where(
+        curve.tau < readout.time,
+        curve.deviation + 2.0 * step,
+        np.hypot(curve.deviation, 0.5 * step),
+    )
+    # Lower limit of chi-squared; importing scipy.stats for it would take a second.
+    lower = 2.0 * gammaincinv(0.5 * edf, share)
+    high = raised * np.sqrt(edf / lower)
+    lowered = (curve.tau * sample_rate < _FILTERED) | (curve.tau < shortest)
+    highest = np.where(lowered, np.inf, high * np.sqrt(curve.tau))
+    if not np.isfinite(highest).any():
+        return None
+    index = int(np.nanargmin(highest))
+    return CurveBound(
+        value=per_gyro(float(highest[index]) ** 2, gyros_differenced), tau=float(curve.tau[index])
+    )

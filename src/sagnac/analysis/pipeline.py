@@ -7,10 +7,10 @@ from typing import Final, TypedDict
 from threadpoolctl import ThreadpoolController
 
 from sagnac import series
-from sagnac.analysis.answer import Headline, headline_of
 from sagnac.analysis.averaged import Averaged, averaged
 from sagnac.analysis.curves import curves_of, points_at, points_of, require_length, rounding_note
 from sagnac.analysis.fits import coefficients_of
+from sagnac.analysis.headline import Headline, headline_of
 from sagnac.analysis.measurement import Measurement, measure, turning_table
 from sagnac.analysis.noticed import noticed
 from sagnac.analysis.parts import Part

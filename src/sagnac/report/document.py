@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from sagnac import __version__
-from sagnac.analysis.headline import headline_coefficients
+from sagnac.analysis.headline_fit import headline_coefficients
 from sagnac.analysis.plain import covariance_data, parts_data, resting_data
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate, in_units

@@ -7,7 +7,7 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from sagnac import __version__
-from sagnac.analysis.headline import headline_estimates, headline_fit
+from sagnac.analysis.headline_fit import headline_estimates, headline_fit
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES

@@ -9,7 +9,7 @@ from rich.box import Box
 from rich.console import Console
 from rich.table import Table
 
-from sagnac.analysis.headline import headline_estimates
+from sagnac.analysis.headline_fit import headline_estimates
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.errors import Note
