@@ -828,7 +828,7 @@ def is_number(value: Value) -> bool:
 
 
 def relative_difference(one: float, other: float) -> float:
-    """Of the larger of the two; two that are both below `NOTHING` are equal."""
+    """Difference relative to the larger of the two; zero if both are below `NOTHING`."""
     size = max(abs(one), abs(other))
     if one == other or size < NOTHING:
         return 0.0

@@ -102,7 +102,7 @@ class RecordingError(ValueError):
         return cls(note.text, path=path, channel=note.channel)
 
     def at(self, path: str) -> Self:
-        """The same error with the file it is about, where that was not known."""
+        """The same error; names the file if it named none."""
         return type(self)(
             self.problem, path=self.path or path, channel=self.channel, remedy=self.remedy
         )

@@ -346,7 +346,7 @@ def _covariance(
     coefficients: Mapping[CoefficientName, Estimate],
     names: tuple[CoefficientName, ...],
 ) -> FloatArray:
-    """Of the estimated values: of the means over models, plus the mean of each.
+    """Covariance of the estimated values: that of the means over models, plus the mean of each.
 
     The variances are those of the intervals, which may be of a likelihood fit or of other models;
     the correlations are of the models.

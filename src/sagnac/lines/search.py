@@ -203,7 +203,7 @@ def has_diverged(state: State) -> bool:
 
 
 def _mean_square_step(angle: FloatArray) -> float:
-    """Of the increments of an angle, rad^2."""
+    """Mean square increment of an angle, rad^2."""
 
     def squares(block: slice) -> float:
         steps = np.diff(angle[block.start : block.stop + 1])

@@ -47,7 +47,7 @@ def masked_bands(lines: tuple[Line, ...], known: Lineup) -> tuple[tuple[float, f
 
 
 def noise_taken(lines: tuple[Line, ...], known: Lineup) -> FloatArray:
-    """`taken` of `Removal`: half a cycle a record for each parameter fitted, where it was.
+    """`taken` of `Removal`: half a cycle per record for each parameter, at its frequency.
 
     Returns
     -------

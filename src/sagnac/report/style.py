@@ -68,7 +68,7 @@ def styled(legend_rows: int) -> Iterator[Canvas]:
 
 
 def legend_above(axes: Axes, columns: int) -> None:
-    """The legend above the plot, where it hides no data."""
+    """Put the legend above the plot, so that it hides no data."""
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(-0.02, 0.995),

@@ -229,7 +229,7 @@ def _bins(cells: Cells, members: Sequence[tuple[int, int]], flat: FloatArray) ->
 
 
 def _standing(cells: FloatArray, shape: float) -> BooleanArray:
-    """Cells above what chance gives the largest of so many, and those beside them."""
+    """Cells above what chance gives the largest of them all, and their neighbours."""
     standing = np.zeros(cells.size, dtype=np.bool_)
     if cells.size < 4:
         return standing

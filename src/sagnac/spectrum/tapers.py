@@ -27,9 +27,9 @@ from sagnac.arrays import FloatArray
 from sagnac.spectrum import transforms
 from sagnac.spectrum.transforms import power_spectrum, transform_length
 
-# Of the spectrum of a figure.
+# Tapers of the spectrum in a figure.
 _TAPERS: Final = 5
-# Of the spectrum that the answer rests on, and half the band in cycles a record that they smooth
+# Tapers of the answer's spectrum, and half the band in cycles a record that they smooth
 # over: the k-th sine taper has its two peaks at k/2 cycles a record.
 TAPERS: Final = 7
 HALF_WIDTH: Final = 4
