@@ -8,6 +8,7 @@ import pytest
 from sagnac.lines import passes, state
 from sagnac.lines.candidates import new_lines
 from sagnac.lines.components import no_components
+from sagnac.lines.peaks import peaks_in_frequency
 from sagnac.lines.state import Kept, Record, first_state
 
 RATE = 100.0
@@ -150,7 +151,8 @@ def test_table_motion_is_fitted_again_beside_the_orders_known():
     table = wandering_table()
     angle = walk(7) + 0.5 * table + 1e-6 * np.cos(3.0 * table)
     start = on_table(angle, table)
-    found = new_lines(start.residue, start.components, start.patience).lines
+    tones = peaks_in_frequency(start.residue)
+    found = new_lines(start.residue, tones, start.components, start.patience).lines
     after = passes.followed(passes.joined_by(start, found))
     assert after.fit is None
     assert after.motion.share == pytest.approx(0.5, abs=2e-8)

@@ -123,9 +123,11 @@ def _stays(values: FloatArray, place: int, height: float) -> bool:
 def _off_neighbours(values: FloatArray) -> FloatArray:
     """Each sample less the median of the two before and the two after."""
     padded = np.pad(values, _AROUND, mode="reflect")
-    around = np.stack([padded[:-4], padded[1:-3], padded[3:-1], padded[4:]])
-    around.sort(axis=0)
-    return np.asarray(values - 0.5 * (around[1] + around[2]))
+    first, second, third, fourth = padded[:-4], padded[1:-3], padded[3:-1], padded[4:]
+    # The middle two of four lie between the higher of the lower ones and the lower of the higher.
+    lower = np.maximum(np.minimum(first, second), np.minimum(third, fourth))
+    higher = np.minimum(np.maximum(first, second), np.maximum(third, fourth))
+    return np.asarray(values - 0.5 * (lower + higher))
 
 
 def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:

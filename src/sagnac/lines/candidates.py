@@ -10,7 +10,7 @@ from sagnac.lines.components import MOST_ORDERS, Components, joined, no_componen
 from sagnac.lines.crowding import Band, inside
 from sagnac.lines.detection import Residue, floor_of_orders
 from sagnac.lines.joint_fit import sums_at_orders, tone_sums
-from sagnac.lines.peaks import NO_PEAKS, Peaks, peaks_in_frequency, peaks_in_order
+from sagnac.lines.peaks import NO_PEAKS, Peaks, peaks_in_order
 from sagnac.lines.strongest import Candidates, strongest
 from sagnac.lines.turning import mean_square_step
 
@@ -112,6 +112,7 @@ def _no_orders(none: Components) -> NewOrders:
 
 def new_lines(
     left: Residue,
+    tones: Peaks,
     known: Components,
     reach: FloatArray | None,
     bands: tuple[Band, ...] = (),
@@ -122,6 +123,8 @@ def new_lines(
     ----------
     left
         What is left of the angle.
+    tones
+        Its peaks in frequency.
     known
         Lines that are out of it already.
     reach
@@ -131,7 +134,6 @@ def new_lines(
         (low, high), cycles a sample: peaks in frequency there are no lines.
     """
     samples, turns = left.sampled.samples, left.turning
-    tones = peaks_in_frequency(left)
     tones = tones.select(~inside(frequencies_of(left, tones), bands))
     broken = broken_orders(left, known, frequencies_of(left, tones))
     whole = _no_orders(no_components(samples))

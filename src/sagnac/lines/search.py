@@ -37,7 +37,7 @@ from sagnac.lines.passes import (
     without_earth_orders,
     without_vibration,
 )
-from sagnac.lines.peaks import peaks_in_frequency
+from sagnac.lines.peaks import Peaks, peaks_in_frequency
 from sagnac.lines.state import End, Record, State, centre, first_state
 from sagnac.lines.taken_noise import masked_bands, noise_taken
 
@@ -157,8 +157,9 @@ def next_round(state: State) -> State:
     first = number == 0
     if first and state.turning is not None and not state.turning.tells_orders:
         state = with_orders_one_by_one(state)
-    crowds = _crowds(state)
-    new = new_lines(state.residue, state.components, state.patience, crowds)
+    tones = peaks_in_frequency(state.residue)
+    crowds = _crowds(state, tones)
+    new = new_lines(state.residue, tones, state.components, state.patience, crowds)
     if not _may_be_images(state, new.waiting):
         state = replace(state, bands=crowds)
         state = without_vibration(state)
@@ -212,12 +213,12 @@ def _mean_square_step(angle: FloatArray) -> float:
     return series.total(squares, angle.size - 1, angle) / (angle.size - 1)
 
 
-def _crowds(state: State) -> tuple[Band, ...]:
-    """Bands of vibration known so far, and those in which peaks crowd now.
+def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
+    """Bands of vibration known so far, and those in which peaks in frequency crowd now.
 
     If there are such bands and the search goes on and on, all that still stands is of them.
     """
-    peaks, bins = peaks_in_frequency(state.residue), state.spectrum.floor.size
+    bins = state.spectrum.floor.size
     crowds = crowded_bands(peaks, state.components, bins)
     if state.bands and state.rounds > _PATIENT_ROUNDS:
         crowds = (*crowds, *bands_of_peaks(peaks, bins))

@@ -1,5 +1,6 @@
 """One style for all figures of the reports."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from typing import Any, Final
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterSciNotation
 
 from sagnac.plot import INK
 
@@ -47,6 +49,32 @@ STYLE: Final[dict[Any, Any]] = {
 _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
 _LEGEND_ROW: Final = 0.036  # of the height
+_POWER: Final = re.compile(r"\$\\mathdefault\{(.*?)(?:\\times)?10\^\{(.*?)\}\}\$")
+_RAISED: Final = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class PowersOfTen(LogFormatterSciNotation):
+    """Labels of a logarithmic axis in plain characters.
+
+    The mathematical layout of matplotlib takes a third of the time that a figure takes.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> axes = Figure().add_subplot(xscale="log")
+    >>> axes.xaxis.set_major_formatter(PowersOfTen())
+    >>> axes.xaxis.get_major_formatter()(1e-3)
+    '10⁻³'
+    """
+
+    def __call__(self, value: float, position: int | None = None) -> str:
+        """The label of a tick; empty if it takes none."""
+        return _POWER.sub(_plain, super().__call__(value, position))
+
+
+def _plain(power: re.Match[str]) -> str:
+    factor, exponent = power.groups()
+    return f"{factor}{'·' if factor else ''}10{exponent.translate(_RAISED)}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,6 +93,10 @@ def styled(legend_rows: int) -> Iterator[Canvas]:
         axes = figure.add_subplot()
         figure.subplots_adjust(**_FRAME, top=0.98 - legend_rows * _LEGEND_ROW)
         yield Canvas(figure=figure, axes=axes)
+        for axis, scale in ((axes.xaxis, axes.get_xscale()), (axes.yaxis, axes.get_yscale())):
+            if scale == "log":
+                axis.set_major_formatter(PowersOfTen())
+                axis.set_minor_formatter(PowersOfTen())
 
 
 def legend_above(axes: Axes, columns: int) -> None:

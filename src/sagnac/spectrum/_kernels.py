@@ -3,7 +3,7 @@
 import numba
 import numpy as np
 
-from sagnac.arrays import FloatArray
+from sagnac.arrays import ComplexArray, FloatArray
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
@@ -36,3 +36,38 @@ def table_gathered(phase: FloatArray, strengths: FloatArray, table: FloatArray) 
         for power in range(terms):
             row[power] += value
             value *= offset
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def tapered_power(transform: ComplexArray, turns: ComplexArray, power: FloatArray) -> None:
+    """Fill `power` with the squares at every second frequency of `transform`, summed over tapers.
+
+    The k-th sine taper is half the difference of two waves, so that the tapered transform is
+    that of the sums k frequencies below and k above, turned by ``turns[k - 1]`` and back.
+    """
+    last = transform.size - 1
+    for n in range(power.size):
+        total = 0.0
+        for order in range(1, turns.size + 1):
+            below, above = 2 * n - order, 2 * n + order
+            # A real series: what lies below zero or above half a cycle mirrors the rest.
+            first = transform[below] if below >= 0 else np.conj(transform[-below])
+            second = transform[above] if above <= last else np.conj(transform[2 * last - above])
+            turn = turns[order - 1]
+            tapered = turn * first - np.conj(turn) * second
+            total += tapered.real**2 + tapered.imag**2
+        power[n] = total
+
+
+@numba.njit(cache=True, nogil=True)
+def interpolated(start: int, points: FloatArray, levels: FloatArray, series: FloatArray) -> None:
+    """Fill `series` with levels at the whole numbers from `start` on, linear between the points."""
+    segment = 0
+    last = points.size - 2
+    for n in range(series.size):
+        number = float(start + n)
+        while segment < last and points[segment + 1] < number:
+            segment += 1
+        share = (number - points[segment]) / (points[segment + 1] - points[segment])
+        share = min(max(share, 0.0), 1.0)
+        series[n] = levels[segment] + share * (levels[segment + 1] - levels[segment])

@@ -17,21 +17,23 @@ from sagnac.spectrum.tapers import (
     FINE,
     HALF_WIDTH,
     REACH,
-    TAPERS,
     band_degrees_of_freedom,
     leaked_density,
-    multitaper,
     response,
+    tapered_power,
 )
 
 # First ordinate in use, cycles a record. Below it the line that is taken off is missed.
 _FIRST: Final = 6
-# Longest stretch that is transformed at once, samples.
-SEGMENT: Final = 2**20
+# Longest stretch that is transformed at once, samples: such a transform stays in cache.
+SEGMENT: Final = 2**17
 # Cells of a segment that the decimated record covers instead.
 _HANDED_DOWN: Final = 64
-# Stop band of the filter before decimation, dB.
+# Stop band of the filters before decimation, dB, and the largest step of one of them.
 _STOP: Final = 140.0
+_STEP: Final = 4
+# Part of the rate of the decimated record up to which it is used.
+_USED: Final = 0.2
 # Smallest record, samples.
 LEAST_SAMPLES: Final = 64
 # Cycles a record below which a law bends within the window.
@@ -203,16 +205,18 @@ def _cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
     """Cells of the mean spectrum of equal segments."""
     size = record.values.size
     count = -(-size // segment)
-    length = 2 * int(prev_fast_len(size // count // 2, real=True))
-    power = np.zeros(length // 2 + 1)
-    for number in range(count):
-        start = number * (size // count)
-        power += multitaper(record.less_line(start, start + length), TAPERS, length)
+    stride = size // count
+    periods = 2 * int(prev_fast_len((stride + 1) // 2, real=True))
+
+    def power_of(stretch: slice) -> FloatArray:
+        return tapered_power(record.less_line(stretch.start, stretch.start + periods - 1))
+
+    power = series.total(power_of, count * stride, record.values, length=stride)
     density = rate_density(power / count, sample_rate)
     cells = (density.size - 1 - _FIRST) // CELL
     used = slice(_FIRST, _FIRST + cells * CELL)
     first = _FIRST + CELL * np.arange(cells, dtype=np.float64)
-    unit = sample_rate / length
+    unit = sample_rate / periods
     return Cells(
         frequency=(first + 0.5 * (CELL - 1)) * unit,
         low=(first - 0.5) * unit,
@@ -237,28 +241,45 @@ def _low_pass(taps: int, corner: float) -> FloatArray:
 
 def _coarse_cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
     """Cells of the filtered and decimated record, to a fifth of its rate."""
-    values = record.values
-    factor = int(2 ** math.ceil(math.log2(values.size / segment)))
-    taps = _low_pass(40 * factor + 1, 0.36 / factor)
-    count = (values.size - taps.size) // factor + 1
-    coarse = np.empty(count)
-    rows = max(1, SEGMENT // factor)
-    for first in range(0, count, rows):
-        last = min(count, first + rows)
-        block = record.less_line(first * factor, (last - 1) * factor + taps.size)
-        coarse[first:last] = _decimated(block, taps, factor)
-    straight = _Straight(values=factor * coarse, slope=0.0, middle=0.0)
-    cells = _cells(straight, sample_rate / factor, 2 * segment)
-    return cells.kept(cells.high < 0.2 * sample_rate / factor)
+    factor = int(2 ** math.ceil(math.log2(record.values.size / segment)))
+    coarse, left = record, factor
+    while left > 1:
+        step = min(left, _STEP)
+        coarse = _Straight(
+            values=_decimated(coarse, _anti_alias(step, left), step), slope=0.0, middle=0.0
+        )
+        left //= step
+    increments = _Straight(values=factor * coarse.values, slope=0.0, middle=0.0)
+    cells = _cells(increments, sample_rate / factor, segment)
+    return cells.kept(cells.high < _USED * sample_rate / factor)
 
 
-def _decimated(block: FloatArray, taps: FloatArray, factor: int) -> FloatArray:
-    """Every `factor`-th output of a symmetric filter, polyphase."""
-    count = (block.size - taps.size) // factor + 1
-    total = np.zeros(count)
-    for lag in range(taps.size):
-        total += taps[lag] * block[lag : lag + (count - 1) * factor + 1 : factor]
-    return total
+def _anti_alias(step: int, left: int) -> FloatArray:
+    """Low-pass before every `step`-th sample is taken, if a factor of `left` is still to come.
+
+    It passes what is used in the end, and stops what folds there; what folds elsewhere is
+    stopped by a later step or not used. That leaves it a wide slope, and so a few taps. Their
+    number is Kaiser's (Oppenheim and Schafer, Discrete-Time Signal Processing, 7.5).
+    """
+    passed = _USED / left
+    slope = 1.0 / step - 2.0 * passed
+    taps = math.ceil((_STOP - 8.0) / (2.285 * 2.0 * math.pi * slope))
+    return _low_pass(2 * (taps // 2) + 1, 0.5 / step)
+
+
+def _decimated(record: _Straight, taps: FloatArray, step: int) -> FloatArray:
+    """Every `step`-th output of a symmetric filter, polyphase: a series."""
+
+    def outputs(block: slice) -> FloatArray:
+        inputs = record.less_line(block.start * step, (block.stop - 1) * step + taps.size)
+        count = block.stop - block.start
+        total = np.zeros(count)
+        for lag in range(taps.size):
+            total += taps[lag] * inputs[lag : lag + (count - 1) * step + 1 : step]
+        return total
+
+    count = (record.values.size - taps.size) // step + 1
+    return series.made(outputs, count, record.values, length=series.SPAN // step)
 
 
 def _joined(coarse: Cells, fine: Cells) -> Cells:

@@ -24,7 +24,7 @@ from scipy.fft import rfft
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.spectrum import transforms
+from sagnac.spectrum import _kernels, transforms
 from sagnac.spectrum.transforms import power_spectrum, transform_length
 
 # Tapers of the spectrum in a figure.
@@ -41,9 +41,7 @@ REACH: Final = 12
 FINE: Final = 4
 
 
-def multitaper(
-    increments: FloatArray, tapers: int = _TAPERS, length: int | None = None
-) -> FloatArray:
+def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
     """Power of the increments at the frequencies of `periodogram`, averaged over sine tapers.
 
     The leakage of a periodogram falls as f^-2, no faster than a rate random walk does; that of
@@ -56,12 +54,10 @@ def multitaper(
         (samples,), without their mean.
     tapers
         How many, from 1.
-    length
-        Of the transform, even; ``transform_length(samples)`` unless given.
 
     Returns
     -------
-    (length // 2 + 1,) in the unit of `increments` squared.
+    (transform_length(samples) // 2 + 1,) in the unit of `increments` squared.
 
     Raises
     ------
@@ -70,7 +66,7 @@ def multitaper(
     """
     if tapers < 1:
         raise ValueError(f"tapers is {tapers}; give a number from 1")
-    length = length or transform_length(increments.size)
+    length = transform_length(increments.size)
     # The squares of a sine taper sum to half of size + 1.
     scale = 2.0 / ((increments.size + 1) * tapers)
     power = power_spectrum(increments, length, scale, 1)
@@ -85,6 +81,31 @@ def _add(power: FloatArray, more: FloatArray) -> None:
         power[block] += more[block]
 
     series.map(add, power.size, power, more)
+
+
+def tapered_power(increments: FloatArray) -> FloatArray:
+    """Power of a short stretch of increments, averaged over the tapers of the answer.
+
+    One transform serves all tapers (`_kernels.tapered_power`; Riedel and Sidorenko, eq. 4).
+
+    Parameters
+    ----------
+    increments
+        (samples,), without their mean, in memory; quick if samples + 1 has small factors.
+
+    Returns
+    -------
+    ((samples + 1) // 2 + 1,) in the unit of `increments` squared, at k / (samples + 1) cycles a
+    sample.
+    """
+    periods = increments.size + 1
+    transform = rfft(increments, 2 * periods)
+    turns = np.exp(1j * math.pi / periods * np.arange(1, TAPERS + 1))
+    power = np.empty(periods // 2 + 1)
+    _kernels.tapered_power(transform, turns, power)
+    # Half the difference of two waves, and tapers of unit energy.
+    power *= 0.25 * 2.0 / (periods * TAPERS)
+    return power
 
 
 def sine_taper(order: int, samples: int) -> FloatArray:
