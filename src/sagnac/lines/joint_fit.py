@@ -29,6 +29,8 @@ from sagnac.spectrum.sums import tone_sums as sums_of_tones
 _COLLINEAR: Final = 1e-5
 # A frequency moves by no more than this in one step, in radians of phase at the record's ends.
 _LONGEST_STEP: Final = 1.0
+# Samples in a block of sums at whole orders.
+_LONG_BLOCK: Final = 4 * series.SPAN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -249,7 +251,8 @@ def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArr
     def sums_over(span: slice) -> ComplexArray:
         return angle_sums(table[span], _differences(steps, span), highest).conj()
 
-    return series.total(sums_over, table.size, steps, table)
+    # Long blocks: what a block costs besides its samples is that of a hundred thousand of them.
+    return series.total(sums_over, table.size, steps, table, length=_LONG_BLOCK)
 
 
 def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> ComplexArray:

@@ -1,40 +1,50 @@
 """Compiled loops of spectra: arrays in, arrays out; no validation, no files."""
 
+from typing import Final
+
 import numba
 import numpy as np
 
 from sagnac.arrays import ComplexArray, FloatArray
 
 
+# Coefficients of a polynomial in a table: known here, the loops over them are unrolled.
+TERMS: Final = 8
+
+
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def table_evaluated(phase: FloatArray, table: FloatArray, series: FloatArray) -> None:
-    """Fill `series` with the polynomials of `table`, (points, terms), nearest to each phase."""
-    points, terms = table.shape
+    """Fill `series` with the polynomials of `table` nearest to each phase.
+
+    `table` is (points, `TERMS`); the points are a power of two, so that a mask folds an angle
+    into one turn.
+    """
+    points = table.shape[0]
     a_radian = points / (2.0 * np.pi)
     for n in range(phase.size):
         place = phase[n] * a_radian
         nearest = np.floor(place + 0.5)
         offset = place - nearest
-        row = table[int(nearest) % points]
-        value = row[terms - 1]
-        for power in range(terms - 2, -1, -1):
-            value = value * offset + row[power]
+        row = int(nearest) & (points - 1)
+        value = table[row, TERMS - 1]
+        for power in range(1, TERMS):
+            value = value * offset + table[row, TERMS - 1 - power]
         series[n] = value
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def table_gathered(phase: FloatArray, strengths: FloatArray, table: FloatArray) -> None:
-    """Add each strength, times the powers of its offset, to the nearest row of `table`."""
-    points, terms = table.shape
+    """Add each strength, times the powers of its offset, to the nearest row of such a table."""
+    points = table.shape[0]
     a_radian = points / (2.0 * np.pi)
     for n in range(phase.size):
         place = phase[n] * a_radian
         nearest = np.floor(place + 0.5)
         offset = place - nearest
-        row = table[int(nearest) % points]
+        row = int(nearest) & (points - 1)
         value = strengths[n]
-        for power in range(terms):
-            row[power] += value
+        for power in range(TERMS):
+            table[row, power] += value
             value *= offset
 
 

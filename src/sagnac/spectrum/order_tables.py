@@ -6,6 +6,7 @@ distance from the nearest even angle to a table, whose Fourier transforms are th
 `HIGHEST` that is four times quicker than a non-uniform transform good to 1e-9 of the sums.
 """
 
+from functools import lru_cache
 from math import factorial
 from typing import Final
 
@@ -14,10 +15,9 @@ import numpy as np
 from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.spectrum import _kernels
 
-# Even angles of a turn, a power of two, and coefficients of each polynomial. The remainder at the
-# highest order, half a step away, is (pi * HIGHEST / POINTS)^8 / 8!: below 1e-15.
+# Even angles of a turn, a power of two. With eight coefficients, the remainder at the highest order,
+# half a step away, is (pi * HIGHEST / POINTS)^8 / 8!: below 1e-15.
 _POINTS: Final = 2**14
-_TERMS: Final = 8
 HIGHEST: Final = 256
 
 
@@ -35,16 +35,24 @@ def table_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
     -------
     (samples,) in the unit of the sums.
     """
-    steps = 1j * np.arange(sums.size) * (2.0 * np.pi / _POINTS)
-    table = np.empty((_POINTS, _TERMS))
-    for power in range(_TERMS):
+    series = np.empty(phase.size)
+    _kernels.table_evaluated(phase, _polynomials(sums.tobytes()), series)
+    return series
+
+
+@lru_cache(maxsize=2)
+def _polynomials(sums: bytes) -> FloatArray:
+    """(points, terms) of complex sums; kept, since every block of a record asks for them."""
+    coefficients = np.frombuffer(sums, dtype=np.complex128)
+    steps = 1j * np.arange(coefficients.size) * (2.0 * np.pi / _POINTS)
+    table = np.empty((_POINTS, _kernels.TERMS))
+    for power in range(_kernels.TERMS):
         derivative = np.zeros(_POINTS // 2 + 1, dtype=np.complex128)
-        derivative[: sums.size] = sums * steps**power / factorial(power)
+        derivative[: coefficients.size] = coefficients * steps**power / factorial(power)
         derivative[1:] *= 0.5
         table[:, power] = np.fft.irfft(derivative, _POINTS, norm="forward")
-    series = np.empty(phase.size)
-    _kernels.table_evaluated(phase, table, series)
-    return series
+    table.flags.writeable = False
+    return table
 
 
 def table_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> ComplexArray:
@@ -63,10 +71,10 @@ def table_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> Complex
     -------
     (orders + 1,) in the unit of the strengths.
     """
-    table = np.zeros((_POINTS, _TERMS))
+    table = np.zeros((_POINTS, _kernels.TERMS))
     _kernels.table_gathered(phase, strengths, table)
     steps = -1j * np.arange(orders + 1) * (2.0 * np.pi / _POINTS)
     sums = np.zeros(orders + 1, dtype=np.complex128)
-    for power in range(_TERMS):
+    for power in range(_kernels.TERMS):
         sums += np.fft.rfft(table[:, power])[: orders + 1] * steps**power / factorial(power)
     return sums
