@@ -27,8 +27,9 @@ $(VENV)/bench.stamp: requirements/bench.txt $(VENV)/dev.stamp
 demo: $(VENV)/runtime.stamp
 	$(BIN)/sagnac demo -o $(OUT)
 
+# Two processes: the tests are single-threaded for most of their time.
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check .
