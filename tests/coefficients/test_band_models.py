@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import gamma
 
-from sagnac.coefficients._kernels import every_model
-from sagnac.coefficients.band_models import WALK, band_models, models_of_one_band
+from sagnac.coefficients._model_kernels import every_model
+from sagnac.coefficients.band_models import FALL, WALK, band_models, models_of_one_band
 from sagnac.rig.gallery import Gyro, low_passed
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
@@ -17,7 +17,7 @@ def test_a_fit_is_the_maximum_of_the_gamma_likelihood():
     laws = np.stack([np.geomspace(1e-2, 4, 12), np.ones(12)], axis=1)
     level = rng.gamma(shape, (laws @ [0.5, 1.0]) / shape)
     first, last, mask, _, _, squares, covariance = every_model(
-        level, shape, laws, 1, 4, 0, 0, np.inf
+        level, shape, laws, 1, 4, 0, 0, False, np.inf
     )
     row = np.flatnonzero((first == 0) & (last == 12) & (mask == 3))[0]
 
@@ -51,3 +51,43 @@ def test_a_plateau_is_fitted_beside_a_deep_roll_off():
     assert best.holding(WALK)[0]
     assert best.ruled[0] > 10
     assert np.sqrt(best.squares[0, WALK]) == pytest.approx(1.0, rel=0.1)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_low_pass_is_a_divisor_of_the_walk_at_its_own_corner(order):
+    levels = robust_levels(
+        tapered_spectrum(
+            low_passed(
+                np.random.default_rng(2), 200_000, 100.0, gyro=Gyro(), corner=0.02, order=order
+            ).increments,
+            sample_rate=100.0,
+        )
+    )
+    models = models_of_one_band(levels, (0.0, 2.2), 1 << WALK | 1 << (FALL + order - 1))
+    row = int(np.argmax(models.falling))
+    assert models.falling[row]
+    assert np.sqrt(models.squares[row, WALK]) == pytest.approx(1.0, rel=0.02)
+    # |H|^2 = 1/(1 + (f/corner)^(2 order)), the corner at 2 Hz.
+    corner = models.squares[row, FALL + order - 1] ** (-0.5 / order)
+    assert corner == pytest.approx(2.0, rel=0.05)
+
+
+def test_a_fall_is_fitted_at_the_maximum_of_the_gamma_likelihood():
+    rng = np.random.default_rng(13)
+    shape, rise = np.full(14, 60.0), np.geomspace(1e-3, 1.0, 14)
+    laws = np.stack([np.ones(14), rise], axis=1)
+    level = rng.gamma(shape, 1.0 / (1.0 + rise) / shape)
+    first, last, mask, _, _, squares, covariance = every_model(
+        level, shape, laws, 0, 4, 0b11, 0, True, np.inf
+    )
+    row = np.flatnonzero((first == 0) & (last == 14) & (mask == 3))[0]
+
+    def cost(b):
+        mean = b[0] / (1.0 + b[1] * rise)
+        return -gamma.logpdf(level, shape, scale=mean / shape).sum()
+
+    best = squares[row]
+    for step in ([1e-2, 0], [0, 1e-2], [-1e-2, 0], [0, -1e-2]):
+        assert cost(best + step) > cost(best) - 1e-5
+    slope = np.stack([np.full(14, 1.0 / best[0]), -rise / (1.0 + best[1] * rise)], axis=1)
+    assert np.allclose(covariance[row], np.linalg.inv(slope.T @ np.diag(shape) @ slope))

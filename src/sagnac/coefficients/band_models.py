@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
-from sagnac.coefficients._kernels import every_model
+from sagnac.coefficients._model_kernels import every_model
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, CoefficientName, rate_density_basis
 from sagnac.spectrum.levels import Levels
 
@@ -23,13 +23,16 @@ _STANDING: Final = 0.15
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.
 LIGHT: Final = 1e-5
-# Columns of the walk, and of its fall with frequency.
+# Columns of the walk, and of the first of the falls with frequency.
 WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
 FALL: Final = len(STOCHASTIC_NAMES)
-# Number of terms by bit mask.
-_SIZES: Final = np.array([mask.bit_count() for mask in range(1 << (FALL + 1))])
-# What may not stand beside the fall of N: Q and B bend as it does.
-_BARRED_WITH_FALL: Final = 0b101
+# Orders of a low-pass, one fall each.
+ORDERS: Final = (1, 2)
+# Number of columns, and of terms by bit mask.
+_COLUMNS: Final = FALL + len(ORDERS)
+_SIZES: Final = np.array([mask.bit_count() for mask in range(1 << _COLUMNS)])
+# What may not stand beside a fall: Q comes after the sensor's filter.
+_BARRED_WITH_FALL: Final = 0b001
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,14 +44,14 @@ class BandModels:
     first, last
         (models,) band of bins, last exclusive.
     mask
-        (models,) bit c set: term c of Q, N, B, K and the fall of N is fitted.
+        (models,) bit c set: term c of Q, N, B, K and the falls of first and second order is fitted.
     ruled
         (models,) bins in which N is half of the fitted spectrum or more.
     deviance
         (models,) gamma deviance over the band.
     squares, covariance
-        (models, 5) squared coefficients, SI, and (models, 5, 5) their covariance; the last is
-        that of ``-2 f^2``.
+        (models, 6) squared coefficients, SI, and (models, 6, 6) their covariance; the last two
+        are c of the divisors ``1 + c f^2`` and ``1 + c f^4``.
     logarithm
         (models,) logarithm of the weight, 0 for the heaviest.
     """
@@ -93,6 +96,11 @@ class BandModels:
         """(models,) those that fit a term."""
         return np.asarray((self.mask >> column & 1).astype(bool))
 
+    @property
+    def falling(self) -> BooleanArray:
+        """(models,) those under the beginning of a low-pass."""
+        return np.asarray(self.mask >= 1 << FALL)
+
     def kept(self, rows: BooleanArray | IntegerArray) -> "BandModels":
         """Some of the models."""
         return BandModels(
@@ -114,35 +122,44 @@ class BandModels:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Scaled:
-    """Levels at one, their laws scaled to about one, and the shapes with the floor in them."""
+    """Levels at one, their laws scaled to about one, and the shapes with the floor in them.
+
+    `divisors` are f^2 and f^4 scaled to one at the highest bin.
+    """
 
     shape: FloatArray
     laws: FloatArray
+    divisors: FloatArray
     scale: FloatArray
+
+    def of(self, order: int) -> FloatArray:
+        """(bins, columns): the laws, and the divisor of an order, 0 for none."""
+        return (
+            self.laws if order == 0 else np.column_stack([self.laws, self.divisors[:, order - 1]])
+        )
 
 
 def _scaled(levels: Levels, floor: float) -> _Scaled:
     if not 0.0 <= floor < 1.0:
         raise ValueError(f"floor is {floor}; give a relative error from 0 to 1")
     interval = levels.spectrum.interval
-
-    def law(frequency: FloatArray) -> FloatArray:
-        fall = -2.0 * frequency[:, np.newaxis] ** 2
-        return np.concatenate([rate_density_basis(frequency, interval), fall], axis=1)
-
-    relative = levels.law(law) / levels.level[:, np.newaxis]
-    scale = np.abs(relative).max(axis=0)
+    laws = levels.law(lambda frequency: rate_density_basis(frequency, interval))
+    laws /= levels.level[:, np.newaxis]
+    divisors = levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS))
+    both = np.column_stack([laws, divisors])
+    scale = np.abs(both).max(axis=0)
+    both /= scale
     shape = 1.0 / (1.0 / levels.shape + floor**2 + (_STANDING * levels.outstanding) ** 2)
-    return _Scaled(shape=shape, laws=relative / scale, scale=scale)
+    return _Scaled(shape=shape, laws=both[:, :FALL], divisors=both[:, FALL:], scale=scale)
 
 
 def band_models(levels: Levels, *, floor: float = FLOOR) -> BandModels:
     """Fit every band and every choice of terms.
 
-    Beside Q, N, B and K a fall of N with frequency is tried (with neither Q nor B),
-    ``2 N^2 (1 - c f^2)`` with c >= 0: the beginning of any low-pass of the sensor. Without it
-    bands that reach into the roll-off pull N down. Only the beginning is of that law; what falls
-    farther lies outside the band.
+    Beside Q, N, B and K a low-pass of the sensor is tried (without Q, which it does not lower):
+    N, B and K divided by ``1 + c f^2`` or ``1 + c f^4`` with c >= 0, as behind a Butterworth
+    filter of first or second order. Without it bands that reach into the roll-off pull N down.
+    Only the beginning of a fall is fitted; what falls farther lies outside the band.
 
     Parameters
     ----------
@@ -162,16 +179,20 @@ def band_models(levels: Levels, *, floor: float = FLOOR) -> BandModels:
         If the floor makes no sense.
     """
     scaled = _scaled(levels, floor)
-    plain = _models(scaled, LEAST_BINS, 0, 1 << FALL, math.inf)
+    plain = _models(scaled, LEAST_BINS)
     lightest = -2.0 * float(plain.logarithm.max(initial=-math.inf))
-    falling = _models(scaled, LEAST_BINS, 1 << FALL | 1 << WALK, _BARRED_WITH_FALL, lightest)
-    both = BandModels(
-        **{
-            item.name: np.concatenate([getattr(plain, item.name), getattr(falling, item.name)])
-            for item in fields(BandModels)
-        }
-    )
-    return _relative(both)
+    falling = [
+        _models(
+            scaled,
+            LEAST_BINS,
+            order=order,
+            needed=1 << WALK,
+            barred=_BARRED_WITH_FALL,
+            lightest=lightest,
+        )
+        for order in ORDERS
+    ]
+    return _relative(_joined([plain, *falling]))
 
 
 def models_of_one_band(
@@ -197,24 +218,55 @@ def models_of_one_band(
     """
     scaled = _scaled(levels, floor)
     inside = (levels.frequency >= band_hz[0]) & (levels.frequency <= band_hz[1])
-    some = _Scaled(shape=scaled.shape[inside], laws=scaled.laws[inside], scale=scaled.scale)
-    bins = int(np.count_nonzero(inside))
-    barred = ~mask & ((1 << (FALL + 1)) - 1)
-    return _relative(_models(some, max(bins, LEAST_BINS), 1 << WALK, barred, math.inf))
+    some = _Scaled(
+        shape=scaled.shape[inside],
+        laws=scaled.laws[inside],
+        divisors=scaled.divisors[inside],
+        scale=scaled.scale,
+    )
+    least = max(int(np.count_nonzero(inside)), LEAST_BINS)
+    barred = ~mask & ((1 << FALL) - 1)
+    allowed = [order for order in ORDERS if mask >> (FALL + order - 1) & 1]
+    plain = _models(some, least, needed=1 << WALK, barred=barred)
+    falling = [
+        _models(some, least, order=order, needed=1 << WALK, barred=barred | _BARRED_WITH_FALL)
+        for order in allowed
+    ]
+    return _relative(_joined([plain, *falling]))
 
 
-def _models(scaled: _Scaled, least: int, needed: int, barred: int, lightest: float) -> BandModels:
-    """Fits whose terms are `needed` and others but `barred`; logarithms of weights are absolute."""
+def _models(
+    scaled: _Scaled,
+    least: int,
+    *,
+    order: int = 0,
+    needed: int = 0,
+    barred: int = 0,
+    lightest: float = math.inf,
+) -> BandModels:
+    """Fits under a low-pass of an order, 0 for none, whose terms are `needed` and not `barred`.
+
+    Logarithms of weights are absolute.
+    """
+    laws = scaled.of(order)
     first, last, mask, ruled, deviance, squares, covariance = every_model(
         np.ones(scaled.shape.size),
         scaled.shape,
-        np.ascontiguousarray(scaled.laws),
+        np.ascontiguousarray(laws),
         WALK,
         least,
-        needed,
+        needed | (1 << FALL if order else 0),
         barred,
+        order > 0,
         lightest,
     )
+    # The kernel knows one fall, in the column behind the laws.
+    columns = np.r_[:FALL, FALL + order - 1][: laws.shape[1]]
+    mask = (mask & ((1 << FALL) - 1)) | (1 << (FALL + order - 1) if order else 0)
+    placed = np.zeros((mask.size, _COLUMNS))
+    placed[:, columns] = squares
+    spread = np.zeros((mask.size, _COLUMNS, _COLUMNS))
+    spread[:, columns[:, np.newaxis], columns] = covariance
     left_out = scaled.shape.size - (last - first)
     return BandModels(
         first=first,
@@ -222,9 +274,18 @@ def _models(scaled: _Scaled, least: int, needed: int, barred: int, lightest: flo
         mask=mask,
         ruled=ruled,
         deviance=deviance,
-        squares=squares / scaled.scale,
-        covariance=covariance / (scaled.scale[:, np.newaxis] * scaled.scale),
+        squares=placed / scaled.scale,
+        covariance=spread / (scaled.scale[:, np.newaxis] * scaled.scale),
         logarithm=-0.5 * (deviance + 2.0 * (_SIZES[mask] + left_out)),
+    )
+
+
+def _joined(models: list[BandModels]) -> BandModels:
+    return BandModels(
+        **{
+            item.name: np.concatenate([getattr(one, item.name) for one in models])
+            for item in fields(BandModels)
+        }
     )
 
 

@@ -64,7 +64,7 @@ class Resting:
     terms
         Of the heaviest model.
     mask
-        Bits of the terms of the heaviest model, the fall of N included.
+        Bits of the terms of the heaviest model, its fall included.
     share
         Share of the weight that models of these very terms hold, over all their bands.
     bands
@@ -336,7 +336,7 @@ def _resting(models: BandModels, levels: Levels) -> Resting:
         mask=int(models.mask[0]),
         share=float(weight[models.mask == models.mask[0]].sum()),
         bands=shares,
-        falls=float(weight[models.holding(FALL)].sum()),
+        falls=float(weight[models.falling].sum()),
         misfit=float(models.deviance[0] / max(1, freedom)),
     )
 

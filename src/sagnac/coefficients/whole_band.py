@@ -1,5 +1,6 @@
 """A likelihood fit of five terms to the whole band, and whether the levels bear it out."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
@@ -13,8 +14,15 @@ from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.spectrum.levels import Levels
 
-# Chance that a true fit fails one of the two tests.
+# Chance that a true fit fails one of the tests of the levels against their law.
 _CHANCE: Final = 0.02
+# Logarithm of the weight by which a model of fewer bins may outdo that of all. Of five terms one
+# in twenty does by more.
+_OUTDONE: Final = 2.0
+# Standard errors by which the fit may differ from the average. It is the more efficient of the two,
+# so that the variance of the difference is the difference of the variances (Hausman, Econometrica
+# 46, 1251, 1978). The average's own variance is generous: of five terms one in twenty differs more.
+_APART: Final = 1.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +67,8 @@ def model_borne_out(
 
     The heaviest model of all bins has to pass two tests at a chance of 0.02 each, without any
     floor of the errors: its deviance, and the largest mean departure over any run of bins,
-    which finds what bends. And the value must lie within the interval of the average, or below
-    its bound.
+    which finds what bends. No model of fewer bins may outweigh it by more than e^2. And the value
+    must agree with the average, or lie below its bound.
 
     Parameters
     ----------
@@ -82,21 +90,34 @@ def model_borne_out(
     fitted = whole_band.angle_random_walk
     if not whole_band.describes or fitted.status != "estimated":
         return None
-    if walk.status != "not observable" and not walk.low <= fitted.value <= walk.high:
+    if not _agrees(fitted, walk):
         return None
     if not (low <= levels.frequency[0] and levels.frequency[-1] <= high):
         return None
     complete = (models.first == 0) & (models.last == levels.level.size)
-    complete &= models.holding(WALK) & ~models.holding(FALL)
+    complete &= models.holding(WALK) & ~models.falling
     if not complete.any():
         return None
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
+    if models.logarithm.max() - models.logarithm[row] > _OUTDONE:
+        return None
     ratio = levels.level / (laws @ models.squares[row, :FALL])
     freedom = ratio.size - int(models.sizes[row])
     deviance = float(2.0 * levels.shape @ (ratio - 1.0 - np.log(ratio)))
     passed = deviance <= 2.0 * gammaincinv(0.5 * freedom, 1.0 - _CHANCE)
     passed = passed and largest_run(levels.shape, ratio) < -ndtri(_CHANCE / (4.0 * ratio.size))
     return row if passed else None
+
+
+def _agrees(fitted: Estimate, walk: Estimate) -> bool:
+    """Whether a fit differs from the average by no more than chance, or lies below its bound."""
+    if walk.status != "estimated":
+        return walk.status == "not observable" or fitted.value <= walk.high
+    wide, narrow = (math.log(one.high / max(one.low, 1e-3 * one.value)) for one in (walk, fitted))
+    reach = float(ndtri(0.5 + 0.5 * walk.confidence))
+    error = math.sqrt(max(wide**2 - narrow**2, 0.0)) / (2.0 * reach)
+    apart = abs(math.log(fitted.value / walk.value))
+    return apart <= _APART * error and walk.low <= fitted.value <= walk.high
 
 
 def largest_run(shape: FloatArray, ratio: FloatArray) -> float:
