@@ -43,7 +43,9 @@ class Format:
             raise ValueError(f"suffixes is {self.suffixes!r}; give one or more such as .csv")
 
 
-CSV: Final = Format(name="CSV", suffixes=(".csv", ".tsv", ".txt"), module="csv")
+CSV: Final = Format(
+    name="CSV", suffixes=(".csv", ".tsv", ".txt", ".lvm", ".dat", ".log", ".asc"), module="csv"
+)
 PARQUET: Final = Format(
     name="Parquet", suffixes=(".parquet", ".pq"), module="parquet", beginning=b"PAR1"
 )

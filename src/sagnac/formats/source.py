@@ -28,12 +28,15 @@ class Column:
         Its name without the unit: ``x``.
     unit, kind
         What the file says of this column, or None.
+    number
+        Its place among the columns of the file, from 1, if they have places; else 0.
     """
 
     key: str
     name: str
     unit: str | None = None
     kind: str | None = None
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
