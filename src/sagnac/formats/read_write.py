@@ -15,6 +15,7 @@ from sagnac.formats.precedence import Statements
 from sagnac.formats.registry import FORMATS, Format
 from sagnac.formats.source import Source
 from sagnac.formats.statement import Statement, one_statement
+from sagnac.formats.suggestion import suggestion
 from sagnac.recording.model import Provenance, Recording
 
 
@@ -101,6 +102,43 @@ def columns(path: Path | str) -> tuple[str, ...]:
     path = Path(path)
     with about(path):
         return tuple(column.key for column in _open(path).columns)
+
+
+def missing(path: Path | str, statement: Statement | None = None, **stated: Any) -> dict[str, str]:
+    """What has to be stated besides for a file to be read: guesses, and what no file tells.
+
+    Parameters
+    ----------
+    path, statement, **stated
+        See `read`.
+
+    Returns
+    -------
+    dict of str
+        Input -> value, as the command line takes them. A word in capitals stands for what cannot
+        be guessed. Empty if nothing is missing.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "bench.csv"
+    ...     _ = path.write_text("stamp,gyro_x[deg/s]\\n" + "0.00,1.5\\n0.01,1.6\\n" * 4)
+    ...     missing(path)
+    {'columns': 'x=gyro_x[deg/s]', 'kind': 'rate', 'time': 'stamp:s'}
+    """
+    path = Path(path)
+    caller = one_statement(statement, stated)
+    with about(path):
+        source = _open(path)
+        statements = Statements(caller=caller, beside=beside(path).statement, file=source.stated)
+        return suggestion(source, statements)
 
 
 def write(recording: Recording, path: Path | str) -> Path:

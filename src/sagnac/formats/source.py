@@ -99,8 +99,8 @@ def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Col
 
     Examples
     --------
-    >>> column("x[arcsec]", kind="angle")
-    Column(key='x[arcsec]', name='x', unit='arcsec', kind='angle')
+    >>> column("x[arcsec]", kind="angle").unit
+    'arcsec'
     """
     name, in_header = split_header(key)
     return Column(key=key, name=name, unit=unit or in_header, kind=kind)
