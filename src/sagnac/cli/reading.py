@@ -79,6 +79,7 @@ def stated_options(statement: "Statement") -> dict[str, str]:
         "slice": f"{start or ''}:{stop or ''}" if statement.span else None,
         "counter-bits": statement.counter_bits,
         "null-pulse": statement.null_pulse,
+        "layout": statement.layout,
     }
     return {name: _listed(value) for name, value in values.items() if value is not None}
 
