@@ -58,7 +58,8 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
             f"is shorter than one record of {laid_out.size} bytes",
             remedy="state the right {layout}",
         )
-    starts, notes = None, ()
+    starts: NDArray[np.int64] | None = None
+    notes: tuple[Note, ...] = ()
     if laid_out.sync or laid_out.checksum:
         with damaged(BINARY.name):
             starts, notes = _found(path, laid_out)
@@ -166,9 +167,9 @@ def _apart(starts: NDArray[np.int64], size: int) -> NDArray[np.int64]:
 
 def _crc16(rows: Bytes) -> NDArray[Any]:
     """CRC-16/CCITT-FALSE: polynomial 0x1021 from 0xFFFF."""
-    crc = np.full(rows.shape[0], 0xFFFF, dtype=np.uint32)
+    crc: NDArray[Any] = np.full(rows.shape[0], 0xFFFF, dtype=np.int64)
     for column in rows.T:
-        crc ^= column.astype(np.uint32) << 8
+        crc ^= column.astype(np.int64) << 8
         for _ in range(8):
             crc = ((crc << 1) ^ np.where(crc & 0x8000, 0x1021, 0)) & 0xFFFF
     return crc

@@ -45,8 +45,9 @@ def open_source(path: Path) -> Source:
     first = next(iter(found.values()))
     is_whole = all(len(segments) == 1 for segments in found.values())
     columns = tuple(Column(key=name, name=name, unit="counts") for name in found)
+    notes: tuple[Note, ...] = ()
     if is_whole:
-        stated, notes = Statement(sample_rate=rate), ()
+        stated = Statement(sample_rate=rate)
     else:
         columns = (*columns, Column(key=_TIME, name=_TIME, unit="ns"))
         stated = Statement()

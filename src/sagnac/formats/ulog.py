@@ -73,9 +73,10 @@ def open_source(path: Path) -> Source:
 
 def _stated(sets: dict[str, Any]) -> Statement:
     """The gyros of the only `sensor_gyro`, else of `sensor_combined`; none if several may be."""
+    fields: tuple[str, ...] = _AXES
     gyros = [prefix for prefix, one in sets.items() if one.name == "sensor_gyro"]
     if len(gyros) == 1:
-        prefix, fields = gyros[0], _AXES
+        prefix = gyros[0]
     elif "sensor_combined" in sets:
         prefix, fields = "sensor_combined", tuple(f"gyro_rad[{i}]" for i in range(3))
     else:
