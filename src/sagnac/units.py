@@ -72,6 +72,7 @@ _TABLE: Final[tuple[tuple[Quantity, str, str, float], ...]] = (
     ("rate", "deg/s", "°/s", DEGREE),
     ("rate", "deg/h", "°/h", DEGREE_PER_HOUR),
     ("rate", "arcsec/s", "″/s", ARCSECOND),
+    ("rate", "mdeg/s", "m°/s", 1e-3 * DEGREE),
     ("rate", "mrad/s", "mrad/s", 1e-3),
     ("rate", "urad/s", "µrad/s", 1e-6),
     ("time", "s", "s", 1.0),
@@ -133,16 +134,38 @@ _ALIASES: Final[dict[str, str]] = {
     "radian": "rad",
     "radians": "rad",
     "dps": "deg/s",
+    "mdps": "mdeg/s",
+    "deg/sec": "deg/s",
+    "deg s^-1": "deg/s",
+    "°/sec": "deg/s",
+    "°/sek": "deg/s",
+    "grad/s": "deg/s",
+    "rad/sec": "rad/s",
+    "rad s^-1": "rad/s",
+    "rad*s^-1": "rad/s",
+    "°/hr": "deg/h",
     "deg/hr": "deg/h",
     "dph": "deg/h",
     "sec": "s",
+    "second": "s",
     "seconds": "s",
+    "milliseconds": "ms",
+    "microseconds": "us",
+    "nanoseconds": "ns",
+    "minutes": "min",
+    "hours": "h",
+    "sek": "s",
+    "msec": "ms",
+    "usec": "us",
+    "μs": "us",
+    "nsec": "ns",
     "turn": "rev",
     "hr": "h",
     **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
 }
 _FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")
 _HEADER: Final = re.compile(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*$")
+_IN_PARENTHESES: Final = re.compile(r"\s*(.*?)\s*\(([^()]*)\)\s*$")
 
 
 def canonical(unit: str) -> str:
@@ -170,14 +193,22 @@ def split_factor(unit: str) -> tuple[float, str]:
 def split_header(header: str) -> tuple[str, str | None]:
     """Name of a column and the unit in brackets after it, None if there are none.
 
+    Parentheses count if a unit stands in them.
+
     Examples
     --------
+    >>> split_header("rate (deg/s)"), split_header("rate (left)")
+    (('rate', 'deg/s'), ('rate (left)', None))
     >>> split_header("x[arcsec]")
     ('x', 'arcsec')
     >>> split_header("x")
     ('x', None)
     """
     match = _HEADER.match(header)
+    if match is None:
+        match = _IN_PARENTHESES.match(header)
+        if match is not None and split_factor(match.group(2))[1] not in UNITS:
+            match = None
     if match is None or not match.group(1):
         return header.strip(), None
     return match.group(1), match.group(2).strip() or None

@@ -16,7 +16,7 @@ ARCSECOND = math.pi / 180.0 / 3600.0
 SAMPLES = 600
 
 
-SUFFIXES = ("csv", "tsv", "parquet", "mat", "npz", "h5")
+SUFFIXES = ("csv", "tsv", "parquet", "feather", "mat", "npz", "h5")
 
 
 IMU_HEADER = """% PSINS-format SIMU log file

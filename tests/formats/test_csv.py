@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, columns, read
-from sagnac.formats.csv import Layout, check_last, layout
+from sagnac.formats.csv import check_last
 from tests.formats.examples import SAMPLES, refused, save, text, timed, walk
 
 
@@ -46,34 +46,35 @@ def test_csv_cut_off_and_with_text_in_it(tmp_path):
     refused(save(tmp_path / "word.csv", whole.replace("0.05,", "0.05,stop")), "stop")
 
 
-@pytest.mark.parametrize(
-    ("head", "expected"),
-    [
-        ("x[deg],z\n1,2\n", Layout(names=("x[deg]", "z"), delimiter=",", skip=1, first_row="1,2")),
-        (
-            "# a\n\nx;z\n\n1,5;2\n",
-            Layout(names=("x", "z"), delimiter=";", skip=3, first_row="1,5;2"),
-        ),
-        ("1 2 3\n", Layout(names=("1", "2", "3"), delimiter=" ", skip=0, first_row="1 2 3")),
-        ("x\n", Layout(names=("x",), delimiter=",", skip=1, first_row="")),
-    ],
-)
-def test_layouts(head, expected):
-    assert layout(head.encode(), tabs=False) == expected
+def test_a_wrong_line_is_named_with_its_value(tmp_path):
+    rows = [f"{0.01 * n:.2f},{n % 7}" for n in range(SAMPLES)]
+    rows[40] = "0.40,stop"
+    path = save(tmp_path / "word.csv", "\n".join(["time[s],x[deg]", *rows]) + "\n")
+    refused(path, "x[deg]", "line 42", "'stop' is not a number", "correct or remove that line")
+    rows[40] = "0.40,1,2"
+    path = save(tmp_path / "more.csv", "\n".join(["time[s],x[deg]", *rows]) + "\n")
+    refused(path, "line 42 has 3 fields and the first row 2", "'0.40,1,2'")
+    rows[40] = "# the door was opened"
+    path = save(tmp_path / "door.csv", "\n".join(["time[s],x[deg]", *rows]) + "\n")
+    assert read(path, Statement(kind="angle")).samples == SAMPLES - 1
 
 
-def test_a_decimal_comma_needs_another_delimiter():
-    assert layout(b"x;z\n1,5;2\n", tabs=False).decimal_point == ","
-    assert layout(b"x,z\n1,5\n", tabs=False).decimal_point == "."
+def test_names_that_repeat_are_told_apart_by_number(tmp_path):
+    x, other = walk(), walk(1)
+    path = save(tmp_path / "twice.csv", text("x[deg],x[deg]", x, other))
+    assert columns(path) == ("x[deg] (column 1)", "x[deg] (column 2)")
+    refused(path, "more than one column has this name")
+    stated = Statement(kind="angle", sample_rate=10.0, columns={"x": "2"})
+    np.testing.assert_allclose(np.rad2deg(read(path, stated).gyros[0].values), other, rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("head", "said"),
-    [(b"\0", "not text"), (b"# x\n", "no header line"), (b"x,x\n", "x: two columns")],
-)
-def test_heads_that_cannot_be(head, said):
-    with pytest.raises(RecordingError, match=said):
-        layout(head, tabs=False)
+def test_stamps_of_nineteen_digits_lose_nothing(tmp_path):
+    stamps = 1_403_636_579_758_555_392 + 5_000_000 * np.arange(SAMPLES)
+    stamps[300:] += 700_000_000
+    rows = "\n".join(f"{stamp},{n % 7}" for n, stamp in enumerate(stamps))
+    path = save(tmp_path / "run.csv", f"timestamp [ns],x [deg/s]\n{rows}\n")
+    recording = read(path, Statement(kind="rate"), verify=False)
+    np.testing.assert_allclose(recording.times, (stamps - stamps[0]) * 1e-9, atol=1e-12)
 
 
 def test_a_last_number_that_leaps_is_cut_short():

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac.errors import Note, RecordingError
-from sagnac.formats import Statement, read, write
+from sagnac.errors import MissingExtra, Note, RecordingError
+from sagnac.formats import Statement, read, registry, write
 from sagnac.formats.read_write import format_of
 from sagnac.formats.registry import FORMATS, Format
 from sagnac.recording.model import Channel, Recording
@@ -174,3 +174,61 @@ def test_a_recording_is_read_by_the_fields_of_a_statement(tmp_path):
         read(path, statement, kind="rate")
     with pytest.raises(TypeError, match="'rate' is nothing to state"):
         read(tmp_path / "none.csv", rate=50.0)
+
+
+@pytest.mark.parametrize(
+    "which",
+    [
+        ("run.bag", "rosbag", "rosbags", "ros"),
+        ("run.tdms", "tdms", "nptdms", "tdms"),
+        ("run.nc", "netcdf", "h5netcdf", "netcdf"),
+        ("run.ulg", "ulog", "pyulog", "ulog"),
+        ("run.mseed", "miniseed", "pymseed", "miniseed"),
+    ],
+)
+def test_a_library_that_is_missing_is_named_with_its_extra(tmp_path, monkeypatch, which):
+    name, module, package, extra = which
+    monkeypatch.delitem(sys.modules, f"sagnac.formats.{module}", raising=False)
+    for loaded in [one for one in sys.modules if one.partition(".")[0] == package]:
+        monkeypatch.delitem(sys.modules, loaded)
+    monkeypatch.setitem(sys.modules, package, None)
+    known = next(one for one in FORMATS if one.module == module)
+    (tmp_path / name).write_bytes(known.beginning + bytes(64))
+    with pytest.raises(MissingExtra) as caught:
+        read(tmp_path / name)
+    assert str(caught.value) == (
+        f"reading {known.name} needs {package}, which is not installed; "
+        f"install it with pip install 'sagnac[{extra}]'"
+    )
+
+
+class _Point:
+    """An entry point of another package."""
+
+    def __init__(self, named):
+        self.name, self._named = "mine", named
+
+    def load(self):
+        return self._named
+
+
+@pytest.fixture
+def points(monkeypatch):
+    named = []
+    monkeypatch.setattr(registry, "entry_points", lambda group: [_Point(one) for one in named])
+    registry.formats.cache_clear()
+    yield named
+    registry.formats.cache_clear()
+
+
+def test_another_package_adds_a_format(tmp_path, points):
+    points.append(Format(name="Mine", suffixes=(".mine",), module="tests.formats.mine"))
+    recording = read(save(tmp_path / "run.mine", "".join(f"{n % 7}\n" for n in range(100))))
+    assert recording.provenance.format == "Mine"
+    np.testing.assert_array_equal(recording.gyros[0].values, np.arange(100) % 7)
+
+
+def test_an_entry_point_names_a_format(tmp_path, points):
+    points.append(object)
+    with pytest.raises(TypeError, match=r"entry point mine of sagnac.formats is .* name a Format"):
+        read(save(tmp_path / "run.csv", "x\n1\n"))

@@ -186,6 +186,14 @@ class Reading:
         str | None,
         Parameter(group=READING, metavar="COLUMN", help="Column that is not 0 at the null pulse."),
     ] = None
+    layout: Annotated[
+        str | None,
+        Parameter(
+            group=READING,
+            metavar="NAME|TOML",
+            help="Records of a binary file: a preset (imu7-deg, imu7-rad) or a TOML of its fields.",
+        ),
+    ] = None
     debug: Annotated[
         bool,
         Parameter(group=OUTPUT, negative="", show_default=False, help="Traceback on errors."),
@@ -280,6 +288,7 @@ def statement_of(options: Reading) -> "Statement":
             span=options.slice,
             counter_bits=options.counter_bits,
             null_pulse=options.null_pulse,
+            layout=options.layout,
         )
     except ValueError as error:
         raise UsageError(_of_option(error)) from error

@@ -1,11 +1,12 @@
 """Reading a file for a command, and naming it in what goes wrong afterwards."""
 
+import shlex
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sagnac.cli.progress import Progress
 
@@ -39,6 +40,55 @@ def read_file(
     recording = read(file, statement, verify=verify)
     progress("read", 1.0)
     return ReadFile(recording=recording, seconds={"read": time.perf_counter() - began})
+
+
+def command_for(file: Path, statement: "Statement") -> str:
+    """The command that would read a file, with what is stated and what is missing.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be opened.
+    """
+    from sagnac.formats import missing
+
+    lacking = missing(file, statement)
+    options = {**stated_options(statement), **lacking}
+    if "columns" in lacking:
+        # They name the gyros, too.
+        options.pop("gyros", None)
+    table = options.get("table", "none")
+    words = ["sagnac", "avar" if table == "none" else "analyze", shlex.quote(str(file))]
+    for name, value in options.items():
+        words += [f"--{name}", shlex.quote(value)]
+    return " ".join(words)
+
+
+def stated_options(statement: "Statement") -> dict[str, str]:
+    """What a caller states, as options: name -> value."""
+    start, stop = statement.span or (None, None)
+    values: dict[str, Any] = {
+        "gyros": ",".join(statement.gyros) if statement.gyros else None,
+        "columns": statement.columns or None,
+        "kind": statement.kind,
+        "unit": statement.unit,
+        "scale": statement.scale,
+        "rate": None if statement.sample_rate is None else f"{statement.sample_rate:g}",
+        "time": statement.time,
+        "table": statement.table,
+        "slice": f"{start or ''}:{stop or ''}" if statement.span else None,
+        "counter-bits": statement.counter_bits,
+        "null-pulse": statement.null_pulse,
+        "layout": statement.layout,
+    }
+    return {name: _listed(value) for name, value in values.items() if value is not None}
+
+
+def _listed(value: Any) -> str:
+    """A value as it is typed: a mapping as ``x=A,z=B``."""
+    if isinstance(value, Mapping):
+        return ",".join(f"{name}={one}" for name, one in value.items())
+    return str(value)
 
 
 @contextmanager

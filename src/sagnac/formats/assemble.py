@@ -17,6 +17,12 @@ from sagnac.formats.sampling import (
 )
 from sagnac.formats.scales import Scale, gyro_scale, table_scale, time_unit
 from sagnac.formats.source import Source, Stored
+from sagnac.formats.suspicions import (
+    counter_notes,
+    rate_notes,
+    stamp_unit_notes,
+    table_counter_notes,
+)
 from sagnac.recording.columns import Pulses, Taken, pulses_of
 from sagnac.recording.model import Provenance, Recording
 from sagnac.recording.quality import integrity
@@ -67,9 +73,24 @@ def assemble(
         table=made.table.channel if made.table else None,
         null_pulse=made.pulses.rising if made.pulses else None,
         provenance=replace(provenance(), span_s=sliced),
-        notes=(*notes, *choice.notes, *scales.notes, *stretch.sampling.notes, *made.notes),
+        notes=(
+            *notes,
+            *choice.notes,
+            *scales.notes,
+            *stretch.sampling.notes,
+            *_stamp_notes(choice, statements, stretch),
+            *made.notes,
+        ),
     )
     return verified(recording) if verify else recording
+
+
+def _stamp_notes(choice: Choice, statements: Statements, stretch: Stretch) -> tuple[Note, ...]:
+    if choice.time is None:
+        return ()
+    column = choice.time.column
+    unit = choice.time.unit or statements.own_unit("time") or column.unit or ""
+    return stamp_unit_notes(column.name, unit, stretch.sampling.sample_rate)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,18 +212,31 @@ def channels_of(
     keys = [column.key for column in choice.gyros.values()]
     columns = load_columns(stored, [*keys, table] if table is not None else keys, stretch)
     gyros = tuple(
-        gyro_channel(name, columns.pop(column.key), scales.gyros[name], counter_bits)
+        _gyro(name, columns.pop(column.key), scales.gyros[name], counter_bits)
         for name, column in choice.gyros.items()
     )
     made_table = None
-    if table is not None and scales.table is not None:
-        made_table = table_channel(columns.pop(table), scales.table, counter_bits)
+    if table is not None and scales.table is not None and choice.table is not None:
+        raw = columns.pop(table)
+        doubts = table_counter_notes(choice.table.column.name, raw, scales.table)
+        made_table = table_channel(raw, scales.table, counter_bits)
+        made_table = replace(made_table, notes=(*doubts, *made_table.notes))
     pulses = None
     if choice.null_pulse is not None:
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
         pulses = pulses_of(load_columns(stored, [key], stretch)[key], column=key)
     return Channels(gyros=gyros, table=made_table, pulses=pulses)
+
+
+def _gyro(name: str, raw: FloatArray, scale: Scale, counter_bits: int | None) -> Taken:
+    """A gyro, with what its numbers speak against."""
+    # The channel is made in place: what the raw numbers tell has to be asked before.
+    doubts = counter_notes(name, raw, scale) if counter_bits is None else ()
+    taken = gyro_channel(name, raw, scale, counter_bits)
+    if scale.kind == "angle":
+        doubts += rate_notes(name, taken.channel.values)
+    return replace(taken, notes=(*doubts, *taken.notes))
 
 
 def load_columns(stored: Stored, keys: Sequence[str], stretch: Stretch) -> dict[str, FloatArray]:

@@ -1,5 +1,6 @@
 """Which columns of a file are the gyros, the table, the time and the null pulse."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -8,9 +9,15 @@ from sagnac.errors import Note, RecordingError
 from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
 from sagnac.recording.frames import GYRO_NAMES, NULL_PULSE_NAME, TABLE_NAMES, TIME_NAMES
+from sagnac.units import TIME_UNITS, canonical
 
 # Characters of a list of columns that an error shows.
 _MOST_LISTED: Final = 400
+_TIME_LIKE: Final = re.compile(
+    r"(?:^|[^a-z])(?:time|timestamps?|stamps?|utc|zeit|uhrzeit|datetime|epoch)(?:$|[^a-z])"
+    r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$",
+    re.IGNORECASE,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +67,7 @@ class Choice:
 
 
 def find(columns: Sequence[Column], name: str) -> Column | None:
-    """The column of that full name, else the only one of that name without its unit.
+    """The column of that full name, else the only one of that name without its unit, or number.
 
     Raises
     ------
@@ -78,6 +85,8 @@ def find(columns: Sequence[Column], name: str) -> Column | None:
             channel=name,
             remedy="give the full name with {columns}",
         )
+    if not alike and name.isdecimal():
+        alike = [column for column in columns if column.number == int(name)]
     return alike[0] if alike else None
 
 
@@ -189,7 +198,52 @@ def choose_time(
                 f"{{time {column.key}:UNIT}} takes it",
             )
         )
-    return ChosenTime(time=None, notes=tuple(notes))
+    return _like_time(columns, statements, taken, notes)
+
+
+def _like_time(
+    columns: Sequence[Column],
+    statements: Statements,
+    taken: frozenset[str],
+    notes: Sequence[Note],
+) -> ChosenTime:
+    """The only column of times by its unit, where no rate is stated; else an offer of each."""
+    told = {note.text.split()[1] for note in notes}
+    like = [one for one in columns if one.key not in taken | told and is_like_time(one)]
+    sure = [one for one in like if one.unit is not None and is_time_unit(one.unit)]
+    if statements.sample_rate is None:
+        if len(sure) == 1:
+            note = Note(channel="time", text=f"column {sure[0].key} is taken as the time")
+            return ChosenTime(time=Placed(column=sure[0], unit=None), notes=(*notes, note))
+        return ChosenTime(time=None, notes=tuple(notes))
+    offers = [
+        Note(
+            channel="time",
+            text=f"column {one.key} looks like time stamps and is not taken, the rate is stated; "
+            f"{{time {one.name}:{one.unit if one in sure else 'UNIT'}}} takes it and shows "
+            "samples that are missing",
+        )
+        for one in like
+    ]
+    return ChosenTime(time=None, notes=(*notes, *offers))
+
+
+def is_time_unit(unit: str) -> bool:
+    """Whether a unit is one of time, or says that times are written as text."""
+    return canonical(unit) in TIME_UNITS or unit in ("clock", "iso")
+
+
+def is_like_time(column: Column) -> bool:
+    """Whether a column looks like one of times, by its name or unit.
+
+    Examples
+    --------
+    >>> [is_like_time(Column(key=name, name=name)) for name in ("Timestamp", "gps_time", "rate")]
+    [True, True, False]
+    """
+    if column.unit is not None:
+        return is_time_unit(column.unit)
+    return _TIME_LIKE.search(column.name) is not None
 
 
 def _usual(

@@ -1,170 +1,289 @@
-"""Comma, tab and semicolon separated text with ``name[unit]`` headers."""
+"""Text tables: any usual mark between fields, numbers and times as instruments write them."""
 
-import csv as standard_csv
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from dataclasses import field as field_of
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.files import damaged, replacing
+from sagnac.formats.labview import X_COLUMN, preamble_of
 from sagnac.formats.outgoing import Outgoing
 from sagnac.formats.registry import CSV
-from sagnac.formats.source import Source, Stored, column, in_memory
+from sagnac.formats.source import Column, Source, Stored, column, in_memory
+from sagnac.formats.statement import Statement
+from sagnac.formats.text_file import TidyStream, ends_in_newline, lines_of, sample_of
+from sagnac.formats.text_layout import Field, Layout, fields_of, layout
+from sagnac.formats.text_numbers import MISSING, NumberStyle
+from sagnac.formats.text_presets import preset_of
+from sagnac.formats.text_times import form_of, nanoseconds, past_midnight
+from sagnac.formats.unit_text import parsed_unit
 
-_DELIMITERS: Final = (",", "\t", ";", " ")
-_HEAD_BYTES: Final = 1 << 16
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Layout:
-    """How a text file is laid out.
-
-    Attributes
-    ----------
-    names
-        Of the columns; one without a name has an empty one. Those of a file without a header are
-        ``1``, ``2``, ....
-    delimiter
-        Between two fields.
-    skip
-        Lines before the first row of numbers.
-    first_row
-        That row, empty where there is none.
-    """
-
-    names: tuple[str, ...]
-    delimiter: str
-    skip: int
-    first_row: str
-
-    @property
-    def decimal_point(self) -> str:
-        """A comma where fields are set apart by semicolons and hold commas."""
-        return "," if self.delimiter == ";" and "," in self.first_row else "."
-
-
-def layout(head: bytes, *, tabs: bool) -> Layout:
-    """The layout of a file from its beginning.
-
-    Lines before the header that start with ``#`` or ``%`` are passed over.
-
-    Parameters
-    ----------
-    head
-        The first lines of the file, whole.
-    tabs
-        Whether tabs are known to set fields apart; else the likeliest mark is found.
-
-    Raises
-    ------
-    RecordingError
-        If this is not text, has no lines, or two columns of one name.
-    """
-    if b"\0" in head:
-        raise RecordingError(
-            "holds binary data, not text", remedy="give it the suffix of its own format"
-        )
-    lines = head.decode("utf-8-sig", errors="replace").splitlines()
-    first = next(
-        (i for i, line in enumerate(lines) if line.strip() and line.lstrip()[0] not in "#%"), None
-    )
-    if first is None:
-        raise RecordingError("has no header line", remedy="it must start with one like x[arcsec]")
-    header = lines[first]
-    delimiter = "\t" if tabs else max(_DELIMITERS, key=header.count)
-    fields = [item.strip() for item in next(standard_csv.reader([header], delimiter=delimiter))]
-    if all(_is_number(item) for item in fields):
-        names = tuple(str(number) for number in range(1, len(fields) + 1))
-        return Layout(names=names, delimiter=delimiter, skip=first, first_row=header)
-    repeated = next((name for name in fields if name and fields.count(name) > 1), None)
-    if repeated is not None:
-        raise RecordingError("two columns have this name", channel=repeated, remedy="rename one")
-    return Layout(
-        names=tuple(fields),
-        delimiter=delimiter,
-        skip=first + 1,
-        first_row=next((line for line in lines[first + 1 :] if line.strip()), ""),
-    )
+_BLOCK_BYTES: Final = 1 << 20
+_COMMENT: Final = ("#", "%")
+_LONGEST_SHOWN: Final = 40
+_FIRST_FIELDS: Final = 6
 
 
 def open_source(path: Path) -> Source:
-    """Columns by the header of the file.
+    """Columns by the header of the file, or by number.
 
     Raises
     ------
     RecordingError
         If the file is not text or has no lines.
     """
-    with path.open("rb") as stream:
-        head = stream.read(_HEAD_BYTES)
-        stream.seek(-1, 2)
-        ends_in_newline = stream.read(1) in (b"\n", b"\r")
-    laid_out = layout(head, tabs=path.suffix.lower() == ".tsv")
+    sample = sample_of(path)
+    laid_out = layout(sample, tabs=path.suffix.lower() == ".tsv")
+    known = _known(laid_out)
+    columns = columns_of(laid_out, known.units)
+    places = {one.key: one.number - 1 for one in columns}
+    is_ended = ends_in_newline(path, sample.encoding)
 
     def load(keys: Sequence[str]) -> Stored:
+        wanted = {key: places[key] for key in keys}
         if not laid_out.first_row:
             return in_memory({key: np.empty(0) for key in keys})
-        arrays = _parsed(path, laid_out, keys)
-        last = laid_out.names[-1]
-        if not ends_in_newline and last in arrays:
+        arrays = _parsed(path, sample.encoding, laid_out, wanted, is_ended=is_ended)
+        last = columns[-1].key
+        if not is_ended and last in arrays:
             check_last(last, arrays[last])
         return in_memory(arrays)
 
-    unended = Note(text="the last line has no line end: it may be cut off", level="warning")
     return Source(
         format=CSV.name,
-        columns=tuple(column(name) for name in laid_out.names if name),
+        columns=columns,
         load=load,
-        notes=() if ends_in_newline else (unended,),
+        stated=known.statement,
+        notes=_notes(laid_out, is_ended=is_ended),
     )
 
 
-def _parsed(path: Path, laid_out: Layout, keys: Sequence[str]) -> dict[str, NDArray[Any]]:
-    with damaged(CSV.name):
-        # Streamed: parsing the file whole takes twice the memory and saves no time.
+def columns_of(laid_out: Layout, units: Mapping[str, str]) -> tuple[Column, ...]:
+    """The columns of a layout; those of one name have their numbers behind it.
+
+    Parameters
+    ----------
+    laid_out
+        The layout.
+    units
+        Name of a column -> unit that the file states elsewhere.
+    """
+    names = laid_out.names
+    made = []
+    for place, field in enumerate(laid_out.fields):
+        repeated = names.count(field.name) > 1
+        key = f"{field.name} (column {place + 1})" if repeated else field.name
+        stated = field.time or field.unit or units.get(field.name)
+        one = column(field.name, unit=stated)
+        made.append(Column(key=key, name=one.name, unit=one.unit, number=place + 1))
+    return tuple(made)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Known:
+    """What is known of a table that a known program wrote."""
+
+    statement: Statement = field_of(default_factory=Statement)
+    units: Mapping[str, str] = field_of(default_factory=dict)
+
+
+def _known(laid_out: Layout) -> _Known:
+    """What header and preamble of a known program state."""
+    preset = preset_of(laid_out.names)
+    if preset is not None:
+        return _Known(statement=preset.statement, units=preset.units)
+    preamble = preamble_of(laid_out.preamble, laid_out.delimiter)
+    if preamble is None:
+        return _Known()
+    channels = [name for name in laid_out.names if name != X_COLUMN]
+    units = {
+        name: unit
+        for name, unit in zip(channels, preamble.units, strict=False)
+        if parsed_unit(unit).is_known
+    }
+    if preamble.sample_rate is not None or X_COLUMN not in laid_out.names:
+        return _Known(statement=Statement(sample_rate=preamble.sample_rate), units=units)
+    return _Known(statement=Statement(time=X_COLUMN), units={**units, X_COLUMN: "s"})
+
+
+def _notes(laid_out: Layout, *, is_ended: bool) -> tuple[Note, ...]:
+    notes = []
+    if laid_out.doubts:
+        style = laid_out.style
+        shown = [
+            f"{name} = {style.value(text):.10g}" if style.holds(text) else f"{name} = {text}"
+            for name, text in zip(laid_out.names, laid_out.first_row, strict=True)
+        ]
+        row = ", ".join(shown[:_FIRST_FIELDS]) + (" ..." if len(shown) > _FIRST_FIELDS else "")
+        notes.append(Note(text=f"read with {', '.join(laid_out.doubts)}; the first row: {row}"))
+    if not is_ended:
+        text = "the last line has no line end: it may be cut off"
+        notes.append(Note(text=text, level="warning"))
+    return tuple(notes)
+
+
+def _parsed(
+    path: Path,
+    encoding: str,
+    laid_out: Layout,
+    wanted: dict[str, int],
+    *,
+    is_ended: bool,
+) -> dict[str, NDArray[Any]]:
+    """The wanted columns: key -> values, integers where a float would lose digits."""
+    # Rows are split by the library; a stream before it makes other text plain.
+    blanks = laid_out.delimiter == " "
+    is_direct = not blanks and not encoding.startswith("utf-16")
+    stream = path if is_direct else TidyStream(path, encoding=encoding, blanks=blanks)
+    kinds = {key: _column_type(laid_out.fields[place], laid_out) for key, place in wanted.items()}
+    try:
         reader = arrow_csv.open_csv(
-            path,
+            stream,
             read_options=arrow_csv.ReadOptions(
-                column_names=[name or f"unnamed {i}" for i, name in enumerate(laid_out.names)],
+                column_names=[str(place) for place in range(len(laid_out.fields))],
                 skip_rows=laid_out.skip,
-                block_size=1 << 20,
+                block_size=_BLOCK_BYTES,
             ),
-            parse_options=arrow_csv.ParseOptions(delimiter=laid_out.delimiter),
+            parse_options=arrow_csv.ParseOptions(
+                delimiter=laid_out.delimiter, invalid_row_handler=_odd_row
+            ),
             convert_options=arrow_csv.ConvertOptions(
-                include_columns=list(keys),
-                column_types={key: pa.float64() for key in keys},
-                decimal_point=laid_out.decimal_point,
+                include_columns=[str(place) for place in wanted.values()],
+                column_types={str(place): kinds[key] for key, place in wanted.items()},
+                decimal_point=laid_out.style.decimal,
                 true_values=[],
                 false_values=[],
             ),
         )
-        expected = path.stat().st_size // max(1, len(laid_out.first_row))
-        return _filled(reader, list(keys), expected)
+        expected = path.stat().st_size // max(1, len(laid_out.delimiter.join(laid_out.first_row)))
+        return _filled(reader, laid_out, wanted, expected)
+    except (pa.ArrowInvalid, ValueError) as error:
+        found = wrong_line(path, encoding, laid_out, wanted, is_ended=is_ended)
+        if found is not None:
+            raise found from error
+        with damaged(CSV.name):
+            raise
+    finally:
+        if isinstance(stream, TidyStream):
+            stream.close()
+
+
+def _odd_row(row: Any) -> str:
+    """What to do with a row of another number of fields: comments are passed over."""
+    return "skip" if row.text.lstrip().startswith(_COMMENT) else "error"
+
+
+def _column_type(field: Field, laid_out: Layout) -> Any:
+    if field.time is not None or (laid_out.style.thousands and not field.is_long):
+        return pa.string()
+    return pa.int64() if field.is_long else pa.float64()
 
 
 def _filled(
-    batches: Iterable[pa.RecordBatch], keys: Sequence[str], expected: int
+    batches: Iterable[pa.RecordBatch], laid_out: Layout, wanted: dict[str, int], expected: int
 ) -> dict[str, NDArray[Any]]:
     """The batches one after the other in place, so that no column is in memory twice."""
-    arrays = {key: np.empty(max(expected, 1)) for key in keys}
+    fields = {key: laid_out.fields[place] for key, place in wanted.items()}
+    arrays: dict[str, NDArray[Any]] = {
+        key: np.empty(max(expected, 1), np.int64 if field.time or field.is_long else np.float64)
+        for key, field in fields.items()
+    }
     rows = 0
     for batch in batches:
-        for key in keys:
+        for key, field in fields.items():
             if rows + batch.num_rows > arrays[key].size:
                 arrays[key].resize((rows + batch.num_rows) * 5 // 4, refcheck=False)
-            values = batch.column(key).to_numpy(zero_copy_only=False)
-            arrays[key][rows : rows + batch.num_rows] = values
+            texts = batch.column(str(wanted[key]))
+            arrays[key][rows : rows + batch.num_rows] = _values(texts, field, laid_out.style)
         rows += batch.num_rows
-    for array in arrays.values():
-        array.resize(rows, refcheck=False)
+    for key, field in fields.items():
+        arrays[key].resize(rows, refcheck=False)
+        if field.time == "clock":
+            past_midnight(arrays[key])
     return arrays
+
+
+def _values(read: Any, field: Field, style: NumberStyle) -> NDArray[Any]:
+    """A piece of a column as numbers, times in ns."""
+    if field.time is not None:
+        return nanoseconds(read, field.time)
+    if field.is_long and read.null_count:
+        raise ValueError("an integer is missing")
+    if pa.types.is_string(read.type):
+        plain = pc.replace_substring(pc.utf8_trim_whitespace(read), style.thousands, "")
+        plain = pc.replace_substring(plain, style.decimal, ".")
+        missing = pc.is_in(plain, value_set=pa.array(sorted(MISSING)))
+        read = pc.if_else(missing, None, plain).cast(pa.float64())
+    values: NDArray[Any] = read.to_numpy(zero_copy_only=False)
+    return values
+
+
+def wrong_line(
+    path: Path, encoding: str, laid_out: Layout, wanted: dict[str, int], *, is_ended: bool
+) -> RecordingError | None:
+    """What is wrong with the first row that is no row of the table; None if all are.
+
+    Parameters
+    ----------
+    path, encoding
+        Of the file.
+    laid_out
+        Its layout.
+    wanted
+        Key -> place of the columns that are read.
+    is_ended
+        Whether the last line has its end.
+    """
+    number, found = 0, None
+    for number, line in enumerate(lines_of(path, encoding), start=1):
+        if found is not None:
+            # It is not the last one.
+            return found
+        if number > laid_out.skip and line.strip() and not line.lstrip().startswith(_COMMENT):
+            found = _wrong_row(number, line, laid_out, wanted)
+    if found is None or is_ended:
+        return found
+    return RecordingError(
+        f"the last line, {number}, is cut off",
+        channel=found.channel,
+        remedy="remove it, or get the file again from its source",
+    )
+
+
+def _wrong_row(
+    number: int, line: str, laid_out: Layout, wanted: dict[str, int]
+) -> RecordingError | None:
+    remedy = "correct or remove that line"
+    fields = fields_of(line, laid_out.delimiter)
+    if len(fields) != len(laid_out.fields):
+        return RecordingError(
+            f"line {number} has {len(fields)} fields and the first row {len(laid_out.fields)}: "
+            f"{line.strip()[:_LONGEST_SHOWN]!r}",
+            remedy=remedy,
+        )
+    for key, place in wanted.items():
+        field, text = laid_out.fields[place], fields[place]
+        if field.time is not None and form_of(text) != field.time:
+            what = "no time of the clock" if field.time == "clock" else "no date with a time"
+        elif field.time is None and not laid_out.style.holds(text):
+            what = "not a number"
+        elif field.is_long and not text.lstrip("+-").isdecimal():
+            what = "not an integer as in the rows before"
+        else:
+            continue
+        return RecordingError(
+            f"line {number}: {text[:_LONGEST_SHOWN]!r} is {what}", channel=key, remedy=remedy
+        )
+    return None
 
 
 def check_last(name: str, values: NDArray[Any]) -> None:
@@ -182,14 +301,6 @@ def check_last(name: str, values: NDArray[Any]) -> None:
             channel=name,
             remedy="remove it, or get the file again from its source",
         )
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def write(path: Path, out: Outgoing) -> None:

@@ -12,11 +12,12 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from sagnac import series
+from sagnac.formats.arrow_columns import as_numpy, column_of, is_numeric, text_of
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing, Rows, check_name
 from sagnac.formats.registry import PARQUET
-from sagnac.formats.source import Column, Source, Stored, column
+from sagnac.formats.source import Source, Stored
 from sagnac.recording.channel import Kind, field_unit, quantity_of
 from sagnac.units import unit_of
 
@@ -42,8 +43,8 @@ def open_source(path: Path) -> Source:
     with damaged(PARQUET.name):
         with pq.ParquetFile(path) as file:
             schema = file.schema_arrow
-        stated = _text(schema.metadata)
-        columns = tuple(_column(item) for item in schema if _is_numeric(item.type))
+        stated = text_of(schema.metadata)
+        columns = tuple(column_of(item) for item in schema if is_numeric(item.type))
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
         # Unless told not to, the library holds the whole of every row group that it will read.
@@ -79,43 +80,10 @@ def _pieces(
         batch_size=series.SPAN, row_groups=list(range(first, last)), columns=list(keys)
     ):
         inside = slice(max(start - position, 0), stop - position)
-        yield {key: _numpy(batch.column(key))[inside] for key in keys}
+        yield {key: as_numpy(batch.column(key))[inside] for key in keys}
         position += batch.num_rows
         if position >= stop:
             break
-
-
-def _text(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
-    return {
-        key.decode(errors="replace"): value.decode(errors="replace")
-        for key, value in (metadata or {}).items()
-    }
-
-
-def _is_numeric(kind: pa.DataType) -> bool:
-    return bool(
-        pa.types.is_integer(kind)
-        or pa.types.is_floating(kind)
-        or pa.types.is_boolean(kind)
-        or pa.types.is_timestamp(kind)
-    )
-
-
-def _column(item: pa.Field) -> Column:
-    metadata = _text(item.metadata)
-    unit = item.type.unit if pa.types.is_timestamp(item.type) else metadata.get("unit")
-    return column(item.name, unit=unit, kind=metadata.get("kind"))
-
-
-def _numpy(values: pa.Array) -> NDArray[Any]:
-    if pa.types.is_timestamp(values.type):
-        values = values.cast(pa.int64())
-    if pa.types.is_boolean(values.type):
-        values = values.cast(pa.uint8())
-    if values.null_count:
-        values = values.cast(pa.float64()).fill_null(np.nan)
-    # Not by `to_numpy`, which imports pandas where it is installed: half a second.
-    return np.from_dlpack(values)
 
 
 class Writer:

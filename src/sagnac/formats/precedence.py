@@ -1,5 +1,6 @@
 """The three statements about a file, and which of them is heard."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -42,6 +43,12 @@ class Statements:
         """Width of gyro counters, or None where none is stated."""
         bits: int | None = self._first("counter_bits")
         return bits
+
+    @property
+    def layout(self) -> str | Mapping[str, Any] | None:
+        """How the records of a binary file are laid out, or None where none is stated."""
+        layout: str | Mapping[str, Any] | None = self._first("layout")
+        return layout
 
     @property
     def gyros(self) -> tuple[str, ...]:

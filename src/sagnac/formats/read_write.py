@@ -6,15 +6,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from sagnac.errors import RecordingError
+from sagnac.errors import MissingExtra, RecordingError
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about
 from sagnac.formats.metadata import beside
 from sagnac.formats.outgoing import outgoing
 from sagnac.formats.precedence import Statements
-from sagnac.formats.registry import FORMATS, Format
+from sagnac.formats.registry import BINARY, ROSBAG, Format, formats
 from sagnac.formats.source import Source
 from sagnac.formats.statement import Statement, one_statement
+from sagnac.formats.suggestion import suggestion
 from sagnac.recording.model import Provenance, Recording
 
 
@@ -36,7 +37,7 @@ def read(
     **stated
         The fields of a `sagnac.formats.Statement`, by name, in place of `statement`: ``gyros``,
         ``kind``, ``unit``, ``scale``, ``sample_rate``, ``time``, ``table``, ``columns``,
-        ``span``, ``counter_bits``, ``null_pulse``.
+        ``span``, ``counter_bits``, ``null_pulse``, ``layout``.
 
     Returns
     -------
@@ -48,6 +49,8 @@ def read(
     RecordingError
         If the file cannot be read, or does not state what it has to, or is not sound: the file,
         the channel, what is wrong and what to do.
+    MissingExtra
+        If the format needs a library that is not installed.
     ValueError
         If a value that is stated cannot be, or `statement` is given beside `stated`.
     TypeError
@@ -67,8 +70,8 @@ def read(
     path = Path(path)
     caller = one_statement(statement, stated)
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:
-        source = _open(path)
         found = beside(path)
+        source = _open(path, Statements(caller=caller, beside=found.statement))
         # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
         digest = pool.submit(_sha256, path)
         return assemble(
@@ -100,7 +103,45 @@ def columns(path: Path | str) -> tuple[str, ...]:
     """
     path = Path(path)
     with about(path):
-        return tuple(column.key for column in _open(path).columns)
+        return tuple(column.key for column in _open(path, Statements()).columns)
+
+
+def missing(path: Path | str, statement: Statement | None = None, **stated: Any) -> dict[str, str]:
+    """What has to be stated besides for a file to be read: guesses, and what no file tells.
+
+    Parameters
+    ----------
+    path, statement, **stated
+        See `read`.
+
+    Returns
+    -------
+    dict of str
+        Input -> value, as the command line takes them. A word in capitals stands for what cannot
+        be guessed. Empty if nothing is missing.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "bench.csv"
+    ...     _ = path.write_text("stamp,gyro_x[deg/s]\\n" + "0.00,1.5\\n0.01,1.6\\n" * 4)
+    ...     missing(path)
+    {'columns': 'x=gyro_x[deg/s]', 'kind': 'rate', 'time': 'stamp:s'}
+    """
+    path = Path(path)
+    caller = one_statement(statement, stated)
+    with about(path):
+        by_toml = beside(path).statement
+        source = _open(path, Statements(caller=caller, beside=by_toml))
+        statements = Statements(caller=caller, beside=by_toml, file=source.stated)
+        return suggestion(source, statements)
 
 
 def write(recording: Recording, path: Path | str) -> Path:
@@ -124,7 +165,7 @@ def write(recording: Recording, path: Path | str) -> Path:
     path = Path(path)
     with about(path):
         suffix = path.suffix.lower()
-        written = [one for one in FORMATS if one.writes]
+        written = [one for one in formats() if one.writes]
         known = next((one for one in written if suffix in one.suffixes), None)
         if known is None:
             suffixes = ", ".join(one for known in written for one in known.suffixes)
@@ -135,7 +176,11 @@ def write(recording: Recording, path: Path | str) -> Path:
     return path
 
 
-def _open(path: Path) -> Source:
+def _open(path: Path, statements: Statements) -> Source:
+    if path.is_dir() and (path / "metadata.yaml").is_file():
+        # A bag of ROS 2 is a folder.
+        source: Source = _module(ROSBAG, "reading").open_source(path)
+        return source
     try:
         with path.open("rb") as stream:
             beginning = stream.read(16)
@@ -145,7 +190,11 @@ def _open(path: Path) -> Source:
         raise RecordingError(
             f"cannot be opened ({error.strerror})", remedy="check the path and its permissions"
         ) from None
-    source: Source = _module(format_of(path.suffix, beginning), "reading").open_source(path)
+    layout = statements.layout
+    if layout is not None and beginning:
+        source = _module(BINARY, "reading").open_declared(path, layout)
+    else:
+        source = _module(format_of(path.suffix, beginning), "reading").open_source(path)
     return source
 
 
@@ -170,15 +219,17 @@ def format_of(suffix: str, beginning: bytes) -> Format:
     'Parquet'
     """
     suffix = suffix.lower()
-    by_suffix = next((one for one in FORMATS if suffix in one.suffixes), None)
+    by_suffix = next((one for one in formats() if suffix in one.suffixes), None)
     if by_suffix is None:
-        suffixes = ", ".join(dict.fromkeys(own for one in FORMATS for own in one.suffixes))
+        suffixes = ", ".join(dict.fromkeys(own for one in formats() for own in one.suffixes))
         raise RecordingError(
             "no format has this suffix", remedy=f"convert the file to one of {suffixes}"
         )
     if not beginning:
         raise RecordingError("is empty", remedy="get the file again from its source")
-    for known in FORMATS:
+    if by_suffix.beginning and beginning.startswith(by_suffix.beginning):
+        return by_suffix
+    for known in formats():
         if known.beginning and beginning.startswith(known.beginning):
             if suffix in (*known.suffixes, *known.also):
                 return known
@@ -191,15 +242,26 @@ def format_of(suffix: str, beginning: bytes) -> Format:
 
 def _module(known: Format, doing: str) -> Any:
     """The module of a format; its library is loaded only now."""
+    name = known.module if "." in known.module else f"sagnac.formats.{known.module}"
     try:
-        return import_module(f"sagnac.formats.{known.module}")
+        return import_module(name)
     except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if known.extra:
+            raise MissingExtra(f"{doing} {known.name}", package, known.extra) from error
         raise RecordingError(
             f"{doing} {known.name} needs {error.name}, which is not installed",
-            remedy=f"install it: pip install {(error.name or '').partition('.')[0]}",
+            remedy=f"install it: pip install {package}",
         ) from error
 
 
 def _sha256(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    """Of a file, or of the files of a folder in the order of their names."""
+    if not path.is_dir():
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    digest = hashlib.sha256()
+    for one in sorted(part for part in path.iterdir() if part.is_file()):
+        with one.open("rb") as stream:
+            digest.update(hashlib.file_digest(stream, "sha256").digest())
+    return digest.hexdigest()

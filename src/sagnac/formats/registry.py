@@ -1,6 +1,8 @@
 """The file formats there are, one entry each. Nothing heavy is imported here."""
 
 from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import entry_points
 from typing import Final
 
 
@@ -15,14 +17,17 @@ class Format:
     suffixes
         Of its files, lower case, with the dot. The first is the one to recommend.
     module
-        In this package: has ``open_source(path) -> Source`` and, where `writes`,
-        ``write(path, outgoing)``. Imported when a file is opened, and its library with it.
+        In this package, or the full name of one elsewhere: has ``open_source(path) -> Source``
+        and, where `writes`, ``write(path, outgoing)``. Imported when a file is opened, and its
+        library with it.
     writes
         Whether it can be written.
     beginning
         First bytes of every such file; empty where there are none to tell it by.
     also
         Suffixes that its files may have as well, although they are another format's.
+    extra
+        The extra of this package that brings the library, empty if none is needed.
 
     Raises
     ------
@@ -36,6 +41,7 @@ class Format:
     writes: bool = True
     beginning: bytes = b""
     also: tuple[str, ...] = ()
+    extra: str = ""
 
     def __post_init__(self) -> None:
         wrong = [one for one in self.suffixes if not one.startswith(".") or one != one.lower()]
@@ -43,7 +49,9 @@ class Format:
             raise ValueError(f"suffixes is {self.suffixes!r}; give one or more such as .csv")
 
 
-CSV: Final = Format(name="CSV", suffixes=(".csv", ".tsv", ".txt"), module="csv")
+CSV: Final = Format(
+    name="CSV", suffixes=(".csv", ".tsv", ".txt", ".lvm", ".dat", ".log", ".asc"), module="csv"
+)
 PARQUET: Final = Format(
     name="Parquet", suffixes=(".parquet", ".pq"), module="parquet", beginning=b"PAR1"
 )
@@ -52,7 +60,7 @@ NPZ: Final = Format(name="NumPy npz", suffixes=(".npz",), module="npz", beginnin
 PSINS: Final = Format(name="PSINS imu", suffixes=(".imu",), module="psins", writes=False)
 HDF5: Final = Format(
     name="HDF5",
-    suffixes=(".h5", ".hdf5", ".he5", ".nc"),
+    suffixes=(".h5", ".hdf5", ".he5"),
     module="hdf5",
     beginning=b"\x89HDF\r\n\x1a\n",
     also=MATLAB.suffixes,
@@ -67,5 +75,81 @@ MATLAB_7_3: Final = Format(
     also=HDF5.suffixes,
 )
 
+FEATHER: Final = Format(
+    name="Feather", suffixes=(".feather", ".arrow"), module="feather", beginning=b"ARROW1"
+)
+NETCDF: Final = Format(
+    name="NetCDF",
+    suffixes=(".nc", ".nc4"),
+    module="netcdf",
+    writes=False,
+    # NetCDF 4 is HDF5 within.
+    beginning=HDF5.beginning,
+    extra="netcdf",
+)
+ROSBAG: Final = Format(
+    name="ROS bag",
+    suffixes=(".bag", ".mcap", ".db3"),
+    module="rosbag",
+    writes=False,
+    extra="ros",
+)
+TDMS: Final = Format(
+    name="TDMS", suffixes=(".tdms",), module="tdms", writes=False, beginning=b"TDSm", extra="tdms"
+)
+ULOG: Final = Format(
+    name="ULog",
+    suffixes=(".ulg", ".ulog"),
+    module="ulog",
+    writes=False,
+    beginning=b"ULog\x01\x125",
+    extra="ulog",
+)
+MINISEED: Final = Format(
+    name="miniSEED",
+    suffixes=(".mseed", ".miniseed", ".ms", ".msd"),
+    module="miniseed",
+    writes=False,
+    extra="miniseed",
+)
+BINARY: Final = Format(
+    name="binary", suffixes=(".bin", ".ins", ".raw"), module="binary", writes=False
+)
+
 # A suffix that several have is that of the first.
-FORMATS: Final = (CSV, PARQUET, MATLAB, NPZ, PSINS, HDF5, MATLAB_7_3)
+FORMATS: Final = (
+    CSV,
+    PARQUET,
+    MATLAB,
+    NPZ,
+    PSINS,
+    HDF5,
+    MATLAB_7_3,
+    FEATHER,
+    NETCDF,
+    ROSBAG,
+    TDMS,
+    ULOG,
+    MINISEED,
+    BINARY,
+)
+# Entry points of this group name a `Format` that another package reads.
+GROUP: Final = "sagnac.formats"
+
+
+@cache
+def formats() -> tuple[Format, ...]:
+    """The formats of this package, and those that others add by entry points of `GROUP`.
+
+    Raises
+    ------
+    TypeError
+        If an entry point names something else.
+    """
+    others = []
+    for point in entry_points(group=GROUP):
+        added = point.load()
+        if not isinstance(added, Format):
+            raise TypeError(f"entry point {point.name} of {GROUP} is {added!r}; name a Format")
+        others.append(added)
+    return (*FORMATS, *others)

@@ -1,6 +1,7 @@
 """Kind and unit of every column that is taken, and the SI size of one raw number."""
 
 from dataclasses import dataclass
+from typing import Final
 
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.choice import Placed
@@ -9,6 +10,9 @@ from sagnac.formats.source import Column
 from sagnac.formats.unit_text import parsed_unit
 from sagnac.recording.channel import KINDS, Kind
 from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
+
+# Times written as text, which readers hand over in ns: of the clock, and dates with it.
+TIME_FORMS: Final = {"clock": 1e-9, "iso": 1e-9}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,6 +166,19 @@ def time_unit(time: Placed, statements: Statements) -> float:
     if unit is None:
         raise RecordingError(
             f"the unit of column {key} is not stated", channel="time", remedy=remedy
+        )
+    written = time.column.unit if time.column.unit in TIME_FORMS else None
+    if written is not None and unit != written:
+        raise RecordingError(
+            f"column {key} holds times as text, not numbers in {unit}",
+            channel="time",
+            remedy=f"state {{time {key}:{written}}}",
+        )
+    if written is not None:
+        return TIME_FORMS[written]
+    if unit in TIME_FORMS:
+        raise RecordingError(
+            f"column {key} holds numbers, not times as text", channel="time", remedy=remedy
         )
     if canonical(unit) not in TIME_UNITS:
         raise RecordingError(f"unit {unit!r} is not one of time", channel="time", remedy=remedy)

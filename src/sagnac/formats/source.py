@@ -28,12 +28,15 @@ class Column:
         Its name without the unit: ``x``.
     unit, kind
         What the file says of this column, or None.
+    number
+        Its place among the columns of the file, from 1, if they have places; else 0.
     """
 
     key: str
     name: str
     unit: str | None = None
     kind: str | None = None
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,8 +99,8 @@ def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Col
 
     Examples
     --------
-    >>> column("x[arcsec]", kind="angle")
-    Column(key='x[arcsec]', name='x', unit='arcsec', kind='angle')
+    >>> column("x[arcsec]", kind="angle").unit
+    'arcsec'
     """
     name, in_header = split_header(key)
     return Column(key=key, name=name, unit=unit or in_header, kind=kind)

@@ -45,6 +45,9 @@ class Statement:
         Width of gyro counters that roll over (kind ``angle``): 16, 24 or 32.
     null_pulse
         Column that is nonzero at the null pulse.
+    layout
+        How the records of a binary file are laid out: the name of a preset, the path of a TOML,
+        or its table.
 
     Raises
     ------
@@ -72,6 +75,7 @@ class Statement:
     span: tuple[float | None, float | None] | None = None
     counter_bits: int | None = None
     null_pulse: str | None = None
+    layout: str | Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what cannot be, before any file is touched."""

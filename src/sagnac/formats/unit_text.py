@@ -7,7 +7,9 @@ from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, split_factor
 
 KNOWN_UNITS: Final = f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts"
 
-_COUNTS: Final = frozenset({"count", "counts", "lsb", "pulse", "pulses"})
+_COUNTS: Final = frozenset(
+    {"count", "counts", "lsb", "pulse", "pulses", "digit", "digits", "tick", "ticks", "zähler"}
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

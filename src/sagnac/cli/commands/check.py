@@ -1,6 +1,7 @@
 """``sagnac check``: the quality of the data."""
 
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -9,10 +10,12 @@ from sagnac import __version__
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DATA_ERROR, DONE, complain
 from sagnac.cli.options import NO_OPTIONS, File, Options, statement_of
-from sagnac.cli.reading import naming, read_file
+from sagnac.cli.reading import command_for, naming, read_file
+from sagnac.errors import RecordingError, ranked
 
 if TYPE_CHECKING:
     from sagnac.errors import Note
+    from sagnac.formats import Statement
     from sagnac.recording.model import Recording
 
 SCHEMA: Final = "sagnac.check/1"
@@ -25,12 +28,17 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     """
     statement = statement_of(options)
     with progresses.shown() as progress:
-        recording = read_file(file, statement, progress, verify=False).recording
+        try:
+            recording = read_file(file, statement, progress, verify=False).recording
+        except RecordingError:
+            if not options.as_json:
+                _suggest(file, statement)
+            raise
         from sagnac.recording.quality import check as findings_of
 
         progress("check", 0.0)
         with naming(file):
-            findings = findings_of(recording)
+            findings = ranked((*_doubts(recording), *findings_of(recording)))
     if options.as_json:
         print(json.dumps(_document(file, recording, findings), allow_nan=False, indent=1))
     else:
@@ -39,7 +47,9 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
         print(
             text.blocks(
                 text.recording(recording), text.findings(findings), text.notes(recording.notes)
-            )
+            ),
+            f"read with: {command_for(file, statement)}",
+            sep="\n\n",
         )
     errors = [finding for finding in findings if finding.level == "error"]
     if not errors:
@@ -49,6 +59,22 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     complain(f"{file}: {note_text(errors[0])}{more}")
     return DATA_ERROR
+
+
+def _doubts(recording: "Recording") -> "tuple[Note, ...]":
+    """What reading warned of."""
+    return tuple(note for note in recording.notes if note.level == "warning")
+
+
+def _suggest(file: Path, statement: "Statement") -> None:
+    """Print the command that would read a file that states too little; nothing if it is wrong."""
+    try:
+        command = command_for(file, statement)
+    except RecordingError:
+        return
+    words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
+    said = "To read it, put in what stands in capitals" if words else "This may read it"
+    print(f"{said}:\n\n    {command}\n")
 
 
 def _document(file: Path, recording: "Recording", findings: "Sequence[Note]") -> dict[str, Any]:

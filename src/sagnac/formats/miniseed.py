@@ -1,0 +1,86 @@
+"""miniSEED (2 and 3), which ring lasers of geodesy write: one column a source."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from pymseed import MS3TraceList
+
+from sagnac.errors import Note, RecordingError, counted
+from sagnac.formats.files import damaged
+from sagnac.formats.registry import MINISEED
+from sagnac.formats.source import Column, Source, Stored, in_memory
+from sagnac.formats.statement import Statement
+
+_TIME: Final = "time"
+_PREFIX: Final = "FDSN:"
+
+
+def open_source(path: Path) -> Source:
+    """Sources by their identifiers, without ``FDSN:``; if records are missing, with stamps.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not miniSEED, holds no samples, or its sources differ in rate.
+    """
+    with damaged(MINISEED.name), MS3TraceList.from_file(path) as traces:
+        found = {
+            one.sourceid.removeprefix(_PREFIX): [
+                (segment.starttime, segment.samprate, segment.samplecnt) for segment in one
+            ]
+            for one in traces
+        }
+    found = {name: segments for name, segments in found.items() if sum(s[2] for s in segments)}
+    rates = {rate for segments in found.values() for _, rate, _ in segments}
+    if len(rates) != 1 or min(rates, default=0.0) <= 0.0:
+        listed = ", ".join(f"{rate:g}" for rate in sorted(rates)) or "none"
+        raise RecordingError(
+            f"its sources are sampled at different rates, {listed} Hz",
+            remedy="give a file of sources sampled together",
+        )
+    (rate,) = rates
+    first = next(iter(found.values()))
+    is_whole = all(len(segments) == 1 for segments in found.values())
+    columns = tuple(Column(key=name, name=name, unit="counts") for name in found)
+    notes: tuple[Note, ...] = ()
+    if is_whole:
+        stated = Statement(sample_rate=rate)
+    else:
+        columns = (*columns, Column(key=_TIME, name=_TIME, unit="ns"))
+        stated = Statement()
+        text = f"records are missing: {counted(len(first), 'stretch')}es without a gap"
+        notes = (Note(text=text, channel=_TIME),)
+
+    def load(keys: Sequence[str]) -> Stored:
+        arrays: dict[str, NDArray[Any]] = {}
+        if _TIME in keys:
+            arrays[_TIME] = _stamps(first)
+        with damaged(MINISEED.name), MS3TraceList.from_file(path, unpack_data=True) as traces:
+            for one in traces:
+                name = one.sourceid.removeprefix(_PREFIX)
+                if name in keys:
+                    arrays[name] = np.concatenate(list(_samples(one)))
+        return in_memory(arrays)
+
+    return Source(format=MINISEED.name, columns=columns, load=load, stated=stated, notes=notes)
+
+
+def _samples(trace: Any) -> Iterator[NDArray[Any]]:
+    for segment in trace:
+        values = np.array(segment.np_datasamples)
+        if values.dtype.kind not in "iuf":
+            raise ValueError("its samples are text")
+        yield values
+
+
+def _stamps(segments: Sequence[tuple[int, float, int]]) -> NDArray[np.int64]:
+    """When samples were taken, ns since 1970."""
+    return np.concatenate(
+        [
+            start + np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
+            for start, rate, count in segments
+        ]
+    )

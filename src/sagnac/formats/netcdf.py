@@ -1,0 +1,91 @@
+"""NetCDF 4: variables of one dimension, scaled as their attributes say (CF conventions)."""
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import h5netcdf
+import numpy as np
+from numpy.typing import NDArray
+
+from sagnac import series
+from sagnac.formats.files import damaged
+from sagnac.formats.metadata import from_mapping
+from sagnac.formats.registry import NETCDF
+from sagnac.formats.source import Column, Source, Stored, column
+
+_STATED: Final = frozenset(
+    {"gyros", "kind", "unit", "scale", "sample_rate", "time", "table", "counter_bits", "null_pulse"}
+)
+_SINCE: Final = re.compile(r"^\s*(\w+)\s+since\s", re.I)
+
+
+def open_source(path: Path) -> Source:
+    """Variables of numbers, in groups too.
+
+    Attributes of the file may hold the keys of a `Statement`; those of a variable ``units`` and
+    ``kind``.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not NetCDF 4 or is cut off.
+    """
+    with damaged(NETCDF.name), h5netcdf.File(path, "r") as file:
+        found = dict(_variables(file, ""))
+        columns = tuple(_column(name, file[name].attrs) for name in found)
+        stated = {key: _plain(file.attrs[key]) for key in file.attrs if key in _STATED}
+
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
+        with damaged(NETCDF.name), h5netcdf.File(path, "r") as file:
+            for key in keys:
+                variable = file[key]
+                for first in range(start, stop, series.SPAN):
+                    raw = np.asarray(variable[first : min(first + series.SPAN, stop)])
+                    yield {key: _scaled(raw, variable.attrs)}
+
+    def load(keys: Sequence[str]) -> Stored:
+        return Stored(lengths={key: found[key] for key in keys}, pieces=pieces)
+
+    return Source(format=NETCDF.name, columns=columns, load=load, stated=from_mapping(stated))
+
+
+def _variables(group: Any, prefix: str) -> Iterator[tuple[str, int]]:
+    """Name and length of every variable of numbers with one dimension."""
+    for name, variable in group.variables.items():
+        if len(variable.shape) == 1 and np.dtype(variable.dtype).kind in "biuf":
+            yield f"{prefix}{name}", int(variable.shape[0])
+    for name, inner in group.groups.items():
+        yield from _variables(inner, f"{prefix}{name}/")
+
+
+def _column(name: str, attributes: Any) -> Column:
+    unit = next(
+        (str(_plain(attributes[key])) for key in ("units", "unit") if key in attributes), None
+    )
+    since = _SINCE.match(unit) if unit else None
+    kind = str(_plain(attributes["kind"])) if "kind" in attributes else None
+    return column(name, unit=since[1] if since else unit, kind=kind)
+
+
+def _scaled(raw: NDArray[Any], attributes: Any) -> NDArray[Any]:
+    """Values as the attributes say: missing ones NaN, scaled, offset."""
+    missing = np.zeros(raw.shape, dtype=np.bool_)
+    for key in ("_FillValue", "missing_value"):
+        if key in attributes:
+            missing |= raw == _plain(attributes[key])
+    scale = float(_plain(attributes["scale_factor"])) if "scale_factor" in attributes else 1.0
+    offset = float(_plain(attributes["add_offset"])) if "add_offset" in attributes else 0.0
+    if scale == 1.0 and offset == 0.0 and not missing.any():
+        return raw
+    values = raw.astype(np.float64) * scale + offset
+    values[missing] = np.nan
+    return values
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bytes):
+        return value.decode(errors="replace")
+    array = np.asarray(value)
+    return array.reshape(-1)[0].item() if array.size == 1 else value

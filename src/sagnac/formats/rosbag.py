@@ -1,0 +1,194 @@
+"""ROS 1 bags, ROS 2 bags and MCAP: the topics of ``sensor_msgs/Imu``.
+
+The message ends in 37 doubles: orientation (4) and its covariance (9), angular velocity (3, rad/s)
+and its covariance (9), linear acceleration (3, m/s²) and its covariance (9). So the numbers lie at
+the same distance from the end whatever the header before them holds. The first message of a topic
+is set beside what the library makes of it before any is read so.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from sagnac.errors import Note, RecordingError
+from sagnac.formats.files import damaged
+from sagnac.formats.registry import ROSBAG
+from sagnac.formats.source import Column, Source, Stored, in_memory
+from sagnac.formats.statement import Statement
+
+_TYPES: Final = ("sensor_msgs/msg/Imu", "sensor_msgs/Imu")
+_DOUBLES: Final = 37
+_GYRO_AT: Final = 13
+_ACCELEROMETER_AT: Final = 25
+_BLOCK: Final = 1 << 15
+_MOST_LISTED: Final = 8
+_STAMP: Final = "stamp"
+_RECEIVED: Final = "received"
+# Column -> place among the doubles, and unit.
+_FIELDS: Final = {
+    **{f"angular_velocity.{axis}": (_GYRO_AT + i, "rad/s") for i, axis in enumerate("xyz")},
+    **{
+        f"linear_acceleration.{axis}": (_ACCELEROMETER_AT + i, "m/s^2")
+        for i, axis in enumerate("xyz")
+    },
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Topic:
+    """One topic of IMU messages.
+
+    `order` is the byte order of its messages, and `stamp_at` where the stamp lies in them.
+    """
+
+    name: str
+    messages: int
+    order: str
+    stamp_at: int
+    is_stamped: bool
+
+
+def open_source(path: Path) -> Source:
+    """The IMU topics of a bag; gyros are ``x``, ``y``, ``z`` if there is one topic.
+
+    Raises
+    ------
+    RecordingError
+        If it is no bag, is cut off, or holds no IMU.
+    """
+    with damaged(ROSBAG.name), _opened(path) as bag:
+        every = [(name, topic.msgtype, topic.msgcount) for name, topic in bag.topics.items()]
+        topics = [_topic(bag, name) for name, kind, _ in every if kind in _TYPES]
+    listed = ", ".join(f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED])
+    listed += " ..." if len(every) > _MOST_LISTED else ""
+    topics = [topic for topic in topics if topic.messages]
+    if not topics:
+        raise RecordingError(
+            f"holds no sensor_msgs/Imu; its topics are {listed or 'none'}",
+            remedy="give a bag with such a topic",
+        )
+    if len(topics) == 1:
+        notes = (Note(text=f"gyros are those of topic {topics[0].name}"),)
+        time = _STAMP if topics[0].is_stamped else _RECEIVED
+        columns = {axis: f"angular_velocity.{axis}" for axis in "xyz"}
+        stated = Statement(kind="rate", columns=columns, time=time)
+    else:
+        names = ", ".join(topic.name for topic in topics)
+        notes = (
+            Note(text=f"the IMU topics are {names}; name the columns of one with {{columns}}"),
+        )
+        stated = Statement(kind="rate")
+    keys = {_key(topic, topics, field): (topic, field) for topic in topics for field in _names()}
+
+    def load(wanted: Sequence[str]) -> Stored:
+        arrays: dict[str, NDArray[Any]] = {}
+        with damaged(ROSBAG.name), _opened(path) as bag:
+            for topic in topics:
+                fields = {key: keys[key][1] for key in wanted if keys[key][0] is topic}
+                if fields:
+                    arrays.update(_read(bag, topic, fields))
+        return in_memory(arrays)
+
+    return Source(
+        format=ROSBAG.name,
+        columns=tuple(
+            Column(key=key, name=key, unit=_FIELDS[field][1] if field in _FIELDS else "ns")
+            for key, (_, field) in keys.items()
+        ),
+        stated=stated,
+        load=load,
+        notes=notes,
+    )
+
+
+def _opened(path: Path) -> AnyReader:
+    # Bags of ROS 2 before Iron hold no definitions; the message is the same in all.
+    return AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+
+
+def _names() -> tuple[str, ...]:
+    return (_STAMP, _RECEIVED, *_FIELDS)
+
+
+def _key(topic: _Topic, topics: Sequence[_Topic], field: str) -> str:
+    return field if len(topics) == 1 else f"{topic.name}/{field}"
+
+
+def _topic(bag: AnyReader, name: str) -> _Topic:
+    """A topic by its first message.
+
+    Raises
+    ------
+    ValueError
+        If its messages are laid out otherwise.
+    """
+    connections = [one for one in bag.connections if one.topic == name]
+    count = sum(one.msgcount for one in connections)
+    found = next(bag.messages(connections=connections), None)
+    if found is None:
+        return _Topic(name=name, messages=0, order="<", stamp_at=0, is_stamped=False)
+    connection, _, raw = found
+    # ROS 2 puts four bytes before a message, the second of which says the order; ROS 1 counts it.
+    order = ">" if bag.is2 and raw[1] % 2 == 0 else "<"
+    topic = _Topic(name=name, messages=count, order=order, stamp_at=4, is_stamped=True)
+    message: Any = bag.deserialize(raw, connection.msgtype)
+    stamp = message.header.stamp
+    first = _numbers(topic, [bytes(raw)])
+    rate, force = message.angular_velocity, message.linear_acceleration
+    expected = [rate.x, rate.y, rate.z, force.x, force.y, force.z]
+    ours = [first["doubles"][0, place] for place, _ in _FIELDS.values()]
+    seconds = int(stamp.sec) * 10**9 + int(stamp.nanosec)
+    if not np.array_equal(ours, expected, equal_nan=True) or first[_STAMP][0] != seconds:
+        raise ValueError(f"messages of {name} are not those of sensor_msgs/Imu")
+    return _Topic(name=name, messages=count, order=order, stamp_at=4, is_stamped=seconds != 0)
+
+
+def _numbers(topic: _Topic, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:
+    """Stamps, ns, and the doubles of some messages, (messages, 37)."""
+    ends = b"".join(message[-8 * _DOUBLES :] for message in raw)
+    begin = b"".join(message[topic.stamp_at : topic.stamp_at + 8] for message in raw)
+    doubles = np.frombuffer(ends, f"{topic.order}f8").reshape(-1, _DOUBLES)
+    seconds, nano = np.frombuffer(begin, f"{topic.order}u4").reshape(-1, 2).T.astype(np.int64)
+    return {_STAMP: seconds * 10**9 + nano, "doubles": doubles}
+
+
+def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, NDArray[Any]]:
+    """Columns of one topic: key -> values."""
+    arrays: dict[str, NDArray[Any]] = {
+        key: np.empty(topic.messages, np.float64 if field in _FIELDS else np.int64)
+        for key, field in fields.items()
+    }
+    done = 0
+    for raw, received in _blocks(bag, topic):
+        numbers = _numbers(topic, raw)
+        block = slice(done, done + len(raw))
+        for key, field in fields.items():
+            if field in _FIELDS:
+                arrays[key][block] = numbers["doubles"][:, _FIELDS[field][0]]
+            else:
+                arrays[key][block] = numbers[_STAMP] if field == _STAMP else received
+        done = block.stop
+    return {key: values[:done] for key, values in arrays.items()}
+
+
+def _blocks(bag: AnyReader, topic: _Topic) -> Iterator[tuple[list[bytes], list[int]]]:
+    """Messages of a topic and when each was received, ns, many at a time."""
+    connections = [one for one in bag.connections if one.topic == topic.name]
+    raw: list[bytes] = []
+    received: list[int] = []
+    for _, when, message in bag.messages(connections=connections):
+        if len(message) < 8 * _DOUBLES + topic.stamp_at + 8:
+            raise ValueError(f"a message of {topic.name} is cut off")
+        raw.append(bytes(message))
+        received.append(when)
+        if len(raw) == _BLOCK:
+            yield raw, received
+            raw, received = [], []
+    if raw:
+        yield raw, received

@@ -1,0 +1,197 @@
+"""What would have to be stated for a file to be read, guessed from names, units and numbers."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from sagnac.arrays import FloatArray
+from sagnac.errors import RecordingError
+from sagnac.formats.choice import (
+    choose_gyros,
+    choose_table,
+    choose_time,
+    is_like_time,
+    is_time_unit,
+)
+from sagnac.formats.precedence import Statements
+from sagnac.formats.source import Column, Source
+from sagnac.formats.suspicions import likely_time_unit
+from sagnac.formats.unit_text import parsed_unit
+from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
+
+# What stands for something that no file tells: to be replaced by whoever knows it.
+KIND: Final = "KIND"
+UNIT: Final = "UNIT"
+RATE: Final = "HZ"
+SCALE: Final = "SIZE"
+COLUMN: Final = "COLUMN"
+
+_GYRO: Final = re.compile(r"gyr|kreisel|dreh|omega|ang(?:ular)?[_ ]?(?:vel|rate)|^w[_ ]?", re.I)
+_OTHER: Final = re.compile(r"acc|beschl|mag|temp|orient|quat|cov|force|pos|vel(?!oc)|euler", re.I)
+_AXIS: Final = r"(?:^|[^a-z]|gyro?|omega|w|kreisel|rate){axis}(?:$|[^a-z])"
+_MARKS: Final = set(",=\"'")
+
+
+def suggestion(source: Source, statements: Statements) -> dict[str, str]:
+    """Inputs to state besides what is stated: name -> value.
+
+    Parameters
+    ----------
+    source
+        The opened file.
+    statements
+        Of caller, TOML and file.
+
+    Returns
+    -------
+    dict of str
+        ``{"columns": "x=2,z=4", "kind": "rate", "unit": "UNIT"}``. A word in capitals stands for
+        what cannot be guessed. Empty if nothing is missing.
+    """
+    missing: dict[str, str] = {}
+    gyros = _gyros(source, statements, missing)
+    _kind_and_unit(gyros, statements, missing)
+    taken = frozenset(column.key for column in gyros.values())
+    _table(source.columns, statements, taken, missing)
+    _sampling(source, statements, taken, missing)
+    return missing
+
+
+def named(columns: Sequence[Column], gyro: str) -> Column | None:
+    """The column that seems to be gyro ``x``, ``y`` or ``z`` by its name, None if several may be.
+
+    Examples
+    --------
+    >>> columns = [Column(key=name, name=name, number=1) for name in ("acc_x", "gyro_x", "time")]
+    >>> named(columns, "x").key
+    'gyro_x'
+    """
+    axis = re.compile(_AXIS.format(axis=gyro), re.I)
+    found = [
+        one
+        for one in columns
+        if axis.search(one.name) and not _OTHER.search(one.name) and not is_like_time(one)
+    ]
+    found = [one for one in found if _may_be_gyro(one)]
+    if len(found) > 1:
+        found = [one for one in found if _GYRO.search(one.name)] or found
+    return found[0] if len(found) == 1 else None
+
+
+def _may_be_gyro(column: Column) -> bool:
+    if column.unit is None:
+        return True
+    unit = parsed_unit(column.unit)
+    return unit.is_counts or unit.name in (*ANGLE_UNITS, *RATE_UNITS) or not unit.is_known
+
+
+def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> dict[str, Column]:
+    columns = source.columns
+    try:
+        return choose_gyros(columns, statements)
+    except RecordingError:
+        pass
+    gyros = {name: one for name in "xyz" if (one := named(columns, name)) is not None}
+    if not gyros:
+        rates = [one for one in columns if one.unit and parsed_unit(one.unit).name in RATE_UNITS]
+        gyros = dict(zip("xyz", rates, strict=False))
+    if not gyros and _numbered_time(source) is not None:
+        gyros = dict(zip("xyz", columns[1:4], strict=False))
+    stated = ",".join(f"{name}={column_text(one)}" for name, one in gyros.items())
+    missing["columns"] = stated or f"x={COLUMN}"
+    return gyros
+
+
+def column_text(column: Column) -> str:
+    """How a column is named in a list of them: by its number if its name holds a mark of lists."""
+    return str(column.number) if set(column.key) & _MARKS and column.number else column.key
+
+
+def _kind_and_unit(
+    gyros: Mapping[str, Column], statements: Statements, missing: dict[str, str]
+) -> None:
+    if not gyros:
+        missing.update(kind=KIND, unit=UNIT)
+    kinds, units = {}, {}
+    for name, column in gyros.items():
+        unit = statements.gyro("unit", name) or column.unit or statements.gyro_by_file("unit", name)
+        kind = statements.gyro("kind", name) or column.kind or statements.gyro_by_file("kind", name)
+        text = parsed_unit(unit) if unit is not None else None
+        if text is None and statements.scale is None:
+            units[name] = UNIT
+        elif text is not None and not text.is_known:
+            units[name] = "counts"
+        if text is not None and (text.is_counts or not text.is_known) and statements.scale is None:
+            missing["scale"] = SCALE
+        if kind is None:
+            kinds[name] = "rate" if text is not None and text.name in RATE_UNITS else KIND
+    for quantity, found in (("kind", kinds), ("unit", units)):
+        values = set(found.values())
+        if len(values) == 1 and len(found) == len(gyros):
+            missing[quantity] = values.pop()
+        elif found:
+            missing[quantity] = ",".join(f"{name}={value}" for name, value in found.items())
+
+
+def _table(
+    columns: Sequence[Column],
+    statements: Statements,
+    taken: frozenset[str],
+    missing: dict[str, str],
+) -> None:
+    table = choose_table(columns, statements, taken)
+    if table is not None and not (table.unit or statements.own_unit("table") or table.column.unit):
+        missing["table"] = f"{table.column.name}:{UNIT}"
+
+
+def _sampling(
+    source: Source, statements: Statements, taken: frozenset[str], missing: dict[str, str]
+) -> None:
+    chosen = choose_time(source.columns, statements, taken).time
+    if chosen is not None:
+        if not (chosen.unit or statements.own_unit("time") or chosen.column.unit):
+            missing["time"] = _time_text(source, chosen.column)
+        return
+    if statements.sample_rate is not None:
+        return
+    like = [one for one in source.columns if one.key not in taken and is_like_time(one)]
+    numbered = _numbered_time(source)
+    if not like and numbered is not None and numbered.key not in taken:
+        like = [numbered]
+    if like:
+        missing["time"] = _time_text(source, like[0])
+    else:
+        missing["rate"] = RATE
+
+
+def _numbered_time(source: Source) -> Column | None:
+    """The first of several columns without names if its numbers go up evenly."""
+    if len(source.columns) < 2 or source.columns[0].key != "1":
+        return None
+    steps = _steps(source, source.columns[0])
+    is_even = steps.size > 1 and 0.0 < float(np.max(steps)) < 2.0 * float(np.median(steps))
+    return source.columns[0] if is_even and float(np.min(steps)) >= 0.0 else None
+
+
+def _steps(source: Source, column: Column) -> FloatArray:
+    """Finite steps of a column of stamps, in its own unit."""
+    stored = source.load([column.key])
+    (samples,) = stored.lengths.values()
+    parts: list[Any] = [part[column.key] for part in stored.pieces([column.key], 0, samples)]
+    if not samples:
+        return np.empty(0)
+    stamps = np.concatenate([np.asarray(part - parts[0][0], dtype=np.float64) for part in parts])
+    steps = np.diff(stamps)
+    return steps[np.isfinite(steps)]
+
+
+def _time_text(source: Source, column: Column) -> str:
+    if column.unit is not None and is_time_unit(column.unit):
+        unit = canonical(column.unit)
+        return f"{column.name}:{unit if unit in TIME_UNITS else column.unit}"
+    steps = _steps(source, column)
+    forward = steps[steps > 0.0]
+    likely = likely_time_unit(float(np.mean(forward))) if forward.size else None
+    return f"{column.name}:{likely or UNIT}"

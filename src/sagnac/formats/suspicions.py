@@ -1,0 +1,191 @@
+"""Statements that a file's numbers speak against: counters, stamps and kinds taken for others."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sagnac import series
+from sagnac.arrays import FloatArray
+from sagnac.errors import Note, counted
+from sagnac.formats.scales import Scale
+from sagnac.formats.statement import COUNTER_BITS
+from sagnac.recording.kinds import finite_extent
+from sagnac.units import TIME_UNITS, canonical
+
+# A step is a roll-over if it covers more than this part of the range, and the usual ones less than
+# that: no gyro turns through most of its range from one sample to the next.
+_ROLLED: Final = 0.75
+_USUAL: Final = 0.1
+_LOOKED_AT: Final = 100_000
+# Rates that recorders of gyros have, Hz; far outside, the unit of the stamps is wrong.
+_SLOWEST: Final = 0.01
+_FASTEST: Final = 1e6
+_USUAL_RATES: Final = (1.0, 2e4)
+_COMMON: Final = 200.0
+_BLOCKS: Final = 64
+_LEAST_SAMPLES: Final = 10 * _BLOCKS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RollOvers:
+    """How often readings start over, and at what.
+
+    Attributes
+    ----------
+    count
+        Steps that cover most of the range.
+    period
+        What a reading changes by at such a step beyond the usual one, in its own unit.
+    """
+
+    count: int
+    period: float
+
+
+def roll_overs(readings: FloatArray) -> RollOvers | None:
+    """The roll-overs of readings that start over, None if they do not.
+
+    Parameters
+    ----------
+    readings
+        (samples,), in any unit.
+    """
+    extent = finite_extent(readings)
+    if readings.size < 3 or extent <= 0.0:
+        return None
+    steps = np.diff(readings[:_LOOKED_AT])
+    steps = steps[np.isfinite(steps)]
+    limit = _ROLLED * extent
+    usual = np.abs(steps[np.abs(steps) <= limit])
+    if usual.size < 2 or float(np.quantile(usual, 0.99)) > _USUAL * extent:
+        return None
+
+    def large(block: slice) -> FloatArray:
+        found = np.diff(readings[block.start : block.stop + 1])
+        return np.asarray(found[np.abs(found) > limit])
+
+    found = np.concatenate(series.map(large, readings.size - 1, readings))
+    if not found.size:
+        return None
+    ordinary = float(np.median(steps[np.abs(steps) <= limit]))
+    return RollOvers(count=int(found.size), period=abs(float(np.median(found)) - ordinary))
+
+
+def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
+    """A gyro's raw numbers that roll over as a counter does, while none is stated: a warning."""
+    extent = finite_extent(raw)
+    bits = next((bits for bits in COUNTER_BITS if extent < 2.0**bits), None)
+    if bits is None or extent < 0.5 * 2.0**bits:
+        return ()
+    some = raw[:_LOOKED_AT]
+    finite = some[np.isfinite(some)]
+    if not np.array_equal(finite, np.rint(finite)):
+        return ()
+    found = roll_overs(raw)
+    if found is None or abs(found.period / 2.0**bits - 1.0) > 0.05:
+        return ()
+    remedy = f"state {{counter-bits {bits}}}"
+    if scale.kind != "angle":
+        remedy = f"if it counts angle, state {{kind angle}} and {{counter-bits {bits}}}"
+    text = (
+        f"leaps by about {2**bits} counts {counted(found.count, 'time')}: a {bits} bit counter "
+        f"that rolls over; {remedy}"
+    )
+    return (Note(level="warning", channel=name, text=text),)
+
+
+def table_counter_notes(key: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
+    """Encoder readings that start over elsewhere than at a turn of their unit: a warning."""
+    turn = 2.0 * math.pi / scale.factor
+    if finite_extent(raw) <= 1.001 * turn:
+        return ()
+    found = roll_overs(raw)
+    if found is None:
+        return ()
+    period = _likely_period(found.period)
+    text = (
+        f"starts over at {period:.7g} {scale.unit}, not at a full turn: it looks like a counter; "
+        f"if that is one turn, state {{table {key}:{360.0 / period:.12g}deg}}"
+    )
+    return (Note(level="warning", channel="table", text=text),)
+
+
+def _likely_period(measured: float) -> float:
+    """The power of two, or round number of parts of a turn, that a period was measured as."""
+    round_ones = [2.0**bits for bits in range(8, 33)] + [36.0 * 10**n for n in range(1, 8)]
+    nearest = min(round_ones, key=lambda one: abs(math.log(measured / one)))
+    return nearest if abs(measured / nearest - 1.0) < 0.02 else round(measured)
+
+
+def stamp_unit_notes(key: str, unit: str, sample_rate: float) -> tuple[Note, ...]:
+    """Stamps further apart, or closer together, than any gyro is sampled: a warning.
+
+    Parameters
+    ----------
+    key
+        Column of the stamps.
+    unit
+        Their unit, as stated.
+    sample_rate
+        Samples per second that they give.
+    """
+    if _SLOWEST <= sample_rate <= _FASTEST or canonical(unit) not in TIME_UNITS:
+        return ()
+    size = TIME_UNITS[canonical(unit)]
+    text = f"stamps are {1.0 / sample_rate:.3g} s apart on average: the unit {unit} looks wrong"
+    likely = likely_time_unit(1.0 / (sample_rate * size))
+    if likely is not None:
+        rate = sample_rate * size / TIME_UNITS[likely]
+        text += f"; in {likely} they would be those of {rate:.6g} Hz ({{time {key}:{likely}}})"
+    return (Note(level="warning", channel="time", text=text),)
+
+
+def likely_time_unit(step: float) -> str | None:
+    """The unit in which stamps so far apart would be those of a usual rate, None if there is none.
+
+    Parameters
+    ----------
+    step
+        Mean step of the stamps, in their unit.
+
+    Examples
+    --------
+    >>> likely_time_unit(0.01), likely_time_unit(1e7)
+    ('s', 'ns')
+    """
+    rates = {unit: 1.0 / (step * TIME_UNITS[unit]) for unit in ("s", "ms", "us", "ns")}
+    low, high = _USUAL_RATES
+    usual = {unit: rate for unit, rate in rates.items() if low <= rate <= high}
+    return min(usual, key=lambda unit: abs(math.log(usual[unit] / _COMMON)), default=None)
+
+
+def rate_notes(name: str, values: FloatArray) -> tuple[Note, ...]:
+    """An angle that scatters about one value as a rate does and never adds up: a warning.
+
+    A rate's samples are nearly independent, and means over blocks of them agree; an angle is the
+    sum of what was turned, and goes on from sample to sample.
+
+    Parameters
+    ----------
+    name
+        Of the gyro.
+    values
+        (samples,) of kind ``angle``.
+    """
+    if values.size < _LEAST_SAMPLES:
+        return ()
+    length = min(values.size // _BLOCKS, _LOOKED_AT // _BLOCKS)
+    starts = np.linspace(0, values.size - length, _BLOCKS).astype(int)
+    blocks = np.array([values[start : start + length] for start in starts])
+    within = math.sqrt(float(np.mean(np.var(blocks, axis=1))))
+    step = math.sqrt(float(np.mean(np.square(np.diff(blocks, axis=1)))))
+    between = float(np.std(np.mean(blocks, axis=1)))
+    if not (step > within > 0.0 and between < 0.5 * within):
+        return ()
+    text = (
+        "stays about one value and scatters from sample to sample as a rate does; if it is one, "
+        "state {kind rate} with its {unit}"
+    )
+    return (Note(level="warning", channel=name, text=text),)

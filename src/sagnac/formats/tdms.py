@@ -1,0 +1,117 @@
+"""TDMS files of LabVIEW: channels, with the unit and the rate of their waveforms."""
+
+import logging
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from nptdms import TdmsFile
+from numpy.typing import NDArray
+
+from sagnac import series
+from sagnac.errors import RecordingError
+from sagnac.formats.files import damaged
+from sagnac.formats.registry import TDMS
+from sagnac.formats.source import Column, Source, Stored, column
+from sagnac.formats.statement import Statement
+
+# The library hands over raw counts of a channel whose scale it does not know.
+_KNOWN_SCALES: Final = frozenset(
+    {"Polynomial", "Linear", "RTD", "Strain", "Table", "Thermistor", "Thermocouple", "Add"}
+    | {"Subtract", "AdvancedAPI"}
+)
+_SCALE: Final = re.compile(r"NI_Scale\[\d+\]_Scale_Type$")
+# What it warns of is refused here.
+logging.getLogger("nptdms").setLevel(logging.ERROR)
+_UNIT_PROPERTIES: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
+
+
+def open_source(path: Path) -> Source:
+    """Channels of numbers and times, by name if it is the only one of that name.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not TDMS or is cut off.
+    """
+    with damaged(TDMS.name), TdmsFile.open(path) as file:
+        found = [
+            (group.name, one.name, dict(one.properties), np.dtype(one.dtype), len(one))
+            for group in file.groups()
+            for one in group.channels()
+        ]
+        if not file.groups():
+            raise ValueError("no segment of it is whole")
+        status = file.file_status
+        if status is not None and status.incomplete_final_segment:
+            raise ValueError("its last segment is not all there")
+        shared = [file.properties, *(group.properties for group in file.groups())]
+    found = [one for one in found if one[3].kind in "biufM" and one[4]]
+    names = [name for _, name, *_ in found]
+    places: dict[str, tuple[str, str]] = {}
+    lengths: dict[str, int] = {}
+    properties: dict[str, Mapping[str, Any]] = {}
+    columns: list[Column] = []
+    for group, name, own, kind, length in found:
+        key = name if names.count(name) == 1 else f"{group}/{name}"
+        unit = next((str(own[one]) for one in _UNIT_PROPERTIES if own.get(one)), None)
+        places[key], lengths[key], properties[key] = (group, name), length, own
+        columns.append(column(key, unit="ns" if kind.kind == "M" else unit))
+
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
+        with damaged(TDMS.name), TdmsFile.open(path) as file:
+            for key in keys:
+                group, name = places[key]
+                channel = file[group][name]
+                for first in range(start, stop, series.SPAN):
+                    values = channel.read_data(first, min(series.SPAN, stop - first))
+                    yield {key: _numbers(values)}
+
+    def load(keys: Sequence[str]) -> Stored:
+        for key in keys:
+            for holder in (properties[key], *shared):
+                check_scales(key, holder)
+        return Stored(lengths={key: lengths[key] for key in keys}, pieces=pieces)
+
+    steps = {own["wf_increment"] for own in properties.values() if own.get("wf_increment")}
+    rate = round(1.0 / steps.pop(), 9) if len(steps) == 1 else None
+    return Source(
+        format=TDMS.name,
+        columns=tuple(columns),
+        load=load,
+        stated=Statement(sample_rate=rate if rate and rate > 0.0 else None),
+    )
+
+
+def _numbers(values: NDArray[Any]) -> NDArray[Any]:
+    if values.dtype.kind == "M":
+        return values.astype("datetime64[ns]").astype(np.int64)
+    return values
+
+
+def check_scales(name: str, properties: Mapping[str, Any]) -> None:
+    """Refuse a channel with a scale that the library does not know.
+
+    Parameters
+    ----------
+    name
+        Of the channel.
+    properties
+        Its own, or of what it belongs to.
+
+    Raises
+    ------
+    RecordingError
+        If there is such a scale: the numbers would be raw counts.
+    """
+    if properties.get("NI_Scaling_Status", "unscaled") == "scaled":
+        return
+    for key, kind in properties.items():
+        if _SCALE.match(key) and kind not in _KNOWN_SCALES:
+            raise RecordingError(
+                f"its scale is of type {kind!r}, which cannot be applied",
+                channel=name,
+                remedy="write scaled values from LabVIEW",
+            )

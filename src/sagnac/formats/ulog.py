@@ -1,0 +1,94 @@
+"""PX4 logs (ULog): gyros and accelerometers of ``sensor_gyro`` or ``sensor_combined``."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from pyulog import ULog
+
+from sagnac.errors import Note, RecordingError, counted
+from sagnac.formats.files import damaged
+from sagnac.formats.registry import ULOG
+from sagnac.formats.source import Column, Source, Stored, in_memory
+from sagnac.formats.statement import Statement
+
+# Message -> field -> unit, as PX4's message definitions state them.
+_AXES: Final = ("x", "y", "z")
+_FIELDS: Final = {
+    "sensor_gyro": dict.fromkeys(_AXES, "rad/s"),
+    "sensor_accel": dict.fromkeys(_AXES, "m/s^2"),
+    "sensor_combined": {
+        **{f"gyro_rad[{i}]": "rad/s" for i in range(3)},
+        **{f"accelerometer_m_s2[{i}]": "m/s^2" for i in range(3)},
+    },
+}
+_TIMES: Final = ("timestamp_sample", "timestamp")
+
+
+def open_source(path: Path) -> Source:
+    """Fields of the sensors' messages; those of a second sensor have its number.
+
+    Gyros are ``x``, ``y``, ``z`` of ``sensor_gyro`` if there is one, else of ``sensor_combined``.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not ULog or is cut off, or logs no gyro.
+    """
+    # The library leaves a file open that it opened itself and cannot read.
+    with damaged(ULOG.name), path.open("rb") as stream:
+        log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)
+        if log.file_corruption:
+            raise ValueError("messages are damaged")
+        sets = {
+            f"{one.name}.{one.multi_id}" if one.multi_id else one.name: one for one in log.data_list
+        }
+    columns, arrays = [], {}
+    for prefix, one in sets.items():
+        fields = dict(_FIELDS[one.name])
+        fields.update({name: "us" for name in _TIMES if name in one.data})
+        for name, unit in fields.items():
+            if name in one.data:
+                key = f"{prefix}.{name}"
+                arrays[key] = one.data[name]
+                columns.append(Column(key=key, name=key, unit=unit))
+    if not any(one.unit == "rad/s" for one in columns):
+        raise RecordingError(
+            f"logs none of {', '.join(_FIELDS)}", remedy="log sensor_gyro at full rate"
+        )
+
+    def load(keys: Sequence[str]) -> Stored:
+        # The library holds the log whole; what is taken becomes an array of its own.
+        return in_memory({key: np.ascontiguousarray(arrays[key]) for key in keys})
+
+    return Source(
+        format=ULOG.name,
+        columns=tuple(columns),
+        load=load,
+        stated=_stated(sets),
+        notes=_notes(log),
+    )
+
+
+def _stated(sets: dict[str, Any]) -> Statement:
+    """The gyros of the only `sensor_gyro`, else of `sensor_combined`; none if several may be."""
+    fields: tuple[str, ...] = _AXES
+    gyros = [prefix for prefix, one in sets.items() if one.name == "sensor_gyro"]
+    if len(gyros) == 1:
+        prefix = gyros[0]
+    elif "sensor_combined" in sets:
+        prefix, fields = "sensor_combined", tuple(f"gyro_rad[{i}]" for i in range(3))
+    else:
+        return Statement(kind="rate")
+    time = next(name for name in _TIMES if name in sets[prefix].data)
+    columns = {axis: f"{prefix}.{name}" for axis, name in zip(_AXES, fields, strict=True)}
+    return Statement(kind="rate", columns=columns, time=f"{prefix}.{time}")
+
+
+def _notes(log: ULog) -> tuple[Note, ...]:
+    if not log.dropouts:
+        return ()
+    lost = sum(one.duration for one in log.dropouts)
+    text = f"the logger dropped out {counted(len(log.dropouts), 'time')}, {lost} ms in all"
+    return (Note(text=text, level="warning", channel="time"),)

@@ -1,0 +1,64 @@
+"""Bags of ROS 1 and 2, and MCAP."""
+
+import numpy as np
+import pytest
+
+from sagnac.errors import RecordingError
+from sagnac.formats import columns, read
+from sagnac.formats import rosbag as module
+from tests.formats.examples import refused
+from tests.formats.instruments import axes, bag
+
+
+@pytest.mark.parametrize("suffix", [".bag", ".mcap", ".db3"])
+def test_a_bag_with_one_imu_needs_no_option(tmp_path, suffix, monkeypatch):
+    monkeypatch.setattr(module, "_BLOCK", 250)
+    values = axes(lost=3)
+    path = bag(tmp_path / f"run{suffix}", values)
+    if suffix == ".mcap":
+        (path,) = path.glob("*.mcap")
+    recording = read(path)
+    assert [gyro.name for gyro in recording.gyros] == ["x", "y", "z"]
+    for gyro, column in zip(recording.gyros, values.gyros.T, strict=True):
+        assert (gyro.kind, gyro.shown_in) == ("rate", "rad/s")
+        np.testing.assert_array_equal(gyro.values, column)
+    np.testing.assert_allclose(
+        recording.times, (values.stamps - values.stamps[0]) * 1e-9, atol=1e-9
+    )
+    assert any("topic /imu" in str(note) for note in recording.notes)
+    assert len(recording.provenance.sha256) == 64
+
+
+def test_accelerometers_and_the_time_of_arrival_are_columns_too(tmp_path):
+    values = axes(samples=100)
+    path = bag(tmp_path / "run.bag", values)
+    assert columns(path)[:2] == ("stamp", "received")
+    source = module.open_source(path)
+    stored = source.load(["received", "linear_acceleration.z"])
+    read_back = {}
+    for piece in stored.pieces(list(stored.lengths), 0, 100):
+        read_back.update(piece)
+    np.testing.assert_array_equal(read_back["linear_acceleration.z"], values.accelerometers[:, 2])
+    np.testing.assert_array_equal(read_back["received"], values.stamps + 2_000_000)
+
+
+def test_of_several_topics_one_is_named(tmp_path):
+    values = axes(samples=100)
+    path = bag(tmp_path / "run.bag", values, ("/imu0", "/imu1"))
+    refused(path, "no such column", "/imu0/angular_velocity.x")
+    stated = {"x": "/imu1/angular_velocity.x"}
+    recording = read(path, columns=stated, time="/imu1/stamp")
+    np.testing.assert_array_equal(recording.gyros[0].values, values.gyros[:, 0])
+    assert any("the IMU topics are /imu0, /imu1" in str(note) for note in recording.notes)
+
+
+def test_a_bag_that_is_none_or_cut_off(tmp_path):
+    whole = bag(tmp_path / "run.bag", axes(samples=300)).read_bytes()
+    for name, content in (
+        ("cut", whole[: len(whole) // 2]),
+        ("none", b"#ROSBAG V2.0\n" + bytes(99)),
+    ):
+        path = tmp_path / f"{name}.bag"
+        path.write_bytes(content)
+        with pytest.raises(RecordingError, match="is not ROS bag, or is damaged or cut off"):
+            read(path)

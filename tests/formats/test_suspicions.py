@@ -1,0 +1,87 @@
+"""Statements that a file's numbers speak against."""
+
+import numpy as np
+import pytest
+
+from sagnac.formats import Statement, read
+from sagnac.formats.scales import Scale
+from sagnac.formats.suspicions import (
+    counter_notes,
+    rate_notes,
+    roll_overs,
+    stamp_unit_notes,
+    table_counter_notes,
+)
+from tests.formats.examples import save, walk
+
+COUNTS = Scale(kind="angle", unit="0.1arcsec", factor=0.1 * np.pi / 648_000.0)
+
+
+@pytest.mark.parametrize("bits", [16, 24, 32])
+@pytest.mark.parametrize("start", [0, 1])
+def test_a_counter_that_rolls_over_is_named(bits, start):
+    angle = np.rint(np.arange(20_000) * 2.0**bits / 3000 + walk(samples=20_000))
+    raw = angle % 2**bits - start * 2 ** (bits - 1)
+    (note,) = counter_notes("x", raw, COUNTS)
+    assert note.level == "warning"
+    wraps = np.count_nonzero(np.diff(raw) < 0 if bits > 16 else np.abs(np.diff(raw)) > 2**15)
+    assert f"a {bits} bit counter" in note.text
+    assert f"{{counter-bits {bits}}}" in note.text
+    if bits > 16:
+        assert f"{wraps} times" in note.text
+    assert counter_notes("x", angle, COUNTS) == ()
+
+
+def test_noise_that_fills_its_range_is_no_counter():
+    noise = np.random.default_rng(2).integers(0, 65536, 5000).astype(float)
+    assert counter_notes("x", noise, COUNTS) == ()
+    assert roll_overs(np.zeros(10)) is None
+
+
+def test_an_encoder_in_counts_that_is_called_degrees():
+    counts = (np.arange(5000) * 23.0) % 16384
+    degrees = Scale(kind="angle", unit="deg", factor=np.pi / 180.0)
+    (note,) = table_counter_notes("enc", counts, degrees)
+    assert "starts over at 16384 deg" in note.text
+    assert f"{{table enc:{360 / 16384:.12g}deg}}" in note.text
+    assert table_counter_notes("enc", np.arange(5000.0) % 360.0, degrees) == ()
+    assert table_counter_notes("enc", np.arange(5000.0), degrees) == ()
+
+
+@pytest.mark.parametrize(("unit", "likely"), [("ns", "ns"), ("us", "us"), ("ms", "ms")])
+def test_stamps_in_a_small_unit_called_seconds(unit, likely):
+    rate = 20.0 * {"ns": 1e-9, "us": 1e-6, "ms": 1e-3}[unit]
+    notes = stamp_unit_notes("t", "s", rate)
+    if unit == "ms":
+        # A sample every 50 s may be meant.
+        assert notes == ()
+        return
+    assert f"{{time t:{likely}}}" in notes[0].text
+    assert "20 Hz" in notes[0].text
+    assert stamp_unit_notes("t", unit, 20.0) == ()
+
+
+def test_a_rate_called_an_angle_is_noticed_and_an_angle_is_not():
+    generator = np.random.default_rng(4)
+    noise = generator.normal(size=20_000)
+    (note,) = rate_notes("x", 3.0 + noise)
+    assert "{kind rate}" in note.text
+    assert rate_notes("x", np.cumsum(noise)) == ()
+    seconds = np.arange(20_000) / 100.0
+    # A still ring laser: its quantization is white, and the Earth adds up.
+    assert rate_notes("x", 15.0 * seconds + noise) == ()
+    # A table that swings to and fro.
+    assert rate_notes("x", 90.0 * np.sin(seconds) + 0.01 * noise) == ()
+
+
+def test_what_is_noticed_stands_in_the_recording(tmp_path):
+    counter = np.rint(np.arange(3000) * 97.0) % 65536
+    epoch = 1_700_000_000_000_000_000
+    rows = "".join(f"{epoch + 10**7 * n},{count:.0f}\n" for n, count in enumerate(counter))
+    path = save(tmp_path / "run.csv", "t,x\n" + rows)
+    stated = Statement(kind="angle", unit="counts", scale="1arcsec", time="t:s")
+    notes = [str(note) for note in read(path, stated).notes]
+    assert any("16 bit counter" in note for note in notes)
+    assert any("in ns they would be those of 100 Hz" in note for note in notes)
+    stated = Statement(kind="angle", unit="counts", scale="1arcsec", sample_rate=100.0)
+    assert any("takes it" in str(note) for note in read(path, stated).notes)

@@ -1,0 +1,54 @@
+"""TDMS files of LabVIEW."""
+
+import numpy as np
+import pytest
+
+from sagnac.errors import RecordingError
+from sagnac.formats import missing, read
+from sagnac.formats.tdms import check_scales
+from tests.formats.examples import refused
+from tests.formats.instruments import axes, tdms
+
+
+def test_channels_with_unit_and_rate(tmp_path):
+    values = axes()
+    path = tdms(tmp_path / "run.tdms", values)
+    assert missing(path) == {"kind": "rate"}
+    recording = read(path, kind="rate")
+    assert recording.sample_rate == 200.0
+    for gyro, column in zip(recording.gyros, values.gyros.T, strict=True):
+        assert gyro.shown_in == "deg/s"
+        np.testing.assert_allclose(gyro.values, column, rtol=1e-14)
+    part = read(path, kind="rate", span=(1.0, 2.0))
+    np.testing.assert_allclose(part.gyros[2].values, values.gyros[200:400, 2], rtol=1e-14)
+
+
+def test_a_scale_that_cannot_be_applied_is_refused(tmp_path):
+    properties = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Reciprocal"}
+    path = tdms(tmp_path / "run.tdms", axes(), **properties)
+    with pytest.raises(RecordingError, match="its scale is of type 'Reciprocal'"):
+        read(path, kind="rate")
+    check_scales("x", {**properties, "NI_Scaling_Status": "scaled"})
+    check_scales("x", {"NI_Scale[0]_Scale_Type": "Linear"})
+
+
+def test_a_linear_scale_is_applied(tmp_path):
+    values = axes()
+    scale = {
+        "NI_Number_Of_Scales": 1,
+        "NI_Scaling_Status": "unscaled",
+        "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Scale[0]_Linear_Slope": 2.0,
+        "NI_Scale[0]_Linear_Y_Intercept": 1.0,
+        "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
+    }
+    recording = read(tdms(tmp_path / "run.tdms", values, **scale), kind="rate")
+    expected = np.deg2rad(2.0 * np.rad2deg(values.gyros[:, 0]) + 1.0)
+    np.testing.assert_allclose(recording.gyros[0].values, expected, rtol=1e-13)
+
+
+def test_cut_off(tmp_path):
+    whole = tdms(tmp_path / "run.tdms", axes()).read_bytes()
+    path = tmp_path / "cut.tdms"
+    path.write_bytes(whole[:40])
+    refused(path, "is not TDMS, or is damaged or cut off")

@@ -1,0 +1,103 @@
+"""How text files are laid out: marks between fields, numbers, header, first row."""
+
+import numpy as np
+import pytest
+
+from sagnac.errors import RecordingError
+from sagnac.formats.text_file import Sample, encoding_of, lines_of, sample_of
+from sagnac.formats.text_layout import fields_of, layout
+
+
+def sample(text: str) -> Sample:
+    return Sample(encoding="utf-8", head=tuple(text.splitlines()), later=())
+
+
+def rows(mark: str, decimal: str = ".") -> str:
+    values = np.random.default_rng(5).normal(size=(20, 2)).round(4)
+    lines = (mark.join(str(value).replace(".", decimal) for value in row) for row in values)
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "names", "delimiter", "decimal", "skip"),
+    [
+        ("x[deg],z\n" + rows(","), ("x[deg]", "z"), ",", ".", 1),
+        ("# a\n\nx;z\n\n" + rows(";", ","), ("x", "z"), ";", ",", 4),
+        (rows(" "), ("1", "2"), " ", ".", 0),
+        ("Kreisel X [Zähler]\tKreisel Z\n" + rows("\t", ","), None, "\t", ",", 1),
+        ("Kreisel X [Zähler]  Kreisel Z\n" + rows("   "), None, " ", ".", 1),
+        ("#time [ns],w x\n" + rows(","), ("time [ns]", "w x"), ",", ".", 1),
+        ("x,z\n" + rows(","), ("x", "z"), ",", ".", 1),
+        ("a;b\n" + rows(" ; "), ("a", "b"), ";", ".", 1),
+        ("Bench 3\nat rest, night\n\n" + rows("|"), ("1", "2"), "|", ".", 3),
+    ],
+)
+def test_marks_and_headers(text, names, delimiter, decimal, skip):
+    found = layout(sample(text))
+    assert found.names == (names or ("Kreisel X [Zähler]", "Kreisel Z"))
+    assert (found.delimiter, found.style.decimal, found.skip) == (delimiter, decimal, skip)
+
+
+def test_one_column_with_a_decimal_comma_is_no_two():
+    column = "".join(f"{n / 8:.3f}\n".replace(".", ",") for n in range(20))
+    one = layout(sample("x[deg]\n" + column))
+    assert (one.names, one.style.decimal) == (("x[deg]",), ",")
+    two = layout(sample("x,z\n" + column))
+    assert (two.names, two.delimiter, two.style.decimal) == (("x", "z"), ",", ".")
+    assert "not a decimal comma" in layout(sample(column)).doubts[0]
+
+
+def test_a_line_of_units_stands_under_the_header():
+    found = layout(sample("t;X;Y\n[s];[deg/s];\n" + "".join(f"{n};1.5;2\n" for n in range(9))))
+    assert [field.unit for field in found.fields] == ["s", "deg/s", None]
+    assert found.names == ("t", "X", "Y")
+
+
+def test_every_comma_with_three_digits_behind_it_is_in_doubt_and_said():
+    text = "x;z\n" + "".join(f"{n},125;{n},250\n" for n in range(1, 30))
+    found = layout(sample(text))
+    assert found.style.decimal == ","
+    assert "a decimal comma (not a mark between thousands)" in found.doubts
+
+
+def test_a_header_with_another_number_of_names_is_refused():
+    with pytest.raises(RecordingError, match=r"line 1 names 2 columns .* have 4 fields"):
+        layout(sample("t,x\n" + "".join(f"0,{n},1,{n}\n" for n in range(20))))
+
+
+def test_a_file_without_lines_or_without_text(tmp_path):
+    with pytest.raises(RecordingError, match="no header line"):
+        layout(sample("# x\n"))
+    with pytest.raises(RecordingError, match="not text"):
+        encoding_of(b"\0")
+    long = tmp_path / "long.csv"
+    long.write_text("x" * 100_000)
+    with pytest.raises(RecordingError, match="no line end in its first 64 KiB"):
+        sample_of(long)
+
+
+@pytest.mark.parametrize(
+    ("codec", "found"),
+    [
+        ("utf-8", "utf-8"),
+        ("utf-8-sig", "utf-8"),
+        ("cp1252", "cp1252"),
+        ("utf-16", "utf-16-le"),
+        ("utf-16-be", "utf-16-be"),
+        ("utf-16-le", "utf-16-le"),
+    ],
+)
+def test_encodings(tmp_path, codec, found):
+    text = "Zähler;x\n1;2\n"
+    path = tmp_path / "run.csv"
+    path.write_bytes(text.encode(codec))
+    if codec == "utf-16-be":
+        path.write_bytes(b"\xfe\xff" + text.encode(codec))
+    assert encoding_of(path.read_bytes()) == found
+    assert sample_of(path).head[:2] == ("Zähler;x", "1;2")
+    assert list(lines_of(path, found)) == ["Zähler;x", "1;2"]
+
+
+def test_fields():
+    assert fields_of(' 1  "2"\t3 ', " ") == ["1", "2", "3"]
+    assert fields_of('"1,5", "a ""b""",', ",") == ["1,5", 'a "b"', ""]

@@ -1,0 +1,92 @@
+"""Numbers and times as instruments write them."""
+
+import datetime
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sagnac import series
+from sagnac.formats.text_numbers import STYLES, NumberStyle, is_in_doubt, style_of
+from sagnac.formats.text_times import form_of, nanoseconds, past_midnight
+
+
+@pytest.mark.parametrize(
+    ("text", "decimal", "thousands", "value"),
+    [
+        ("-1.5e-3", ".", "", -1.5e-3),
+        ("1.234.567,25", ",", ".", 1234567.25),
+        ("1,234.5", ".", ",", 1234.5),
+        ("1'234.5", ".", "'", 1234.5),
+        ("12\u00a0345,5", ",", "\u00a0", 12345.5),
+        (",5", ",", "", 0.5),
+        ("n/a", ".", "", float("nan")),
+    ],
+)
+def test_numbers(text, decimal, thousands, value):
+    style = NumberStyle(decimal=decimal, thousands=thousands)
+    np.testing.assert_equal(style.value(text), value)
+    if text != "n/a":
+        assert style_of([text, text]) == style
+
+
+@pytest.mark.parametrize("text", ["1,2,3", "1.2.3", "12.34,5", "stop", "1e", "0x1", "--1"])
+def test_what_is_no_number(text):
+    assert not any(style.holds(text) for style in STYLES)
+    with pytest.raises(ValueError, match="is not a number"):
+        NumberStyle().value(text)
+
+
+def test_a_style_has_two_marks():
+    with pytest.raises(ValueError, match="decimal is ';'"):
+        NumberStyle(decimal=";")
+    with pytest.raises(ValueError, match="thousands"):
+        NumberStyle(decimal=".", thousands=".")
+
+
+def test_doubt():
+    assert is_in_doubt(["1,234", "12,345", "7"])
+    assert not is_in_doubt(["1,234", "1,2345"])
+    assert not is_in_doubt(["0,234"])
+    assert not is_in_doubt(["1.5"])
+
+
+MOMENTS = st.datetimes(datetime.datetime(1970, 1, 2), datetime.datetime(2100, 1, 1))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    MOMENTS, st.sampled_from(["%Y-%m-%dT%H:%M:%S.%f", "%d.%m.%Y %H:%M:%S,%f", "%m/%d/%Y %H:%M:%S"])
+)
+def test_dates_are_those_of_the_standard_library(moment, form):
+    text = moment.strftime(form)
+    assert form_of(text) == "iso"
+    written = datetime.datetime.strptime(text, form)
+    expected = (written - datetime.datetime(1970, 1, 1)) // datetime.timedelta(microseconds=1)
+    assert nanoseconds(pa.array([text]), "iso").tolist() == [1000 * expected]
+
+
+def test_zones():
+    texts = pa.array(["2024-03-05T14:03:00Z", "2024-03-05T14:03:00+01:30", "2024-03-05 14:03:00"])
+    zulu, east, plain = nanoseconds(texts, "iso")
+    assert zulu == plain == 1_709_647_380 * 10**9
+    assert zulu - east == 5400 * 10**9
+
+
+def test_times_of_the_clock():
+    texts = ["14:03:00.002", "2:03:01,5 PM", "12:00:00 am", "12:30 p.m.", "00:00:00.123456789"]
+    assert all(form_of(text) == "clock" for text in texts)
+    found = nanoseconds(pa.array(texts), "clock")
+    assert found.tolist() == [50_580_002_000_000, 50_581_500_000_000, 0, 45_000 * 10**9, 123456789]
+    assert form_of("25.3") is form_of("14:61:00") is None
+    with pytest.raises(ValueError, match="cannot be read"):
+        nanoseconds(pa.array(["14:03:00", "x"]), "clock")
+
+
+def test_days_go_on_past_midnight(monkeypatch):
+    monkeypatch.setattr(series, "SPAN", 100)
+    seconds = np.arange(0, 4 * 86_400, 997)
+    clock = (seconds % 86_400) * 10**9
+    np.testing.assert_array_equal(past_midnight(clock), seconds * 10**9)
