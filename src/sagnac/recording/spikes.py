@@ -1,0 +1,185 @@
+"""Single samples far off their neighbours."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ndtri
+
+from sagnac import series
+from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.errors import Note, counted
+from sagnac.recording.channel import Channel
+from sagnac.recording.effects import effect_words
+from sagnac.recording.model import Recording, second_of
+from sagnac.recording.profile import Profile
+
+# Chance that noise without spikes shows one.
+_SPIKE_CHANCE: Final = 1e-3
+# More of the samples than this are no spikes, but the noise.
+_MANY: Final = 0.01
+# Samples looked at around each for its neighbourhood.
+_AROUND: Final = 2
+# Samples whose median is the level that a spike stands on, and share of it that has to stay.
+_WIDE: Final = 8
+_KEPT: Final = 0.5
+_BLOCK: Final = 2**16
+# Fewest samples in which spikes are looked for.
+LEAST_FOR_SPIKES: Final = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spikes:
+    """Samples far off their neighbours.
+
+    Attributes
+    ----------
+    index
+        (count,) where.
+    height
+        (count,) how far each lies from its neighbours, rad.
+    added_walk
+        What they add to N, rad/sqrt(s): ``N^2`` grows by its square, the sum of the squared
+        heights over the duration.
+    many
+        Whether there were more than one in a hundred samples: that is the noise, and none is
+        listed.
+    """
+
+    index: IntegerArray
+    height: FloatArray
+    added_walk: float
+    many: bool = False
+
+
+def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
+    """Find single samples that lie farther from their neighbours than chance puts them.
+
+    Each sample less the median of the four around it, against the scatter of such differences
+    in its block of 65,536 samples (by their quartiles).
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad.
+    sample_rate
+        Samples per second.
+
+    Returns
+    -------
+    Spikes
+        None are listed if more than one in a hundred samples were one: that is the noise.
+    """
+    values = np.asarray(increments, dtype=np.float64)
+    if values.ndim != 1 or values.size < LEAST_FOR_SPIKES:
+        raise ValueError(f"increments has shape {values.shape}; give {LEAST_FOR_SPIKES} or more")
+    # Beyond this many scatters lies one sample in a record by chance.
+    limit = -float(ndtri(0.5 * _SPIKE_CHANCE / values.size))
+    blocks = series.map(
+        lambda block: _spikes_in(values, block, limit), values.size, values, length=_BLOCK
+    )
+    index = np.concatenate([block.index for block in blocks])
+    height = np.concatenate([block.height for block in blocks])
+    many = index.size > _MANY * values.size
+    if many:
+        index, height = index[:0], height[:0]
+    added = math.sqrt(float(height @ height) * sample_rate / values.size)
+    return Spikes(index=index, height=height, added_walk=added, many=many)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Far:
+    """Samples of one block that lie far off their neighbours."""
+
+    index: IntegerArray
+    height: FloatArray
+
+
+def _spikes_in(values: FloatArray, block: slice, limit: float) -> _Far:
+    first, last = max(0, block.start - _AROUND), min(values.size, block.stop + _AROUND)
+    off = _off_neighbours(values[first:last])[block.start - first :][: block.stop - block.start]
+    low, high = np.quantile(off, [0.25, 0.75])
+    # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
+    inner = off[np.abs(off) <= np.quantile(np.abs(off), 0.95)]
+    scale = max((high - low) / 1.349, 1.3 * float(np.sqrt(np.mean(inner**2))))
+    found = np.flatnonzero((np.abs(off) > 1.15 * limit * scale) & (scale > 0.0))
+    stays = [
+        place for place in found.tolist() if _stays(values, place + block.start, float(off[place]))
+    ]
+    index = np.array(stays, dtype=np.int64)
+    return _Far(index=index + block.start, height=off[index])
+
+
+def _stays(values: FloatArray, place: int, height: float) -> bool:
+    """Whether the angle keeps what a sample adds.
+
+    If its neighbours take it back, the angle alone was off for a moment: that adds nothing to N,
+    and to replace one of them would.
+    """
+    if not _AROUND <= place < values.size - _AROUND:
+        return False
+    typical = np.median(values[max(0, place - _WIDE) : place + _WIDE + 1])
+    net = float((values[place - _AROUND : place + _AROUND + 1] - typical).sum())
+    return net / height > _KEPT
+
+
+def _off_neighbours(values: FloatArray) -> FloatArray:
+    """Each sample less the median of the two before and the two after."""
+    padded = np.pad(values, _AROUND, mode="reflect")
+    around = np.stack([padded[:-4], padded[1:-3], padded[3:-1], padded[4:]])
+    around.sort(axis=0)
+    return np.asarray(values - 0.5 * (around[1] + around[2]))
+
+
+def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
+    """Increments with each spike replaced by the median of its neighbours.
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad.
+    spikes
+        Of `find_spikes`.
+    """
+    values = np.asarray(increments, dtype=np.float64)
+
+    def cleaned(block: slice) -> FloatArray:
+        part = values[block].copy()
+        first, last = np.searchsorted(spikes.index, [block.start, block.stop])
+        part[spikes.index[first:last] - block.start] -= spikes.height[first:last]
+        return part
+
+    return series.made(cleaned, values.size, values)
+
+
+def spike_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """Single samples far off their neighbours: a warning, for the answer goes without them."""
+    changes = profile.changes
+    if changes.size < LEAST_FOR_SPIKES:
+        return ()
+    found = find_spikes(changes, sample_rate=1.0)
+    if found.many:
+        text = (
+            f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours: it is no "
+            "even noise, and its angle random walk contains them"
+        )
+        return (Note(name="spikes", channel=gyro.name, text=text, level="warning"),)
+    if found.index.size == 0:
+        return ()
+    inside = profile.scale
+    effect = math.hypot(1.0, found.added_walk / inside) if inside > 0.0 else None
+    text = (
+        f"{counted(int(found.index.size), 'sample')} far off their neighbours (spikes), the first "
+        f"at {second_of(recording, int(found.index[0])):.3f} s: an answer goes without them; left "
+        "in"
+    )
+    note = Note(
+        name="spikes",
+        channel=gyro.name,
+        text=f"{text}, {effect_words(effect)}",
+        level="warning",
+        effect=effect,
+    )
+    return (note,)
