@@ -51,20 +51,30 @@ class Note:
         Gyro name, ``table``, ``time``, or empty where it is about the whole.
     text
         One line, without the channel; inputs of the package in braces (see `worded`).
+    name
+        What was found, one word by which it is accepted: ``clipping``. Empty if the note is no
+        finding on the quality of the data.
+    effect
+        Factor by which a finding changes the angle random walk that is read, about; None if that
+        is not known.
 
     Raises
     ------
     ValueError
-        If the level is none of these.
+        If the level is none of these, or the effect is negative.
     """
 
     text: str
     level: Level = "remark"
     channel: str = ""
+    name: str = ""
+    effect: float | None = None
 
     def __post_init__(self) -> None:
         if self.level not in LEVELS:
             raise ValueError(f"level is {self.level!r}; use one of {', '.join(LEVELS)}")
+        if self.effect is not None and not self.effect >= 0.0:
+            raise ValueError(f"effect is {self.effect}; give a factor, 0 or more")
 
     def __str__(self) -> str:
         return worded(f"{self.channel}: {self.text}" if self.channel else self.text)

@@ -1,9 +1,10 @@
 """Jumps and saturation."""
 
 import numpy as np
+import pytest
 
 from sagnac.recording.model import Recording
-from sagnac.recording.saturation import next_inwards
+from sagnac.recording.saturation import clipped_scatter, next_inwards
 from tests.recording.recordings import RATE, levels, noise, rate_gyro
 
 
@@ -14,9 +15,18 @@ def test_jumps_and_saturation_are_warned_of():
     assert any("1 jump" in line and "70.000 s" in line for line in found["warning"])
     clipped = np.clip(noise(0.05), -0.1, 0.09)
     found = levels(Recording(gyros=(rate_gyro(clipped),), sample_rate=RATE))
-    assert len([line for line in found["warning"] if "saturated" in line]) == 2
-    for sound in (noise(0.05), np.rint(noise(3.0)), np.rint(noise(0.3))):
+    (line,) = [line for line in found["error"] if "saturated" in line]
+    assert "upper limit" in line
+    assert "lower limit" in line
+    for sound in (noise(0.05), np.rint(noise(3.0))):
         assert levels(Recording(gyros=(rate_gyro(sound),), sample_rate=RATE))["warning"] == []
+
+
+@pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-0.3, 0.3), (-9.0, 0.0), (-2.0, 0.5)])
+def test_the_scatter_of_a_clipped_normal_number(low, high):
+    numbers = np.clip(np.random.default_rng(1).standard_normal(400_000), low, high)
+    scatter = clipped_scatter(float(np.mean(numbers == low)), float(np.mean(numbers == high)))
+    assert scatter == pytest.approx(float(numbers.std()), rel=0.01)
 
 
 def test_the_value_next_to_an_extreme_one():

@@ -9,19 +9,15 @@ from sagnac import series
 from sagnac.analysis.curves import Points, points_at
 from sagnac.analysis.fits import Coefficients
 from sagnac.analysis.measurement import Measurement
-from sagnac.analysis.outliers import (
-    LEAST_FOR_SPIKES,
-    LEAST_FOR_WARM_UP,
-    Spikes,
-    WarmUp,
-    find_spikes,
-    find_warm_up,
-    without_spikes,
-    without_warm_up,
-)
 from sagnac.analysis.parts import Parts, over_parts, walk_in_band
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import Settings
+from sagnac.analysis.warm_up import (
+    LEAST_FOR_WARM_UP,
+    WarmUp,
+    find_warm_up,
+    without_warm_up,
+)
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.bounds import RollOff, roll_off
 from sagnac.coefficients.mixture import Interval
@@ -29,6 +25,7 @@ from sagnac.coefficients.model_average import Average, average
 from sagnac.coefficients.whole_band import WholeBand
 from sagnac.recording.model import Recording
 from sagnac.recording.readout import joint_readout
+from sagnac.recording.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
 

@@ -1,6 +1,9 @@
 """What is measured: one gyro or the difference of two, and the table that it turns on."""
 
 from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
 
 from sagnac import series
 from sagnac.analysis.settings import Method
@@ -10,6 +13,9 @@ from sagnac.recording.encoder_mismatch import require_encoder_follows
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.turns import SHORTEST, is_turning
+
+# A departure from a straight line by fewer units of the last place is rounding.
+_ROUNDING: Final = 64.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +86,34 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
         angle=series.less(first, second),
         gyros=(gyros[0], gyros[-1]),
         sample_rate=rate,
+    )
+
+
+def require_noise(measured: Measurement) -> None:
+    """Refuse a measurement that turns evenly to the last place of its numbers.
+
+    Raises
+    ------
+    RecordingError
+        If there is no noise in it, as in the difference of two copies of one gyro.
+    """
+    angle = measured.angle
+    slope = (angle[-1] - angle[0]) / max(angle.size - 1, 1)
+    largest = max(map(abs, series.extent(angle)))
+
+    def farthest(block: slice) -> float:
+        line = angle[0] + slope * np.arange(block.start, block.stop)
+        return float(np.abs(angle[block] - line).max())
+
+    rounding = _ROUNDING * float(np.spacing(largest))
+    if max(series.map(farthest, angle.size, angle)) > rounding:
+        return
+    pair = measured.gyros_differenced > 1
+    what = "the two gyros turn alike" if pair else "it turns evenly"
+    raise RecordingError(
+        f"holds no noise: {what} to the last place of the numbers",
+        channel=measured.channel,
+        remedy="name other gyros with {gyros} or {columns}",
     )
 
 

@@ -1,13 +1,15 @@
 """Notes on what is in a record besides its noise, and on noise that changes."""
 
 import math
+from dataclasses import replace
 
 from sagnac.analysis.averaged import Averaged
-from sagnac.analysis.outliers import Spikes, WarmUp
 from sagnac.analysis.parts import Parts
+from sagnac.analysis.warm_up import WarmUp
 from sagnac.coefficients.bounds import RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Level, Note, counted
+from sagnac.recording.spikes import Spikes
 from sagnac.units import DEGREE_PER_HOUR, field_unit
 
 # Share of N from which on what spikes would add is worth a warning.
@@ -33,7 +35,7 @@ def noticed(channel: str, found: Averaged, gyros_differenced: int) -> tuple[Note
         _roll_off_note(found.roll_off),
         _parts_note(found.parts),
     )
-    return tuple(Note(text=note.text, level=note.level, channel=channel) for note in notes if note)
+    return tuple(replace(note, channel=channel) for note in notes if note)
 
 
 def _shown(value: float) -> str:
@@ -49,6 +51,8 @@ def _spikes_note(spikes: Spikes | None, walk: Estimate, gyros_differenced: int) 
     seen = walk.status == "estimated" and added > _ADDS * walk.value
     level: Level = "warning" if seen else "remark"
     return Note(
+        name="spikes",
+        effect=math.hypot(1.0, added / walk.value) if walk.status == "estimated" else None,
         level=level,
         text=f"{counted(int(spikes.index.size), 'sample')} far off their neighbours (spikes) "
         "were replaced by them for the answer; left in, they would add "
@@ -60,6 +64,7 @@ def _warm_up_note(warm_up: WarmUp | None) -> Note | None:
     if warm_up is None:
         return None
     return Note(
+        name="warm-up",
         text=f"the rate settles by {warm_up.rate / DEGREE_PER_HOUR:.3g} deg/h with a time "
         f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer",
     )
@@ -85,6 +90,8 @@ def _parts_note(parts: Parts | None) -> Note | None:
         return Note(text=f"the angle random walk stands still: {reach}, as far apart as by chance")
     spread = 100.0 * (parts.largest / parts.smallest - 1.0)
     return Note(
+        name="unsteady",
+        effect=parts.largest / parts.smallest,
         level="warning",
         text=f"the angle random walk changes: {reach}, {spread:.2g} % apart, more than by chance; "
         "the interval covers them",

@@ -11,7 +11,7 @@ from sagnac.analysis.averaged import Averaged, averaged
 from sagnac.analysis.curves import curves_of, points_at, points_of, require_length, rounding_note
 from sagnac.analysis.fits import coefficients_of
 from sagnac.analysis.headline import Headline, headline_of
-from sagnac.analysis.measurement import Measurement, measure, turning_table
+from sagnac.analysis.measurement import Measurement, measure, require_noise, turning_table
 from sagnac.analysis.noticed import noticed
 from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
@@ -20,11 +20,13 @@ from sagnac.analysis.settings import MOST_GYROS, Progress, Settings
 from sagnac.analysis.sharing import sharing_notes
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
+from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
 from sagnac.errors import Note
 from sagnac.recording.model import Recording
+from sagnac.recording.quality import accepted
 from sagnac.table.turns import mean_rate
 
 # Many small products, a few large ones: threads would spend their time waiting for each other.
@@ -84,6 +86,9 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
             # Known before the search, which takes what time there is.
             require_length(before.angle.size, before.rate, recording.duration)
         table = turning_table(recording, gyros, settings.method)
+    with stages.stage("check"):
+        findings = findings_of(recording, settings)
+        require_noise(measured)
     with stages.stage("spectrum"):
         spectrum_before = figure_spectrum(measured.angle, rate)
     with stages.stage("lines") as fraction:
@@ -122,19 +127,26 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
             found=found,
             settings=settings,
         )
+    with stages.stage("check"):
+        seen = _noticed(recording, measured, left, found, standing=table.angle is None)
+        seen = merged(findings, accepted(seen, settings.accepted))
+        require_strict(seen, settings)
+        trust = Trust.of(seen)
+        headline = trust.headline(headline)
     with stages.stage("spectrum"):
         spectrum = figure_spectrum(left.removal.residual, left.rate)
         density = _density(left) if settings.estimators else None
     removals = [left] if second is None else [left, second]
     notes = (
         *recording.notes,
+        *(note for note in seen if note.level == "error"),
         *table.notes,
         *(note for one in removals for note in one.removal.notes),
         *(() if left.once_a_turn else rounding_note(points, interval)),
         *coefficients.notes,
         *curves.notes,
         *headline.notes,
-        *_noticed(recording, measured, left, found, standing=table.angle is None),
+        *seen,
     )
     return Analysis(
         recording=recording,
@@ -144,18 +156,18 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         table_rate=None if table.angle is None else mean_rate(table.angle, rate),
         angle_random_walk=headline.estimate,
         source=headline.source,
-        fits=coefficients.fits,
+        fits=trust.fits(coefficients.fits),
         lines=tuple(line for one in removals for line in one.removal.lines),
         curve=curves.after,
         curve_before=curves.before,
         spectrum=spectrum,
         spectrum_before=spectrum_before,
-        per_gyro=coefficients.per_gyro,
+        per_gyro={name: trust.estimate(own) for name, own in coefficients.per_gyro.items()},
         notes=tuple(dict.fromkeys(notes)),
         seconds=stages.seconds,
         family=curves.family,
         density=density,
-        **_of_average(found, headline),
+        **_of_average(found, headline, trust),
     )
 
 
@@ -183,15 +195,26 @@ class _OfAverage(TypedDict, total=False):
     parts: tuple[Part, ...]
 
 
-def _of_average(found: Averaged | None, headline: Headline) -> _OfAverage:
-    """The coefficients with the answer among them."""
+def _of_average(found: Averaged | None, headline: Headline, trust: Trust) -> _OfAverage:
+    """The coefficients with the answer among them; no covariance of what is no estimate."""
     if found is None:
         return {}
+    coefficients = {
+        **trust.coefficients(found.average.coefficients),
+        "angle_random_walk": headline.estimate,
+    }
+    parts = () if found.parts is None else found.parts.parts
+    if trust.reasons:
+        return {
+            "average": found.average.rests_on,
+            "coefficients": coefficients,
+            "parts": parts,
+        }
     return {
         "average": found.average.rests_on,
-        "coefficients": {**found.average.coefficients, "angle_random_walk": headline.estimate},
+        "coefficients": coefficients,
         "covariance": Covariance(names=found.average.names, matrix=found.average.covariance),
-        "parts": () if found.parts is None else found.parts.parts,
+        "parts": parts,
     }
 
 

@@ -111,6 +111,11 @@ class Analysis:
     covariance: Covariance | None = None
     parts: tuple[Part, ...] = ()
 
+    @property
+    def findings(self) -> tuple[Note, ...]:
+        """The notes that are findings on the quality of the data: those with a name."""
+        return tuple(note for note in self.notes if note.name)
+
     def __repr__(self) -> str:
         return (
             f"<Analysis of {self.channel}: {self.angle_random_walk!r}, {len(self.lines)} lines, "

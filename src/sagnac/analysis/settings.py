@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from sagnac.errors import RecordingError
+from sagnac.recording.effects import FINDINGS
 from sagnac.recording.model import Recording
 from sagnac.stability.names import Estimator
 
@@ -37,6 +38,11 @@ class Settings:
     estimators
         Which of the Allan family to make of the same angles, with the power spectral density,
         beside the overlapping Allan deviation that the coefficients rest on.
+    strict
+        Refuse a recording in which a fault is found, be it one that the answer survives.
+    accepted
+        Findings taken knowingly, by name (`sagnac.recording.effects.FINDINGS`): the answer is
+        given in spite of them, and a note says so.
 
     Raises
     ------
@@ -58,6 +64,8 @@ class Settings:
     interval: float | None = 1.0
     confidence: float = 0.95
     estimators: tuple[Estimator, ...] = ()
+    strict: bool = False
+    accepted: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):
@@ -65,6 +73,11 @@ class Settings:
         object.__setattr__(self, "gyros", tuple(self.gyros))
         object.__setattr__(self, "estimators", tuple(self.estimators))
         _require_choice("method", self.method, get_args(Method))
+        if isinstance(self.accepted, str):
+            raise ValueError(f"accepted is {self.accepted!r}; give names, such as ('clipping',)")
+        object.__setattr__(self, "accepted", tuple(self.accepted))
+        for name in self.accepted:
+            _require_choice("accepted", name, FINDINGS)
         for estimator in self.estimators:
             _require_choice("estimators", estimator, get_args(Estimator))
         if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):

@@ -71,6 +71,8 @@ def _note(channel: str, common: Common) -> Note:
         )
     off = 100.0 * (common.differenced - 1.0)
     return Note(
+        name="shared",
+        effect=common.differenced,
         channel=channel,
         level="warning" if abs(off) >= 1.0 else "remark",
         text=f"the two gyros share noise in the band of the answer ({said}): the difference reads "

@@ -22,8 +22,8 @@ READING: Final = Group("What the file does not say", sort_key=1)
 ANALYSIS: Final = Group("Analysis", sort_key=2)
 OUTPUT: Final = Group("Output", sort_key=3)
 
-# What `Statement` calls otherwise than the command line does.
-_OPTION_OF: Final = {"sample_rate": "rate", "span": "slice"}
+# What the library calls otherwise than the command line does.
+_OPTION_OF: Final = {"sample_rate": "rate", "span": "slice", "accepted": "accept"}
 
 
 # ---- from what was typed: one argument -> one value ----------------------------------
@@ -221,6 +221,26 @@ class Options(Reading):
     confidence: Annotated[
         float, Parameter(group=ANALYSIS, metavar="0.95", help="Of every interval.")
     ] = 0.95
+    strict: Annotated[
+        bool,
+        Parameter(
+            group=ANALYSIS,
+            negative="",
+            show_default=False,
+            help="Refuse data in which a fault is found, be it one that the answer survives.",
+        ),
+    ] = False
+    accept: Annotated[
+        tuple[str, ...] | None,
+        Parameter(
+            converter=_each,
+            n_tokens=1,
+            group=ANALYSIS,
+            metavar="NAME,…",
+            negative="",
+            help="Faults to take knowingly, by name, such as clipping; the report says so.",
+        ),
+    ] = None
     as_json: Annotated[
         bool,
         Parameter(
@@ -317,6 +337,8 @@ def settings_of(
             interval=interval if options.interval is None else options.interval,
             confidence=options.confidence,
             estimators=estimators,
+            strict=options.strict,
+            accepted=options.accept or (),
         )
     except ValueError as error:
         raise UsageError(_of_option(error)) from error

@@ -112,13 +112,13 @@ def _encoder_error(recording: Recording, gyro: Channel) -> Note | None:
             f"{table_rate[first] / DEGREE:.3g} deg/s); name the right column and unit with "
             "{table}, or take a sound stretch with {slice}"
         )
-        return Note(level="error", channel="table", text=text)
+        return Note(name="encoder", level="error", channel="table", text=text)
     if abs(share) > LARGEST_SHARE:
         text = (
             f"turns {share:.3g} times as fast as the table: a unit or kind is wrong; "
             "state {unit} and {kind}, or the table's with {table COLUMN:UNIT}"
         )
-        return Note(level="error", channel=gyro.name, text=text)
+        return Note(name="encoder", level="error", channel=gyro.name, text=text)
     return _unfollowed_jump(recording, recording.table, gyro, share)
 
 
@@ -142,7 +142,7 @@ def _unfollowed_jump(
         f"{jump[alone[0]] / DEGREE:.3g} deg at {second_of(recording, int(at[0]) + 1):.3f} s; "
         f"{remedy_of(recording, longest_between(recording.samples, at + 1))}"
     )
-    return Note(level="error", channel="table", text=text)
+    return Note(name="encoder", level="error", channel="table", text=text)
 
 
 def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
@@ -185,5 +185,5 @@ def table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
             f"senses {100.0 * share:.2g} % of the table rate: it is mounted across "
             "the axis, or its unit or kind is wrong ({unit}, {kind})"
         )
-        return (Note(level="warning", channel=gyro.name, text=text),)
+        return (Note(name="encoder", level="warning", channel=gyro.name, text=text),)
     return (Note(channel=gyro.name, text=f"senses {share:.4f} of the table rate"),)

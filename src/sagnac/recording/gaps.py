@@ -204,14 +204,14 @@ def stamp_notes(
             f"{second_of(recording, backwards.first):.3f} s; correct the stamps, or state "
             "{time none} with {rate}"
         )
-        return (Note(level="error", channel="time", text=text),)
+        return (Note(name="gaps", level="error", channel="time", text=text),)
     nominal = median_step(times)
     if nominal <= 0.0:
         text = (
             "most stamps repeat the one before: the clock is too coarse; state "
             "{time none} with {rate}"
         )
-        return (Note(level="error", channel="time", text=text),)
+        return (Note(name="gaps", level="error", channel="time", text=text),)
     gaps = gaps_of(times, GAP_STEPS * nominal)
     found = gaps.tally()
     if found.count and not omit_gaps:
@@ -221,7 +221,7 @@ def stamp_notes(
             f"{second_of(recording, found.first):.3f} s; "
             f"{remedy_of(recording, gaps.longest_between(recording.samples, later=1))}"
         )
-        return (Note(level="error", channel="time", text=text),)
+        return (Note(name="gaps", level="error", channel="time", text=text),)
     return _uneven_notes(uneven_of(times, nominal), nominal)
 
 

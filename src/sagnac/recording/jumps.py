@@ -30,4 +30,4 @@ def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:
         f"{second_of(recording, found.first + 1):.3f} s; "
         f"{remedy_of(recording, jumps.longest_between(recording.samples, later=1))}"
     )
-    return (Note(level="warning", channel=channel.name, text=text),)
+    return (Note(name="steps", level="warning", channel=channel.name, text=text),)

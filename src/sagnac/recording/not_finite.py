@@ -36,4 +36,4 @@ def not_finite_notes(recording: Recording, name: str, values: FloatArray) -> tup
         f"{second_of(recording, bad.first):.3f} s; "
         f"{remedy_of(recording, places.longest_between(recording.samples))}"
     )
-    return (Note(level="error", channel=name, text=text),)
+    return (Note(name="missing", level="error", channel=name, text=text),)

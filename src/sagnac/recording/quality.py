@@ -1,17 +1,32 @@
 """The judgement of a recording: what has to hold before a figure can rest on it."""
 
 import math
+from collections.abc import Container, Iterable, Sequence
+from dataclasses import replace
+from typing import Final
 
 from sagnac import series
 from sagnac.errors import Note, ranked
+from sagnac.recording.channel import Channel
+from sagnac.recording.dropouts import dropout_notes
 from sagnac.recording.encoder_mismatch import table_notes
 from sagnac.recording.gaps import stamp_notes
 from sagnac.recording.jumps import jump_notes
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording
 from sagnac.recording.not_finite import not_finite_notes
+from sagnac.recording.pairs import pair_notes
+from sagnac.recording.profile import Profile, profile_of
+from sagnac.recording.repeats import repeat_notes
+from sagnac.recording.resolution import resolution_notes
 from sagnac.recording.saturation import saturation_notes
+from sagnac.recording.spikes import spike_notes
 from sagnac.recording.stuck import stuck_notes
+from sagnac.recording.unsteady import step_notes, unsteady_notes
+from sagnac.recording.wraps import wrap_notes
 from sagnac.recording.wrong_unit import wrong_unit_notes
+
+# A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
+_AT_REST: Final = math.radians(1.0)
 
 
 def integrity(recording: Recording) -> tuple[Note, ...]:
@@ -43,11 +58,83 @@ def integrity(recording: Recording) -> tuple[Note, ...]:
     return ranked(notes)
 
 
+def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
+    """The judgement of the noise of a sound recording: findings, each with its effect on N.
+
+    A finding of level ``error`` moves N by more than 5 %, or by nobody knows how much: what is
+    read is then no estimate of N.
+
+    Parameters
+    ----------
+    recording
+        In which `integrity` found no error.
+    gyros
+        Names of those that are looked at; all unless given.
+
+    Returns
+    -------
+    tuple of Note
+        Errors first, each with a `name`.
+    """
+    chosen = [recording.gyro(name) for name in gyros] if gyros else list(recording.gyros)
+    turns = recording.table is not None and _turned(recording.table) > _AT_REST
+    profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
+    notes: list[Note] = []
+    for gyro in chosen:
+        notes += wrong_unit_notes(recording, gyro)
+        notes += _of_samples(recording, gyro, profiles[gyro.name], standing=not turns)
+    notes += pair_notes(recording, profiles)
+    return ranked(notes)
+
+
+def _of_samples(
+    recording: Recording, gyro: Channel, profile: Profile, *, standing: bool
+) -> tuple[Note, ...]:
+    """What the samples of one gyro show: one cause that spoils them all, else what is in them."""
+    causes = (
+        lambda: wrap_notes(recording, gyro),
+        lambda: resolution_notes(recording, gyro, profile),
+        lambda: dropout_notes(recording, gyro, profile),
+        lambda: saturation_notes(recording, gyro, profile),
+        lambda: repeat_notes(recording, gyro, profile),
+    )
+    for cause in causes:
+        # The others would only see what follows from it.
+        found = cause()
+        if found:
+            return found
+    spikes = spike_notes(recording, gyro, profile)
+    found = spikes or jump_notes(recording, gyro)
+    if standing:
+        # A table that starts and stops changes noise and rate by right.
+        found += unsteady_notes(recording, gyro, profile)
+        found += () if found else step_notes(recording, gyro, profile)
+    return found
+
+
+def accepted(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:
+    """Findings, those that the caller takes knowingly turned into remarks that say so.
+
+    Parameters
+    ----------
+    notes
+        Findings.
+    names
+        Of those that are accepted.
+    """
+    return tuple(
+        replace(note, level="remark", text=f"accepted: {note.text}")
+        if note.name in names and note.level != "remark"
+        else note
+        for note in notes
+    )
+
+
 def check(recording: Recording) -> tuple[Note, ...]:
     """Everything that can be said about the quality of the data.
 
-    Besides `integrity`: jumps, saturation, units that look wrong, and an encoder that the
-    gyros do not follow. These are looked at only if `integrity` found no error.
+    Besides `integrity`: what `judged` finds, and an encoder that the gyros do not follow. These
+    are looked at only if `integrity` found no error.
 
     Returns
     -------
@@ -57,14 +144,17 @@ def check(recording: Recording) -> tuple[Note, ...]:
     notes = list(integrity(recording))
     if any(note.level == "error" for note in notes):
         return tuple(notes)
+    notes += judged(recording)
     for gyro in recording.gyros:
-        notes += wrong_unit_notes(recording, gyro)
-        notes += jump_notes(recording, gyro)
-        notes += saturation_notes(recording, gyro)
         notes += table_notes(recording, gyro)
     if recording.table is not None:
         notes += jump_notes(recording, recording.table)
-        lowest, highest = series.extent(recording.table.values)
-        turned = (highest - lowest) / (2.0 * math.pi)
+        turned = _turned(recording.table) / (2.0 * math.pi)
         notes.append(Note(channel="table", text=f"covers {turned:.2f} turns"))
     return ranked(notes)
+
+
+def _turned(table: Channel) -> float:
+    """Angle between the ends of what an encoder covers, rad."""
+    lowest, highest = series.extent(table.values)
+    return highest - lowest

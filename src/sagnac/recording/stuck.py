@@ -110,4 +110,4 @@ def stuck_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
             f"is stuck at one value for {run.samples} samples from "
             f"{second_of(recording, run.first):.3f} s; {remedy_of(recording, sound)}"
         )
-    return (Note(level="error", channel=gyro.name, text=text),)
+    return (Note(name="stuck", level="error", channel=gyro.name, text=text),)

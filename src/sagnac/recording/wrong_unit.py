@@ -32,4 +32,4 @@ def wrong_unit_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
         )
     else:
         return ()
-    return (Note(level="warning", channel=gyro.name, text=text),)
+    return (Note(name="units", level="warning", channel=gyro.name, text=text),)

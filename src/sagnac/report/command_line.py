@@ -1,5 +1,7 @@
 """How notes and errors name an input of the package: as an option of the command line."""
 
+from collections.abc import Iterable
+
 from sagnac.errors import Note, RecordingError, worded
 
 
@@ -30,6 +32,20 @@ def as_typed(text: str) -> str:
 def note_text(note: Note) -> str:
     """One line: the channel, if the note names one, and what was noticed."""
     return as_typed(f"{note.channel}: {note.text}" if note.channel else note.text)
+
+
+def findings_data(findings: Iterable[Note]) -> list[dict[str, str | float | None]]:
+    """Findings as plain data: name, channel, level, text, and effect as a factor on N or None."""
+    return [
+        {
+            "name": note.name,
+            "channel": note.channel,
+            "level": note.level,
+            "text": as_typed(note.text),
+            "effect": note.effect,
+        }
+        for note in findings
+    ]
 
 
 def error_text(error: RecordingError) -> str:

@@ -12,7 +12,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate, in_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
-from sagnac.report.command_line import note_text
+from sagnac.report.command_line import findings_data, note_text
 from sagnac.report.spectra import per_gyro_density
 from sagnac.report.wording import curve_unit, in_field_unit
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, field_unit
@@ -64,6 +64,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             "edf": curve.edf.tolist(),
         },
         **_family(analysis),
+        "findings": findings_data(analysis.findings),
         "notes": [note_text(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
     }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from sagnac import __version__
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DATA_ERROR, DONE, complain
-from sagnac.cli.options import NO_OPTIONS, File, Options, statement_of
+from sagnac.cli.options import NO_OPTIONS, File, Options, settings_of, statement_of
 from sagnac.cli.reading import command_for, naming, read_file
 from sagnac.errors import RecordingError, ranked
 
@@ -22,11 +22,12 @@ SCHEMA: Final = "sagnac.check/1"
 
 
 def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
-    """Data quality: gaps, jumps, wraps, stuck channels, units that look wrong.
+    """Data quality: gaps, jumps, wraps, stuck channels, clipping, units that look wrong.
 
-    Exit status 1 where an error was found.
+    Exit status 1 if an error was found, or with --strict a warning.
     """
     statement = statement_of(options)
+    settings = settings_of(options)
     with progresses.shown() as progress:
         try:
             recording = read_file(file, statement, progress, verify=False).recording
@@ -34,11 +35,13 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             if not options.as_json:
                 _suggest(file, statement)
             raise
+        from sagnac.recording.quality import accepted
         from sagnac.recording.quality import check as findings_of
 
         progress("check", 0.0)
         with naming(file):
-            findings = ranked((*_doubts(recording), *findings_of(recording)))
+            findings = accepted(findings_of(recording), settings.accepted)
+            findings = ranked((*_doubts(recording), *findings))
     if options.as_json:
         print(json.dumps(_document(file, recording, findings), allow_nan=False, indent=1))
     else:
@@ -51,7 +54,8 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             f"read with: {command_for(file, statement)}",
             sep="\n\n",
         )
-    errors = [finding for finding in findings if finding.level == "error"]
+    refused = ("error", "warning") if settings.strict else ("error",)
+    errors = [finding for finding in findings if finding.level in refused]
     if not errors:
         return DONE
     from sagnac.report.command_line import note_text
@@ -79,7 +83,7 @@ def _suggest(file: Path, statement: "Statement") -> None:
 
 def _document(file: Path, recording: "Recording", findings: "Sequence[Note]") -> dict[str, Any]:
     """What was found, in the schema ``sagnac.check/1``."""
-    from sagnac.report.command_line import as_typed, note_text
+    from sagnac.report.command_line import findings_data, note_text
 
     return {
         "schema": SCHEMA,
@@ -92,9 +96,6 @@ def _document(file: Path, recording: "Recording", findings: "Sequence[Note]") ->
             "gyros": [channel.name for channel in recording.gyros],
             "table": recording.table is not None,
         },
-        "findings": [
-            {"level": item.level, "channel": item.channel, "message": as_typed(item.text)}
-            for item in findings
-        ],
+        "findings": [{**one, "message": one["text"]} for one in findings_data(findings)],
         "notes": [note_text(note) for note in recording.notes],
     }

@@ -1,4 +1,4 @@
-"""What is in a record besides its noise: spikes, and the bias that settles after power-on."""
+"""Single samples far off their neighbours."""
 
 import math
 from dataclasses import dataclass
@@ -10,6 +10,11 @@ from scipy.special import ndtri
 
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.errors import Note, counted
+from sagnac.recording.channel import Channel
+from sagnac.recording.effects import effect_words
+from sagnac.recording.model import Recording, second_of
+from sagnac.recording.profile import Profile
 
 # Chance that noise without spikes shows one.
 _SPIKE_CHANCE: Final = 1e-3
@@ -23,11 +28,6 @@ _KEPT: Final = 0.5
 _BLOCK: Final = 2**16
 # Fewest samples in which spikes are looked for.
 LEAST_FOR_SPIKES: Final = 16
-# Means that the warm-up is sought in, and the square of its significance.
-_MEANS: Final = 200
-_WARM: Final = 30.0
-# Fewest samples in which a warm-up is looked for.
-LEAST_FOR_WARM_UP: Final = 4 * _MEANS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,11 +43,15 @@ class Spikes:
     added_walk
         What they add to N, rad/sqrt(s): ``N^2`` grows by its square, the sum of the squared
         heights over the duration.
+    many
+        Whether there were more than one in a hundred samples: that is the noise, and none is
+        listed.
     """
 
     index: IntegerArray
     height: FloatArray
     added_walk: float
+    many: bool = False
 
 
 def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
@@ -66,7 +70,7 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     Returns
     -------
     Spikes
-        None if one in a hundred samples or more were one: that is the noise.
+        None are listed if more than one in a hundred samples were one: that is the noise.
     """
     values = np.asarray(increments, dtype=np.float64)
     if values.ndim != 1 or values.size < LEAST_FOR_SPIKES:
@@ -78,10 +82,11 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     )
     index = np.concatenate([block.index for block in blocks])
     height = np.concatenate([block.height for block in blocks])
-    if index.size > _MANY * values.size:
+    many = index.size > _MANY * values.size
+    if many:
         index, height = index[:0], height[:0]
     added = math.sqrt(float(height @ height) * sample_rate / values.size)
-    return Spikes(index=index, height=height, added_walk=added)
+    return Spikes(index=index, height=height, added_walk=added, many=many)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,127 +156,32 @@ def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
     return series.made(cleaned, values.size, values)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WarmUp:
-    """A bias that settles exponentially.
-
-    Attributes
-    ----------
-    rate
-        At the start, rad/s.
-    time
-        Constant of the settling, s.
-    until_s
-        When it has fallen to a hundredth, s, at most the length of the record.
-    significance
-        In standard errors.
-    """
-
-    rate: float
-    time: float
-    until_s: float
-    significance: float
-
-
-def find_warm_up(increments: ArrayLike, *, sample_rate: float) -> WarmUp | None:
-    """Fit ``rate exp(-t/time)`` besides a straight line, and keep it if chance does not make it.
-
-    The fit is by generalized least squares to 200 block means of the rate, in white noise and a
-    random walk whose sizes come from the steps between the means that the fit leaves. So the
-    wandering of a rate random walk is not taken for a warm-up.
-
-    Parameters
-    ----------
-    increments
-        (samples,), rad.
-    sample_rate
-        Samples per second.
-
-    Returns
-    -------
-    WarmUp or None
-        None if nothing settles, or the time is longer than a third of the record.
-    """
-    values = np.asarray(increments, dtype=np.float64)
-    if values.ndim != 1 or values.size < LEAST_FOR_WARM_UP:
-        raise ValueError(f"increments has shape {values.shape}; give {LEAST_FOR_WARM_UP} or more")
-    size = values.size // _MEANS
-    sums = series.map(lambda block: float(values[block].mean()), size * _MEANS, values, length=size)
-    means = np.array(sums) * sample_rate
-    width = size / sample_rate
-    time: FloatArray = (np.arange(_MEANS, dtype=np.float64) + 0.5) * width
-    constants = np.geomspace(2.0 * width, _MEANS * width / 3.0, 40)
-    # First in the differences alone, which a walk leaves white.
-    best = _settling(means, time, constants, _walk_precision(0.0, 1.0))
-    for _ in range(2):
-        rest = np.diff(means - best.rate * np.exp(-time / best.constant))
-        rest -= rest.mean()
-        variance, beside = float(rest @ rest) / rest.size, float(rest[1:] @ rest[:-1]) / rest.size
-        white = max(-beside, 0.0)
-        walk = max(variance - 2.0 * white, 0.02 * variance / _MEANS)
-        best = _settling(means, time, constants, _walk_precision(white, walk))
-    if best.statistic < _WARM:
-        return None
-    return WarmUp(
-        rate=best.rate,
-        time=best.constant,
-        until_s=min(math.log(100.0) * best.constant, values.size / sample_rate),
-        significance=math.sqrt(best.statistic),
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Settling:
-    """An exponential beside a line: squared significance, constant (s) and rate (rad/s)."""
-
-    statistic: float
-    constant: float
-    rate: float
-
-
-def _walk_precision(white: float, walk: float) -> FloatArray:
-    """Inverse covariance of means in white noise and a random walk that starts anywhere."""
-    place = np.arange(_MEANS, dtype=np.float64)
-    wandering = np.minimum(place, place[:, np.newaxis]) + 1.0
-    return np.asarray(np.linalg.inv(white * np.eye(_MEANS) + walk * wandering), dtype=np.float64)
-
-
-def _settling(
-    means: FloatArray, time: FloatArray, constants: FloatArray, precision: FloatArray
-) -> _Settling:
-    """The best exponential beside a line."""
-    best = _Settling(statistic=0.0, constant=float(constants[0]), rate=0.0)
-    for constant in constants:
-        basis = np.stack(
-            [np.exp(-time / constant), np.ones(time.size), time / time[-1] - 0.5], axis=1
+def spike_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """Single samples far off their neighbours: a warning, for the answer goes without them."""
+    changes = profile.changes
+    if changes.size < LEAST_FOR_SPIKES:
+        return ()
+    found = find_spikes(changes, sample_rate=1.0)
+    if found.many:
+        text = (
+            f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours: it is no "
+            "even noise, and its angle random walk contains them"
         )
-        information = np.linalg.inv(basis.T @ precision @ basis)
-        answer = information @ (basis.T @ precision @ means)
-        rest = means - basis @ answer
-        scatter = float(rest @ precision @ rest) / (time.size - 4)
-        statistic = float(answer[0]) ** 2 / (scatter * float(information[0, 0]))
-        if statistic > best.statistic:
-            best = _Settling(statistic=statistic, constant=float(constant), rate=float(answer[0]))
-    return best
-
-
-def without_warm_up(increments: ArrayLike, warm_up: WarmUp, *, sample_rate: float) -> FloatArray:
-    """Increments with the settling taken off.
-
-    Parameters
-    ----------
-    increments
-        (samples,), rad.
-    warm_up
-        Of `find_warm_up`.
-    sample_rate
-        Samples per second.
-    """
-    values = np.asarray(increments, dtype=np.float64)
-
-    def settled(block: slice) -> FloatArray:
-        time = (np.arange(block.start, block.stop) + 0.5) / sample_rate
-        settling = warm_up.rate / sample_rate * np.exp(-time / warm_up.time)
-        return np.asarray(values[block] - settling)
-
-    return series.made(settled, values.size, values)
+        return (Note(name="spikes", channel=gyro.name, text=text, level="warning"),)
+    if found.index.size == 0:
+        return ()
+    inside = profile.scale
+    effect = math.hypot(1.0, found.added_walk / inside) if inside > 0.0 else None
+    text = (
+        f"{counted(int(found.index.size), 'sample')} far off their neighbours (spikes), the first "
+        f"at {second_of(recording, int(found.index[0])):.3f} s: an answer goes without them; left "
+        "in"
+    )
+    note = Note(
+        name="spikes",
+        channel=gyro.name,
+        text=f"{text}, {effect_words(effect)}",
+        level="warning",
+        effect=effect,
+    )
+    return (note,)

@@ -1,0 +1,139 @@
+"""Gyros beside each other: one that copies another, and units that do not go together."""
+
+import math
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from sagnac.arrays import FloatArray
+from sagnac.errors import Note, counted
+from sagnac.recording.effects import finding
+from sagnac.recording.model import Recording
+from sagnac.recording.profile import Profile
+
+# Samples by which one gyro may be late, and samples looked at.
+_LATEST: Final = 16
+_LOOKED_AT: Final = 2**17
+# Correlation from which on one gyro is said to copy another, and by how much that at a delay has
+# to exceed that without, which two gyros on one table have.
+_COPIES: Final = 0.5
+_MORE: Final = 0.2
+# Correlation from which on two gyros may be one, and part of the noise that two differ by.
+_ALL_ALIKE: Final = 0.99
+_DIFFER: Final = 1e-6
+# Ratio of the noise of two gyros from which on their difference is of one of them.
+_UNEQUAL: Final = 30.0
+# Between the units that angles and rates are written in.
+_RATIOS: Final = (180.0 / math.pi, 60.0, 3600.0, 648_000.0 / math.pi)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Likeness:
+    """How far the noise of one gyro is that of another.
+
+    Attributes
+    ----------
+    delay
+        Samples by which the second comes after the first at the highest correlation.
+    correlation
+        The highest, at that delay.
+    together
+        Without delay.
+    """
+
+    delay: int
+    correlation: float
+    together: float
+
+
+def pair_notes(recording: Recording, profiles: dict[str, Profile]) -> tuple[Note, ...]:
+    """What every two gyros say of each other.
+
+    Parameters
+    ----------
+    recording
+        It names the gyros.
+    profiles
+        Of two or more of them, by name.
+    """
+    del recording
+    notes: list[Note] = []
+    for first, second in combinations(profiles, 2):
+        notes += _copied(first, second, profiles)
+        notes += _unequal(first, second, profiles)
+    return tuple(notes)
+
+
+def likeness(first: FloatArray, second: FloatArray) -> Likeness:
+    """How far the changes of two gyros are the same at any delay up to 16 samples.
+
+    Every frequency counts alike, whatever its power: the mean cosine of the phase between the two
+    (phase transform of Knapp and Carter, 1976). So lines and sway that both sense weigh as little
+    as they are wide.
+
+    Parameters
+    ----------
+    first, second
+        (samples,) what each sample turned.
+    """
+    size = min(first.size, second.size, _LOOKED_AT)
+    # Padded by the delays that are looked at, so that nothing comes round.
+    length = next_fast_len(size + _LATEST, real=True)
+    one, other = (rfft(some[:size] - some[:size].mean(), length) for some in (first, second))
+    cross = np.conj(one) * other
+    power = np.abs(cross)
+    cross = np.divide(cross, power, out=np.zeros_like(cross), where=power > 0.0)
+    alike = irfft(cross, length)
+    delays = np.arange(-_LATEST, _LATEST + 1)
+    found = alike[delays]
+    best = int(np.argmax(np.abs(found)))
+    return Likeness(
+        delay=int(delays[best]), correlation=float(found[best]), together=float(alike[0])
+    )
+
+
+def _copied(first: str, second: str, profiles: dict[str, Profile]) -> list[Note]:
+    one, other = profiles[first].changes, profiles[second].changes
+    found = likeness(one, other)
+    if found.delay:
+        alike = abs(found.correlation)
+        if alike < _COPIES or alike < abs(found.together) + _MORE:
+            return []
+        late, early = (second, first) if found.delay > 0 else (first, second)
+        text = (
+            f"repeats gyro {early} {counted(abs(found.delay), 'sample')} later (correlation "
+            f"{found.correlation:+.3g}): their difference hides the noise that they share; "
+            "name another gyro ({gyros})"
+        )
+        return [finding("copy", late, text, effect=math.sqrt(max(1.0 - alike, 0.0)))]
+    if found.together < _ALL_ALIKE or not _is_same(one, other):
+        return []
+    text = f"is a copy of gyro {first}; name another gyro ({{gyros}})"
+    return [finding("copy", second, text, effect=0.0 if found.correlation > 0.0 else None)]
+
+
+def _is_same(one: FloatArray, other: FloatArray) -> bool:
+    """Whether one gyro is the other times a number, to a millionth of the noise."""
+    some, more = np.diff(one[:_LOOKED_AT]), np.diff(other[:_LOOKED_AT])
+    size = min(some.size, more.size)
+    some, more = some[:size], more[:size]
+    rest = more - some * float(some @ more) / float(some @ some)
+    return float(rest @ rest) < _DIFFER**2 * float(more @ more)
+
+
+def _unequal(first: str, second: str, profiles: dict[str, Profile]) -> list[Note]:
+    scales = {name: profiles[name].scale for name in (first, second)}
+    quiet, loud = sorted(scales, key=lambda name: scales[name])
+    if not 0.0 < _UNEQUAL * scales[quiet] < scales[loud]:
+        return []
+    ratio = scales[loud] / scales[quiet]
+    near = [size for size in _RATIOS if 0.5 < ratio / size < 2.0]
+    hint = f", about a unit's {near[0]:.4g}" if near else ""
+    text = (
+        f"its noise is {ratio:.4g} times below that of gyro {loud}{hint}: a unit may be wrong "
+        "({unit}), and their difference is of one gyro alone; see each alone ({gyros})"
+    )
+    return [finding("units", quiet, text, effect=math.sqrt(0.5))]

@@ -1,0 +1,91 @@
+"""Signed counts that were read as unsigned."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from sagnac import series
+from sagnac.arrays import FloatArray
+from sagnac.errors import Note
+from sagnac.recording.channel import Channel
+from sagnac.recording.effects import finding
+from sagnac.recording.model import Recording
+from sagnac.units import UNITS, split_factor
+
+_BINS: Final = 64
+# Share of the range that is empty between the values near its two ends.
+_EMPTY: Final = 0.5
+# Share of the samples after which the value changes ends, by which chance and not motion does it.
+_OFTEN: Final = 0.01
+# Widths of counters, and how near to one the range has to lie.
+_BITS: Final = (8, 12, 16, 18, 20, 24, 32)
+_NEAR: Final = 0.02
+
+
+def wrap_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+    """Values at the two ends of a counter's range and none between."""
+    del recording
+    if gyro.kind == "angle":
+        return ()
+    values = gyro.values
+    lowest, highest = series.extent(values)
+    middle = _middle_of_gap(values, lowest, highest)
+    if middle is None:
+        return ()
+
+    def crossings(block: slice) -> int:
+        return int(np.count_nonzero(np.diff(values[block.start : block.stop + 1] > middle)))
+
+    often = sum(series.map(crossings, values.size - 1, values)) > _OFTEN * values.size
+    bits = _counter_bits(gyro, highest - lowest)
+    if bits is None and not often:
+        return ()
+    width = f"a counter of {bits} bits has" if bits else "a counter has"
+    text = (
+        f"takes values at the two ends of its range and none between, as {width} if signed counts "
+        "are read as unsigned; read them as signed, or state the width with {counter-bits}"
+    )
+    return (finding("wraps", gyro.name, text, effect=_effect(values, middle), level="error"),)
+
+
+def _middle_of_gap(values: FloatArray, lowest: float, highest: float) -> float | None:
+    """The middle of an empty half of the range that has many values at both ends."""
+    if not highest > lowest:
+        return None
+    edges = np.linspace(lowest, highest, _BINS + 1)
+    counts = np.sum(
+        series.map(lambda block: np.histogram(values[block], edges)[0], values.size, values), axis=0
+    )
+    filled = np.flatnonzero(counts)
+    gaps = np.diff(filled) - 1
+    if gaps.size == 0 or gaps.max() < _EMPTY * _BINS:
+        return None
+    at = int(np.argmax(gaps))
+    return 0.5 * float(edges[filled[at] + 1] + edges[filled[at + 1]])
+
+
+def _counter_bits(gyro: Channel, extent: float) -> int | None:
+    """Width of a counter whose range the values fill, in counts of the unit they came in."""
+    factor, name = split_factor(gyro.shown_in)
+    counts = extent / (factor * UNITS[name].size)
+    near = [bits for bits in _BITS if abs(counts / 2.0**bits - 1.0) < _NEAR]
+    return near[0] if near else None
+
+
+def _effect(values: FloatArray, middle: float) -> float | None:
+    """Scatter of all values over that with the upper end brought down beside the lower."""
+
+    def moments(block: slice) -> FloatArray:
+        part = values[block]
+        low, high = part[part <= middle], part[part > middle]
+        return np.array(
+            [low.size, low.sum(), low @ low, high.size, high.sum(), high @ high], dtype=np.float64
+        )
+
+    n, s, q, m, t, r = series.total(moments, values.size, values)
+    inside = (q - s * s / n + r - t * t / m) / (n + m)
+    whole = (q + r) / (n + m) - ((s + t) / (n + m)) ** 2
+    # Two halves of one bell: together they are about 1/(1 - 2/pi) as scattered as each.
+    together = inside / (1.0 - 2.0 / math.pi)
+    return math.sqrt(whole / together) if together > 0.0 else None

@@ -1,0 +1,75 @@
+"""Whether the data bear the answer."""
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.errors import RecordingError
+from tests.recording.pathologies import PATHOLOGIES, of_rate, still
+
+WALK = 0.003  # deg/sqrt(h)
+
+
+def answer(case: str, **settings: object):
+    return analyze(PATHOLOGIES[case][1](), Settings(method="none", **settings))
+
+
+@pytest.mark.parametrize(
+    ("case", "status"),
+    [
+        ("upper half clipped", "not observable"),
+        ("stuck again and again", "not observable"),
+        ("one sample late", "not observable"),
+        ("degrees beside arcseconds", "not observable"),
+        ("five per cent zeros", "upper bound"),
+        ("unsigned, 16 bits", "upper bound"),
+    ],
+)
+def test_what_is_spoilt_is_no_estimate(case, status):
+    analysis = answer(case)
+    assert analysis.angle_random_walk.status == status
+    assert analysis.findings[0].level == "error"
+    assert analysis.findings[0].name in analysis.source
+    assert analysis.covariance is None
+    every = [analysis.coefficients, *(fit.coefficients for fit in analysis.fits.values())]
+    assert not [one for some in every for one in some.values() if one.status == "estimated"]
+    if status == "upper bound":
+        assert analysis.angle_random_walk.to("deg/sqrt(h)").high > WALK
+
+
+@pytest.mark.parametrize("case", ["one spike", "half ten times as loud"])
+def test_what_the_answer_survives_is_a_warning(case):
+    analysis = answer(case)
+    walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+    assert analysis.angle_random_walk.status == "estimated"
+    assert walk.low < WALK < walk.high
+    assert {note.level for note in analysis.findings} <= {"warning", "remark"}
+
+
+def test_one_finding_may_be_taken_knowingly():
+    analysis = answer("upper half clipped", accepted=("clipping",))
+    walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+    assert analysis.angle_random_walk.status == "estimated"
+    # Upper half clipped: the root of 1/2 - 1/(2 pi).
+    assert walk.value == pytest.approx(WALK * np.sqrt(0.5 - 0.5 / np.pi), rel=0.06)
+    assert any(note.text.startswith("accepted") for note in analysis.notes)
+
+
+def test_strict_refuses_in_one_line_and_accepts_by_name():
+    with pytest.raises(RecordingError, match="clipping: is saturated") as caught:
+        answer("upper half clipped", strict=True)
+    assert "\n" not in str(caught.value)
+    assert "accept=clipping" in str(caught.value)
+    with pytest.raises(RecordingError, match="spikes"):
+        answer("one spike", strict=True)
+    answer("one spike", strict=True, accepted=("spikes",))
+    analyze(of_rate(still()), Settings(method="none", strict=True))
+    with pytest.raises(ValueError, match="accepted is 'clip'"):
+        Settings(accepted=("clip",))
+
+
+def test_two_copies_of_one_gyro_hold_no_noise():
+    recording = of_rate(still(), z=still())
+    with pytest.raises(RecordingError, match="x-z: holds no noise"):
+        analyze(recording, Settings(gyros=("x", "z"), method="none"))

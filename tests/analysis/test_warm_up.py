@@ -1,0 +1,24 @@
+"""The bias that settles after power-on."""
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.warm_up import find_warm_up, without_warm_up
+from sagnac.rig.gallery import Gyro, warming
+
+RATE = 100.0
+
+
+def test_warm_up_is_found_and_a_walk_is_none():
+    rng = np.random.default_rng(16)
+    gyro = warming(rng, 60_000, RATE, gyro=Gyro(walk=0.1), rate=2.0, time=50.0)
+    found = find_warm_up(gyro.increments, sample_rate=RATE)
+    assert found is not None
+    assert found.time == pytest.approx(50.0, rel=0.2)
+    rest = without_warm_up(gyro.increments, found, sample_rate=RATE)
+    assert abs(rest[:1000].mean()) < 0.05 * gyro.increments[:1000].mean()
+    misses = 0
+    for _ in range(20):
+        walk = np.cumsum(rng.standard_normal(8000)) / RATE
+        misses += find_warm_up(walk, sample_rate=RATE) is not None
+    assert misses <= 1
