@@ -7,6 +7,7 @@ from typing import Literal, get_args
 
 from sagnac.errors import RecordingError
 from sagnac.recording.model import Recording
+from sagnac.specification.limits import Specification
 from sagnac.stability.names import Estimator
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
@@ -37,6 +38,8 @@ class Settings:
     estimators
         Which of the Allan family to make of the same angles, with the power spectral density,
         beside the overlapping Allan deviation that the coefficients rest on.
+    specification
+        Limits that the gyros have to keep; None for no verdict.
 
     Raises
     ------
@@ -58,6 +61,7 @@ class Settings:
     interval: float | None = 1.0
     confidence: float = 0.95
     estimators: tuple[Estimator, ...] = ()
+    specification: Specification | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):

@@ -1,6 +1,7 @@
 """The ``sagnac`` command: its parser, and how one run of it ends; no science.
 
-Exit status: 0 done; 1 an error in the data, in one line; 2 wrong usage; 130 interrupted.
+Exit status: 0 done; 1 an error in the data, in one line; 2 wrong usage; 3 the specification is not
+kept; 4 the recording does not decide it; 130 interrupted.
 What takes time to import is imported by the command that needs it, so that ``--help``
 and wrong usage answer at once.
 """

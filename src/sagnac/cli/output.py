@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sagnac.cli.errors import DONE, FAILED, UNDECIDED
+
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
 
@@ -119,6 +121,14 @@ def write_comparison(
     text = document.to_json(document.comparison_document(analyses, refused))
     write_text(folder / "comparison.json", text + "\n")
     return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
+
+
+def verdict_status(analyses: "Sequence[Analysis]") -> int:
+    """Exit status that the verdicts on some analyses mean; 0 without a specification."""
+    from sagnac.report.verdicts import overall_decision
+
+    statuses = {None: DONE, "pass": DONE, "fail": FAILED, "undecided": UNDECIDED}
+    return statuses[overall_decision(list(analyses))]
 
 
 def print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from sagnac.analysis.headline_fit import headline_estimates
+from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.errors import Note
@@ -17,6 +18,13 @@ from sagnac.plot import SYMBOLS
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, note_text
 from sagnac.report.spectra import coarser, per_gyro_density, residual_peaks
+from sagnac.report.verdicts import (
+    DECISIONS,
+    found_text,
+    gyro_text,
+    limit_text,
+    risk_text,
+)
 from sagnac.report.wording import (
     FIT_TITLES,
     TITLES,
@@ -71,6 +79,25 @@ def beside_truth(analysis: Analysis, truth: float) -> str:
         return f"{put_in}; the bound {holds} it"
     off = 100.0 * (shown.value / truth - 1.0)
     return f"{put_in}; the answer is off by {off:+.2f} % and its interval {holds} it"
+
+
+def verdict(analysis: Analysis) -> str:
+    """Each limit beside what was measured, and the decision on all; empty without a limit."""
+    found = verdict_of(analysis)
+    if found is None:
+        return ""
+    rows = [
+        (
+            gyro_text(one),
+            limit_text(one),
+            found_text(one),
+            one.decision if one.decision == "pass" else f"{one.decision}: {one.reason}",
+        )
+        for one in found.judgements
+    ]
+    product = f" for {found.specification.product}" if found.specification.product else ""
+    said = f"Verdict{product}: {DECISIONS[found.decision]}  ({risk_text(found)})"
+    return f"{said}\n{table(('gyro', 'limit', 'measured', 'verdict'), rows)}"
 
 
 def with_lines(analysis: Analysis) -> str:

@@ -44,7 +44,7 @@ def analyze(files: Files, /, *, options: Options = NO_OPTIONS, output: Folder = 
             _print(one, end="\n\n\n" if file != files[-1] else "\n")
     if options.as_json and done:
         results.print_documents(done, single=not several)
-    return failed
+    return failed or results.verdict_status(done)
 
 
 def _analyzed(
@@ -70,6 +70,7 @@ def _print(one: results.Written, *, end: str) -> None:
     print(
         text.blocks(
             text.answer(analysis),
+            text.verdict(analysis),
             text.coefficients(analysis),
             text.units(analysis),
             text.lines(analysis),

@@ -8,7 +8,6 @@ from cyclopts import Parameter
 
 from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
-from sagnac.cli.errors import DONE
 from sagnac.cli.options import (
     ANALYSIS,
     NO_OPTIONS,
@@ -67,11 +66,11 @@ def avar(
                 benches, paths = _reported(benches, output, progress)
     if options.as_json:
         results.print_documents([one.analysis for one in benches], single=len(benches) == 1)
-        return DONE
+        return results.verdict_status([one.analysis for one in benches])
     for bench in benches:
         _print(bench)
     results.print_paths(paths)
-    return DONE
+    return results.verdict_status([one.analysis for one in benches])
 
 
 def _benches(read: ReadFile, settings: "Settings", progress: Progress) -> "list[AtRest]":
@@ -114,6 +113,7 @@ def _print(bench: "AtRest") -> None:
     print()
     print(
         text.blocks(
+            text.verdict(analysis),
             *(text.curve(curve) for curve in analysis.family),
             text.density(analysis),
             text.coefficients(analysis),
