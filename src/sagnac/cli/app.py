@@ -20,6 +20,7 @@ from sagnac.cli.commands.check import check
 from sagnac.cli.commands.compare import compare
 from sagnac.cli.commands.convert import convert
 from sagnac.cli.commands.demo import demo
+from sagnac.cli.commands.export import export
 from sagnac.cli.commands.lines import lines
 from sagnac.cli.commands.reproduce import reproduce
 from sagnac.cli.commands.simulate import simulate
@@ -31,7 +32,7 @@ app: Final = App(
     help="The angle random walk of a gyro, at rest or on a turning table, with an interval.",
     help_format="plaintext",
 )
-for _command in (demo, analyze, avar, lines, compare, check, simulate, convert, reproduce):
+for _command in (demo, analyze, avar, lines, compare, check, simulate, convert, export, reproduce):
     app.command(_command)
 
 
