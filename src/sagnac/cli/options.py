@@ -271,6 +271,15 @@ Estimators = Annotated[
         "theo1, theoh, haar; several with commas between, or given again.",
     ),
 ]
+Curve = Annotated[
+    bool,
+    Parameter(
+        group=OUTPUT,
+        negative="",
+        show_default=False,
+        help="Show the curve, every fit, every unit and every note, too.",
+    ),
+]
 Duration = Annotated[
     float | None,
     _typed(seconds, metavar="2h", help="Length of the recording; s unless stated."),

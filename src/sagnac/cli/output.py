@@ -1,6 +1,7 @@
 """Folders, the files that go into them, and what is printed of both."""
 
 import os
+import textwrap
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -138,7 +139,34 @@ def print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:
     print(to_json(analysis_document(analyses[0]) if single else many_document(analyses)))
 
 
+def in_brief(analysis: "Analysis", others: "Sequence[Analysis]" = ()) -> tuple[str, ...]:
+    """What a screen shows below the answer and the verdict."""
+    from sagnac.report import brief
+
+    return brief.coefficients(analysis), brief.lines(analysis), brief.notes(analysis, others)
+
+
+def in_full(analysis: "Analysis") -> tuple[str, ...]:
+    """The same with curves, spectrum, every fit, every unit and every note."""
+    from sagnac.report import brief, text
+
+    return (
+        *(text.curve(one) for one in analysis.family or (analysis.curve,)),
+        text.density(analysis),
+        text.coefficients(analysis),
+        text.units(analysis),
+        text.lines(analysis),
+        brief.every_note(analysis.notes),
+    )
+
+
 def print_paths(paths: Sequence[Path]) -> None:
     """A line for each file written."""
-    for path in paths:
-        print(f"wrote {path}")
+    if len(paths) == 1:
+        print(f"wrote {paths[0]}")
+        return
+    folders = dict.fromkeys(path.parent for path in paths)
+    for folder in folders:
+        names = [path.name for path in paths if path.parent == folder]
+        line = textwrap.fill(f"wrote {folder}/: {', '.join(names)}", 80, subsequent_indent="  ")
+        print(line)

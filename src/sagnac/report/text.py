@@ -1,6 +1,7 @@
 """What a terminal shows of an analysis: the answer first, then tables. Nothing is printed here."""
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from io import StringIO
 from typing import Final
@@ -38,6 +39,7 @@ from sagnac.report.wording import (
     sentence,
     subject,
     unit_cells,
+    worst_gyro,
 )
 from sagnac.stability.curve import StabilityCurve
 from sagnac.units import field_unit
@@ -50,16 +52,19 @@ _WIDEST: Final = 10_000
 
 
 def answer(analysis: Analysis) -> str:
-    """The angle random walk in one line, each gyro's own, and what to set a filter to."""
+    """Each gyro asked for, the worst marked; what two make per gyro; what it rests on."""
     estimate = analysis.angle_random_walk
+    worst = worst_gyro(analysis)
     rows = [
-        f"ARW of {subject(analysis.channel, analysis.gyros_differenced)}  "
-        f"{sentence('angle_random_walk', estimate, plain=True)}   {analysis.source}"
-    ]
-    rows += [
         f"ARW of gyro {name}  {sentence('angle_random_walk', own, plain=True)}"
+        f"{'  worst' if name == worst else ''}"
         for name, own in analysis.per_gyro.items()
     ]
+    rows.append(
+        f"ARW of {subject(analysis.channel, analysis.gyros_differenced)}  "
+        f"{sentence('angle_random_walk', estimate, plain=True)}"
+    )
+    rows.append(textwrap.fill(f"Rests on: {analysis.source}", 80, subsequent_indent="  "))
     densities = kalman_figures(estimate)
     if densities:
         bound = " (the bound)" if estimate.status == "upper bound" else ""
@@ -87,17 +92,15 @@ def verdict(analysis: Analysis) -> str:
     if found is None:
         return ""
     rows = [
-        (
-            gyro_text(one),
-            limit_text(one),
-            found_text(one),
-            one.decision if one.decision == "pass" else f"{one.decision}: {one.reason}",
-        )
-        for one in found.judgements
+        (gyro_text(one), limit_text(one), found_text(one), one.decision) for one in found.judgements
     ]
+    reasons = dict.fromkeys(
+        f"{gyro_text(one)}: {one.reason}" for one in found.judgements if one.decision != "pass"
+    )
     product = f" for {found.specification.product}" if found.specification.product else ""
-    said = f"Verdict{product}: {DECISIONS[found.decision]}  ({risk_text(found)})"
-    return f"{said}\n{table(('gyro', 'limit', 'measured', 'verdict'), rows)}"
+    said = f"Verdict{product}: {DECISIONS[found.decision]}"
+    listed = table(("gyro", "limit", "measured", "verdict"), rows)
+    return "\n".join((said, listed, *reasons, f"Risk: {risk_text(found)}"))
 
 
 def with_lines(analysis: Analysis) -> str:
@@ -258,7 +261,8 @@ def notes(noticed: Sequence[Note]) -> str:
 def seconds(analysis: Analysis) -> str:
     """Time by stage."""
     stages = ", ".join(f"{stage} {spent:.2f}" for stage, spent in analysis.seconds.items())
-    return f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}"
+    said = f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}"
+    return textwrap.fill(said, 80, subsequent_indent="  ")
 
 
 def table(

@@ -11,6 +11,7 @@ from sagnac.cli import progress as progresses
 from sagnac.cli.options import (
     ANALYSIS,
     NO_OPTIONS,
+    Curve,
     Estimators,
     File,
     Folder,
@@ -41,6 +42,7 @@ def avar(
             "terms that touch one are left out, counted and noted.",
         ),
     ] = "reject",
+    curve: Curve = False,
     output: Folder = None,
 ) -> int:
     """The still bench: the ARW of each gyro, its curves, and the lines in it.
@@ -68,8 +70,9 @@ def avar(
         results.print_documents([one.analysis for one in benches], single=len(benches) == 1)
         return results.verdict_status([one.analysis for one in benches])
     for bench in benches:
-        _print(bench)
+        _print(bench, curve=curve or estimator is not None)
     results.print_paths(paths)
+    _print_closing(benches)
     return results.verdict_status([one.analysis for one in benches])
 
 
@@ -103,7 +106,7 @@ def _reported(
     return timed, paths
 
 
-def _print(bench: "AtRest") -> None:
+def _print(bench: "AtRest", *, curve: bool) -> None:
     from sagnac.report import text
 
     analysis = bench.analysis
@@ -114,13 +117,20 @@ def _print(bench: "AtRest") -> None:
     print(
         text.blocks(
             text.verdict(analysis),
-            *(text.curve(curve) for curve in analysis.family),
-            text.density(analysis),
-            text.coefficients(analysis),
-            text.units(analysis),
-            text.lines(analysis),
-            text.notes(analysis.notes),
+            *(
+                results.in_full(analysis)
+                if curve
+                else results.in_brief(analysis, (bench.without_lines, bench.as_it_is))
+            ),
             text.seconds(analysis),
         ),
         end="\n\n",
     )
+
+
+def _print_closing(benches: "list[AtRest]") -> None:
+    from sagnac.report import brief
+
+    shown = brief.closing([("", one.analysis) for one in benches])
+    if shown:
+        print(shown)
