@@ -22,6 +22,7 @@ from sagnac.cli.commands.convert import convert
 from sagnac.cli.commands.demo import demo
 from sagnac.cli.commands.export import export
 from sagnac.cli.commands.lines import lines
+from sagnac.cli.commands.plan import plan
 from sagnac.cli.commands.reproduce import reproduce
 from sagnac.cli.commands.simulate import simulate
 from sagnac.cli.errors import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
@@ -32,7 +33,19 @@ app: Final = App(
     help="The angle random walk of a gyro, at rest or on a turning table, with an interval.",
     help_format="plaintext",
 )
-for _command in (demo, analyze, avar, lines, compare, check, simulate, convert, export, reproduce):
+for _command in (
+    demo,
+    analyze,
+    avar,
+    lines,
+    compare,
+    check,
+    simulate,
+    convert,
+    export,
+    plan,
+    reproduce,
+):
     app.command(_command)
 
 
