@@ -161,6 +161,12 @@ _ALIASES: Final[dict[str, str]] = {
     "nsec": "ns",
     "turn": "rev",
     "hr": "h",
+    "deg/√h": "deg/sqrt(h)",
+    "deg/√hr": "deg/sqrt(h)",
+    "deg/sqrt(hr)": "deg/sqrt(h)",
+    "deg/h/√h": "deg/h/sqrt(h)",
+    "deg/h^1.5": "deg/h/sqrt(h)",
+    "deg/hr/sqrt(hr)": "deg/h/sqrt(h)",
     **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
 }
 _FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")

@@ -32,6 +32,9 @@ def test_analyze_writes_all_and_says_the_answer_first(recording, capsys, tmp_pat
     assert shown.startswith("ARW of gyros x − z, per gyro (N̄)  ")
     for part in ("°/√h", "likelihood", "rad/√s", "quantization", "seconds: read", "report.html"):
         assert part in shown
+    rows = shown.replace("\u0304", "").splitlines()
+    assert len(rows) <= 40
+    assert max(map(len, rows)) <= 80 + len(str(folder))
     assert sorted(item.name for item in folder.iterdir()) == [
         "analysis.json", "lines.csv", "report.html", "spectrum.png", "stability.csv",
         "stability.png",

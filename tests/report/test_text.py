@@ -44,12 +44,15 @@ def test_terminal_shows_the_strongest_lines_and_says_how_many_more():
 
 
 def test_answer_says_value_interval_and_filter_figures():
-    first, *others = text.answer(analysis(gyros=("x", "y", "z"))).splitlines()
-    assert first == (
-        "ARW of gyros x − z, per gyro (N̄)  2.500e-05 °/√h  [2.450e-05, 2.550e-05] 95 %   "
-        "likelihood fit of the spectrum, 0.0006 to 0.5 Hz"
-    )
-    assert [line[:12] for line in others] == ["ARW of gyro "] * 3 + ["For a filter"]
+    # What was asked for comes first; what two gyros make per gyro is below.
+    made = text.answer(analysis(gyros=("x", "y", "z"))).splitlines()
+    assert [line[:13] for line in made[:3]] == [f"ARW of gyro {name}" for name in "xyz"]
+    assert [line.endswith("worst") for line in made[:3]] == [True, False, False]
+    assert made[3:] == [
+        "ARW of gyros x − z, per gyro (N̄)  2.500e-05 °/√h  [2.450e-05, 2.550e-05] 95 %",
+        "Rests on: likelihood fit of the spectrum, 0.0006 to 0.5 Hz",
+        "For a filter: 2.5000e-05 °/√h = 0.0015000 °/h/√Hz = 7.272e-09 rad/√s",
+    ]
 
 
 def test_what_stands_in_a_table_is_no_markup_and_is_never_cut():

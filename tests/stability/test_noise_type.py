@@ -38,7 +38,7 @@ def test_noise_type_is_carried_to_the_longest_taus():
     rates = np.cumsum(np.random.default_rng(23).standard_normal(1000))
     curve = stability_curve(rates, kind="rate", sample_rate=1.0, taus=[1, 20, 100, 300])
     assert curve.noise_type.tolist() == [-2, -2, -2, -2]
-    assert any("noise type of the 2 longest taus" in note.text for note in curve.notes)
+    assert any("intervals of the 2 longest cluster times" in note.text for note in curve.notes)
     lone = stability_curve(rates, kind="rate", sample_rate=1.0, taus=[300])
     assert lone.noise_type.tolist() == [-2]
 

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 from sagnac.errors import RecordingError
 from sagnac.recording.effects import FINDINGS
 from sagnac.recording.model import Recording
+from sagnac.specification.limits import Specification
 from sagnac.stability.names import Estimator
 
 Method = Literal["fos", "fos-paper", "fris", "none"]
@@ -43,6 +44,8 @@ class Settings:
     accepted
         Findings taken knowingly, by name (`sagnac.recording.effects.FINDINGS`): the answer is
         given in spite of them, and a note says so.
+    specification
+        Limits that the gyros have to keep; None for no verdict.
 
     Raises
     ------
@@ -66,6 +69,7 @@ class Settings:
     estimators: tuple[Estimator, ...] = ()
     strict: bool = False
     accepted: tuple[str, ...] = ()
+    specification: Specification | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):

@@ -1,6 +1,7 @@
 """The ``sagnac`` command: its parser, and how one run of it ends; no science.
 
-Exit status: 0 done; 1 an error in the data, in one line; 2 wrong usage; 130 interrupted.
+Exit status: 0 done; 1 an error in the data, in one line; 2 wrong usage; 3 the specification is not
+kept; 4 the recording does not decide it; 130 interrupted.
 What takes time to import is imported by the command that needs it, so that ``--help``
 and wrong usage answer at once.
 """
@@ -19,7 +20,9 @@ from sagnac.cli.commands.check import check
 from sagnac.cli.commands.compare import compare
 from sagnac.cli.commands.convert import convert
 from sagnac.cli.commands.demo import demo
+from sagnac.cli.commands.export import export
 from sagnac.cli.commands.lines import lines
+from sagnac.cli.commands.plan import plan
 from sagnac.cli.commands.reproduce import reproduce
 from sagnac.cli.commands.simulate import simulate
 from sagnac.cli.errors import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
@@ -30,7 +33,19 @@ app: Final = App(
     help="The angle random walk of a gyro, at rest or on a turning table, with an interval.",
     help_format="plaintext",
 )
-for _command in (demo, analyze, avar, lines, compare, check, simulate, convert, reproduce):
+for _command in (
+    demo,
+    analyze,
+    avar,
+    lines,
+    compare,
+    check,
+    simulate,
+    convert,
+    export,
+    plan,
+    reproduce,
+):
     app.command(_command)
 
 

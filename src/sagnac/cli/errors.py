@@ -6,6 +6,8 @@ from typing import Final
 DONE: Final = 0
 DATA_ERROR: Final = 1
 USAGE_ERROR: Final = 2
+FAILED: Final = 3
+UNDECIDED: Final = 4
 INTERRUPTED: Final = 130
 
 

@@ -13,6 +13,7 @@ from sagnac.units import unit_of
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method, Settings
     from sagnac.formats import Statement
+    from sagnac.specification.limits import Specification
     from sagnac.stability.names import Estimator
 
 Value = TypeVar("Value")
@@ -219,8 +220,13 @@ class Options(Reading):
         ),
     ] = None
     confidence: Annotated[
-        float, Parameter(group=ANALYSIS, metavar="0.95", help="Of every interval.")
-    ] = 0.95
+        float | None,
+        Parameter(
+            group=ANALYSIS,
+            metavar="0.95",
+            help="Of every interval: 0.95 unless stated; with --risk what that asks for.",
+        ),
+    ] = None
     strict: Annotated[
         bool,
         Parameter(
@@ -239,6 +245,23 @@ class Options(Reading):
             metavar="NAME,…",
             negative="",
             help="Faults to take knowingly, by name, such as clipping; the report says so.",
+        ),
+    ] = None
+    spec: Annotated[
+        str | None,
+        Parameter(
+            group=ANALYSIS,
+            metavar="VALUE[UNIT]",
+            help="Limit to keep, such as 3e-4deg/sqrt(h) (N) or N=3e-4,B=0.01deg/h, or a TOML; "
+            "exit status 3 if a gyro fails, 4 if it is undecided.",
+        ),
+    ] = None
+    risk: Annotated[
+        float | None,
+        Parameter(
+            group=ANALYSIS,
+            metavar="0.05",
+            help="Largest probability of passing a gyro that lies at its limit.",
         ),
     ] = None
     as_json: Annotated[
@@ -274,6 +297,15 @@ Estimators = Annotated[
         negative="",
         help="Curves: oadev (unless stated), adev, mdev, tdev, hdev, ohdev, totdev, mtotdev, "
         "theo1, theoh, haar; several with commas between, or given again.",
+    ),
+]
+Curve = Annotated[
+    bool,
+    Parameter(
+        group=OUTPUT,
+        negative="",
+        show_default=False,
+        help="Show the curve, every fit, every unit and every note, too.",
     ),
 ]
 Duration = Annotated[
@@ -331,17 +363,47 @@ def settings_of(
     from sagnac.analysis.settings import Settings
 
     try:
+        specification = specification_stated(options)
         return Settings(
             gyros=options.gyros or (),
             method=options.method or method,
             interval=interval if options.interval is None else options.interval,
-            confidence=options.confidence,
+            confidence=_confidence(options, specification),
             estimators=estimators,
             strict=options.strict,
             accepted=options.accept or (),
+            specification=specification,
         )
     except ValueError as error:
         raise UsageError(_of_option(error)) from error
+
+
+def specification_stated(options: Options) -> "Specification | None":
+    """The limits that the options state, if any.
+
+    Raises
+    ------
+    UsageError
+        If a risk is stated and no limit.
+    ValueError
+        If they make no sense.
+    """
+    from sagnac.specification.limits import specification_of
+
+    if options.spec is None:
+        if options.risk is not None:
+            raise UsageError("--risk is of a limit; give --spec, too")
+        return None
+    return specification_of(options.spec, risk=options.risk)
+
+
+def _confidence(options: Options, specification: "Specification | None") -> float:
+    """The confidence typed, else what the risk asks for: a bound may be wrong by all it lacks."""
+    if options.confidence is not None:
+        return options.confidence
+    if specification is None or specification.risk is None:
+        return 0.95
+    return 1.0 - specification.risk
 
 
 def estimators_of(stated: Sequence[str] | None) -> "tuple[Estimator, ...]":

@@ -1,11 +1,14 @@
 """Folders, the files that go into them, and what is printed of both."""
 
 import os
+import textwrap
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from sagnac.cli.errors import DONE, FAILED, UNDECIDED
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -121,6 +124,14 @@ def write_comparison(
     return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
 
 
+def verdict_status(analyses: "Sequence[Analysis]") -> int:
+    """Exit status that the verdicts on some analyses mean; 0 without a specification."""
+    from sagnac.report.verdicts import overall_decision
+
+    statuses = {None: DONE, "pass": DONE, "fail": FAILED, "undecided": UNDECIDED}
+    return statuses[overall_decision(list(analyses))]
+
+
 def print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:
     """JSON on standard output: one document, or one of several."""
     from sagnac.report.document import analysis_document, many_document, to_json
@@ -128,7 +139,34 @@ def print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:
     print(to_json(analysis_document(analyses[0]) if single else many_document(analyses)))
 
 
+def in_brief(analysis: "Analysis", others: "Sequence[Analysis]" = ()) -> tuple[str, ...]:
+    """What a screen shows below the answer and the verdict."""
+    from sagnac.report import brief
+
+    return brief.coefficients(analysis), brief.lines(analysis), brief.notes(analysis, others)
+
+
+def in_full(analysis: "Analysis") -> tuple[str, ...]:
+    """The same with curves, spectrum, every fit, every unit and every note."""
+    from sagnac.report import brief, text
+
+    return (
+        *(text.curve(one) for one in analysis.family or (analysis.curve,)),
+        text.density(analysis),
+        text.coefficients(analysis),
+        text.units(analysis),
+        text.lines(analysis),
+        brief.every_note(analysis.notes),
+    )
+
+
 def print_paths(paths: Sequence[Path]) -> None:
     """A line for each file written."""
-    for path in paths:
-        print(f"wrote {path}")
+    if len(paths) == 1:
+        print(f"wrote {paths[0]}")
+        return
+    folders = dict.fromkeys(path.parent for path in paths)
+    for folder in folders:
+        names = [path.name for path in paths if path.parent == folder]
+        line = textwrap.fill(f"wrote {folder}/: {', '.join(names)}", 80, subsequent_indent="  ")
+        print(line)

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from sagnac import __version__
 from sagnac.analysis.headline_fit import headline_coefficients
+from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.plain import covariance_data, parts_data, resting_data
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate, in_units
@@ -14,6 +15,7 @@ from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
 from sagnac.report.command_line import findings_data, note_text
 from sagnac.report.spectra import per_gyro_density
+from sagnac.report.verdicts import overall_decision, verdict_data
 from sagnac.report.wording import curve_unit, in_field_unit
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, field_unit
 
@@ -48,6 +50,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "angle_random_walk": {**answer, "source": analysis.source, **resting_data(analysis)},
         "coefficients": _coefficients(headline_coefficients(analysis)),
         "covariance": covariance_data(analysis),
+        **_verdict(analysis),
         "parts": parts_data(analysis),
         "estimates": {name: _coefficients(fit.coefficients) for name, fit in analysis.fits.items()},
         "per_gyro": {
@@ -74,9 +77,12 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
 
 def many_document(analyses: Iterable[Analysis]) -> dict[str, Any]:
     """One document of several analyses (several files, or several gyros of one)."""
+    analyses = list(analyses)
+    decision = overall_decision(analyses)
     return {
         "schema": MANY_SCHEMA,
         "version": __version__,
+        **({} if decision is None else {"verdict": {"overall": decision}}),
         "analyses": [analysis_document(analysis) for analysis in analyses],
     }
 
@@ -104,6 +110,12 @@ def comparison_document(
 def to_json(document: Mapping[str, Any]) -> str:
     """The document as text that strict readers accept: no NaN, no infinity."""
     return json.dumps(document, allow_nan=False, ensure_ascii=False, indent=1)
+
+
+def _verdict(analysis: Analysis) -> dict[str, Any]:
+    """The verdict, if a specification was stated."""
+    verdict = verdict_of(analysis)
+    return {} if verdict is None else {"verdict": verdict_data(verdict)}
 
 
 def _input(analysis: Analysis) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from sagnac import __version__
 from sagnac.analysis.headline_fit import headline_estimates, headline_fit
+from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
@@ -17,6 +18,7 @@ from sagnac.report.figures import ReportFigures, comparison_figure, report_figur
 from sagnac.report.files import write_text
 from sagnac.report.html import rendered
 from sagnac.report.spectra import residual_peaks
+from sagnac.report.verdicts import DECISIONS, found_text, gyro_text, limit_text, risk_text
 from sagnac.report.wording import (
     FIT_TITLES,
     TITLES,
@@ -65,6 +67,7 @@ def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
         "report.html",
         title=f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
         answer=_answer(analysis),
+        verdict=_verdict(analysis),
         notes=[note_text(note) for note in analysis.notes],
         kalman=kalman_figures(analysis.angle_random_walk),
         per_gyro=[
@@ -153,6 +156,22 @@ def _answer(analysis: Analysis) -> dict[str, str]:
         "unit": field_unit("angle_random_walk").symbol,
         "confidence": f"{100.0 * estimate.confidence:g} %",
         "source": analysis.source,
+    }
+
+
+def _verdict(analysis: Analysis) -> dict[str, Any] | None:
+    found = verdict_of(analysis)
+    if found is None:
+        return None
+    return {
+        "decision": found.decision,
+        "said": DECISIONS[found.decision],
+        "product": found.specification.product,
+        "risk": risk_text(found),
+        "rows": [
+            (gyro_text(one), limit_text(one), found_text(one), DECISIONS[one.decision], one.reason)
+            for one in found.judgements
+        ],
     }
 
 

@@ -1,6 +1,7 @@
 """What a terminal shows of an analysis: the answer first, then tables. Nothing is printed here."""
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from io import StringIO
 from typing import Final
@@ -10,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from sagnac.analysis.headline_fit import headline_estimates
+from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.errors import Note
@@ -17,6 +19,13 @@ from sagnac.plot import SYMBOLS
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, note_text
 from sagnac.report.spectra import coarser, per_gyro_density, residual_peaks
+from sagnac.report.verdicts import (
+    DECISIONS,
+    found_text,
+    gyro_text,
+    limit_text,
+    risk_text,
+)
 from sagnac.report.wording import (
     FIT_TITLES,
     TITLES,
@@ -30,6 +39,7 @@ from sagnac.report.wording import (
     sentence,
     subject,
     unit_cells,
+    worst_gyro,
 )
 from sagnac.stability.curve import StabilityCurve
 from sagnac.units import field_unit
@@ -42,16 +52,19 @@ _WIDEST: Final = 10_000
 
 
 def answer(analysis: Analysis) -> str:
-    """The angle random walk in one line, each gyro's own, and what to set a filter to."""
+    """Each gyro asked for, the worst marked; what two make per gyro; what it rests on."""
     estimate = analysis.angle_random_walk
+    worst = worst_gyro(analysis)
     rows = [
-        f"ARW of {subject(analysis.channel, analysis.gyros_differenced)}  "
-        f"{sentence('angle_random_walk', estimate, plain=True)}   {analysis.source}"
-    ]
-    rows += [
         f"ARW of gyro {name}  {sentence('angle_random_walk', own, plain=True)}"
+        f"{'  worst' if name == worst else ''}"
         for name, own in analysis.per_gyro.items()
     ]
+    rows.append(
+        f"ARW of {subject(analysis.channel, analysis.gyros_differenced)}  "
+        f"{sentence('angle_random_walk', estimate, plain=True)}"
+    )
+    rows.append(textwrap.fill(f"Rests on: {analysis.source}", 80, subsequent_indent="  "))
     densities = kalman_figures(estimate)
     if densities:
         bound = " (the bound)" if estimate.status == "upper bound" else ""
@@ -71,6 +84,23 @@ def beside_truth(analysis: Analysis, truth: float) -> str:
         return f"{put_in}; the bound {holds} it"
     off = 100.0 * (shown.value / truth - 1.0)
     return f"{put_in}; the answer is off by {off:+.2f} % and its interval {holds} it"
+
+
+def verdict(analysis: Analysis) -> str:
+    """Each limit beside what was measured, and the decision on all; empty without a limit."""
+    found = verdict_of(analysis)
+    if found is None:
+        return ""
+    rows = [
+        (gyro_text(one), limit_text(one), found_text(one), one.decision) for one in found.judgements
+    ]
+    reasons = dict.fromkeys(
+        f"{gyro_text(one)}: {one.reason}" for one in found.judgements if one.decision != "pass"
+    )
+    product = f" for {found.specification.product}" if found.specification.product else ""
+    said = f"Verdict{product}: {DECISIONS[found.decision]}"
+    listed = table(("gyro", "limit", "measured", "verdict"), rows)
+    return "\n".join((said, listed, *reasons, f"Risk: {risk_text(found)}"))
 
 
 def with_lines(analysis: Analysis) -> str:
@@ -231,7 +261,8 @@ def notes(noticed: Sequence[Note]) -> str:
 def seconds(analysis: Analysis) -> str:
     """Time by stage."""
     stages = ", ".join(f"{stage} {spent:.2f}" for stage, spent in analysis.seconds.items())
-    return f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}"
+    said = f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}"
+    return textwrap.fill(said, 80, subsequent_indent="  ")
 
 
 def table(

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
+from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate, FitName
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.lines.model import Line
@@ -149,6 +150,12 @@ def subject(channel: str, gyros_differenced: int) -> str:
     if gyros_differenced > 1:
         return f"gyros {readable}, per gyro (N̄)"
     return f"gyro {readable}"
+
+
+def worst_gyro(analysis: Analysis) -> str | None:
+    """The gyro of a triad that may have the largest angle random walk; None if it has no triad."""
+    highs = {name: own.high for name, own in analysis.per_gyro.items() if not math.isnan(own.high)}
+    return max(highs, key=lambda name: highs[name]) if highs else None
 
 
 def kalman_figures(angle_random_walk: Estimate) -> tuple[tuple[str, str], ...]:

@@ -7,7 +7,6 @@ import numpy as np
 
 from sagnac.arrays import ComplexArray, FloatArray
 
-
 # Coefficients of a polynomial in a table: known here, the loops over them are unrolled.
 TERMS: Final = 8
 

@@ -15,8 +15,8 @@ import numpy as np
 from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.spectrum import _kernels
 
-# Even angles of a turn, a power of two. With eight coefficients, the remainder at the highest order,
-# half a step away, is (pi * HIGHEST / POINTS)^8 / 8!: below 1e-15.
+# Even angles of a turn, a power of two. With eight coefficients the remainder at the highest
+# order, half a step away, is (pi * HIGHEST / POINTS)^8 / 8!: below 1e-15.
 _POINTS: Final = 2**14
 HIGHEST: Final = 256
 

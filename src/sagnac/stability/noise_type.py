@@ -86,8 +86,8 @@ def identified_noise_types(
     if carried:
         notes = (
             Note(
-                text=f"noise type of the {carried} longest taus is that found at "
-                f"{ladder[-1]} samples"
+                text=f"the intervals of the {carried} longest cluster times take the noise to be "
+                f"what it is at {ladder[-1]} samples"
             ),
         )
     place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)

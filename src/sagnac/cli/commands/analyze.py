@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, explain
-from sagnac.cli.options import NO_OPTIONS, Files, Folder, Options, settings_of, statement_of
+from sagnac.cli.options import NO_OPTIONS, Curve, Files, Folder, Options, settings_of, statement_of
 from sagnac.cli.reading import naming, read_file
 
 if TYPE_CHECKING:
@@ -15,7 +15,14 @@ if TYPE_CHECKING:
     from sagnac.formats import Statement
 
 
-def analyze(files: Files, /, *, options: Options = NO_OPTIONS, output: Folder = None) -> int:
+def analyze(
+    files: Files,
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    curve: Curve = False,
+    output: Folder = None,
+) -> int:
     """A recording in; report.html, analysis.json, tables and figures out.
 
     They go into DIR (several files: a folder each in it), by default NAME-report; with
@@ -28,6 +35,7 @@ def analyze(files: Files, /, *, options: Options = NO_OPTIONS, output: Folder = 
         results.require_writable(folder)
     several = len(files) > 1
     done: list[Analysis] = []
+    named: list[tuple[str, Analysis]] = []
     failed = DONE
     for file, folder in zip(files, folders, strict=True):
         try:
@@ -38,13 +46,16 @@ def analyze(files: Files, /, *, options: Options = NO_OPTIONS, output: Folder = 
             failed = max(failed, explain(error))
             continue
         done.append(one.analysis)
+        named.append((file.name, one.analysis))
         if not options.as_json:
             if several:
                 print(file, end="\n\n")
-            _print(one, end="\n\n\n" if file != files[-1] else "\n")
+            _print(one, curve=curve, end="\n\n\n" if several else "\n")
+    if several and not options.as_json:
+        _print_closing(named)
     if options.as_json and done:
         results.print_documents(done, single=not several)
-    return failed
+    return failed or results.verdict_status(done)
 
 
 def _analyzed(
@@ -63,19 +74,25 @@ def _analyzed(
         return results.write_report(analysis, folder)
 
 
-def _print(one: results.Written, *, end: str) -> None:
+def _print(one: results.Written, *, curve: bool, end: str) -> None:
     from sagnac.report import text
 
     analysis = one.analysis
     print(
         text.blocks(
             text.answer(analysis),
-            text.coefficients(analysis),
-            text.units(analysis),
-            text.lines(analysis),
-            text.notes(analysis.notes),
+            text.verdict(analysis),
+            *(results.in_full(analysis) if curve else results.in_brief(analysis)),
         ),
         end="\n\n",
     )
     results.print_paths(one.paths)
     print(text.seconds(analysis), end=end)
+
+
+def _print_closing(named: "list[tuple[str, Analysis]]") -> None:
+    from sagnac.report import brief
+
+    shown = brief.closing(named)
+    if shown:
+        print(shown)

@@ -8,10 +8,10 @@ from cyclopts import Parameter
 
 from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
-from sagnac.cli.errors import DONE
 from sagnac.cli.options import (
     ANALYSIS,
     NO_OPTIONS,
+    Curve,
     Estimators,
     File,
     Folder,
@@ -42,6 +42,7 @@ def avar(
             "terms that touch one are left out, counted and noted.",
         ),
     ] = "reject",
+    curve: Curve = False,
     output: Folder = None,
 ) -> int:
     """The still bench: the ARW of each gyro, its curves, and the lines in it.
@@ -67,11 +68,12 @@ def avar(
                 benches, paths = _reported(benches, output, progress)
     if options.as_json:
         results.print_documents([one.analysis for one in benches], single=len(benches) == 1)
-        return DONE
+        return results.verdict_status([one.analysis for one in benches])
     for bench in benches:
-        _print(bench)
+        _print(bench, curve=curve or estimator is not None)
     results.print_paths(paths)
-    return DONE
+    _print_closing(benches)
+    return results.verdict_status([one.analysis for one in benches])
 
 
 def _benches(read: ReadFile, settings: "Settings", progress: Progress) -> "list[AtRest]":
@@ -104,7 +106,7 @@ def _reported(
     return timed, paths
 
 
-def _print(bench: "AtRest") -> None:
+def _print(bench: "AtRest", *, curve: bool) -> None:
     from sagnac.report import text
 
     analysis = bench.analysis
@@ -114,13 +116,21 @@ def _print(bench: "AtRest") -> None:
     print()
     print(
         text.blocks(
-            *(text.curve(curve) for curve in analysis.family),
-            text.density(analysis),
-            text.coefficients(analysis),
-            text.units(analysis),
-            text.lines(analysis),
-            text.notes(analysis.notes),
+            text.verdict(analysis),
+            *(
+                results.in_full(analysis)
+                if curve
+                else results.in_brief(analysis, (bench.without_lines, bench.as_it_is))
+            ),
             text.seconds(analysis),
         ),
         end="\n\n",
     )
+
+
+def _print_closing(benches: "list[AtRest]") -> None:
+    from sagnac.report import brief
+
+    shown = brief.closing([("", one.analysis) for one in benches])
+    if shown:
+        print(shown)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
-from sagnac.cli.errors import DONE
 from sagnac.cli.options import NO_OPTIONS, File, Folder, Options, settings_of, statement_of
 from sagnac.cli.progress import Progress
 from sagnac.cli.reading import ReadFile, naming, read_file
@@ -24,6 +23,11 @@ class Comparison:
 
     analyses: "Mapping[str, Analysis]"
     refused: Mapping[str, str]
+
+    @property
+    def best(self) -> "Analysis":
+        """The one that a verdict rests on: fos, or the last if that is not among them."""
+        return self.analyses.get("fos") or list(self.analyses.values())[-1]
 
 
 def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = None) -> int:
@@ -48,10 +52,10 @@ def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = No
 
     if options.as_json:
         print(to_json(comparison_document(found.analyses, found.refused)))
-        return DONE
+        return results.verdict_status([found.best])
     print(f"{file}: {text.comparison(found.analyses, found.refused)}")
     results.print_paths(written)
-    return DONE
+    return results.verdict_status([found.best])
 
 
 def _compared(

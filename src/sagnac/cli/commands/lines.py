@@ -1,9 +1,8 @@
 """``sagnac lines``: the periodic components."""
 
 from sagnac.cli import progress as progresses
-from sagnac.cli.errors import DONE
 from sagnac.cli.options import NO_OPTIONS, File, Options, settings_of, statement_of
-from sagnac.cli.output import print_documents
+from sagnac.cli.output import print_documents, verdict_status
 from sagnac.cli.reading import naming, read_file
 
 
@@ -19,8 +18,12 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
     if options.as_json:
         print_documents([analysis], single=True)
-        return DONE
+        return verdict_status([analysis])
     from sagnac.report import text
 
-    print(text.blocks(text.lines(analysis, most=None), text.notes(analysis.notes)))
-    return DONE
+    print(
+        text.blocks(
+            text.verdict(analysis), text.lines(analysis, most=None), text.notes(analysis.notes)
+        )
+    )
+    return verdict_status([analysis])

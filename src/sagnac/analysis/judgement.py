@@ -1,0 +1,42 @@
+"""Whether the gyros of an analysis keep the specification that its settings state."""
+
+from sagnac.analysis.fits import unobserved
+from sagnac.analysis.headline_fit import headline_coefficients
+from sagnac.analysis.result import Analysis
+from sagnac.coefficients.estimates import Estimate
+from sagnac.specification.limits import Limit, Specification
+from sagnac.specification.verdict import Judgement, Verdict, judged
+
+
+def verdict_of(analysis: Analysis) -> Verdict | None:
+    """Every limit beside every gyro; None if the settings state no specification.
+
+    N of a triad is judged for each gyro, all else for what the curve is of: one gyro, or what the
+    difference of two makes per gyro. A gyro of a triad that is not in that difference is undecided
+    there, for nothing was measured of it.
+    """
+    specification = analysis.settings.specification
+    if specification is None:
+        return None
+    rows = [row for limit in specification.limits for row in _rows(analysis, limit, specification)]
+    return Verdict(specification=specification, judgements=tuple(rows))
+
+
+def _rows(analysis: Analysis, limit: Limit, specification: Specification) -> list[Judgement]:
+    if limit.coefficient == "angle_random_walk" and analysis.per_gyro:
+        return [judged(name, limit, own, specification) for name, own in analysis.per_gyro.items()]
+    rows = [judged(analysis.channel, limit, _measured(analysis, limit), specification)]
+    taken = {*analysis.channel.split("-"), analysis.channel}
+    unseen = unobserved(limit.coefficient, analysis.settings.confidence)
+    return rows + [
+        judged(name, limit, unseen, specification)
+        for name in analysis.per_gyro
+        if name not in taken
+    ]
+
+
+def _measured(analysis: Analysis, limit: Limit) -> Estimate:
+    if limit.coefficient == "angle_random_walk":
+        return analysis.angle_random_walk
+    found = headline_coefficients(analysis).get(limit.coefficient)
+    return found or unobserved(limit.coefficient, analysis.settings.confidence)

@@ -1,0 +1,136 @@
+"""``sagnac plan``: how long to record."""
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+from cyclopts import Parameter
+
+from sagnac import __version__
+from sagnac.cli import progress as progresses
+from sagnac.cli.errors import DONE, UsageError
+from sagnac.cli.options import ANALYSIS, NO_OPTIONS, File, Options, names, settings_of, statement_of
+from sagnac.cli.reading import naming, read_file
+
+if TYPE_CHECKING:
+    from sagnac.analysis.result import Analysis
+    from sagnac.specification.planning import Shown
+
+SCHEMA: Final = "sagnac.plan/1"
+_WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Row:
+    """A wanted interval, or a limit to decide, and the hours that it takes; None if over a year."""
+
+    wanted: str
+    key: dict[str, float]
+    hours: float | None
+
+
+def plan(
+    file: File,
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    within: Annotated[
+        str | None,
+        Parameter(
+            group=ANALYSIS,
+            metavar="1%,…",
+            help="Half width of the interval of N: 10%,5%,2%,1% unless stated.",
+        ),
+    ] = None,
+) -> int:
+    """How long to record for a wanted interval of N, or to decide --spec, from a short recording."""
+    statement, settings = statement_of(options), settings_of(options)
+    widths = _WIDTHS if within is None else _widths(within)
+    with progresses.shown() as progress:
+        read = read_file(file, statement, progress)
+        from sagnac.analysis.forecast import shown_by
+        from sagnac.analysis.pipeline import analyze as run
+
+        with naming(file):
+            analysis = run(read.recording, settings, progress=progress)
+            shown = shown_by(analysis)
+    rows = [*(_width(shown, width) for width in widths), *_limits(shown, analysis)]
+    if options.as_json:
+        print(json.dumps(_document(analysis, shown, rows), allow_nan=False, indent=1))
+    else:
+        _print(analysis, shown, rows)
+    return DONE
+
+
+def _widths(text: str) -> tuple[float, ...]:
+    found = []
+    for one in names(text):
+        try:
+            value = float(one.removesuffix("%")) / (100.0 if one.endswith("%") else 1.0)
+        except ValueError:
+            value = 0.0
+        if not 0.0 < value < 1.0:
+            raise UsageError(f"--within {one}: give a half width such as 1% or 0.01")
+        found.append(value)
+    return tuple(found)
+
+
+def _width(shown: "Shown", width: float) -> _Row:
+    from sagnac.errors import RecordingError
+
+    try:
+        hours = shown.duration_for(width) / 3600.0
+    except RecordingError:
+        hours = None
+    return _Row(wanted=f"± {100.0 * width:.3g} %", key={"half_width": width}, hours=hours)
+
+
+def _limits(shown: "Shown", analysis: "Analysis") -> list[_Row]:
+    """Limits of N; others are not forecast."""
+    from sagnac.errors import RecordingError
+
+    specification = analysis.settings.specification
+    rows = []
+    for limit in specification.limits if specification else ():
+        if limit.coefficient != "angle_random_walk":
+            raise UsageError(f"--spec {limit.letter}: only an interval of N is forecast")
+        try:
+            hours = shown.duration_to_decide(limit.value) / 3600.0
+        except RecordingError:
+            hours = None
+        wanted = f"N ≤ {limit.in_unit:.6g} {limit.unit.symbol} decided, 90 % sure"
+        rows.append(_Row(wanted=wanted, key={"limit_rad_per_sqrt_s": limit.value}, hours=hours))
+    return rows
+
+
+def _print(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> None:
+    from sagnac.report import text
+
+    print(text.answer(analysis), end="\n\n")
+    print(
+        f"After {_spoken(shown.duration / 3600.0)} the interval is "
+        f"± {100.0 * shown.half_width:.2g} % at {100.0 * shown.confidence:g} %.",
+        end="\n\n",
+    )
+    listed = [
+        (row.wanted, "over a year" if row.hours is None else _spoken(row.hours)) for row in rows
+    ]
+    print(text.table(("interval of N", "record"), listed))
+
+
+def _spoken(hours: float) -> str:
+    if hours < 1.0:
+        return f"{60.0 * hours:.2g} min" if hours >= 1.0 / 60.0 else f"{3600.0 * hours:.2g} s"
+    return f"{hours:.3g} h" if hours < 100.0 else f"{hours / 24.0:.3g} days"
+
+
+def _document(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "version": __version__,
+        "channel": analysis.channel,
+        "recorded_h": shown.duration / 3600.0,
+        "half_width": shown.half_width,
+        "confidence": shown.confidence,
+        "plan": [{**row.key, "hours": row.hours} for row in rows],
+    }

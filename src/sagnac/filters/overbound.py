@@ -1,0 +1,215 @@
+"""A filter's model whose Allan deviation lies above the upper confidence limit of a curve.
+
+The inflation is what the recording leaves open, no factor: the smallest model of some terms that
+lies above the limit at every cluster time. The idea, to bound a sensor's error by a model above its
+Allan variance, is that of NAVIGATION, doi:10.33012/navi.563; the limit and the choice of the model
+are as described here.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.optimize import linprog
+from scipy.special import gammaincinv
+
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.laws import allan_variance_basis, markov_allan_variance
+from sagnac.errors import RecordingError
+from sagnac.filters.state_space import FilterModel, Markov
+
+# Fewest degrees of freedom of a point that bounds the model.
+LEAST_FREEDOM: Final = 10.0
+# Correlation times tried per decade of cluster time.
+_TIMES_PER_DECADE: Final = 2
+# A further Markov rate has to lower the mean excess of the variance by this share.
+_WORTH: Final = 0.05
+# Share of the variance at the longest cluster time that a walk makes if it has to be there.
+_LEAST_WALK: Final = 0.02
+# Terms smaller than this share of the variance everywhere are left out.
+_NEGLIGIBLE: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class UpperLimit:
+    """What an Allan deviation lies below, at all its cluster times together.
+
+    Attributes
+    ----------
+    tau
+        (points,), s.
+    deviation
+        As measured, rad/s.
+    limit
+        Upper limit, rad/s.
+    confidence
+        Probability that the whole curve lies below.
+    """
+
+    tau: FloatArray
+    deviation: FloatArray
+    limit: FloatArray
+    confidence: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Overbound:
+    """A model above an upper limit.
+
+    Attributes
+    ----------
+    model
+        Its terms.
+    limit
+        What it lies above.
+    """
+
+    model: FilterModel
+    limit: UpperLimit
+
+    @property
+    def inflation(self) -> float:
+        """Median over the cluster times of model over measured deviation."""
+        return float(np.median(self.model.allan_deviation(self.limit.tau) / self.limit.deviation))
+
+
+def upper_limit(
+    tau: FloatArray, deviation: FloatArray, edf: FloatArray, *, confidence: float = 0.95
+) -> UpperLimit:
+    """Upper confidence limit of a whole curve.
+
+    Parameters
+    ----------
+    tau, deviation, edf
+        (points,): s, rad/s, and equivalent degrees of freedom of the variance.
+    confidence
+        That the curve lies below everywhere. The chance is shared among the octaves of cluster
+        time (Bonferroni), for points within one are nearly one. Points of fewer than ten degrees
+        of freedom say too little and are left out.
+
+    Raises
+    ------
+    ValueError
+        If the confidence is not between 0 and 1.
+    RecordingError
+        If fewer than two points are left.
+    """
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence is {confidence}; give a number between 0 and 1")
+    sound = np.isfinite(deviation) & (deviation > 0.0) & (edf >= LEAST_FREEDOM)
+    if sound.sum() < 2:
+        raise RecordingError(
+            f"{sound.sum()} cluster times have {LEAST_FREEDOM:g} degrees of freedom or more, too "
+            "few for a filter's model",
+            remedy="record longer",
+        )
+    tau, deviation, edf = tau[sound], deviation[sound], edf[sound]
+    octaves = 1.0 + np.log2(tau[-1] / tau[0])
+    lower = 2.0 * gammaincinv(0.5 * edf, (1.0 - confidence) / octaves)
+    return UpperLimit(
+        tau=tau, deviation=deviation, limit=deviation * np.sqrt(edf / lower), confidence=confidence
+    )
+
+
+def overbound(
+    limit: UpperLimit,
+    *,
+    most_markov: int = 2,
+    least_white: float = 0.0,
+    angle: bool = False,
+    walks: bool = False,
+) -> Overbound:
+    """The smallest model of some terms above an upper limit.
+
+    Parameters
+    ----------
+    limit
+        Of the curve.
+    most_markov
+        Markov rates that it may have at most: 0, 1 or 2. A further one has to be worth it.
+    least_white
+        White noise that it has at least, rad/sqrt(s): a sensor's low-pass may hide some.
+    angle
+        Whether it may have white angle noise.
+    walks
+        Whether it has to have a random walk, as some tools want: one that makes two per cent of
+        the variance at the longest cluster time, if nothing asks for more.
+
+    Raises
+    ------
+    ValueError
+        If `most_markov` is none of these.
+    """
+    if most_markov not in (0, 1, 2):
+        raise ValueError(f"most_markov is {most_markov!r}; use 0, 1 or 2")
+    least = (least_white**2, _LEAST_WALK * 3.0 * limit.limit[-1] ** 2 / limit.tau[-1] * walks)
+    best = _smallest(limit, (), least, angle)
+    chosen: tuple[float, ...] = ()
+    for _ in range(most_markov):
+        tried = {
+            (*chosen, time): _smallest(limit, (*chosen, time), least, angle)
+            for time in _correlation_times(limit.tau)
+            if time not in chosen
+        }
+        times = min(tried, key=lambda each: tried[each].excess)
+        if tried[times].excess > (1.0 - _WORTH) * best.excess:
+            break
+        best, chosen = tried[times], times
+    return Overbound(model=best.model, limit=limit)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Candidate:
+    """A model and the mean of its variance over the squared limit."""
+
+    model: FilterModel
+    excess: float
+
+
+def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
+    """From below the shortest cluster time, where a Markov rate is white, to the longest."""
+    decades = float(np.log10(tau[-1] / tau[0]))
+    count = max(2, 1 + round(_TIMES_PER_DECADE * decades))
+    return tuple(float(time) for time in np.geomspace(tau[0], tau[-1], count))
+
+
+def _smallest(
+    limit: UpperLimit, times: tuple[float, ...], least: tuple[float, float], angle: bool
+) -> _Candidate:
+    """Squares of the terms by a linear program: least mean excess, above the limit everywhere.
+
+    `least` are the smallest squares of the white noise and of the walk.
+    """
+    tau = limit.tau
+    basis = allan_variance_basis(tau)
+    columns = [basis[:, 1], basis[:, 3], *(basis[:, :1].T if angle else ())]
+    columns += [markov_allan_variance(tau, 1.0, time) for time in times]
+    relative = np.stack(columns, axis=-1) / limit.limit[:, np.newaxis] ** 2
+    scale = relative.max(axis=0)
+    relative = relative / scale
+    lowest = [*least, *([0.0] * (len(columns) - 2))]
+    found = linprog(
+        relative.mean(axis=0),
+        A_ub=-relative,
+        b_ub=-np.ones(tau.size),
+        bounds=[(low * size, None) for low, size in zip(lowest, scale, strict=True)],
+        method="highs",
+    )
+    if found.x is None:
+        raise ArithmeticError(f"no model above the limit was found: {found.message}")
+    solved = np.where(found.x > _NEGLIGIBLE, found.x, 0.0)
+    # What the solver takes for zero is none: above means above.
+    solved = solved * max(1.0, 1.0 / float((relative @ solved).min()))
+    squares = solved / scale
+    first = 3 if angle else 2
+    model = FilterModel(
+        white=float(np.sqrt(squares[0])),
+        walk=float(np.sqrt(squares[1])),
+        angle=float(np.sqrt(squares[2])) if angle else 0.0,
+        markov=tuple(
+            Markov(driving_noise=float(np.sqrt(square)), correlation_time=time)
+            for square, time in zip(squares[first:], times, strict=True)
+            if square > 0.0
+        ),
+    )
+    return _Candidate(model=model, excess=float((relative @ solved).mean()))

@@ -1,0 +1,208 @@
+"""What a gyro has to keep: limits of Q, N, B, K and R, and the risk of passing one that does not.
+
+A specification is a text (``3e-4deg/sqrt(h)``, ``N=3e-4deg/sqrt(h),B=0.01deg/h``) or a TOML file
+for a product.
+"""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.stability.names import check_choice
+from sagnac.units import Quantity, Unit, field_unit, split_factor, unit_of
+
+LETTERS: Final[Mapping[CoefficientName, str]] = dict(
+    zip(COEFFICIENT_NAMES, ("Q", "N", "B", "K", "R"), strict=True)
+)
+_NAMES: Final[Mapping[str, CoefficientName]] = {
+    **{letter: name for name, letter in LETTERS.items()},
+    **{name: name for name in COEFFICIENT_NAMES},
+}
+_QUANTITIES: Final[Mapping[CoefficientName, Quantity]] = {
+    "quantization": "angle",
+    "angle_random_walk": "angle random walk",
+    "bias_instability": "rate",
+    "rate_random_walk": "rate random walk",
+    "rate_ramp": "rate ramp",
+}
+_WORDS: Final = ("product", "risk", "limits")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limit:
+    """Largest value that one coefficient may have.
+
+    Attributes
+    ----------
+    coefficient
+        Which one.
+    value
+        SI.
+    unit
+        The unit that it was stated in.
+
+    Raises
+    ------
+    ValueError
+        If the coefficient is not known, or the value is not a finite number above zero.
+    """
+
+    coefficient: CoefficientName
+    value: float
+    unit: Unit
+
+    def __post_init__(self) -> None:
+        check_choice("coefficient", self.coefficient, CoefficientName)
+        if not (math.isfinite(self.value) and self.value > 0.0):
+            raise ValueError(f"value is {self.value!r}; give a finite number above zero")
+        if self.unit.quantity != _QUANTITIES[self.coefficient]:
+            raise ValueError(f"unit {self.unit} is not a unit of {self.coefficient}")
+
+    @property
+    def letter(self) -> str:
+        """Q, N, B, K or R."""
+        return LETTERS[self.coefficient]
+
+    @property
+    def in_unit(self) -> float:
+        """The value in the unit that it was stated in."""
+        return self.value / self.unit.size
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Specification:
+    """What a gyro has to keep.
+
+    Attributes
+    ----------
+    limits
+        One or more, each coefficient once.
+    risk
+        Largest probability of passing a gyro that lies at its limit; None: what the interval
+        leaves, half of what its confidence lacks (for an upper bound all of it).
+    product
+        What the specification is of, or empty.
+
+    Raises
+    ------
+    ValueError
+        If there is no limit, a coefficient has two, or the risk is not between 0 and 0.5.
+    """
+
+    limits: tuple[Limit, ...]
+    risk: float | None = None
+    product: str = ""
+
+    def __post_init__(self) -> None:
+        names = [limit.coefficient for limit in self.limits]
+        if not names or len(set(names)) != len(names):
+            raise ValueError("spec needs one limit or more, one for each coefficient at most")
+        if self.risk is not None and not 0.0 < self.risk < 0.5:
+            raise ValueError(f"risk is {self.risk!r}; give a number between 0 and 0.5")
+
+
+def specification_of(text: str, *, risk: float | None = None) -> Specification:
+    """The specification that a text states.
+
+    Parameters
+    ----------
+    text
+        A number with a unit, which is a limit of N; ``N=…,B=…`` for several; or the path of a
+        TOML file, which ends in ``.toml``. A number without a unit is in the field's unit.
+    risk
+        As in `Specification`; goes before that of a file.
+
+    Raises
+    ------
+    ValueError
+        If the text states none.
+    OSError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> specification_of("3e-4deg/sqrt(h)").limits[0].letter
+    'N'
+    >>> [str(limit.unit) for limit in specification_of("N=3e-4,B=0.01deg/h").limits]
+    ['deg/sqrt(h)', 'deg/h']
+    """
+    if text.strip().endswith(".toml"):
+        return _of_file(Path(text.strip()), risk)
+    if not text.strip():
+        raise ValueError("spec is empty; give a limit such as 3e-4deg/sqrt(h)")
+    stated = [item.rpartition("=") for item in text.split(",")]
+    limits = tuple(_limit(name.strip() or "N", value) for name, _, value in stated)
+    return Specification(limits=limits, risk=risk)
+
+
+def _of_file(path: Path, risk: float | None) -> Specification:
+    try:
+        stated = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"spec {path} is no TOML: {error}") from None
+    try:
+        return _of_keys(stated, risk)
+    except ValueError as error:
+        said = str(error).removeprefix("spec ")
+        raise ValueError(f"spec {path}: {said}") from None
+
+
+def _of_keys(stated: Mapping[str, Any], risk: float | None) -> Specification:
+    """The keys of a file: limits by letter or by name, ``risk`` and ``product``."""
+    table = stated.get("limits", {})
+    if not isinstance(table, dict):
+        raise ValueError('limits is no table; write [limits] and N = "3e-4 deg/sqrt(h)" below it')
+    limits = {**{key: value for key, value in stated.items() if key not in _WORDS}, **table}
+    of_file = stated.get("risk")
+    if of_file is not None and not isinstance(of_file, int | float):
+        raise ValueError(f"risk is {of_file!r}; give a number between 0 and 0.5")
+    return Specification(
+        limits=tuple(_limit(name, value) for name, value in limits.items()),
+        risk=of_file if risk is None else risk,
+        product=str(stated.get("product", "")),
+    )
+
+
+def _limit(name: str, stated: object) -> Limit:
+    if name not in _NAMES:
+        raise ValueError(
+            f"spec {name!r} is no coefficient; use {', '.join(LETTERS.values())} "
+            "(risk and product besides in a file)"
+        )
+    coefficient = _NAMES[name]
+    value, unit = _quantity(coefficient, str(stated))
+    return Limit(coefficient=coefficient, value=value * unit.size, unit=unit)
+
+
+def _quantity(coefficient: CoefficientName, text: str) -> tuple[float, Unit]:
+    """A number and its unit, the field's if there is none.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    stripped = text.strip()
+    try:
+        return _positive(float(stripped), stripped), field_unit(coefficient)
+    except ValueError as error:
+        if "above zero" in str(error):
+            raise
+    number, name = split_factor(stripped)
+    if not stripped[:1].isdigit() and not stripped.startswith("."):
+        raise ValueError(f"spec {text!r} has no number; give a limit such as 3e-4deg/sqrt(h)")
+    try:
+        unit = unit_of(name, _QUANTITIES[coefficient])
+    except ValueError as error:
+        raise ValueError(f"spec {text!r} of {LETTERS[coefficient]}: {error}") from None
+    return _positive(number, stripped), unit
+
+
+def _positive(value: float, text: str) -> float:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"spec {text!r} is no limit; give a number above zero")
+    return value

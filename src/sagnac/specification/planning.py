@@ -1,0 +1,170 @@
+"""How long to record for a wanted interval, from what a short recording shows.
+
+The information on the squares of Q, N, B and K in the spectrum of a record of length T,
+
+    I_ij = T int s_i(f) s_j(f) / S(f)^2 df  over 1/(2 T) <= f <= f_high,
+
+with S the sum of the terms as estimated (Whittle), says how wide the interval of N is after T. If the
+answer is of the likelihood of the whole band, that is the width. An average over bands is wider, by
+as much as the short recording shows.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.special import ndtri
+
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.laws import STOCHASTIC_NAMES, CoefficientName, rate_density_basis
+from sagnac.errors import RecordingError
+
+# Longest recording that is planned, s: a year.
+LONGEST: Final = 365.25 * 86_400.0
+# Bins of the spectrum that are summed one by one; those above are integrated.
+_SINGLE: Final = 512
+_NODES: Final = 2048
+_POWER: Final = 0.9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shown:
+    """What a short recording shows of N.
+
+    Attributes
+    ----------
+    value, low, high
+        N and its interval, rad/sqrt(s).
+    confidence
+        Of the interval.
+    coefficients
+        Q, N, B and K as far as they are estimated, SI.
+    terms
+        Terms that were fitted; N among them.
+    duration
+        Of the recording, s.
+    highest
+        Highest frequency that the answer rests on, Hz.
+    interval
+        Between the angles of which quantization is white, s.
+    efficient
+        Whether the interval is what the information says, as that of a likelihood.
+
+    Raises
+    ------
+    ValueError
+        If N is not an estimate with an interval, or is not among the terms.
+    """
+
+    value: float
+    low: float
+    high: float
+    confidence: float
+    coefficients: Mapping[CoefficientName, float]
+    terms: tuple[CoefficientName, ...]
+    duration: float
+    highest: float
+    interval: float
+    efficient: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.low < self.value < self.high:
+            raise ValueError(f"value {self.value} must lie within ({self.low}, {self.high})")
+        if "angle_random_walk" not in self.terms:
+            raise ValueError("terms lacks angle_random_walk")
+        if not self.highest * self.duration > 1.0:
+            raise ValueError(f"{self.duration} s hold no period of {self.highest} Hz")
+
+    @property
+    def half_width(self) -> float:
+        """Half of the width of the interval, of the logarithm of N."""
+        return 0.5 * math.log(self.high / self.low)
+
+    def expected(self, duration: float) -> float:
+        """Half width that a recording of `duration` s may be expected to have, relative."""
+        if self.efficient:
+            reach = float(ndtri(0.5 + 0.5 * self.confidence))
+            return 0.5 * reach * math.sqrt(_variance_of_walk(self, duration))
+        return self.half_width * math.sqrt(
+            _variance_of_walk(self, duration) / _variance_of_walk(self, self.duration)
+        )
+
+    def duration_for(self, half_width: float) -> float:
+        """Duration, s, for a relative half width of the interval.
+
+        Raises
+        ------
+        RecordingError
+            If a year is too short.
+        ValueError
+            If the width is not above zero.
+        """
+        if not half_width > 0.0:
+            raise ValueError(f"half_width is {half_width!r}; give a number above zero")
+        if self.expected(LONGEST) > half_width:
+            raise RecordingError(
+                f"an interval of {100.0 * half_width:.3g} % takes more than a year",
+                remedy="ask for a wider one",
+            )
+        low, high = math.log(0.5 / self.highest), math.log(LONGEST)
+        low = max(low, math.log(4.0 / self.highest))
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            if self.expected(math.exp(middle)) > half_width:
+                low = middle
+            else:
+                high = middle
+        return math.exp(high)
+
+    def duration_to_decide(self, limit: float, *, power: float = _POWER) -> float:
+        """Duration, s, after which the interval leaves a limit to one side.
+
+        Parameters
+        ----------
+        limit
+            Of N, rad/sqrt(s).
+        power
+            Probability that it does if N is what the short recording says.
+
+        Raises
+        ------
+        RecordingError
+            If N lies so close to the limit that a year is too short.
+        """
+        distance = abs(math.log(limit / self.value))
+        reach = float(ndtri(0.5 + 0.5 * self.confidence))
+        # The interval's half width is reach standard errors; the value itself scatters by one.
+        half_width = distance * reach / (reach + float(ndtri(power)))
+        if not half_width > 0.0:
+            raise RecordingError("N lies at the limit: no recording decides it")
+        return self.duration_for(half_width)
+
+
+def _variance_of_walk(shown: Shown, duration: float) -> float:
+    """Variance of N^2 over N^4 by the information of a record."""
+    frequency, weight = _bins(duration, shown.highest)
+    columns = [STOCHASTIC_NAMES.index(name) for name in shown.terms if name in STOCHASTIC_NAMES]
+    squares = np.array([shown.coefficients.get(name, 0.0) ** 2 for name in STOCHASTIC_NAMES])
+    laws = rate_density_basis(frequency, shown.interval)[:, : len(STOCHASTIC_NAMES)]
+    relative = laws / (laws @ squares)[:, np.newaxis]
+    # In units of N^2, so that nothing is small or large.
+    relative = relative[:, columns] * shown.value**2
+    scale = np.sqrt((relative**2 * weight[:, np.newaxis]).sum(axis=0))
+    scaled = relative / scale
+    information = 0.5 * (scaled * weight[:, np.newaxis]).T @ scaled
+    walk = columns.index(STOCHASTIC_NAMES.index("angle_random_walk"))
+    return float(np.linalg.pinv(information)[walk, walk]) / float(scale[walk]) ** 2
+
+
+def _bins(duration: float, highest: float) -> tuple[FloatArray, FloatArray]:
+    """Frequencies k/(2 T), Hz, and how many bins each stands for."""
+    count = max(1, int(2.0 * duration * highest))
+    if count <= _SINGLE + _NODES:
+        index = np.arange(1.0, count + 1.0)
+        return index / (2.0 * duration), np.ones(count)
+    edges = np.geomspace(_SINGLE + 0.5, count + 0.5, _NODES + 1)
+    index = np.concatenate([np.arange(1.0, _SINGLE + 1.0), 0.5 * (edges[1:] + edges[:-1])])
+    weight = np.concatenate([np.ones(_SINGLE), np.diff(edges)])
+    return index / (2.0 * duration), weight

@@ -1,0 +1,66 @@
+"""``--spec``: a verdict by the interval, and the exit status that says it."""
+
+import pytest
+
+from sagnac.cli import main
+from sagnac.cli.options import Options, settings_of
+from tests.cli.examples import STATED, one_line, strict
+
+# White noise of 1 deg/h at 100 Hz: N = 0.1/60 deg/sqrt(h).
+N = 0.1 / 60.0
+
+
+@pytest.mark.parametrize(
+    ("limit", "status", "said"),
+    [(1.5 * N, 0, "pass"), (N, 4, "undecided"), (0.7 * N, 3, "fail")],
+)
+def test_the_exit_status_says_the_verdict(limit, status, said, bare, capsys):
+    stated = ["avar", str(bare), *STATED, "--spec", f"{limit:.6g}deg/sqrt(h)"]
+    assert main([*stated, "--json"]) == status
+    made = strict(capsys.readouterr().out)
+    assert made["verdict"]["overall"] == said
+    assert made["verdict"]["gyros"] == {"x": said}
+    (row,) = made["verdict"]["limits"]
+    answer = made["angle_random_walk"]
+    assert (row["value"], row["low"], row["high"]) == (
+        answer["value"], answer["low"], answer["high"],
+    )  # fmt: skip
+    assert row["limit"] == pytest.approx(limit, rel=1e-5)
+    assert row["verdict"] == said
+
+
+def test_analyze_writes_all_whatever_the_verdict(bare, capsys, tmp_path):
+    arguments = ["analyze", str(bare), *STATED, "--spec", "N=1e-9,B=100deg/h", "-o", str(tmp_path)]
+    assert main(arguments) == 3
+    shown = capsys.readouterr().out
+    assert "Verdict: FAIL" in shown
+    assert "N ≤ 1e-09 °/√h" in shown
+    made = strict((tmp_path / "analysis.json").read_text(encoding="utf-8"))
+    assert [row["coefficient"] for row in made["verdict"]["limits"]] == [
+        "angle_random_walk", "bias_instability",
+    ]  # fmt: skip
+    assert "FAIL" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_risk_sets_the_confidence():
+    assert settings_of(Options()).confidence == 0.95
+    assert settings_of(Options(spec="1", risk=0.01)).confidence == 0.99
+    assert settings_of(Options(spec="1", risk=0.01, confidence=0.9)).confidence == 0.9
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (("--spec", "3furlong"), "--spec"),
+        (("--spec", "1", "--risk", "2"), "--risk"),
+        (("--risk", "0.1"), "give --spec"),
+    ],
+)
+def test_what_cannot_be_is_wrong_usage(more, words, bare, capsys):
+    assert main(["analyze", str(bare), *STATED, *more]) == 2
+    assert words in one_line(capsys)
+
+
+def test_a_specification_that_is_not_there_is_named(bare, capsys):
+    assert main(["avar", str(bare), *STATED, "--spec", "nowhere.toml"]) == 1
+    assert "nowhere.toml" in one_line(capsys)

@@ -1,0 +1,64 @@
+"""The smallest model above the limit of a curve."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from sagnac.coefficients.laws import markov_allan_variance
+from sagnac.errors import RecordingError
+from sagnac.filters.overbound import UpperLimit, overbound, upper_limit
+
+TAU = 2.0 ** np.arange(11)
+
+
+def exact(variance):
+    deviation = np.sqrt(variance)
+    return UpperLimit(tau=TAU, deviation=deviation, limit=deviation, confidence=0.95)
+
+
+def test_the_limit_is_that_of_chi_squared():
+    edf = 1000.0 / TAU
+    found = upper_limit(TAU, TAU**-0.5, edf, confidence=0.9)
+    assert found.tau[-1] == 64.0  # the last with ten degrees of freedom
+    chance = 0.1 / 7.0
+    for tau, limit in zip(found.tau, found.limit, strict=True):
+        lower = stats.chi2.ppf(chance, 1000.0 / tau)
+        assert limit == pytest.approx(np.sqrt(1000.0 / tau / lower / tau), rel=1e-9)
+
+
+def test_a_curve_that_is_a_model_gives_that_model():
+    found = overbound(exact(4.0 / TAU + 1e-4 * TAU / 3.0)).model
+    assert (found.white, found.walk, found.markov) == (
+        pytest.approx(2.0, rel=1e-6), pytest.approx(0.01, rel=1e-4), (),
+    )  # fmt: skip
+    assert overbound(exact(9.0 / TAU)).model.white == pytest.approx(3.0)
+
+
+def test_a_markov_rate_is_taken_where_it_is_worth_it():
+    variance = 1.0 / TAU + markov_allan_variance(TAU, 0.05, 32.0)
+    simple = overbound(exact(variance), most_markov=0)
+    full = overbound(exact(variance), most_markov=2)
+    assert simple.model.markov == ()
+    assert len(full.model.markov) == 1
+    assert 10.0 < full.model.markov[0].correlation_time < 100.0
+    for found in (simple, full):
+        assert np.all(found.model.allan_deviation(TAU) >= np.sqrt(variance) * (1.0 - 1e-9))
+    assert full.inflation < min(1.02, simple.inflation)
+
+
+def test_what_a_tool_wants_is_there():
+    limit = exact(1.0 / TAU)
+    walks = overbound(limit, most_markov=0, walks=True).model
+    assert walks.walk**2 * TAU[-1] / 3.0 == pytest.approx(0.02 / TAU[-1], rel=1e-6)
+    assert overbound(limit, most_markov=0, least_white=1.5).model.white == pytest.approx(1.5)
+    noisy = exact(1.0 / TAU + 3.0 * 0.7**2 / TAU**2)
+    assert overbound(noisy, angle=True).model.angle == pytest.approx(0.7, rel=1e-3)
+
+
+def test_too_short_a_curve_is_refused():
+    with pytest.raises(RecordingError, match="record longer"):
+        upper_limit(TAU, TAU**-0.5, np.full(TAU.size, 3.0))
+    with pytest.raises(ValueError, match="confidence"):
+        upper_limit(TAU, TAU**-0.5, 1e3 / TAU, confidence=95.0)
+    with pytest.raises(ValueError, match="most_markov"):
+        overbound(exact(1.0 / TAU), most_markov=3)

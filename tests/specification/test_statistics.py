@@ -1,0 +1,47 @@
+"""How often units at, under and over a limit pass, over a thousand simulated recordings."""
+
+import numpy as np
+import pytest
+
+from sagnac.coefficients.model_average import average
+from sagnac.specification.limits import specification_of
+from sagnac.specification.verdict import judged
+from sagnac.spectrum.levels import robust_levels
+from sagnac.spectrum.tapered import tapered_spectrum
+
+UNITS = 1000
+RATE = 10.0
+SAMPLES = 6000
+
+
+def decisions(walk: float, seed: int) -> list[str]:
+    """On units of N = `walk` against a limit of 1 rad/sqrt(s), ten minutes each."""
+    specification = specification_of("1rad/sqrt(s)", risk=0.05)
+    (limit,) = specification.limits
+    random = np.random.default_rng(seed)
+    found = []
+    for _ in range(UNITS):
+        increments = walk / np.sqrt(RATE) * random.standard_normal(SAMPLES)
+        levels = robust_levels(tapered_spectrum(increments, sample_rate=RATE))
+        walk_found = average(levels, confidence=0.95).angle_random_walk
+        found.append(judged("x", limit, walk_found, specification).decision)
+    return found
+
+
+@pytest.mark.statistics
+def test_a_unit_at_its_limit_passes_no_more_often_than_the_risk():
+    found = decisions(1.0, seed=1)
+    # Three standard errors of a thousand draws at 5 %.
+    assert found.count("pass") / UNITS < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / UNITS)
+    assert found.count("fail") / UNITS < 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / UNITS)
+    print(f"at the limit: {found.count('pass')} of {UNITS} pass, {found.count('fail')} fail")
+
+
+@pytest.mark.statistics
+def test_a_unit_well_under_its_limit_passes_and_one_well_over_fails():
+    under, over = decisions(0.8, seed=2), decisions(1.25, seed=3)
+    print(f"under: {under.count('pass')} of {UNITS} pass; over: {over.count('fail')} fail")
+    assert under.count("pass") > 0.9 * UNITS
+    assert under.count("fail") == 0
+    assert over.count("fail") > 0.9 * UNITS
+    assert over.count("pass") == 0
