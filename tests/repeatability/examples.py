@@ -59,3 +59,8 @@ class Campaign:
     def next_day(self) -> float:
         """A run of the first unit on the next day, at the first rate."""
         return self._effects(0, 3, 0) + self.further_error
+
+    @property
+    def next_day_and_rate(self) -> float:
+        """A run of the first unit on the next day, at the next rate."""
+        return self._effects(0, 3, 4) + self.further_error

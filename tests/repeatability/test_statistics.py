@@ -22,7 +22,7 @@ CAMPAIGNS = 500
 )
 def test_intervals_hold_93_to_97_times_in_100(truth: dict[str, float]) -> None:
     random = np.random.default_rng(20)
-    held = dict.fromkeys((*truth, "mean", "next unit", "next day"), 0)
+    held = dict.fromkeys((*truth, "mean", "next unit", "next day", "next day and rate"), 0)
     for number in range(CAMPAIGNS):
         campaign = Campaign(truth, random)
         draws = draws_of(campaign.design, count=2000, seed=number)
@@ -34,6 +34,7 @@ def test_intervals_hold_93_to_97_times_in_100(truth: dict[str, float]) -> None:
             ("mean", outlook.mean, 0.0),
             ("next unit", outlook.further_run({}), campaign.next_unit),
             ("next day", outlook.further_run({"unit": "0", "rate": "0"}), campaign.next_day),
+            ("next day and rate", outlook.further_run({"unit": "0"}), campaign.next_day_and_rate),
         ):
             held[name] += bool(abs(located.value - true) <= located.reach(0.95))
     shares = {name: count / CAMPAIGNS for name, count in held.items()}

@@ -15,6 +15,7 @@ from cyclopts import App, CycloptsError
 from sagnac import __version__
 from sagnac.cli.commands.analyze import analyze
 from sagnac.cli.commands.avar import avar
+from sagnac.cli.commands.campaign import campaign
 from sagnac.cli.commands.check import check
 from sagnac.cli.commands.compare import compare
 from sagnac.cli.commands.convert import convert
@@ -30,7 +31,18 @@ app: Final = App(
     help="The angle random walk of a gyro, at rest or on a turning table, with an interval.",
     help_format="plaintext",
 )
-for _command in (demo, analyze, avar, lines, compare, check, simulate, convert, reproduce):
+for _command in (
+    demo,
+    analyze,
+    avar,
+    lines,
+    compare,
+    check,
+    simulate,
+    convert,
+    campaign,
+    reproduce,
+):
     app.command(_command)
 
 

@@ -7,8 +7,9 @@ with three levels say, the interval is that of t with two degrees of freedom, as
 
 Satterthwaite's sum is ``1/f = sum of p_k^2/f_k`` over the shares p_k of the variance. If a factor
 of two degrees of freedom happens to come out small, its share does, too, and the interval is too
-short just then: intervals for a further run held 92 to 96 times in 100. With ``p_k^1.6`` they hold
-93 to 97 times.
+short just then: with a new day alone it held 92 to 94 times in 100. The power of the shares is
+therefore 1 for a run with one new factor, which rules, and 1.6 and 1.8 with two and three. Intervals
+of 95 % then hold 93 to 97 times in simulations in which each factor scatters by 2 to 30 %.
 """
 
 import math
@@ -26,7 +27,7 @@ from sagnac.repeatability.restricted import Components, covariance_of
 
 # Power of the shares of the variance, of the mean and of a further run.
 _OF_MEAN: Final = 2.0
-_OF_FURTHER_RUN: Final = 1.6
+_OF_FURTHER_RUN: Final = (1.0, 1.0, 1.6, 1.8)  # by the number of factors that are new
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,7 +156,8 @@ class Outlook:
         # No less than what is known of the runs themselves.
         least = further * design.typical_variance + float(design.variances @ weights**2)
         variance = max(fixed + sum(parts.values()), least, 1e-24 * design.spread**2)
-        power = _OF_FURTHER_RUN if further else _OF_MEAN
+        new = sum(name not in known for name in design.seen)
+        power = _OF_FURTHER_RUN[min(new, 3)] if further else _OF_MEAN
         scatter = sum(
             abs(part / variance) ** power / squares[name].freedom for name, part in parts.items()
         )
