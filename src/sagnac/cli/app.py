@@ -16,6 +16,7 @@ from cyclopts import App, CycloptsError
 from sagnac import __version__
 from sagnac.cli.commands.analyze import analyze
 from sagnac.cli.commands.avar import avar
+from sagnac.cli.commands.campaign import campaign
 from sagnac.cli.commands.check import check
 from sagnac.cli.commands.compare import compare
 from sagnac.cli.commands.convert import convert
@@ -44,6 +45,7 @@ for _command in (
     convert,
     export,
     plan,
+    campaign,
     reproduce,
 ):
     app.command(_command)

@@ -26,6 +26,14 @@ OUTPUT: Final = Group("Output", sort_key=3)
 # What the library calls otherwise than the command line does.
 _OPTION_OF: Final = {"sample_rate": "rate", "span": "slice", "accepted": "accept"}
 
+# Bytes in a unit of memory.
+_BYTES: Final = {
+    "": 1.0,
+    "b": 1.0,
+    **{f"{prefix}b": 1000.0**power for power, prefix in enumerate("kmgt", start=1)},
+    **{f"{prefix}ib": 1024.0**power for power, prefix in enumerate("kmgt", start=1)},
+}
+
 
 # ---- from what was typed: one argument -> one value ----------------------------------
 
@@ -99,6 +107,26 @@ def seconds(text: str) -> float:
     return value
 
 
+def memory_size(text: str) -> float:
+    """``4GiB``, ``800MB`` or a number of bytes.
+
+    Raises
+    ------
+    ValueError
+        If it is no size above zero.
+    """
+    stripped = text.strip()
+    number = stripped.rstrip("BGMKTibgmkt ")
+    size = _BYTES.get(stripped[len(number) :].strip().lower())
+    try:
+        value = float(number) * (size or 0.0)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise ValueError(f"{text!r}; give a size above zero such as 4GiB or 800MB")
+    return value
+
+
 def _numbered(text: str) -> str:
     """A unit with a number before it; ``s`` alone would be one second."""
     if not text[:1].isdigit() and not text.startswith("."):
@@ -106,7 +134,7 @@ def _numbered(text: str) -> str:
     return text
 
 
-def _typed(convert: Callable[[str], Value], **more: Any) -> Parameter:
+def one_argument(convert: Callable[[str], Value], **more: Any) -> Parameter:
     """A parameter of one argument that `convert` makes a value of."""
 
     def converted(_hint: object, tokens: Sequence[Token]) -> Value:
@@ -133,13 +161,13 @@ class Reading:
 
     gyros: Annotated[
         tuple[str, ...] | None,
-        _typed(
+        one_argument(
             names, group=READING, metavar="x,z", help="Gyros: one, a pair to difference, a triad."
         ),
     ] = None
     kind: Annotated[
         str | Mapping[str, str] | None,
-        _typed(
+        one_argument(
             one_or_by_name,
             group=READING,
             metavar="KIND",
@@ -148,7 +176,7 @@ class Reading:
     ] = None
     unit: Annotated[
         str | Mapping[str, str] | None,
-        _typed(
+        one_argument(
             one_or_by_name,
             group=READING,
             metavar="UNIT",
@@ -171,13 +199,15 @@ class Reading:
     ] = None
     columns: Annotated[
         Mapping[str, str] | None,
-        _typed(
+        one_argument(
             by_name, group=READING, metavar="x=NAME,z=NAME", help="Columns that hold the gyros."
         ),
     ] = None
     slice: Annotated[
         Span | None,
-        _typed(span, group=READING, metavar="START:STOP", help="Span to take, s from the start."),
+        one_argument(
+            span, group=READING, metavar="START:STOP", help="Span to take, s from the start."
+        ),
     ] = None
     counter_bits: Annotated[
         int | None,
@@ -212,7 +242,7 @@ class Options(Reading):
     ] = None
     interval: Annotated[
         float | None,
-        _typed(
+        one_argument(
             seconds,
             group=ANALYSIS,
             metavar="1s",
@@ -310,7 +340,7 @@ Curve = Annotated[
 ]
 Duration = Annotated[
     float | None,
-    _typed(seconds, metavar="2h", help="Length of the recording; s unless stated."),
+    one_argument(seconds, metavar="2h", help="Length of the recording; s unless stated."),
 ]
 
 

@@ -1,0 +1,242 @@
+"""``index.html`` of a campaign: how N scatters, the curves, the cells, and every row."""
+
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from markupsafe import Markup
+
+from sagnac import __version__
+from sagnac.campaign.figures import MOST_PANELS, control_chart, curve_panels, time_chart
+from sagnac.campaign.runner import Campaign, Row
+from sagnac.campaign.scatter import Scatter, scatter_of
+from sagnac.campaign.table import Line, groups_of
+from sagnac.repeatability.study import Range, Repeatability
+from sagnac.report.figures import svg
+from sagnac.report.files import write_text
+from sagnac.report.html import rendered
+from sagnac.report.wording import number
+
+_COLUMNS: Final = (
+    "File", "Unit", "Day", "Rate (°/s)", "Gyros", "Method", "Span (h)", "N (°/√h)", "Verdict",
+    "Lines", "Notes", "Length (h)",
+)  # fmt: skip
+_BETWEEN: Final = {
+    "unit": "between units",
+    "day": "between days",
+    "rate": "between rates",
+    "run": "between runs",
+}
+
+
+def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: str) -> Path:
+    """Write ``index.html``; it links to the report of each row.
+
+    Parameters
+    ----------
+    campaign
+        What was done.
+    lines
+        Its table, a line for each row.
+    folder
+        Of the campaign.
+    title
+        Of the page.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    by_key = {(line.key, line.file): row for row, line in zip(campaign.rows, lines, strict=True)}
+    failed = [line for line in lines if line.state != "done"]
+    text = rendered(
+        "campaign.html",
+        title=title,
+        counts=f"{len(lines)} rows, {len(lines) - len(failed)} done, {len(failed)} not.",
+        failed=[(Path(line.file).name, line.reason) for line in failed],
+        groups=[
+            _group(names, found, by_key)
+            for names, found in groups_of(lines).items()
+            if any(line.state == "done" for line in found)
+        ],
+        spans=_span_figures(lines),
+        columns=_COLUMNS,
+        rows=[{"state": line.state, "cells": _cells(line)} for line in lines],
+        version=__version__,
+    )
+    path = folder / "index.html"
+    write_text(path, text)
+    return path
+
+
+def _group(
+    names: tuple[str, str], lines: Sequence[Line], by_key: dict[tuple[str, str], Row]
+) -> dict[str, Any]:
+    done = [line for line in lines if line.state == "done"]
+    method, gyros = names
+    name = f"{method}-{gyros}".replace(",", "-")
+    scatter = scatter_of(done, done[0].confidence)
+    rows = [by_key[line.key, line.file] for line in done]
+    drawn = min(MOST_PANELS, len(done))
+    figures = [
+        (
+            Markup(svg(curve_panels(rows, done), f"curves-{name}", "Allan deviation by unit")),
+            f"Allan deviation per gyro, a panel for each unit and rate (at most {drawn}); "
+            "grey: all others.",
+        )
+    ]
+    if scatter.lines:
+        chart = control_chart(scatter.lines, scatter.found)
+        figures.append(
+            (Markup(svg(chart, f"chart-{name}", "N by recording")), "N of each recording.")
+        )
+    return {
+        "title": f"Gyros {gyros.replace(',', ' − ')}, method {method}",
+        "confidence": f"{100.0 * done[0].confidence:g} %",
+        "why": scatter.why,
+        "left_out": scatter.left_out,
+        "figures": figures,
+        "tables": _cell_tables(done),
+        **_scatter_words(scatter),
+    }
+
+
+def _scatter_words(scatter: Scatter) -> dict[str, Any]:
+    found = scatter.found
+    if found is None:
+        return {"mean": None}
+    value, interval = _figures(found.mean)
+    return {
+        "mean": {"value": value, "interval": interval},
+        "runs": found.runs,
+        "deviations": deviation_words(found),
+        "hidden": [(_BETWEEN.get(name, name), why) for name, why in found.hidden.items()],
+        "predictions": _predictions(found),
+        "outliers": [
+            f"{Path(scatter.lines[one.index].file).name}: N is "
+            f"{number(scatter.lines[one.index].n_deg_per_sqrt_h)} °/√h where the others give "
+            f"{number(one.foretold)} °/√h ({abs(one.deviations):.1f} standard deviations); "
+            f"without it the mean is {number(one.mean_without)} °/√h"
+            for one in found.outliers
+        ],
+    }
+
+
+def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:
+    """What makes N scatter, its standard deviation and the interval of that."""
+    words = [
+        (
+            _BETWEEN.get(name, name),
+            _percent(one.value),
+            f"{_percent(one.low)} … {_percent(one.high)}",
+        )
+        for name, one in found.deviations.items()
+    ]
+    if found.within > 0.0:
+        words.append(("within a run, of its own interval", _percent(found.within), "known"))
+    return words
+
+
+def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
+    rows = []
+    if found.next_unit is not None:
+        rows.append(("Next unit, one recording", *_figures(found.next_unit)))
+    rows += [
+        (f"Unit {unit}, one recording on a new day", *_figures(one))
+        for unit, one in found.next_day.items()
+    ]
+    if found.drift is not None:
+        value, low, high = (
+            f"{100.0 * part:.2g} %"
+            for part in (found.drift.value, found.drift.low, found.drift.high)
+        )
+        rows.append(("Drift of N a day (not in °/√h)", value, f"{low} … {high}"))
+    return rows
+
+
+def _cell_tables(lines: Iterable[Line]) -> list[dict[str, Any]]:
+    """Units, each with days down and rates across, as the paper prints its tables."""
+    units: dict[str, list[Line]] = {}
+    for line in lines:
+        units.setdefault(line.unit, []).append(line)
+    tables = []
+    for unit, own in units.items():
+        rates = sorted({line.rate_deg_per_s for line in own})
+        days = list(dict.fromkeys(line.day for line in own))
+        if len(rates) < 2 and len(days) < 2:
+            continue
+        rows = [
+            (
+                day or "–",
+                [
+                    [
+                        _answer(line)
+                        for line in own
+                        if (line.day, line.rate_deg_per_s) == (day, rate)
+                    ]
+                    for rate in rates
+                ],
+            )
+            for day in days
+        ]
+        title = f"Unit {unit}" if unit else "By day and rate"
+        tables.append({"title": title, "rates": [f"{rate:g}" for rate in rates], "rows": rows})
+    return tables
+
+
+def _span_figures(lines: Iterable[Line]) -> list[tuple[Markup, str]]:
+    recordings: dict[tuple[str, str, str], list[Line]] = {}
+    for line in lines:
+        if not math.isnan(line.start_s) and line.state == "done":
+            recordings.setdefault((line.file, line.method, line.gyros), []).append(line)
+    return [
+        (
+            Markup(svg(time_chart(own), f"spans-{place}", "N against time")),
+            f"{Path(file).name}, gyros {gyros}, {method}: N of each span against time.",
+        )
+        for place, ((file, method, gyros), own) in enumerate(recordings.items())
+    ]
+
+
+def _cells(line: Line) -> list[dict[str, Any]]:
+    value, interval = _answer(line)
+    span = "" if math.isnan(line.start_s) else f"{line.start_s / 3600:g}–{line.stop_s / 3600:g}"
+    link = f"{line.report}/report.html" if line.report else ""
+    return [
+        {"text": Path(line.file).name, "key": line.file, "link": link},
+        {"text": line.unit, "key": line.unit},
+        {"text": line.day, "key": line.day},
+        _numeric(line.rate_deg_per_s, f"{line.rate_deg_per_s:g}"),
+        {"text": line.gyros, "key": line.gyros},
+        {"text": line.method, "key": line.method},
+        {"text": span, "key": "" if not span else line.start_s, "numeric": True},
+        {**_numeric(line.n_deg_per_sqrt_h, value), "range": interval},
+        {"text": line.verdict, "key": line.verdict},
+        _numeric(line.lines, str(line.lines)),
+        _numeric(line.notes, str(line.notes)),
+        _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
+    ]
+
+
+def _numeric(value: float, text: str) -> dict[str, Any]:
+    missing = math.isnan(value)
+    return {"text": "" if missing else text, "key": "" if missing else value, "numeric": True}
+
+
+def _answer(line: Line) -> tuple[str, str]:
+    if line.status == "estimated":
+        return _figures(Range(value=line.n_deg_per_sqrt_h, low=line.low, high=line.high))
+    if line.status == "upper bound":
+        return f"< {number(line.high)}", line.status
+    return "–", line.status or line.state
+
+
+def _figures(one: Range) -> tuple[str, str]:
+    width = 0.5 * (one.high - one.low)
+    return number(one.value, width), f"{number(one.low, width)} … {number(one.high, width)}"
+
+
+def _percent(part: float) -> str:
+    return f"{100.0 * part:.2g} %" if part < 9.995 else f"{100.0 * part:.0f} %"

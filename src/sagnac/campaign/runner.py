@@ -1,0 +1,157 @@
+"""A campaign run: what is kept is taken, the rest is done and kept, and told as it goes."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from sagnac.campaign import local
+from sagnac.campaign.results import Result, read_result
+from sagnac.campaign.spans import span_tasks
+from sagnac.campaign.tasks import Task, with_digest
+
+Completed = Callable[[Sequence[Task], Path], Iterator[tuple[Task, Result]]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One task and what it gave."""
+
+    task: Task
+    result: Result
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Standing:
+    """How far a campaign is.
+
+    Attributes
+    ----------
+    done, total
+        Tasks that have a result now, and all of them.
+    failed
+        How many of those done have failed.
+    elapsed_s
+        Since the start.
+    computed
+        Tasks done since the start; the others were kept.
+    """
+
+    done: int
+    total: int
+    failed: int
+    elapsed_s: float
+    computed: int
+
+    @property
+    def per_hour(self) -> float:
+        """Recordings done in an hour at the rate so far; 0 before the first."""
+        return 3600.0 * self.computed / self.elapsed_s if self.elapsed_s > 0.0 else 0.0
+
+    @property
+    def left_s(self) -> float | None:
+        """Time left at this rate, s; None before the first."""
+        if self.computed == 0:
+            return None
+        return (self.total - self.done) * self.elapsed_s / self.computed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Campaign:
+    """All rows, in the order of the plan.
+
+    Attributes
+    ----------
+    rows
+        Of whole recordings, and of their spans after them.
+    computed
+        How many of them were not kept from before.
+    """
+
+    rows: tuple[Row, ...]
+    computed: int
+
+    @property
+    def failed(self) -> tuple[Row, ...]:
+        """Rows without an answer."""
+        return tuple(row for row in self.rows if row.result.state != "done")
+
+
+_NOBODY: Final[Callable[[Standing], None]] = lambda _standing: None  # noqa: E731
+
+
+def run(
+    tasks: Sequence[Task],
+    folder: Path,
+    completed: Completed | None = None,
+    *,
+    span: float | None = None,
+    told: Callable[[Standing], None] = _NOBODY,
+) -> Campaign:
+    """Do every task whose result the folder does not hold.
+
+    Parameters
+    ----------
+    tasks
+        The plan.
+    folder
+        Of the campaign; made if it is not there. Its results are what the next start goes on
+        from, however this one ends.
+    completed
+        Does tasks and gives their results as they come; by default the processes of `local`.
+    span
+        Also cut each recording into spans of this length, s, each a row of its own.
+    told
+        Called after each task.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to, or there are no workers.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    work = completed or (lambda todo, place: local.completed(todo, place, local.means_of()))
+    planned = [with_digest(task) for task in tasks]
+    rows, computed = _rows(planned, folder, work, told)
+    if span is not None:
+        spans = [one for row in rows for one in span_tasks(row.task, row.result, span)]
+        further, more = _rows(spans, folder, work, told)
+        rows, computed = rows + further, computed + more
+    return Campaign(rows=tuple(rows), computed=computed)
+
+
+def _rows(
+    tasks: Sequence[Task], folder: Path, work: Completed, told: Callable[[Standing], None]
+) -> tuple[list[Row], int]:
+    """Rows of the tasks in their order, and how many were computed."""
+    keys = [task.key for task in tasks]
+    results: dict[str, Result] = {}
+    todo: dict[str, Task] = {}
+    for key, task in zip(keys, tasks, strict=True):
+        kept = read_result(folder, key)
+        if kept is not None and kept.state != "lost":
+            results[key] = kept
+        else:
+            todo[key] = task
+    began = time.perf_counter()
+
+    def standing() -> Standing:
+        return Standing(
+            done=len(results),
+            total=len(results) + len(todo),
+            failed=sum(result.state != "done" for result in results.values()),
+            elapsed_s=time.perf_counter() - began,
+            computed=computed,
+        )
+
+    computed = 0
+    if todo:
+        told(standing())
+        for _task, result in work(tuple(todo.values()), folder):
+            results[result.key] = result
+            todo.pop(result.key, None)
+            computed += 1
+            told(standing())
+    rows = [Row(task=task, result=results[key]) for key, task in zip(keys, tasks, strict=True)]
+    return rows, computed

@@ -1,0 +1,196 @@
+"""``sagnac campaign``: many recordings, one table, one page; resumes."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Group, Parameter
+
+from sagnac.cli import output as results
+from sagnac.cli.errors import DATA_ERROR, DONE, UsageError, complain
+from sagnac.cli.options import (
+    NO_OPTIONS,
+    OUTPUT,
+    Options,
+    memory_size,
+    one_argument,
+    seconds,
+    settings_of,
+    statement_of,
+)
+
+if TYPE_CHECKING:
+    from sagnac.campaign.config import Choices
+    from sagnac.campaign.results import Result
+    from sagnac.campaign.runner import Campaign, Standing
+    from sagnac.campaign.tasks import Task
+
+_WORK = Group("Work", sort_key=2)
+
+
+def campaign(
+    sources: Annotated[
+        list[Path],
+        Parameter(name="SOURCE", help="A CONFIG.toml, or recordings and folders of them."),
+    ],
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    output: Annotated[
+        Path, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR", help="Folder.")
+    ],
+    pattern: Annotated[
+        str,
+        Parameter(
+            group=_WORK,
+            metavar="REGEX",
+            show_default=False,
+            help="Finds (?P<unit>…), (?P<day>…) and (?P<rate>…) in the path of a recording.",
+        ),
+    ] = "",
+    span: Annotated[
+        float | None,
+        one_argument(
+            seconds,
+            group=_WORK,
+            metavar="2h",
+            help="Also cut each recording into spans of this length: N against time.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        Parameter(group=_WORK, metavar="N", help="Processes; one for each core unless stated."),
+    ] = None,
+    memory: Annotated[
+        float | None,
+        one_argument(
+            memory_size,
+            group=_WORK,
+            metavar="4GiB",
+            help="For all processes together; what is free unless stated.",
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        Parameter(
+            group=_WORK, metavar="ADDRESS", help="Of a Dask cluster, tcp://host:8786, to work on."
+        ),
+    ] = None,
+) -> int:
+    """Many recordings in; one table and one page out, a report for each.
+
+    campaign.csv, campaign.parquet and index.html go into DIR. Started again with the same DIR it
+    does only what is not there yet. The exit status is 1 if a recording could not be analyzed.
+    """
+    from sagnac.campaign.config import Choices, tasks_of
+
+    if options.as_json:
+        raise UsageError("--json is not for a campaign; its table is campaign.csv")
+    try:
+        choices = Choices(
+            settings=settings_of(options), statement=statement_of(options), pattern=pattern
+        )
+    except ValueError as error:
+        raise UsageError(f"--{error}") from error
+    tasks = tasks_of(sources, choices)
+    results.require_writable(output)
+    completed = _completed(scheduler, workers, memory)
+    made = _run(tasks, results.made(output).absolute(), completed, span)
+    _write(made, output, choices, sources)
+    for row in made.failed:
+        complain(f"{Path(row.task.path).name}: {row.result.reason}")
+    return DATA_ERROR if made.failed else DONE
+
+
+def _completed(
+    scheduler: str | None, workers: int | None, memory: float | None
+) -> "Callable[[Sequence[Task], Path], Iterator[tuple[Task, Result]]]":
+    """Where the work is done."""
+    if scheduler is not None:
+        if workers is not None or memory is not None:
+            raise UsageError("--workers and --memory are of this machine; a cluster has its own")
+        from sagnac.campaign import cluster
+
+        return lambda tasks, folder: cluster.completed(tasks, folder, scheduler)
+    from sagnac.campaign import local
+
+    try:
+        means = local.means_of(workers, memory)
+    except ValueError as error:
+        raise UsageError(f"--{error}") from error
+    return lambda tasks, folder: local.completed(tasks, folder, means)
+
+
+def _run(
+    tasks: "Sequence[Task]",
+    folder: Path,
+    completed: "Callable[[Sequence[Task], Path], Iterator[tuple[Task, Result]]]",
+    span: float | None,
+) -> "Campaign":
+    from sagnac.campaign.runner import run
+
+    told = _Told()
+    try:
+        return run(tasks, folder, completed, span=span, told=told.tell)
+    except KeyboardInterrupt:
+        complain(f"stopped; start the same campaign again, and it goes on ({folder})")
+        raise
+
+
+class _Told:
+    """Progress on standard error: a line that is written over on a terminal, else one a minute."""
+
+    def __init__(self) -> None:
+        self._last = -60.0
+        self._over = sys.stderr.isatty()
+
+    def tell(self, standing: "Standing") -> None:
+        """Say how far a campaign is."""
+        last = standing.done == standing.total
+        now = time.monotonic()
+        if not (self._over or last or standing.done == 0 or now - self._last >= 60.0):
+            return
+        self._last = now
+        end = "\n" if last or not self._over else ""
+        print(f"{self._over * chr(13)}{standing_text(standing)}", file=sys.stderr, end=end)
+        sys.stderr.flush()
+
+
+def standing_text(standing: "Standing") -> str:
+    """How far a campaign is, in one line."""
+    parts = [f"{standing.done} of {standing.total} done"]
+    if standing.failed:
+        parts.append(f"{standing.failed} failed")
+    if standing.left_s is not None and standing.done < standing.total:
+        minutes = standing.left_s / 60.0
+        left = f"{minutes:.0f} min" if minutes < 120.0 else f"{minutes / 60.0:.1f} h"
+        parts += [f"{standing.per_hour:.3g} an hour", f"{left} left"]
+    return ", ".join(parts)
+
+
+def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence[Path]) -> None:
+    from sagnac.campaign.page import deviation_words, write_page
+    from sagnac.campaign.scatter import scatter_of
+    from sagnac.campaign.table import groups_of, line_of, write_tables
+    from sagnac.report.wording import number
+
+    lines = [line_of(row) for row in made.rows]
+    tables = write_tables(lines, output)
+    title = sources[0].stem if len(sources) == 1 else f"{len(made.rows)} recordings"
+    page = write_page(made, lines, output, title)
+    for (method, gyros), group in groups_of(lines).items():
+        done = [line for line in group if line.state == "done"]
+        scatter = scatter_of(done, choices.settings.confidence)
+        print(f"{gyros}, {method}: {len(done)} of {len(group)} recordings analyzed")
+        if scatter.found is None:
+            continue
+        mean = scatter.found.mean
+        print(f"  mean N  {number(mean.value)} °/√h  [{number(mean.low)}, {number(mean.high)}]")
+        for name, value, interval in deviation_words(scatter.found):
+            print(f"  scatter {name}: {value}  [{interval.replace(' … ', ', ')}]")
+        for name, why in scatter.found.hidden.items():
+            print(f"  scatter between {name}s is not observable: {why}")
+    print(f"{made.computed} of {len(made.rows)} rows made, the others were there")
+    results.print_paths([page, *tables])

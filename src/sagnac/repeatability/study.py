@@ -1,0 +1,258 @@
+"""How N scatters over a campaign: the answer in terms of N."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import date
+from typing import Final
+
+import numpy as np
+from scipy.special import ndtri
+
+from sagnac.arrays import FloatArray
+from sagnac.errors import RecordingError
+from sagnac.repeatability.design import Design
+from sagnac.repeatability.fiducial import draws_of
+from sagnac.repeatability.outliers import Slope, departures, slope_of_days
+from sagnac.repeatability.prediction import Located, Outlook
+from sagnac.repeatability.restricted import restricted_components
+
+FACTORS: Final = ("unit", "day", "rate")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """N of one recording.
+
+    Attributes
+    ----------
+    value, low, high
+        N and its interval, in any one unit for all runs, such as rad/sqrt(s); without an interval
+        both limits are NaN.
+    confidence
+        Of the interval.
+    labels
+        By factor (``unit``, ``day``, ``rate``): what it was a run of.
+
+    Raises
+    ------
+    ValueError
+        If N is not above zero or not within its interval.
+    """
+
+    value: float
+    low: float = math.nan
+    high: float = math.nan
+    confidence: float = 0.95
+    labels: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not (self.value > 0.0 and math.isfinite(self.value)):
+            raise ValueError(f"value is {self.value!r}; give N above zero")
+        if not math.isnan(self.low + self.high) and not self.low <= self.value <= self.high:
+            raise ValueError(f"value {self.value} must lie within [{self.low}, {self.high}]")
+        if not 0.0 < self.confidence < 1.0:
+            raise ValueError(f"confidence is {self.confidence!r}; give a number between 0 and 1")
+
+    @property
+    def relative_variance(self) -> float:
+        """Variance of the logarithm of N that the interval stands for; 0 without one."""
+        if not (self.low > 0.0 and math.isfinite(self.high)):
+            return 0.0
+        reach = float(ndtri(0.5 + 0.5 * self.confidence))
+        return (math.log(self.high / self.low) / (2.0 * reach)) ** 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Range:
+    """A value with its limits."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outlier:
+    """A run that the others do not bear out.
+
+    Attributes
+    ----------
+    index
+        Of the run, as given.
+    foretold
+        N that the others give for it.
+    deviations
+        Standard deviations that it lies off, of the logarithm.
+    mean_without
+        Mean N without it.
+    """
+
+    index: int
+    foretold: float
+    deviations: float
+    mean_without: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Repeatability:
+    """How N scatters.
+
+    Attributes
+    ----------
+    mean
+        N of the middle of the population (geometric mean), in the unit of the runs.
+    deviations
+        By factor and ``run``: standard deviation of ln N that it makes, so that 0.2 is some 20 %,
+        with its interval. ``run`` is what is left between runs of one unit, day and rate beyond
+        their own intervals.
+    within
+        Standard deviation of ln N that the interval of a typical run stands for; 0 if runs have
+        none.
+    hidden
+        Factors whose scatter the runs cannot show, and why.
+    next_unit
+        N that one run of a unit not measured yet will give, on a new day, at a new rate; None
+        unless the runs show how units scatter.
+    next_day
+        By unit: N that its next run will give, on a new day, at a new rate; empty unless the runs
+        show how days scatter.
+    drift
+        Relative change of N for each day; None if days have no dates or are fewer than three.
+    outliers
+        The farthest first.
+    runs, confidence
+        Their number, and of all intervals.
+    """
+
+    mean: Range
+    deviations: Mapping[str, Range]
+    within: float
+    hidden: Mapping[str, str]
+    next_unit: Range | None
+    next_day: Mapping[str, Range]
+    drift: Range | None
+    outliers: tuple[Outlier, ...]
+    runs: int
+    confidence: float
+
+
+def repeatability(
+    runs: Sequence[Run], *, confidence: float = 0.95, factors: Sequence[str] = FACTORS
+) -> Repeatability:
+    """How N scatters over units, days, rates and runs.
+
+    The model is ``ln N = mean + unit + day + rate + run``, each effect normal, beside the known
+    error of each run. Variances are by restricted likelihood, with fiducial intervals.
+
+    Parameters
+    ----------
+    runs
+        Those that show N; leave bounds out.
+    confidence
+        Of every interval.
+    factors
+        Which labels of the runs to use; a factor that a run has no label for is left out.
+
+    Raises
+    ------
+    RecordingError
+        If the runs are too few to tell the scatter of runs from that of units, days and rates.
+    ValueError
+        If `confidence` is not between 0 and 1.
+    """
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence is {confidence!r}; give a number between 0 and 1")
+    used = [name for name in factors if runs and all(name in run.labels for run in runs)]
+    labels = {name: tuple(run.labels[name] for run in runs) for name in used}
+    labels = {name: found for name, found in labels.items() if len(set(found)) < len(runs)}
+    if len(runs) < 3:
+        raise _too_few(len(runs))
+    design = Design.of(
+        np.log([run.value for run in runs]), labels, [run.relative_variance for run in runs]
+    )
+    if design.residual_contrasts.shape[1] < 1:
+        raise _too_few(len(runs))
+    components = restricted_components(design)
+    outlook = Outlook(design=design, components=components)
+    draws = draws_of(design)
+    deviations = {
+        name: _deviation(components.factors[name], draws.factors[name], confidence)
+        for name in design.seen
+    }
+    deviations["run"] = _deviation(components.run, draws.run, confidence)
+    hidden = {name: _ALONE.format(name) for name in used if name not in labels}
+    units = design.levels("unit") if "unit" in labels else ()
+    return Repeatability(
+        mean=_of_logarithm(outlook.mean, confidence),
+        deviations=deviations,
+        within=math.sqrt(design.typical_variance),
+        hidden={**hidden, **design.hidden},
+        next_unit=(
+            _of_logarithm(outlook.further_run({}), confidence) if "unit" in design.seen else None
+        ),
+        next_day={
+            unit: _of_logarithm(outlook.further_run({"unit": unit}), confidence)
+            for unit in (units if "day" in design.seen else ())
+        },
+        drift=_drift(design, confidence),
+        outliers=tuple(
+            Outlier(
+                index=one.index,
+                foretold=math.exp(one.foretold),
+                deviations=one.deviations,
+                mean_without=math.exp(one.mean_without),
+            )
+            for one in departures(design, components)
+        ),
+        runs=len(runs),
+        confidence=confidence,
+    )
+
+
+_ALONE: Final = "no two runs share a {}, so that its scatter is that of runs"
+
+
+def _too_few(count: int) -> RecordingError:
+    return RecordingError(
+        f"{count} runs cannot tell the scatter of runs from that of units, days and rates",
+        remedy="add runs, or repeat some at the same unit, day and rate",
+    )
+
+
+def _deviation(variance: float, draws: FloatArray, confidence: float) -> Range:
+    low, high = np.quantile(draws, [0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence])
+    return Range(value=math.sqrt(variance), low=math.sqrt(low), high=math.sqrt(high))
+
+
+def _of_logarithm(located: Located, confidence: float) -> Range:
+    reach = located.reach(confidence)
+    # Three runs may leave an interval of hundreds of e-folds; exp must not overflow on it.
+    return Range(
+        value=math.exp(located.value),
+        low=math.exp(located.value - min(reach, 300.0)),
+        high=math.exp(min(located.value + reach, 300.0)),
+    )
+
+
+def _drift(design: Design, confidence: float) -> Range | None:
+    if "day" not in design.factors:
+        return None
+    days = _dates(design.levels("day"))
+    if days is None:
+        return None
+    slope: Slope | None = slope_of_days(design, days, factor="day", confidence=confidence)
+    return slope and Range(value=slope.value, low=slope.low, high=slope.high)
+
+
+def _dates(labels: Sequence[str]) -> FloatArray | None:
+    """Days since the first label; None if the labels are neither dates nor numbers."""
+    try:
+        numbers = [float(label) for label in labels]
+    except ValueError:
+        try:
+            numbers = [float(date.fromisoformat(label).toordinal()) for label in labels]
+        except ValueError:
+            return None
+    found = np.array(numbers)
+    return np.asarray(found - found.min()) if np.all(np.isfinite(found)) else None

@@ -1,0 +1,35 @@
+import numpy as np
+import pytest
+
+from sagnac.repeatability.design import Design
+from sagnac.repeatability.fiducial import draws_of
+from tests.repeatability.examples import DYESTUFF
+
+
+def test_draws_of_a_balanced_design_are_generalized_pivots() -> None:
+    draws = draws_of(DYESTUFF, count=40_000, seed=1)
+    random = np.random.default_rng(2)
+    run = 58830.0 / random.chisquare(24, 400_000)
+    batch = np.maximum(56357.5 / random.chisquare(5, 400_000) - run, 0.0) / 5.0
+    levels = [0.025, 0.25, 0.5, 0.75, 0.975]
+    assert np.quantile(draws.run, levels) == pytest.approx(np.quantile(run, levels), rel=0.02)
+    found, wanted = np.quantile(draws.factors["batch"], levels), np.quantile(batch, levels)
+    assert found == pytest.approx(wanted, rel=0.05)
+
+
+def test_known_variances_are_taken_from_the_scatter_of_runs() -> None:
+    random = np.random.default_rng(3)
+    known = np.full(200, 0.04)
+    values = random.normal(0.0, np.sqrt(0.04 + 0.01), 200)
+    draws = draws_of(Design.of(values, {}, known), seed=1)
+    residual = values - values.mean()
+    wanted = residual @ residual / np.random.default_rng(4).chisquare(199, 100_000) - 0.04
+    assert np.quantile(draws.run, 0.5) == pytest.approx(np.quantile(wanted, 0.5), rel=0.02)
+    # Errors that are overstated leave nothing for the runs.
+    assert np.quantile(draws_of(Design.of(values, {}, 4.0 * known)).run, 0.975) == 0.0
+
+
+def test_runs_without_a_free_contrast_are_refused() -> None:
+    design = Design.of([1.0, 2.0], {"unit": ("a", "b")})
+    with pytest.raises(ValueError, match="measure more runs"):
+        draws_of(design)
