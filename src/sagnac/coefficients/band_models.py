@@ -5,7 +5,7 @@ also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021).
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
@@ -33,6 +33,46 @@ _COLUMNS: Final = FALL + len(ORDERS)
 _SIZES: Final = np.array([mask.bit_count() for mask in range(1 << _COLUMNS)])
 # What may not stand beside a fall: Q comes after the sensor's filter.
 _BARRED_WITH_FALL: Final = 0b001
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandModel:
+    """One model as a law of the spectrum.
+
+    Attributes
+    ----------
+    squares
+        Squared Q, N, B and K, SI.
+    interval
+        Between the angles whose increments were taken, s.
+    order, fall
+        Of the divisor ``1 + fall f^(2 order)``; 0 without a low-pass.
+
+    Raises
+    ------
+    ValueError
+        If there are not four squares of zero or more, or the interval is not above zero.
+    """
+
+    squares: tuple[float, ...]
+    interval: float
+    order: int = 0
+    fall: float = 0.0
+
+    def __post_init__(self) -> None:
+        if len(self.squares) != FALL or min(self.squares) < 0.0:
+            raise ValueError(f"squares is {self.squares}; give four of zero or more")
+        if not self.interval > 0.0:
+            raise ValueError(f"interval is {self.interval}; give s above zero")
+
+    def density(self, frequency: FloatArray) -> FloatArray:
+        """One-sided rate density, (rad/s)^2/Hz, at frequencies (points,), Hz, above zero."""
+        laws = rate_density_basis(frequency, self.interval) @ np.array(self.squares)
+        return np.asarray(laws / (1.0 + self.fall * frequency ** (2.0 * self.order)))
+
+    def times(self, factor: float) -> "BandModel":
+        """The law of rates that are so many times as large."""
+        return replace(self, squares=tuple(factor**2 * square for square in self.squares))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,6 +153,17 @@ class BandModels:
             return self
         order = np.argsort(-self.logarithm, kind="stable")
         return self.kept(order[self.logarithm[order] > self.logarithm.max() + math.log(LIGHT)])
+
+    def law(self, row: int, interval: float) -> BandModel:
+        """One model as a law of a spectrum of angles that lie an interval (s) apart."""
+        mask = int(self.mask[row])
+        order = next((each for each in ORDERS if mask >> (FALL + each - 1) & 1), 0)
+        return BandModel(
+            squares=tuple(self.squares[row, :FALL].tolist()),
+            interval=interval,
+            order=order,
+            fall=float(self.squares[row, FALL + order - 1]) if order else 0.0,
+        )
 
     def terms(self, row: int) -> tuple[CoefficientName, ...]:
         """Names of the terms of one model."""
