@@ -1,7 +1,9 @@
 """Every band of a spectrum and every choice of terms, fitted by the gamma likelihood.
 
 A model weighs ``exp(-(deviance + 2 terms + 2 bins left out)/2)``: the Akaike weight of models that
-also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021).
+also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021). Nothing lowers N at low
+frequency, so that bins left out below the band have to lie above N: what they lack is added to the
+deviance. A hump of vibration is flat at its top, but the spectrum below it is lower.
 """
 
 import math
@@ -319,6 +321,7 @@ def _models(
     spread = np.zeros((mask.size, _COLUMNS, _COLUMNS))
     spread[:, columns[:, np.newaxis], columns] = covariance
     left_out = scaled.shape.size - (last - first)
+    lacking = _lacking(scaled, first, squares[:, WALK])
     return BandModels(
         first=first,
         last=last,
@@ -327,8 +330,20 @@ def _models(
         deviance=deviance,
         squares=placed / scaled.scale,
         covariance=spread / (scaled.scale[:, np.newaxis] * scaled.scale),
-        logarithm=-0.5 * (deviance + 2.0 * (_SIZES[mask] + left_out)),
+        logarithm=-0.5 * (deviance + lacking + 2.0 * (_SIZES[mask] + left_out)),
     )
+
+
+def _lacking(scaled: _Scaled, first: IntegerArray, walk: FloatArray) -> FloatArray:
+    """(models,) gamma deviance of the bins below each band that are lower than N alone."""
+    result = np.zeros(first.size)
+    for number in range(int(first.max(initial=0))):
+        mean = walk * scaled.laws[number, WALK]
+        lower = (first > number) & (mean > 1.0)
+        # Levels are one.
+        ratio = 1.0 / mean[lower]
+        result[lower] += 2.0 * scaled.shape[number] * (ratio - 1.0 - np.log(ratio))
+    return result
 
 
 def _joined(models: list[BandModels]) -> BandModels:
