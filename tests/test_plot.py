@@ -8,10 +8,15 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 
 from sagnac import plot
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.recording.model import Recording
+from sagnac.rig.gallery import Gyro, low_passed
 from tests.handmade import N, analysis
 from tests.report.examples import CASES
 
 DEGREE_PER_HOUR = math.pi / 180.0 / 3600.0
+DEGREE_PER_HOUR_PER_ROOT_HERTZ = DEGREE_PER_HOUR
 
 
 def drawn(axes):
@@ -70,3 +75,23 @@ def test_lines_stand_at_their_frequency_and_amplitude():
 def test_orders_of_a_table_at_rest_are_left_out():
     axes = plot.lines(analysis(table_rate=None), Figure().add_subplot())
     assert [container.get_label() for container in axes.containers] == ["line in time"]
+
+
+def test_the_spectrum_shows_the_band_and_the_model_of_the_answer():
+    gyro = low_passed(np.random.default_rng(3), 20_000, 100.0, gyro=Gyro(), corner=0.05)
+    recording = Recording.from_arrays(
+        x=1e-6 * gyro.increments, kind="increment", unit="rad", sample_rate=100.0
+    )
+    found = analyze(recording, Settings(method="none"))
+    axes = plot.spectrum(found, Figure().add_subplot())
+    model = next(line for label, line in drawn(axes).items() if label.startswith("N"))
+    place, height = model.get_data()
+    assert found.average.band_hz[0] <= place[0] * 1.01
+    assert place[-1] <= found.average.band_hz[1] * 1.01
+    # sqrt(2) N at the foot of the band, in the unit of the axis, as the heaviest model has it.
+    unit = 2.0**0.5 / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    walk = found.angle_random_walk
+    assert unit * walk.low <= height[len(height) // 3] <= unit * walk.high
+    axes = plot.parts(found, Figure().add_subplot())
+    shown = sum(part.shows for part in found.parts)
+    assert len(axes.containers) == shown >= 2

@@ -6,13 +6,13 @@ draws on the current one of ``pyplot``. Values are in the field's units and per 
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sagnac.analysis.headline_fit import headline_fit
+from sagnac.analysis.headline_fit import headline_coefficients, headline_fit
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
@@ -20,12 +20,17 @@ from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName, allan_v
 from sagnac.lines.model import Line, Scale
 from sagnac.recording.difference import per_gyro
 from sagnac.stability.curve import StabilityCurve
-from sagnac.units import ARCSECOND, DEGREE_PER_HOUR, DEGREE_PER_HOUR_PER_ROOT_HERTZ
+from sagnac.units import (
+    ARCSECOND,
+    DEGREE_PER_HOUR,
+    DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+    DEGREE_PER_ROOT_HOUR,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["lines", "spectrum", "stability"]
+__all__ = ["lines", "parts", "spectrum", "stability"]
 
 INK: Final = "#1a1a1a"
 QUIET: Final = "#9a9a9a"
@@ -161,8 +166,71 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
             linestyle=(0, (5, 3)),
             label="√2 N",
         )
+    _rested_on(axes, analysis)
     _mark_lines(axes, analysis)
     axes.legend()
+    return axes
+
+
+def parts(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+    """N over parts of the recording (°/√h) against time, with the answer and its interval.
+
+    Parameters
+    ----------
+    analysis
+        What to draw; its `parts` are of one gyro.
+    ax
+        Where to draw; without it the current axis of ``pyplot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import Recording, analyze, plot
+    >>> rate = 1e-6 * np.random.default_rng(1).standard_normal(6000)
+    >>> recording = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> axes = plot.parts(analyze(recording), ax=Figure().add_subplot())
+    >>> axes.get_ylabel()
+    'N, x (°/√h)'
+    """
+    axes = _axes(ax)
+    answer = analysis.angle_random_walk
+    if answer.status == "estimated":
+        level = answer.value / DEGREE_PER_ROOT_HOUR
+        axes.axhline(level, color=INK, linewidth=0.9, linestyle=(0, (5, 3)), label="the answer")
+        axes.axhspan(
+            answer.low / DEGREE_PER_ROOT_HOUR,
+            answer.high / DEGREE_PER_ROOT_HOUR,
+            color=QUIET,
+            alpha=0.25,
+            linewidth=0,
+            label=f"its {100 * answer.confidence:g} % interval",
+        )
+    seen = [part for part in analysis.parts if part.shows]
+    for number, part in enumerate(seen):
+        middle, half = 0.5 * (part.start_s + part.stop_s), 0.5 * (part.stop_s - part.start_s)
+        value, low, high = (one / DEGREE_PER_ROOT_HOUR for one in (part.value, part.low, part.high))
+        axes.errorbar(
+            [middle],
+            [value],
+            xerr=[half],
+            yerr=[[value - low], [high - value]],
+            color=BLUE,
+            marker="o",
+            markersize=3.6,
+            elinewidth=0.9,
+            linestyle="none",
+            label="a part" if number == 0 else None,
+        )
+    if not seen:
+        axes.text(0.5, 0.5, "no part shows N", transform=axes.transAxes, ha="center")
+    axes.set(xlabel="time (s)", ylabel=f"N, {channel_of(analysis)} (°/√h)")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend()
     return axes
 
 
@@ -307,21 +375,59 @@ def _limits(axes: "Axes", tau: FloatArray, *deviations: FloatArray) -> None:
         axes.set_ylim(0.6 * values.min(), 1.7 * values.max())
 
 
-def _fitted(axes: "Axes", analysis: Analysis) -> None:
-    """The fit that the answer rests on: its sum, and each term it estimated with its slope."""
-    fit = headline_fit(analysis)
-    if fit is None:
+def _rested_on(axes: "Axes", analysis: Analysis) -> None:
+    """The band that the answer rests on, and the law of its model and of each term there."""
+    resting = analysis.average
+    if resting is None or resting.law is None or analysis.angle_random_walk.status != "estimated":
         return
+    lowest, highest = axes.get_xlim()
+    low, high = max(resting.band_hz[0], lowest), min(resting.band_hz[1], highest)
+    if not low < high:
+        return
+    axes.axvspan(low, high, color=ORANGE, alpha=0.08, linewidth=0, label="band of the answer")
+    frequency = np.geomspace(low, min(high, 0.5 / resting.law.interval), 200)
+    bottom, top = axes.get_ylim()
+    root = np.sqrt(resting.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    letters = ", ".join(SYMBOLS[name] for name in resting.terms)
+    behind = " behind a low-pass" if resting.law.order else ""
+    axes.plot(frequency, root, color=ORANGE, linewidth=1.3, label=f"{letters}{behind}")
+    for place, square in enumerate(resting.law.squares):
+        if square > 0.0 and len(resting.terms) > 1:
+            alone = tuple(
+                square if one == place else 0.0 for one in range(len(resting.law.squares))
+            )
+            term = np.sqrt(replace(resting.law, squares=alone).density(frequency))
+            axes.plot(
+                frequency,
+                term / DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+                color=ORANGE,
+                linewidth=0.7,
+                linestyle=(0, (2, 3)),
+            )
+    # A term may lie far below the data within its band.
+    axes.set_ylim(bottom, top)
+
+
+def _fitted(axes: "Axes", analysis: Analysis) -> None:
+    """What the answer rests on: its sum, and each term it estimated with its slope."""
+    fit = headline_fit(analysis)
+    shortest = 0.0
+    if fit is None and analysis.average is not None and analysis.average.terms:
+        # What the average says holds below the upper edge of its band.
+        shortest = 0.5 / analysis.average.band_hz[1]
+    coefficients = headline_coefficients(analysis) if fit is None else fit.coefficients
     values = {
-        name: fit.coefficients[name].value
+        name: coefficients[name].value
         for name in COEFFICIENT_NAMES
-        if name in fit.coefficients and fit.coefficients[name].status == "estimated"
+        if name in coefficients and coefficients[name].status == "estimated"
     }
     if not values:
         return
-    tau = np.geomspace(*axes.get_xlim(), 200)
+    left, right = axes.get_xlim()
+    tau = np.geomspace(max(left, shortest), right, 200)
     total = np.sqrt(allan_variance(tau, values)) / DEGREE_PER_HOUR
-    axes.plot(tau, total, color=INK, linewidth=1.2, label=f"fit ({fit.method})")
+    name_of_fit = "average" if fit is None else fit.method
+    axes.plot(tau, total, color=INK, linewidth=1.2, label=f"fit ({name_of_fit})")
     low, high = axes.get_ylim()
     for name, value in values.items():
         part = np.sqrt(allan_variance(tau, {name: value})) / DEGREE_PER_HOUR

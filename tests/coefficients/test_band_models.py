@@ -6,7 +6,7 @@ from scipy.stats import gamma
 
 from sagnac.coefficients._model_kernels import every_model
 from sagnac.coefficients.band_models import FALL, WALK, band_models, models_of_one_band
-from sagnac.rig.gallery import Gyro, low_passed
+from sagnac.rig.gallery import Gyro, low_passed, swaying
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 
@@ -91,3 +91,11 @@ def test_a_fall_is_fitted_at_the_maximum_of_the_gamma_likelihood():
         assert cost(best + step) > cost(best) - 1e-5
     slope = np.stack([np.full(14, 1.0 / best[0]), -rise / (1.0 + best[1] * rise)], axis=1)
     assert np.allclose(covariance[row], np.linalg.inv(slope.T @ np.diag(shape) @ slope))
+
+
+def test_the_top_of_a_hump_is_no_walk_if_the_spectrum_below_it_is_lower():
+    gyro = swaying(np.random.default_rng(5), 60_000, 100.0, gyro=Gyro(), peak=30.0, low=0.3)
+    models = band_models(robust_levels(tapered_spectrum(gyro.increments, sample_rate=100.0)))
+    high = models.squares[:, WALK] > 4.0
+    assert high.any()
+    assert models.weights[high].sum() < 1e-6

@@ -33,6 +33,8 @@ from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
 _LEAST_BINS: Final = 4
 # Part of the whole band that a fit may lack at its upper edge by rounding.
 _ROUNDING: Final = 1e-9
+# Part of the band of fewer angles up to which the terms have to describe every sample: a bin less.
+_REACHED: Final = 0.79
 
 Bands = tuple[tuple[float, float], ...]
 
@@ -230,8 +232,14 @@ def _basis(
 def _by_whole_band(
     basis: _Basis, fine: Points, masked: Bands, confidence: float, whole_band: WholeBand
 ) -> _Basis:
-    """The basis of fewer angles if the fit wins there and every sample allows its value."""
+    """The basis of fewer angles if the fit wins there and every sample allows its value.
+
+    Of fewer angles what lies above half their rate folds into the band: if the terms do not
+    describe every sample up to there, they do not describe what folds.
+    """
     walk = basis.average.angle_random_walk
+    if basis.average.rests_on.band_hz[1] < _REACHED * 0.5 * fine.rate:
+        return basis
     value = whole_band.angle_random_walk.value
     if walk.status != "not observable" and not walk.low <= value <= walk.high:
         return basis
@@ -262,7 +270,15 @@ def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
 
     def walk_of(increments: FloatArray) -> Interval | None:
         levels = levels_of(increments, rate, masked)
-        return None if levels is None else walk_in_band(levels, resting, confidence)
+        if levels is None:
+            return None
+        # A part does not reach as low as the whole: if the whole read over the frequencies of the
+        # part gives another N, the part does not show it.
+        band = (max(resting.band_hz[0], float(levels.low[0])), resting.band_hz[1])
+        seen = walk_in_band(basis.levels, replace(resting, band_hz=band), confidence)
+        if seen is None or not walk.low <= seen.value <= walk.high:
+            return None
+        return walk_in_band(levels, resting, confidence)
 
     return over_parts(
         basis.cleaned.increments,

@@ -147,7 +147,8 @@ def over_parts(
     confidence
         Of all intervals.
     counts
-        How many parts, two or more; the next number if fewer than two of them show N.
+        How many parts, two or more; the next number if not all of them show N. If none does so,
+        the first number of which two show it.
 
     Raises
     ------
@@ -156,6 +157,7 @@ def over_parts(
     """
     if not counts or min(counts) < 2 or increments.size < max(counts):
         raise ValueError(f"counts is {counts} for {increments.size} samples; give two or more")
+    tried = []
     for count in counts:
         result = _in_parts(
             increments,
@@ -165,9 +167,11 @@ def over_parts(
             confidence=confidence,
             count=count,
         )
-        if len(result.seen) > 1:
-            break
-    return result
+        # If some of the parts show N, they are those in which chance made it high.
+        if len(result.seen) == count:
+            return result
+        tried.append(result)
+    return next((one for one in tried if len(one.seen) > 1), tried[-1])
 
 
 def _in_parts(

@@ -90,6 +90,10 @@ def write_report(analysis: "Analysis", folder: Path) -> Written:
     drawn = figures.report_figures(analysis)
     figures.write_png(drawn.stability, folder / "stability.png")
     figures.write_png(drawn.spectrum, folder / "spectrum.png")
+    pictures = ["stability.png", "spectrum.png"]
+    if drawn.parts is not None:
+        figures.write_png(drawn.parts, folder / "parts.png")
+        pictures.append("parts.png")
     texts = {
         "report.html": page.page(analysis, drawn),
         "stability.csv": tables.stability_table(analysis),
@@ -105,7 +109,7 @@ def write_report(analysis: "Analysis", folder: Path) -> Written:
     text = document.to_json(document.analysis_document(analysis))
     write_text(folder / "analysis.json", text + "\n")
     first, *others = texts
-    names = (first, "analysis.json", *others, "stability.png", "spectrum.png")
+    names = (first, "analysis.json", *others, *pictures)
     return Written(analysis=analysis, paths=tuple(folder / name for name in names))
 
 

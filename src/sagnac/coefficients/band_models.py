@@ -1,11 +1,13 @@
 """Every band of a spectrum and every choice of terms, fitted by the gamma likelihood.
 
 A model weighs ``exp(-(deviance + 2 terms + 2 bins left out)/2)``: the Akaike weight of models that
-also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021).
+also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021). Nothing lowers N at low
+frequency, so that bins left out below the band have to lie above N: what they lack is added to the
+deviance. A hump of vibration is flat at its top, but the spectrum below it is lower.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Final
 
 import numpy as np
@@ -33,6 +35,46 @@ _COLUMNS: Final = FALL + len(ORDERS)
 _SIZES: Final = np.array([mask.bit_count() for mask in range(1 << _COLUMNS)])
 # What may not stand beside a fall: Q comes after the sensor's filter.
 _BARRED_WITH_FALL: Final = 0b001
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandModel:
+    """One model as a law of the spectrum.
+
+    Attributes
+    ----------
+    squares
+        Squared Q, N, B and K, SI.
+    interval
+        Between the angles whose increments were taken, s.
+    order, fall
+        Of the divisor ``1 + fall f^(2 order)``; 0 without a low-pass.
+
+    Raises
+    ------
+    ValueError
+        If there are not four squares of zero or more, or the interval is not above zero.
+    """
+
+    squares: tuple[float, ...]
+    interval: float
+    order: int = 0
+    fall: float = 0.0
+
+    def __post_init__(self) -> None:
+        if len(self.squares) != FALL or min(self.squares) < 0.0:
+            raise ValueError(f"squares is {self.squares}; give four of zero or more")
+        if not self.interval > 0.0:
+            raise ValueError(f"interval is {self.interval}; give s above zero")
+
+    def density(self, frequency: FloatArray) -> FloatArray:
+        """One-sided rate density, (rad/s)^2/Hz, at frequencies (points,), Hz, above zero."""
+        laws = rate_density_basis(frequency, self.interval) @ np.array(self.squares)
+        return np.asarray(laws / (1.0 + self.fall * frequency ** (2.0 * self.order)))
+
+    def times(self, factor: float) -> "BandModel":
+        """The law of rates that are so many times as large."""
+        return replace(self, squares=tuple(factor**2 * square for square in self.squares))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,6 +155,17 @@ class BandModels:
             return self
         order = np.argsort(-self.logarithm, kind="stable")
         return self.kept(order[self.logarithm[order] > self.logarithm.max() + math.log(LIGHT)])
+
+    def law(self, row: int, interval: float) -> BandModel:
+        """One model as a law of a spectrum of angles that lie an interval (s) apart."""
+        mask = int(self.mask[row])
+        order = next((each for each in ORDERS if mask >> (FALL + each - 1) & 1), 0)
+        return BandModel(
+            squares=tuple(self.squares[row, :FALL].tolist()),
+            interval=interval,
+            order=order,
+            fall=float(self.squares[row, FALL + order - 1]) if order else 0.0,
+        )
 
     def terms(self, row: int) -> tuple[CoefficientName, ...]:
         """Names of the terms of one model."""
@@ -268,6 +321,7 @@ def _models(
     spread = np.zeros((mask.size, _COLUMNS, _COLUMNS))
     spread[:, columns[:, np.newaxis], columns] = covariance
     left_out = scaled.shape.size - (last - first)
+    lacking = _lacking(scaled, first, squares[:, WALK])
     return BandModels(
         first=first,
         last=last,
@@ -276,8 +330,20 @@ def _models(
         deviance=deviance,
         squares=placed / scaled.scale,
         covariance=spread / (scaled.scale[:, np.newaxis] * scaled.scale),
-        logarithm=-0.5 * (deviance + 2.0 * (_SIZES[mask] + left_out)),
+        logarithm=-0.5 * (deviance + lacking + 2.0 * (_SIZES[mask] + left_out)),
     )
+
+
+def _lacking(scaled: _Scaled, first: IntegerArray, walk: FloatArray) -> FloatArray:
+    """(models,) gamma deviance of the bins below each band that are lower than N alone."""
+    result = np.zeros(first.size)
+    for number in range(int(first.max(initial=0))):
+        mean = walk * scaled.laws[number, WALK]
+        lower = (first > number) & (mean > 1.0)
+        # Levels are one.
+        ratio = 1.0 / mean[lower]
+        result[lower] += 2.0 * scaled.shape[number] * (ratio - 1.0 - np.log(ratio))
+    return result
 
 
 def _joined(models: list[BandModels]) -> BandModels:

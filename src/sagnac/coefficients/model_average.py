@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.band_models import FALL, FLOOR, LIGHT, BandModels, band_models
+from sagnac.coefficients.band_models import FALL, FLOOR, LIGHT, BandModel, BandModels, band_models
 from sagnac.coefficients.bounds import highest_coefficient
 from sagnac.coefficients.estimates import Estimate, Status, require_confidence
 from sagnac.coefficients.laws import (
@@ -76,6 +76,8 @@ class Resting:
         Deviance per degree of freedom of the heaviest model.
     member
         ``average`` or ``whole band``.
+    law
+        Of the heaviest model, or of the whole band; None if there is none.
     """
 
     band_hz: tuple[float, float] = (math.nan, math.nan)
@@ -86,6 +88,7 @@ class Resting:
     falls: float = 0.0
     misfit: float = math.nan
     member: Literal["average", "whole band"] = "average"
+    law: BandModel | None = None
 
     def in_words(self) -> str:
         """One phrase for a person: ``0.01 to 4 Hz with N, B (93 % of the weight)``."""
@@ -143,6 +146,10 @@ class Average:
             self,
             coefficients={name: each.times(factor) for name, each in self.coefficients.items()},
             covariance=self.covariance * factor**2,
+            rests_on=replace(
+                self.rests_on,
+                law=None if self.rests_on.law is None else self.rests_on.law.times(factor),
+            ),
         )
 
 
@@ -236,7 +243,8 @@ def average(
         row = model_borne_out(levels, sought.laws, sought.models, whole_band, walk)
     if whole_band is not None and row is not None:
         coefficients = dict(whole_band.coefficients)
-        resting = _resting_on_whole_band(resting, sought.models, row, whole_band)
+        interval = levels.spectrum.interval
+        resting = _resting_on_whole_band(resting, sought.models, row, whole_band, interval)
     names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
     return Average(
         coefficients={name: coefficients[name] for name in COEFFICIENT_NAMES},
@@ -248,7 +256,7 @@ def average(
 
 
 def _resting_on_whole_band(
-    resting: Resting, models: BandModels, row: int, whole_band: WholeBand
+    resting: Resting, models: BandModels, row: int, whole_band: WholeBand, interval: float
 ) -> Resting:
     return replace(
         resting,
@@ -256,6 +264,13 @@ def _resting_on_whole_band(
         terms=models.terms(row),
         mask=int(models.mask[row]),
         member="whole band",
+        law=BandModel(
+            squares=tuple(
+                each.value**2 if each.status == "estimated" else 0.0
+                for each in (whole_band.coefficients[name] for name in STOCHASTIC_NAMES)
+            ),
+            interval=interval,
+        ),
     )
 
 
@@ -338,6 +353,7 @@ def _resting(models: BandModels, levels: Levels) -> Resting:
         bands=shares,
         falls=float(weight[models.falling].sum()),
         misfit=float(models.deviance[0] / max(1, freedom)),
+        law=models.law(0, levels.spectrum.interval),
     )
 
 

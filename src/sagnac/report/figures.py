@@ -46,6 +46,16 @@ def spectrum_figure(analysis: Analysis) -> Figure:
     return canvas.figure
 
 
+def parts_figure(analysis: Analysis) -> Figure | None:
+    """N over parts of the recording against time; None if fewer than two parts show it."""
+    if sum(part.shows for part in analysis.parts) < 2:
+        return None
+    with styled(legend_rows=1) as canvas:
+        plot.parts(analysis, canvas.axes)
+        legend_above(canvas.axes, columns=3)
+    return canvas.figure
+
+
 def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     """The stability curve that each method leaves, with the N it gives.
 
@@ -86,15 +96,22 @@ class ReportFigures:
         Allan deviation against cluster time.
     spectrum
         Rate spectrum.
+    parts
+        N against time; None if fewer than two parts show it.
     """
 
     stability: Figure
     spectrum: Figure
+    parts: Figure | None = None
 
 
 def report_figures(analysis: Analysis) -> ReportFigures:
     """The figures of a report."""
-    return ReportFigures(stability=stability_figure(analysis), spectrum=spectrum_figure(analysis))
+    return ReportFigures(
+        stability=stability_figure(analysis),
+        spectrum=spectrum_figure(analysis),
+        parts=parts_figure(analysis),
+    )
 
 
 def svg(figure: Figure, name: str, description: str) -> str:

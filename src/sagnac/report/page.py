@@ -62,7 +62,6 @@ def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
         Those of the analysis, drawn here if they are not given.
     """
     drawn = figures or report_figures(analysis)
-    fit = headline_fit(analysis)
     return rendered(
         "report.html",
         title=f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
@@ -90,7 +89,15 @@ def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
                 "Rate spectrum, with the periodic components marked",
             )
         ),
-        fit=FIT_TITLES[fit.method] if fit else "",
+        parts=Markup(
+            svg(drawn.parts, "parts", "Angle random walk over parts of the recording, against time")
+            if drawn.parts is not None
+            else ""
+        ),
+        fit=_fit_title(analysis),
+        band=analysis.average is not None
+        and analysis.average.law is not None
+        and analysis.angle_random_walk.status == "estimated",
         fits=[(FIT_TITLES[fit.method], fit is headline_fit(analysis)) for fit in _fits(analysis)],
         coefficients=_coefficient_rows(analysis),
         units=[
@@ -173,6 +180,15 @@ def _verdict(analysis: Analysis) -> dict[str, Any] | None:
             for one in found.judgements
         ],
     }
+
+
+def _fit_title(analysis: Analysis) -> str:
+    """What the answer rests on: a fit, the average, or nothing."""
+    fit = headline_fit(analysis)
+    if fit is not None:
+        return FIT_TITLES[fit.method]
+    resting = analysis.average
+    return "average over bands and terms" if resting is not None and resting.terms else ""
 
 
 def _fits(analysis: Analysis) -> list[Fit]:
