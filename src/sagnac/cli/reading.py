@@ -43,10 +43,20 @@ def read_file(
 
 @contextmanager
 def naming(file: Path) -> Iterator[None]:
-    """Put the file into a data error of a stage that knows nothing of files."""
+    """Put the file into a data error of a stage that knows nothing of files.
+
+    What a fit or a factorization cannot do with numbers is a fault of the data, too.
+    """
     from sagnac.errors import RecordingError
 
     try:
         yield
     except RecordingError as error:
         raise error.at(str(file)) from error
+    except (ValueError, ArithmeticError) as error:
+        # numpy's LinAlgError is a ValueError.
+        raise RecordingError(
+            f"the analysis fails on these numbers ({error})",
+            path=str(file),
+            remedy="look at the data with sagnac check",
+        ) from error

@@ -83,9 +83,11 @@ def _value(key: str, stated: Any) -> Any:
         return tuple(
             [name.strip() for name in stated.split(",")] if isinstance(stated, str) else stated
         )
-    if key == "sample_rate":
+    if key == "sample_rate" and isinstance(stated, str):
         return float(stated)
-    if key == "counter_bits":
+    if key == "counter_bits" and isinstance(stated, str):
+        return int(stated)
+    if key == "counter_bits" and isinstance(stated, float) and stated.is_integer():
         return int(stated)
     return stated
 

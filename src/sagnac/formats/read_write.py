@@ -136,6 +136,11 @@ def write(recording: Recording, path: Path | str) -> Path:
 
 
 def _open(path: Path) -> Source:
+    if path.exists() and not path.is_file():
+        raise RecordingError(
+            f"cannot be opened: it is {'a folder' if path.is_dir() else 'no regular file'}",
+            remedy="give a file that is stored whole",
+        )
     try:
         with path.open("rb") as stream:
             beginning = stream.read(16)

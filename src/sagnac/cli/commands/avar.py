@@ -98,7 +98,7 @@ def _reported(
     for bench in benches:
         (name,) = bench.analysis.settings.gyros
         progress(f"{name}: report", 0.0)
-        written = results.write_report(bench.analysis, output / name)
+        written = results.write_report(bench.analysis, output / results.folder_name(name))
         timed.append(replace(bench, analysis=written.analysis))
         paths += written.paths
     return timed, paths
