@@ -1,12 +1,12 @@
 """Compiled loops of spectra: arrays in, arrays out; no validation, no files."""
 
-import numba
 import numpy as np
 
 from sagnac.arrays import FloatArray
+from sagnac.kernels import compiled
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def table_evaluated(phase: FloatArray, table: FloatArray, series: FloatArray) -> None:
     """Fill `series` with the polynomials of `table`, (points, terms), nearest to each phase."""
     points, terms = table.shape
@@ -22,7 +22,7 @@ def table_evaluated(phase: FloatArray, table: FloatArray, series: FloatArray) ->
         series[n] = value
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def table_gathered(phase: FloatArray, strengths: FloatArray, table: FloatArray) -> None:
     """Add each strength, times the powers of its offset, to the nearest row of `table`."""
     points, terms = table.shape
