@@ -8,9 +8,12 @@ from pathlib import Path
 import sagnac
 
 RUN = "import loops; print(loops.double(21))"
-LOOPS = (
-    "from sagnac.kernels import compiled\n\n@compiled()\ndef double(number):\n    return 2 * number\n"
-)
+LOOPS = """from sagnac.kernels import compiled
+
+@compiled()
+def double(number):
+    return 2 * number
+"""
 
 
 def outcome(folder: Path, **environment: str) -> str:

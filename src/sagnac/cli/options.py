@@ -98,6 +98,34 @@ def seconds(text: str) -> float:
     return value
 
 
+def memory_size(text: str) -> int:
+    """``4GiB``, ``500MiB`` or a number of bytes.
+
+    Raises
+    ------
+    ValueError
+        If it is none above zero.
+
+    Examples
+    --------
+    >>> memory_size("0.5GiB")
+    536870912
+    """
+    sizes = {"KiB": 2**10, "MiB": 2**20, "GiB": 2**30, "TiB": 2**40}
+    stripped = text.strip()
+    number, factor = stripped, 1
+    for suffix, size in sizes.items():
+        if stripped.endswith(suffix):
+            number, factor = stripped.removesuffix(suffix), size
+    try:
+        found = int(float(number) * factor)
+    except (ValueError, OverflowError):
+        found = 0
+    if found <= 0:
+        raise ValueError(f"{text!r}; give a size above zero such as 4GiB or 500MiB")
+    return found
+
+
 def _numbered(text: str) -> str:
     """A unit with a number before it; ``s`` alone would be one second."""
     if not text[:1].isdigit() and not text.startswith("."):
@@ -185,6 +213,15 @@ class Reading:
     null_pulse: Annotated[
         str | None,
         Parameter(group=READING, metavar="COLUMN", help="Column that is not 0 at the null pulse."),
+    ] = None
+    memory: Annotated[
+        int | None,
+        _typed(
+            memory_size,
+            group=READING,
+            metavar="4GiB",
+            help="Most memory that what a file declares may take: 4GiB unless stated.",
+        ),
     ] = None
     debug: Annotated[
         bool,

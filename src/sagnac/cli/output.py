@@ -1,8 +1,10 @@
 """Folders, the files that go into them, and what is printed of both."""
 
+import importlib
 import os
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import chdir
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -93,8 +95,15 @@ def folder_name(name: str) -> str:
     return safe if safe.strip(". ") else "".join(f"%{ord(mark):02X}" for mark in safe)
 
 
+def ready_to_draw() -> None:
+    """Load what draws, from where no stray ``matplotlibrc`` lies, which would be believed."""
+    with chdir(Path(__file__).parent):
+        importlib.import_module("matplotlib")
+
+
 def write_report(analysis: "Analysis", folder: Path) -> Written:
     """Page, document, tables and figures of one analysis, into a folder that is made for them."""
+    ready_to_draw()
     from sagnac.formats.files import replacing_folder
     from sagnac.report import document, figures, page, tables
     from sagnac.report.files import write_text
@@ -128,6 +137,7 @@ def write_comparison(
     analyses: "Mapping[str, Analysis]", refused: Mapping[str, str], folder: Path
 ) -> list[Path]:
     """Page, document and figure of several methods, into a folder that is made for them."""
+    ready_to_draw()
     from sagnac.formats.files import replacing_folder
     from sagnac.report import document, figures, page
     from sagnac.report.files import write_text

@@ -23,9 +23,14 @@ class ReadFile:
 
 
 def read_file(
-    file: Path, statement: "Statement", progress: Progress, *, verify: bool = True
+    file: Path,
+    statement: "Statement",
+    progress: Progress,
+    *,
+    verify: bool = True,
+    memory: int | None = None,
 ) -> ReadFile:
-    """The recording in a file.
+    """The recording in a file, which may declare no more than `memory` bytes.
 
     Raises
     ------
@@ -33,10 +38,12 @@ def read_file(
         If the file cannot be read or, with `verify`, is not sound.
     """
     from sagnac.formats import read
+    from sagnac.formats.room import USUAL, limited
 
     began = time.perf_counter()
     progress("read", 0.0)
-    recording = read(file, statement, verify=verify)
+    with limited(memory or USUAL):
+        recording = read(file, statement, verify=verify)
     progress("read", 1.0)
     return ReadFile(recording=recording, seconds={"read": time.perf_counter() - began})
 

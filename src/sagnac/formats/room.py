@@ -11,7 +11,9 @@ GIBIBYTE: Final = 2**30
 # Largest ratio that any of the compressions here reaches, twice over: a file that declares more has
 # nothing behind it.
 _TIGHTEST: Final = 2064
-_limit: ContextVar[int] = ContextVar("memory limit", default=4 * GIBIBYTE)
+# What may be loaded unless the caller says otherwise, bytes.
+USUAL: Final = 4 * GIBIBYTE
+_limit: ContextVar[int] = ContextVar("memory limit", default=USUAL)
 
 
 @contextmanager

@@ -55,7 +55,7 @@ def avar(
     )
     results.require_writable(output)
     with progresses.shown() as progress:
-        read = read_file(file, statement, progress, verify=gaps == "reject")
+        read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
         with naming(file):
             if gaps == "omit":
                 from sagnac.recording.gaps import with_gaps_marked

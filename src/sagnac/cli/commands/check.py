@@ -26,7 +26,9 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     statement = statement_of(options)
     settings = settings_of(options)
     with progresses.shown() as progress:
-        recording = read_file(file, statement, progress, verify=False).recording
+        recording = read_file(
+            file, statement, progress, memory=options.memory, verify=False
+        ).recording
         from sagnac.recording.quality import accepted
         from sagnac.recording.quality import check as findings_of
 
