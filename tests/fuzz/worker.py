@@ -1,6 +1,6 @@
 """Reads damaged files in a process of its own, so that a crash of a library is seen and survived.
 
-``python -m tests.fuzz.worker FOLDER SUFFIX SEED FIRST COUNT``: the sound file is FOLDER/sound.SUFFIX.
+``python -m tests.fuzz.worker FOLDER SUFFIX SEED FIRST COUNT`` damages FOLDER/sound.SUFFIX.
 Each number is written before its file is read and each outcome after it, so that whoever started
 this knows which one ended it.
 """
@@ -22,7 +22,7 @@ from tests.fuzz.mutations import MUTATIONS
 STATEMENTS = (
     Statement(),
     Statement(kind="rate", unit="deg/s", sample_rate=100.0),
-    Statement(kind="angle", unit="arcsec", sample_rate=100.0, gyros=("x",)),
+    Statement(gyros=("x",), time="none", sample_rate=100.0),
 )
 MEMORY = 6 * 2**30
 
