@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 OUT    ?= demo
 
 .DELETE_ON_ERROR:
-.PHONY: demo test lint check-style test-statistics benchmark clean
+.PHONY: demo test lint check-style test-statistics test-fuzz benchmark clean
 
 $(VENV)/runtime.stamp: requirements/runtime.txt requirements/build.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -39,6 +39,9 @@ lint: $(VENV)/dev.stamp
 
 test-statistics: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest -m statistics -s
+
+test-fuzz: $(VENV)/dev.stamp
+	timeout 600 $(BIN)/python -m pytest -m fuzz -s tests/fuzz
 
 benchmark: $(VENV)/bench.stamp
 	$(BIN)/python -m benchmarks

@@ -95,6 +95,13 @@ def test_two_gyros_that_share_a_line_are_no_copies():
     ]
 
 
+@pytest.mark.parametrize("period", [2, 3, 4, 6])
+def test_a_line_that_takes_few_values_is_no_wrap(period):
+    line = np.tile(500.0 * np.cos(2.0 * np.pi * np.arange(period) / period + 0.3), SAMPLES)
+    found = judged(of_rate(still() + line[:SAMPLES]))
+    assert "wraps" not in [note.name for note in found]
+
+
 def test_the_level_follows_the_effect():
     assert level_of(1.04) == level_of(0.96) == "warning"
     assert level_of(1.06) == level_of(0.94) == level_of(None) == "error"

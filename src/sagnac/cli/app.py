@@ -7,7 +7,9 @@ and wrong usage answer at once.
 """
 
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from typing import Final
 
@@ -27,6 +29,9 @@ from sagnac.cli.commands.plan import plan
 from sagnac.cli.commands.reproduce import reproduce
 from sagnac.cli.commands.simulate import simulate
 from sagnac.cli.errors import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
+
+# Columns below which text does not wrap to anything that is read.
+_NARROWEST: Final = 40
 
 app: Final = App(
     name="sagnac",
@@ -51,6 +56,18 @@ for _command in (
     app.command(_command)
 
 
+class Stopped(BaseException):
+    """A signal asked the process to end."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.signal = signal.Signals(number)
+
+
+def _stop(number: int, _frame: object) -> None:
+    raise Stopped(number)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -73,6 +90,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         complain("interrupted")
         return INTERRUPTED
+    except Stopped as stopped:
+        complain(f"stopped by {stopped.signal.name}")
+        return 128 + stopped.signal
     except BrokenPipeError:
         # The reader of our output has left; give the interpreter nowhere to fail at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -90,11 +110,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _prepare_process() -> None:
-    """Threads of linear algebra and the signs that a terminal may lack."""
+    """Threads of linear algebra, streams, signals, and the signs that a terminal may lack."""
     # The fits are thousands of small factorizations. Several threads of linear algebra only slow
     # them down, tenfold if other work shares the cores. numpy reads these at its first import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MKL_NUM_THREADS", "1")
+    # A stream that was closed before the start is None; what goes there goes nowhere.
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+    # Help in a column of a few letters never ends.
+    if os.environ.get("COLUMNS", "").isdigit() and int(os.environ["COLUMNS"]) < _NARROWEST:
+        os.environ["COLUMNS"] = str(_NARROWEST)
+    for name in ("SIGTERM", "SIGHUP"):
+        # As after an interrupt, what is half written goes.
+        if hasattr(signal, name) and threading.current_thread() is threading.main_thread():
+            signal.signal(getattr(signal, name), _stop)
     for stream in (sys.stdout, sys.stderr):
         # A terminal that lacks ″ or √ shows a ? there rather than failing.
         if hasattr(stream, "reconfigure"):

@@ -107,24 +107,29 @@ def seconds(text: str) -> float:
     return value
 
 
-def memory_size(text: str) -> float:
-    """``4GiB``, ``800MB`` or a number of bytes.
+def memory_size(text: str) -> int:
+    """``4GiB``, ``800MB`` or a number of bytes, in bytes.
 
     Raises
     ------
     ValueError
-        If it is no size above zero.
+        If it is none above zero.
+
+    Examples
+    --------
+    >>> memory_size("0.5GiB")
+    536870912
     """
     stripped = text.strip()
     number = stripped.rstrip("BGMKTibgmkt ")
-    size = _BYTES.get(stripped[len(number) :].strip().lower())
+    size = _BYTES.get(stripped[len(number) :].strip().lower(), 0)
     try:
-        value = float(number) * (size or 0.0)
-    except ValueError:
-        value = 0.0
-    if not 0.0 < value < float("inf"):
+        found = int(float(number) * size)
+    except (ValueError, OverflowError):
+        found = 0
+    if found <= 0:
         raise ValueError(f"{text!r}; give a size above zero such as 4GiB or 800MB")
-    return value
+    return found
 
 
 def _numbered(text: str) -> str:
@@ -223,6 +228,15 @@ class Reading:
             group=READING,
             metavar="NAME|TOML",
             help="Records of a binary file: a preset (imu7-deg, imu7-rad) or a TOML of its fields.",
+        ),
+    ] = None
+    memory: Annotated[
+        int | None,
+        one_argument(
+            memory_size,
+            group=READING,
+            metavar="4GiB",
+            help="Most memory that what a file declares may take: 4GiB unless stated.",
         ),
     ] = None
     debug: Annotated[

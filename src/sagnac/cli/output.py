@@ -1,17 +1,23 @@
 """Folders, the files that go into them, and what is printed of both."""
 
+import importlib
 import os
 import textwrap
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import chdir
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
+from urllib.parse import quote
 
 from sagnac.cli.errors import DONE, FAILED, UNDECIDED
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
+
+# Characters that a file system takes in a name, with room for what is put before it.
+_LONGEST_NAME: Final = 180
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,19 +86,35 @@ def made(folder: Path) -> Path:
     return folder
 
 
+def folder_name(name: str) -> str:
+    """A file name for a channel, whatever its name is: it comes out of a file.
+
+    Examples
+    --------
+    >>> folder_name("x"), folder_name("../../x"), folder_name("..")
+    ('x', '..%2F..%2Fx', '%2E%2E')
+    """
+    safe = quote(name, safe=" ")[:_LONGEST_NAME]
+    return safe if safe.strip(". ") else "".join(f"%{ord(mark):02X}" for mark in safe)
+
+
+def ready_to_draw() -> None:
+    """Load what draws, from where no stray ``matplotlibrc`` lies, which would be believed."""
+    with chdir(Path(__file__).parent):
+        importlib.import_module("matplotlib")
+
+
 def write_report(analysis: "Analysis", folder: Path) -> Written:
     """Page, document, tables and figures of one analysis, into a folder that is made for them."""
+    ready_to_draw()
+    from sagnac.formats.files import replacing_folder
     from sagnac.report import document, figures, page, tables
     from sagnac.report.files import write_text
 
     began = time.perf_counter()
-    made(folder)
     drawn = figures.report_figures(analysis)
-    figures.write_png(drawn.stability, folder / "stability.png")
-    figures.write_png(drawn.spectrum, folder / "spectrum.png")
     pictures = ["stability.png", "spectrum.png"]
     if drawn.parts is not None:
-        figures.write_png(drawn.parts, folder / "parts.png")
         pictures.append("parts.png")
     texts = {
         "report.html": page.page(analysis, drawn),
@@ -102,12 +124,18 @@ def write_report(analysis: "Analysis", folder: Path) -> Written:
     if analysis.family:
         texts["family.csv"] = tables.family_table(analysis)
         texts["psd.csv"] = tables.density_table(analysis)
-    for name, text in texts.items():
-        write_text(folder / name, text)
-    spent = time.perf_counter() - began
-    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
-    text = document.to_json(document.analysis_document(analysis))
-    write_text(folder / "analysis.json", text + "\n")
+    # All of it or nothing: new figures beside an old document would be believed.
+    with replacing_folder(folder) as new:
+        figures.write_png(drawn.stability, new / "stability.png")
+        figures.write_png(drawn.spectrum, new / "spectrum.png")
+        if drawn.parts is not None:
+            figures.write_png(drawn.parts, new / "parts.png")
+        for name, text in texts.items():
+            write_text(new / name, text)
+        spent = time.perf_counter() - began
+        analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
+        text = document.to_json(document.analysis_document(analysis))
+        write_text(new / "analysis.json", text + "\n")
     first, *others = texts
     names = (first, "analysis.json", *others, *pictures)
     return Written(analysis=analysis, paths=tuple(folder / name for name in names))
@@ -117,14 +145,16 @@ def write_comparison(
     analyses: "Mapping[str, Analysis]", refused: Mapping[str, str], folder: Path
 ) -> list[Path]:
     """Page, document and figure of several methods, into a folder that is made for them."""
+    ready_to_draw()
+    from sagnac.formats.files import replacing_folder
     from sagnac.report import document, figures, page
     from sagnac.report.files import write_text
 
-    made(folder)
-    figures.write_png(figures.comparison_figure(analyses), folder / "comparison.png")
-    write_text(folder / "comparison.html", page.comparison_page(analyses, refused))
-    text = document.to_json(document.comparison_document(analyses, refused))
-    write_text(folder / "comparison.json", text + "\n")
+    with replacing_folder(folder) as new:
+        figures.write_png(figures.comparison_figure(analyses), new / "comparison.png")
+        write_text(new / "comparison.html", page.comparison_page(analyses, refused))
+        text = document.to_json(document.comparison_document(analyses, refused))
+        write_text(new / "comparison.json", text + "\n")
     return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
 
 

@@ -3,13 +3,13 @@
 # Compiled loops take their arrays by position.
 # ruff: noqa: PLR0917
 
-import numba
 import numpy as np
 
 from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.kernels import compiled
 
 
-@numba.njit(cache=True)
+@compiled()
 def _markov_structure(t: float, correlation: float, near: bool) -> float:
     """Generalized autocovariance of the angle for a Markov rate of q_c = 1.
 
@@ -25,7 +25,7 @@ def _markov_structure(t: float, correlation: float, near: bool) -> float:
     return correlation**3 * series * x * x * x / 12.0
 
 
-@numba.njit(cache=True)
+@compiled()
 def _flicker_difference(t: float, step: float) -> float:
     """Second difference of ``t^2 ln|t|`` at t, t + step and t + 2 step."""
     middle = abs(t + step)
@@ -44,7 +44,7 @@ def _flicker_difference(t: float, step: float) -> float:
     return float(step * step * (2.0 * np.log(middle) + 3.0 - series))
 
 
-@numba.njit(cache=True)
+@compiled()
 def _cubic_difference(t: float, step: float) -> float:
     """Second difference of ``|t|^3`` at t, t + step and t + 2 step."""
     if t >= 0.0 or t + 2.0 * step <= 0.0:
@@ -52,7 +52,7 @@ def _cubic_difference(t: float, step: float) -> float:
     return float(abs(t) ** 3 - 2.0 * abs(t + step) ** 3 + abs(t + 2.0 * step) ** 3)
 
 
-@numba.njit(cache=True)
+@compiled()
 def second_difference_covariances(
     lag: float, first: int, second: int, correlation: float, out: FloatArray
 ) -> None:
@@ -83,7 +83,7 @@ def second_difference_covariances(
         out[3] += weight * _cubic_difference(t, short) / 12.0
 
 
-@numba.njit(cache=True)
+@compiled()
 def lag_breaks(first: int, second: int, angles: int) -> FloatArray:
     """(27,) lags at which the covariance of two second differences, or its weight, breaks.
 
@@ -107,7 +107,7 @@ def lag_breaks(first: int, second: int, angles: int) -> FloatArray:
     return np.sort(np.minimum(np.maximum(breaks, limit_low), limit_high))
 
 
-@numba.njit(cache=True)
+@compiled()
 def panel_point(
     number: int, lag: float, span: float, smooth: bool, nodes: FloatArray, weights: FloatArray
 ) -> tuple[float, float]:
@@ -126,7 +126,7 @@ def panel_point(
     return lag + 0.5 + span * start + half * (1.0 + nodes[place]), half * weights[place]
 
 
-@numba.njit(cache=True)
+@compiled()
 def add_products(
     lag: float,
     weight: float,
@@ -149,7 +149,7 @@ def add_products(
             total[a, b] += weight * covariance[a] * covariance[b]
 
 
-@numba.njit(cache=True)
+@compiled()
 def summed_products(
     first: int,
     second: int,
@@ -187,7 +187,7 @@ def summed_products(
     return total
 
 
-@numba.njit(cache=True)
+@compiled()
 def overlapped_covariances(
     factors: IntegerArray,
     angles: int,
@@ -214,6 +214,3 @@ def overlapped_covariances(
                     out[a, b, i, j] = scale * total[a, b]
                     out[a, b, j, i] = scale * total[a, b]
     return out
-
-
-# --- models of a spectrum --------------------------------------------------------------------

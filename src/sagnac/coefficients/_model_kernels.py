@@ -3,17 +3,17 @@
 # Compiled loops take their arrays by position.
 # ruff: noqa: PLR0917
 
-import numba
 import numpy as np
 
 from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.kernels import compiled
 
 # Divisors of N: the largest at which a bin shows it, and at the upper edge of a band.
 _LOWERED = 1.4
 _DEEPEST = 1.5
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _solved(matrix: FloatArray, vector: FloatArray, size: int) -> bool:
     """Solve a small symmetric positive system in place; False if it is singular."""
     for i in range(size):
@@ -41,7 +41,7 @@ def _solved(matrix: FloatArray, vector: FloatArray, size: int) -> bool:
     return True
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _gamma_deviance(
     level: FloatArray,
     shape: FloatArray,
@@ -74,7 +74,7 @@ def _gamma_deviance(
     return total
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _gamma_information(
     level: FloatArray,
     shape: FloatArray,
@@ -117,7 +117,7 @@ def _gamma_information(
                 matrix[c, d] += part * row[d]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _least_squares(
     level: FloatArray,
     shape: FloatArray,
@@ -159,7 +159,7 @@ def _least_squares(
     return float(deviance)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _scoring(
     level: FloatArray,
     shape: FloatArray,
@@ -216,7 +216,7 @@ def _scoring(
     )
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _gamma_covariance(
     level: FloatArray,
     shape: FloatArray,
@@ -249,7 +249,7 @@ def _gamma_covariance(
     return True
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def _ruled(
     laws: FloatArray,
     squares: FloatArray,
@@ -274,7 +274,7 @@ def _ruled(
     return ruled
 
 
-@numba.njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def every_model(
     level: FloatArray,
     shape: FloatArray,

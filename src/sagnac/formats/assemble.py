@@ -2,6 +2,10 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -24,8 +28,12 @@ from sagnac.formats.suspicions import (
     table_counter_notes,
 )
 from sagnac.recording.columns import Pulses, Taken, pulses_of
+from sagnac.recording.frames import GYRO_NAMES
 from sagnac.recording.model import Provenance, Recording
 from sagnac.recording.quality import integrity
+
+# Whole numbers up to this are exact as float64.
+_EXACT: Final = 2**53
 
 
 def assemble(
@@ -59,6 +67,7 @@ def assemble(
         If a column, kind, unit or rate is missing or contradicts another, or the data are
         not sound. It does not name the file.
     """
+    require_readable(source, statements)
     choice = choose(source.columns, statements)
     scales = scales_of(choice, statements)
     stored = source.load(choice.keys)
@@ -91,6 +100,24 @@ def _stamp_notes(choice: Choice, statements: Statements, stretch: Stretch) -> tu
     column = choice.time.column
     unit = choice.time.unit or statements.own_unit("time") or column.unit or ""
     return stamp_unit_notes(column.name, unit, stretch.sampling.sample_rate)
+
+
+def require_readable(source: Source, statements: Statements) -> None:
+    """Refuse a gyro, asked for or by its usual name, that holds no real numbers.
+
+    Raises
+    ------
+    RecordingError
+        Rather than that fewer gyros are taken without a word.
+    """
+    for name in statements.gyros or GYRO_NAMES:
+        key = statements.column(name) or name
+        if key in source.unreadable:
+            raise RecordingError(
+                f"{source.unreadable[key]}, no real numbers",
+                channel=key,
+                remedy="correct the file, or name the gyros to take with {gyros}",
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -244,8 +271,28 @@ def load_columns(stored: Stored, keys: Sequence[str], stretch: Stretch) -> dict[
     columns = {key: series.Filling(stretch.stop - stretch.first) for key in keys}
     for piece in stored.pieces(keys, stretch.first, stretch.stop):
         for key, values in piece.items():
+            _require_exact(key, values)
             columns[key].append(values)
     return {key: column.filled for key, column in columns.items()}
+
+
+def _require_exact(key: str, values: NDArray[Any]) -> None:
+    """Refuse numbers that lose digits, or a part of them, as float64."""
+    if values.dtype.kind == "c":
+        raise RecordingError(
+            "holds complex values", channel=key, remedy="store real and imaginary parts apart"
+        )
+    large = values.dtype.kind in "iu" and values.dtype.itemsize == 8 and values.size
+    if not large or (values.max() <= _EXACT and values.min() >= -_EXACT):
+        return
+    with np.errstate(invalid="ignore"):
+        back = values.astype(np.float64).astype(values.dtype)
+    if (back != values).any():
+        raise RecordingError(
+            "holds integers beyond 2^53, whose last digits would be lost",
+            channel=key,
+            remedy="take a constant off them and store the rest",
+        )
 
 
 def verified(recording: Recording) -> Recording:

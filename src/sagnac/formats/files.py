@@ -1,12 +1,20 @@
 """Files that are damaged, and files that appear only when they are whole."""
 
+import ctypes
+import glob
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
 
 from sagnac.errors import RecordingError
+
+# What is being written ends so, and begins with as much of the name as leaves room for the rest.
+_PART: Final = ".part"
+_LONGEST: Final = 180
 
 
 @contextmanager
@@ -53,19 +61,20 @@ def about(path: Path) -> Iterator[None]:
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path in the same folder that becomes `path` if all goes well.
 
+    Its name holds the number of this process; what processes that have died left beside it goes.
+
     Raises
     ------
     RecordingError
-        If the folder cannot be written to.
+        If the folder cannot be written to, or the disk is full.
     """
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        remove_leftovers(path)
+        handle, name = tempfile.mkstemp(
+            prefix=f".{path.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=path.parent
+        )
     except OSError as error:
-        raise RecordingError(
-            f"cannot be written ({error.strerror})",
-            path=str(path),
-            remedy="choose another output",
-        ) from None
+        raise _unwritable(path, error) from None
     os.close(handle)
     temporary = Path(name)
     try:
@@ -74,5 +83,101 @@ def replacing(path: Path) -> Iterator[Path]:
         os.umask(mask)
         temporary.chmod(0o666 & ~mask)
         os.replace(temporary, path)
+    except OSError as error:
+        raise _unwritable(path, error) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def replacing_folder(folder: Path) -> Iterator[Path]:
+    """A temporary folder beside `folder` whose files replace those of it, all at once or none.
+
+    Files that `folder` has and the new one has not are kept. The two change places in one step if
+    the system can do that (Linux), else one after the other.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written to, or the disk is full.
+    """
+    folder = folder.absolute()
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        remove_leftovers(folder)
+        temporary = Path(
+            tempfile.mkdtemp(
+                prefix=f".{folder.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=folder.parent
+            )
+        )
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+    try:
+        yield temporary
+        mask = os.umask(0)
+        os.umask(mask)
+        temporary.chmod(0o777 & ~mask)
+        if folder.exists():
+            _keep_others(folder, temporary)
+            _change_places(temporary, folder)
+        else:
+            os.replace(temporary, folder)
+    except OSError as error:
+        raise _unwritable(folder, error) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def remove_leftovers(path: Path) -> None:
+    """Remove what processes that have died left of `path` half written."""
+    beginning = f".{path.name[:_LONGEST]}."
+    for entry in path.parent.glob(f"{glob.escape(beginning)}*{_PART}"):
+        number = entry.name.removeprefix(beginning).partition(".")[0]
+        if not number.isdigit() or _is_alive(int(number)):
+            continue
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry, ignore_errors=True)
+        else:
+            entry.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
+
+
+def _keep_others(folder: Path, temporary: Path) -> None:
+    """Copy what only the old folder has into the new one."""
+    for entry in folder.iterdir():
+        kept = temporary / entry.name
+        if kept.exists() or entry.name.endswith(_PART):
+            continue
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.copytree(entry, kept, symlinks=True)
+        else:
+            shutil.copy2(entry, kept, follow_symlinks=False)
+
+
+def _change_places(one: Path, other: Path) -> None:
+    """Let two folders change their names."""
+    # renameat2(AT_FDCWD, ..., RENAME_EXCHANGE) of Linux; Python has no name for it.
+    library = ctypes.CDLL(None, use_errno=True)
+    rename = getattr(library, "renameat2", None)
+    if rename and rename(-100, os.fsencode(one), -100, os.fsencode(other), 2) == 0:
+        return
+    aside = one.with_name(f"{one.name}.old{_PART}")
+    os.replace(other, aside)
+    os.replace(one, other)
+    os.replace(aside, one)
+
+
+def _unwritable(path: Path, error: OSError) -> RecordingError:
+    why = error.strerror or " ".join(str(error).split())[:160]
+    return RecordingError(
+        f"cannot be written ({why})", path=str(path), remedy="choose another output"
+    )

@@ -1,5 +1,6 @@
 """HDF5: datasets in the root or in groups, attributes for unit, kind and rate."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
+from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing, Rows
 from sagnac.formats.registry import HDF5
+from sagnac.formats.room import require_content
 from sagnac.formats.source import Column, Source, Stored, Vector, column, vectors
 
 _STATED: Final = frozenset(
@@ -46,6 +49,11 @@ def open_source(path: Path) -> Source:
             lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
         )
         stated = _stated(file, names)
+        unreadable = {
+            name.rpartition("/")[2]: f"holds {file[name].dtype} values"
+            for name in names
+            if not _is_numeric(file[name])
+        }
         found = {one.column.key: one for name in names for one in _columns_of(file, name, names)}
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
@@ -57,6 +65,8 @@ def open_source(path: Path) -> Source:
 
     def load(keys: Sequence[str]) -> Stored:
         with damaged(HDF5.name), h5py.File(path, "r") as file:
+            for key in keys:
+                _require_whole(file[found[key].vector.array], path)
             lengths = {key: max(file[found[key].vector.array].shape) for key in keys}
         return Stored(lengths=lengths, pieces=pieces)
 
@@ -65,6 +75,7 @@ def open_source(path: Path) -> Source:
         columns=tuple(one.column for one in found.values()),
         load=load,
         stated=from_mapping(stated),
+        unreadable=unreadable,
     )
 
 
@@ -83,8 +94,7 @@ def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
 def _columns_of(file: h5py.File, name: str, names: Sequence[str]) -> list[_Found]:
     """The columns in one dataset; none in one of text."""
     dataset = file[name]
-    is_text = dataset.attrs.get("MATLAB_class", b"") == b"char"
-    if dataset.dtype.kind not in "biuf" or is_text:
+    if not _is_numeric(dataset):
         return []
     attributes = {key: str(_plain(value)) for key, value in dataset.attrs.items()}
     unit = attributes.get("unit", attributes.get("units"))
@@ -94,6 +104,43 @@ def _columns_of(file: h5py.File, name: str, names: Sequence[str]) -> list[_Found
         _Found(column=column(key, unit=unit, kind=attributes.get("kind")), vector=vector)
         for key, vector in vectors(short if is_only_one else name, name, dataset.shape).items()
     ]
+
+
+def _is_numeric(dataset: h5py.Dataset) -> bool:
+    """Whether it holds real numbers."""
+    is_text = dataset.attrs.get("MATLAB_class", b"") == b"char"
+    return dataset.dtype.kind in "biuf" and not is_text and dataset.shape is not None
+
+
+def _require_whole(dataset: h5py.Dataset, path: Path) -> None:
+    """Refuse a dataset with parts that were never written: they would be read as zeros."""
+    size = path.stat().st_size
+    missing = ""
+    if dataset.is_virtual:
+        for source in dataset.virtual_sources():
+            file = path if source.file_name == "." else path.parent / source.file_name
+            missing = missing or _missing_source(file, source.dset_name)
+    elif dataset.chunks:
+        chunks = math.prod(
+            -(-length // chunk) for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)
+        )
+        written = dataset.id.get_num_chunks()
+        missing = f"{chunks - written} of {chunks} chunks were never written" * (written < chunks)
+        require_content(dataset.nbytes, size, dataset.name.lstrip("/"))
+    elif not dataset.external and dataset.id.get_storage_size() < dataset.nbytes:
+        missing = "its values were never written"
+    if missing:
+        raise RecordingError(
+            missing, channel=dataset.name.lstrip("/"), remedy="get the file again from its source"
+        )
+
+
+def _missing_source(file: Path, name: str) -> str:
+    """Why a part of a virtual dataset is not there; empty if it is."""
+    if not file.is_file():
+        return f"the file of a part of it, {file.name}, is not there"
+    with h5py.File(file, "r") as source:
+        return "" if name in source else f"{file.name} has no dataset {name}"
 
 
 def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Iterator[NDArray[Any]]:

@@ -1,15 +1,18 @@
 """MATLAB files of version 5 (and 4). Those of version 7.3 are HDF5."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import scipy.io
 
 from sagnac.formats.files import damaged, replacing
+from sagnac.formats.matlab_elements import Element, elements_of
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing
 from sagnac.formats.registry import MATLAB
+from sagnac.formats.room import require_room
 from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
 
 _NUMERIC: Final = frozenset(
@@ -31,7 +34,8 @@ def open_source(path: Path) -> Source:
         If the file is not MATLAB or is cut off.
     """
     with damaged(MATLAB.name):
-        check_whole(path)
+        # The library trusts tags, and reads memory that is not its own where they lie.
+        elements = _elements(path)
         listing = scipy.io.whosmat(path)
         stated_names = [
             name
@@ -41,13 +45,23 @@ def open_source(path: Path) -> Source:
         content = scipy.io.loadmat(path, variable_names=stated_names) if stated_names else {}
         stated = {name: content[name].reshape(-1)[0].item() for name in stated_names}
     found: dict[str, Vector] = {}
+    unreadable: dict[str, str] = {}
     for name, shape, kind in listing:
-        if kind in _NUMERIC and name not in stated_names:
+        if name in stated_names:
+            continue
+        if kind not in _NUMERIC:
+            unreadable[name] = f"holds {kind} values"
+        elif name in elements and elements[name].is_complex:
+            unreadable[name] = "holds complex values"
+        else:
             found.update(vectors(name, name, shape))
 
     def load(keys: Sequence[str]) -> Stored:
         with damaged(MATLAB.name):
             names = list({found[key].array for key in keys})
+            for name, shape, _ in listing:
+                if name in names:
+                    require_room(8 * math.prod(shape), name)
             content = scipy.io.loadmat(path, variable_names=names)
             return in_memory({key: found[key].of(content[found[key].array]) for key in keys})
 
@@ -56,32 +70,16 @@ def open_source(path: Path) -> Source:
         columns=tuple(column(key) for key in found),
         load=load,
         stated=from_mapping(stated),
+        unreadable=unreadable,
     )
 
 
-def check_whole(path: Path) -> None:
-    """Refuse a version 5 file that ends inside an element; pass over one of version 4.
-
-    The file has no index: cut off, it reads as one with fewer variables. Each element says
-    its length in 8 bytes before it (MAT-File Format, "Data Element Format").
-
-    Raises
-    ------
-    ValueError
-        If the last element is not all there.
-    """
-    size = path.stat().st_size
+def _elements(path: Path) -> dict[str, Element]:
+    """The variables of a version 5 file, checked; none of one of version 4."""
     with path.open("rb") as stream:
         if stream.read(len(MATLAB.beginning)) != MATLAB.beginning:
-            return
-        stream.seek(126)
-        order: Literal["little", "big"] = "little" if stream.read(2) == b"IM" else "big"
-        position = 128
-        while position < size:
-            stream.seek(position + 4)
-            position += 8 + int.from_bytes(stream.read(4), order)
-    if position != size:
-        raise ValueError(f"{position - size} bytes are missing")
+            return {}
+    return {element.name: element for element in elements_of(path)}
 
 
 def write(path: Path, out: Outgoing) -> None:

@@ -79,13 +79,17 @@ def _value(key: str, stated: Any) -> Any:
     """The value of a field of `Statement` from what stands in a TOML or an attribute."""
     if key in ("kind", "unit", "columns") and isinstance(stated, str) and "=" in stated:
         return dict(_pair(item) for item in stated.split(","))
+    if key == "gyros" and not isinstance(stated, str | list | tuple):
+        raise ValueError(f"gyros is {stated!r}; give names")
     if key == "gyros":
         return tuple(
             [name.strip() for name in stated.split(",")] if isinstance(stated, str) else stated
         )
-    if key == "sample_rate":
+    if key == "sample_rate" and isinstance(stated, str):
         return float(stated)
-    if key == "counter_bits":
+    if key == "counter_bits" and isinstance(stated, str):
+        return int(stated)
+    if key == "counter_bits" and isinstance(stated, float) and stated.is_integer():
         return int(stated)
     return stated
 

@@ -1,5 +1,6 @@
 """NumPy archives."""
 
+import math
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,11 +13,15 @@ from sagnac.formats.files import damaged, replacing
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing
 from sagnac.formats.registry import NPZ
+from sagnac.formats.room import require_content, require_room
 from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
 
 _STATED: Final = frozenset(
     {"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits", "null_pulse"}
 )
+
+# Bytes of a text that states something.
+_MOST_STATED: Final = 2**16
 
 
 def open_source(path: Path) -> Source:
@@ -30,18 +35,26 @@ def open_source(path: Path) -> Source:
         If the file is not an archive of arrays or is cut off.
     """
     found: dict[str, Vector] = {}
+    unreadable: dict[str, str] = {}
     stated: dict[str, Any] = {}
     with damaged(NPZ.name):
         heads = _heads(path)
         with np.load(path, allow_pickle=False) as archive:
             for name, head in heads.items():
+                if name in _STATED and head.shape in ((), (1,)) and head.bytes > _MOST_STATED:
+                    raise ValueError(f"{name} has {head.bytes} bytes")
                 if head.kind in "biuf" and head.shape not in ((), (1,)):
                     found.update(vectors(name, name, head.shape))
                 elif name in _STATED:
                     value = archive[name]
                     stated[name] = value.item() if value.size == 1 else value.tolist()
+                elif head.kind not in "biuf":
+                    unreadable[name] = f"holds values of kind {head.kind!r}"
 
     def load(keys: Sequence[str]) -> Stored:
+        for name in {found[key].array for key in keys}:
+            require_room(heads[name].bytes, name)
+            require_content(heads[name].bytes, path.stat().st_size, name)
         with damaged(NPZ.name), np.load(path, allow_pickle=False) as archive:
             return in_memory({key: found[key].of(archive[found[key].array]) for key in keys})
 
@@ -50,15 +63,17 @@ def open_source(path: Path) -> Source:
         columns=tuple(column(key) for key in found),
         load=load,
         stated=from_mapping(stated),
+        unreadable=unreadable,
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Head:
-    """Shape of an array and kind of its numbers (`numpy.dtype.kind`)."""
+    """Shape of an array, kind of its numbers (`numpy.dtype.kind`), and the bytes that it takes."""
 
     shape: tuple[int, ...]
     kind: str
+    bytes: int
 
 
 def _heads(path: Path) -> dict[str, _Head]:
@@ -76,7 +91,9 @@ def _heads(path: Path) -> dict[str, _Head]:
                     else np.lib.format.read_array_header_2_0
                 )
                 shape, _, dtype = read(stream)
-            heads[member.removesuffix(".npy")] = _Head(shape=shape, kind=dtype.kind)
+            heads[member.removesuffix(".npy")] = _Head(
+                shape=shape, kind=dtype.kind, bytes=dtype.itemsize * math.prod(shape)
+            )
     return heads
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.formats.statement import ROLES
+from sagnac.formats.statement import ROLES, vocabulary
 from sagnac.recording.frames import NULL_PULSE_NAME
 from sagnac.recording.model import Kind, Recording
 
@@ -122,8 +122,11 @@ def check_name(name: str) -> None:
     ValueError
         If it is empty, reserved, or holds a mark that files use.
     """
-    if not name or name in ROLES or set(name) & set(",;=[]:\"'\n\t"):
+    reserved = name in ROLES or name in vocabulary()
+    odd = set(name) & set(",;=[]:\"'#%") or not name.isprintable() or name != name.strip()
+    if not name or reserved or odd or name.startswith("_"):
         raise ValueError(
             f"gyro name is {name!r}, which cannot stand in a file; choose another without "
-            "quotes, brackets or separators, and not time, table or null_pulse"
+            "quotes, brackets, separators or a leading underscore, and none that a file states "
+            "something by, such as time, kind or unit"
         )

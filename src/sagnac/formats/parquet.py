@@ -43,6 +43,7 @@ def open_source(path: Path) -> Source:
     with damaged(PARQUET.name):
         with pq.ParquetFile(path) as file:
             schema = file.schema_arrow
+            _require_sound(file.metadata, path)
         stated = text_of(schema.metadata)
         columns = tuple(column_of(item) for item in schema if is_numeric(item.type))
 
@@ -50,7 +51,9 @@ def open_source(path: Path) -> Source:
         # Unless told not to, the library holds the whole of every row group that it will read.
         with (
             damaged(PARQUET.name),
-            pq.ParquetFile(path, pre_buffer=False, buffer_size=_BUFFER) as file,
+            pq.ParquetFile(
+                path, pre_buffer=False, buffer_size=_BUFFER, page_checksum_verification=True
+            ) as file,
         ):
             yield from _pieces(file, keys, start, stop)
 
@@ -61,10 +64,34 @@ def open_source(path: Path) -> Source:
 
     return Source(
         format=PARQUET.name,
+        unreadable={
+            item.name: f"holds {item.type} values" for item in schema if not is_numeric(item.type)
+        },
         columns=columns,
         load=load,
         stated=from_mapping({k: v for k, v in stated.items() if k in _KEYS}),
     )
+
+
+def _require_sound(metadata: pq.FileMetaData, path: Path) -> None:
+    """Refuse a footer whose numbers of rows contradict each other.
+
+    Raises
+    ------
+    ValueError
+        If groups, columns and the whole do not have the same rows.
+    """
+    rows = 0
+    for group in (metadata.row_group(place) for place in range(metadata.num_row_groups)):
+        rows += group.num_rows
+        for chunk in (group.column(place) for place in range(group.num_columns)):
+            flat = "." not in chunk.path_in_schema
+            if flat and chunk.num_values != group.num_rows:
+                raise ValueError(
+                    f"{chunk.path_in_schema} has {chunk.num_values} values in {group.num_rows} rows"
+                )
+    if rows != metadata.num_rows:
+        raise ValueError(f"{metadata.num_rows} rows are claimed and {rows} are there")
 
 
 def _pieces(
@@ -163,7 +190,13 @@ class Writer:
         with ExitStack() as stack:
             temporary = stack.enter_context(replacing(self._path))
             self._file = stack.enter_context(
-                pq.ParquetWriter(temporary, self._schema, compression="zstd", use_dictionary=False)
+                pq.ParquetWriter(
+                    temporary,
+                    self._schema,
+                    compression="zstd",
+                    use_dictionary=False,
+                    write_page_checksum=True,
+                )
             )
             self._stack = stack.pop_all()
         return self

@@ -67,16 +67,18 @@ def read_header(path: Path) -> Header:
         If it is not there or states what cannot be.
     """
     rows: list[list[float]] = []
-    lines = 0
+    lines, commented = 0, False
     with damaged(PSINS.name), path.open(encoding="utf-8", errors="strict") as stream:
         for line in islice(stream, _MOST_HEADER_LINES):
             lines += 1
             if not line.strip() or line.lstrip().startswith("%"):
+                commented = commented or bool(line.strip())
                 continue
             rows.append([float(item) for item in line.split()])
             if len(rows) == _HEADER_ROWS:
                 break
-    if len(rows) < _HEADER_ROWS or any(len(row) != len(_ROW) for row in rows):
+    # Without the comments that open a log, the first rows of its data would pass for a header.
+    if not commented or len(rows) < _HEADER_ROWS or any(len(row) != len(_ROW) for row in rows):
         raise RecordingError(
             "has no PSINS header, three lines of six numbers after the comments",
             remedy="correct it, or give a CSV with {rate}, {kind} and {unit}",

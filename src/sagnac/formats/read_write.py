@@ -181,6 +181,11 @@ def _open(path: Path, statements: Statements) -> Source:
         # A bag of ROS 2 is a folder.
         source: Source = _module(ROSBAG, "reading").open_source(path)
         return source
+    if path.exists() and not path.is_file():
+        raise RecordingError(
+            f"cannot be opened: it is {'a folder' if path.is_dir() else 'no regular file'}",
+            remedy="give a file that is stored whole",
+        )
     try:
         with path.open("rb") as stream:
             beginning = stream.read(16)

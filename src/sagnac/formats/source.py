@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from sagnac.units import split_header
 
 # `replacing` has its home in `files`; it stands here until no other room imports it from here.
 __all__ = ["Column", "Source", "Stored", "Vector", "column", "in_memory", "replacing", "vectors"]
+
+# A matrix of more columns than this is no recording.
+_MOST_COLUMNS: Final = 4096
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,6 +88,8 @@ class Source:
         Keys -> their columns.
     notes
         What was noticed on opening.
+    unreadable
+        Columns that hold no real numbers, by name, and why: ``holds text``.
     """
 
     format: str
@@ -92,6 +97,7 @@ class Source:
     load: Callable[[Sequence[str]], Stored]
     stated: Statement = field(default_factory=Statement)
     notes: tuple[Note, ...] = ()
+    unreadable: Mapping[str, str] = field(default_factory=dict)
 
 
 def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Column:
@@ -133,7 +139,7 @@ def vectors(key: str, array: str, shape: tuple[int, ...]) -> dict[str, Vector]:
     """Columns of an array of that shape by their keys.
 
     ``w`` for a vector, ``w.1``, ``w.2``, ``w.3`` for (samples, 3) or (3, samples); none for arrays
-    that are neither vector nor matrix.
+    that are neither vector nor matrix, and none for a matrix of over 4096 columns.
 
     Parameters
     ----------
@@ -147,7 +153,7 @@ def vectors(key: str, array: str, shape: tuple[int, ...]) -> dict[str, Vector]:
     long = [size for size in shape if size > 1]
     if len(long) == 1 and len(shape) <= 2:
         return {key: Vector(array=array, index=None)}
-    if len(shape) == 2 and len(long) == 2:
+    if len(shape) == 2 and len(long) == 2 and min(shape) <= _MOST_COLUMNS:
         numbers = range(1, min(shape) + 1)
         return {f"{key}.{number}": Vector(array=array, index=number) for number in numbers}
     return {}

@@ -103,7 +103,7 @@ def _check_texts(statement: Statement) -> None:
 
 def _check_kind(kind: str | Mapping[str, str] | None) -> None:
     for one in _values(kind):
-        if one not in KINDS:
+        if not isinstance(one, str) or one not in KINDS:
             raise ValueError(f"kind is {one!r}; use one of {', '.join(KINDS)}")
 
 
@@ -121,7 +121,11 @@ def _check_scale(scale: str | None) -> None:
 
 
 def _check_sample_rate(sample_rate: float | None) -> None:
-    if sample_rate is not None and not (math.isfinite(sample_rate) and sample_rate > 0.0):
+    if sample_rate is None:
+        return
+    # True is 1 to a program, not to a person.
+    number = isinstance(sample_rate, int | float) and not isinstance(sample_rate, bool)
+    if not number or not (math.isfinite(sample_rate) and sample_rate > 0.0):
         raise ValueError(f"sample_rate is {sample_rate!r}; give samples per second, above zero")
 
 
@@ -147,7 +151,7 @@ def _check_span(span: tuple[float | None, float | None] | None) -> None:
 def _values(stated: str | Mapping[str, str] | None) -> tuple[str, ...]:
     if stated is None:
         return ()
-    return (stated,) if isinstance(stated, str) else tuple(stated.values())
+    return tuple(stated.values()) if isinstance(stated, Mapping) else (stated,)
 
 
 def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Statement:

@@ -3,13 +3,13 @@
 # Compiled loops take their arrays by position.
 # ruff: noqa: PLR0917
 
-import numba
 import numpy as np
 
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.kernels import compiled
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def paired_sums(
     rates: FloatArray,
     in_angle: BooleanArray,
@@ -89,7 +89,7 @@ MIX_BLOCK = 50
 """Samples in each mean of `mixed_down`."""
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def spread(
     table: FloatArray, steps: FloatArray, low: float, scale: float, grid: FloatArray
 ) -> None:
@@ -110,7 +110,7 @@ def spread(
         grid[at + 3] += weight * t * t * t
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
     """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
     blocks = values.size // MIX_BLOCK
@@ -133,7 +133,7 @@ def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexAr
     return mixed
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def spline_normal(block: IntegerArray, rows: ComplexArray, blocks: int) -> ComplexArray:
     """Normal matrix of cubic splines, (4, blocks + 3) upper bands; the last is the diagonal.
 
@@ -147,7 +147,7 @@ def spline_normal(block: IntegerArray, rows: ComplexArray, blocks: int) -> Compl
     return band
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def spline_products(
     block: IntegerArray, rows: ComplexArray, weights: ComplexArray, blocks: int
 ) -> ComplexArray:
@@ -159,7 +159,7 @@ def spline_products(
     return products
 
 
-@numba.njit(cache=True, fastmath=True, nogil=True)
+@compiled(fastmath=True, nogil=True)
 def drifting_tone(
     start: int,
     frequency: float,
@@ -187,7 +187,7 @@ def drifting_tone(
         out[n] = a.real * np.cos(phi) - a.imag * np.sin(phi)
 
 
-@numba.njit(cache=True)
+@compiled()
 def orthogonal_products(
     sampling: ComplexArray,
     tilted: ComplexArray,

@@ -1,7 +1,7 @@
 """The judgement of a recording: what has to hold before a figure can rest on it."""
 
 import math
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -91,7 +91,7 @@ def _of_samples(
     recording: Recording, gyro: Channel, profile: Profile, *, standing: bool
 ) -> tuple[Note, ...]:
     """What the samples of one gyro show: one cause that spoils them all, else what is in them."""
-    causes = (
+    causes: tuple[Callable[[], tuple[Note, ...]], ...] = (
         lambda: wrap_notes(recording, gyro),
         lambda: resolution_notes(recording, gyro, profile),
         lambda: dropout_notes(recording, gyro, profile),

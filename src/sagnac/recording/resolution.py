@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from sagnac import series
-from sagnac.errors import Note
+from sagnac.errors import Level, Note
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import MOVES, finding
 from sagnac.recording.model import Recording
@@ -36,7 +36,7 @@ def resolution_notes(recording: Recording, gyro: Channel, profile: Profile) -> t
             f"{_shown(gyro, step)}, beside a scatter of {_shown(gyro, scatter)} from sample to "
             "sample; store it in double precision"
         )
-        level = "error" if step > _SPOILS * scatter else "warning"
+        level: Level = "error" if step > _SPOILS * scatter else "warning"
         return (finding("resolution", gyro.name, text, effect=None, level=level),)
     # Counts of an angle lose nothing from one sample to the next; those of a rate do.
     return _coarse(gyro, profile) if gyro.kind == "rate" else ()

@@ -59,9 +59,13 @@ def saturation_notes(recording: Recording, gyro: Channel, profile: Profile) -> t
     if gyro.kind == "angle":
         slack = _ROUNDING * float(np.spacing(max(map(abs, series.extent(gyro.values)))))
     lowest, highest = series.extent(changes)
+    ends: tuple[tuple[Literal["upper", "lower"], float], ...] = (
+        ("upper", highest),
+        ("lower", lowest),
+    )
     found = [
         limit
-        for side, value in (("upper", highest), ("lower", lowest))
+        for side, value in ends
         if (limit := limit_of(changes, value, side, slack=slack, scale=profile.scale)) is not None
     ]
     if not found:

@@ -16,8 +16,12 @@ from sagnac.units import UNITS, split_factor
 _BINS: Final = 64
 # Share of the range that is empty between the values near its two ends.
 _EMPTY: Final = 0.5
-# Share of the samples after which the value changes ends, by which chance and not motion does it.
-_OFTEN: Final = 0.01
+# Delays, in samples, at which the ends must differ as often as chance makes them, and how nearly:
+# neither a line nor a motion does that.
+_DELAYS: Final = (1, 2, 3)
+_BY_CHANCE: Final = 0.1
+# Share of the samples at either end below which a spike makes it as well.
+_LEAST_SHARE: Final = 0.01
 # Widths of counters, and how near to one the range has to lie.
 _BITS: Final = (8, 12, 16, 18, 20, 24, 32)
 _NEAR: Final = 0.02
@@ -33,13 +37,8 @@ def wrap_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     middle = _middle_of_gap(values, lowest, highest)
     if middle is None:
         return ()
-
-    def crossings(block: slice) -> int:
-        return int(np.count_nonzero(np.diff(values[block.start : block.stop + 1] > middle)))
-
-    often = sum(series.map(crossings, values.size - 1, values)) > _OFTEN * values.size
     bits = _counter_bits(gyro, highest - lowest)
-    if bits is None and not often:
+    if bits is None and not _is_by_chance(values, middle):
         return ()
     width = f"a counter of {bits} bits has" if bits else "a counter has"
     text = (
@@ -63,6 +62,24 @@ def _middle_of_gap(values: FloatArray, lowest: float, highest: float) -> float |
         return None
     at = int(np.argmax(gaps))
     return 0.5 * float(edges[filled[at] + 1] + edges[filled[at + 1]])
+
+
+def _is_by_chance(values: FloatArray, middle: float) -> bool:
+    """Whether samples lie at either end independently of those before."""
+    longest = max(_DELAYS)
+
+    def differ(block: slice) -> FloatArray:
+        high = values[block.start : block.stop + longest] > middle
+        here = high[: block.stop - block.start]
+        counts = [np.count_nonzero(here != high[delay : delay + here.size]) for delay in _DELAYS]
+        return np.array([np.count_nonzero(here), *counts], dtype=np.float64)
+
+    size = values.size - longest
+    above, *shares = series.total(differ, size, values) / size
+    expected = 2.0 * above * (1.0 - above)
+    if not _LEAST_SHARE < above < 1.0 - _LEAST_SHARE:
+        return False
+    return bool(np.all(np.abs(np.array(shares) - expected) < _BY_CHANCE * expected))
 
 
 def _counter_bits(gyro: Channel, extent: float) -> int | None:

@@ -5,10 +5,10 @@
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.kernels import compiled
 
 
 class Orders(NamedTuple):
@@ -81,7 +81,7 @@ class BeatState(NamedTuple):
 # ---- table ---------------------------------------------------------------------------
 
 
-@numba.njit(cache=True)
+@compiled()
 def earth_in_table(alpha: float, earth: FloatArray, wobble: Orders) -> tuple[float, float, float]:
     """Earth rate along b when the shaft is tilted by the wobble at this table angle."""
     tilt_x = 0.0
@@ -97,7 +97,7 @@ def earth_in_table(alpha: float, earth: FloatArray, wobble: Orders) -> tuple[flo
     return cosine * first + sine * second, cosine * second - sine * first, third
 
 
-@numba.njit(cache=True)
+@compiled()
 def table_angle(drive: float, ripple: Orders) -> float:
     """Table angle at a drive angle: ripple of the rate at orders of the drive."""
     angle = drive
@@ -108,7 +108,7 @@ def table_angle(drive: float, ripple: Orders) -> float:
     return angle
 
 
-@numba.njit(cache=True)
+@compiled()
 def with_tilt(alpha: float, wobble: Orders, along_x: float, along_y: float) -> tuple[float, float]:
     """Angles along the two level axes of b, with what the shaft's own tilting adds to them.
 
@@ -127,7 +127,7 @@ def with_tilt(alpha: float, wobble: Orders, along_x: float, along_y: float) -> t
     return along_x, along_y
 
 
-@numba.njit(cache=True)
+@compiled()
 def motion(
     drive: FloatArray,
     rate: FloatArray,
@@ -165,7 +165,7 @@ def motion(
     return MotionState(drive_before, rate_before, begin, (turned_x, turned_y, turned_z))
 
 
-@numba.njit(cache=True)
+@compiled()
 def oscillator(
     normals: FloatArray,
     transition: FloatArray,
@@ -189,7 +189,7 @@ def oscillator(
     return OscillatorState(held_angle, held_rate)
 
 
-@numba.njit(cache=True)
+@compiled()
 def rate_noise(
     normals: FloatArray,
     decay: float,
@@ -218,7 +218,7 @@ def rate_noise(
 # ---- disturbances --------------------------------------------------------------------
 
 
-@numba.njit(cache=True)
+@compiled()
 def _to_power(
     power: int,
     order: float,
@@ -237,7 +237,7 @@ def _to_power(
     return power
 
 
-@numba.njit(cache=True)
+@compiled()
 def harmonics(
     alpha: FloatArray,
     orders: FloatArray,
@@ -273,7 +273,7 @@ def harmonics(
                         out[c, start + n] += a * np.cos(argument) + b * np.sin(argument)
 
 
-@numba.njit(cache=True)
+@compiled()
 def lines_in_time(
     first: int,
     cycles_per_sample: FloatArray,
@@ -305,7 +305,7 @@ def lines_in_time(
 # ---- encoder and gyros ---------------------------------------------------------------
 
 
-@numba.njit(cache=True)
+@compiled()
 def null_pulse(
     alpha: FloatArray,
     errors: FloatArray,
@@ -339,7 +339,7 @@ def null_pulse(
     return NullState(turns, passages, passed)
 
 
-@numba.njit(cache=True)
+@compiled()
 def slow_drift(
     normals: FloatArray,
     decay: FloatArray,
@@ -365,7 +365,7 @@ def slow_drift(
     return walked
 
 
-@numba.njit(cache=True)
+@compiled()
 def readout(
     true: FloatArray,
     noise: FloatArray,
@@ -392,12 +392,12 @@ def readout(
 # ---- lock-in equation ----------------------------------------------------------------
 
 
-@numba.njit(cache=True)
+@compiled()
 def _input_phase(time: float, rate: float, swing: float, bend: float, start: float) -> float:
     return float(start + rate * time + swing * (1.0 - np.cos(bend * time)))
 
 
-@numba.njit(cache=True)
+@compiled()
 def lock_in_steps(
     equation: LockInSteps,
     peaks: FloatArray,

@@ -2,16 +2,16 @@
 
 from typing import Final
 
-import numba
 import numpy as np
 
 from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.kernels import compiled
 
 # Coefficients of a polynomial in a table: known here, the loops over them are unrolled.
 TERMS: Final = 8
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def table_evaluated(phase: FloatArray, table: FloatArray, series: FloatArray) -> None:
     """Fill `series` with the polynomials of `table` nearest to each phase.
 
@@ -31,7 +31,7 @@ def table_evaluated(phase: FloatArray, table: FloatArray, series: FloatArray) ->
         series[n] = value
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def table_gathered(phase: FloatArray, strengths: FloatArray, table: FloatArray) -> None:
     """Add each strength, times the powers of its offset, to the nearest row of such a table."""
     points = table.shape[0]
@@ -47,7 +47,7 @@ def table_gathered(phase: FloatArray, strengths: FloatArray, table: FloatArray) 
             value *= offset
 
 
-@numba.njit(cache=True, nogil=True, fastmath=True)
+@compiled(nogil=True, fastmath=True)
 def tapered_power(transform: ComplexArray, turns: ComplexArray, power: FloatArray) -> None:
     """Fill `power` with the squares at every second frequency of `transform`, summed over tapers.
 
@@ -68,7 +68,7 @@ def tapered_power(transform: ComplexArray, turns: ComplexArray, power: FloatArra
         power[n] = total
 
 
-@numba.njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def interpolated(start: int, points: FloatArray, levels: FloatArray, series: FloatArray) -> None:
     """Fill `series` with levels at the whole numbers from `start` on, linear between the points."""
     segment = 0

@@ -5,17 +5,17 @@
 
 import math
 
-import numba
 import numpy as np
 
 from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.kernels import compiled
 
 # Sums may be reordered into vector lanes, but a NaN stays a NaN and no division is guessed.
 _REORDER = {"reassoc", "contract"}
 _BLOCK = 4096
 
 
-@numba.njit(cache=True)
+@compiled()
 def accumulate_deviations(
     values: FloatArray, mean: float, total: float, angle: FloatArray
 ) -> float:
@@ -26,7 +26,7 @@ def accumulate_deviations(
     return total
 
 
-@numba.njit(cache=True)
+@compiled()
 def subtract_ramp(
     values: FloatArray, slope: float, offset: float, first: int, angle: FloatArray
 ) -> float:
@@ -36,7 +36,7 @@ def subtract_ramp(
     return float(angle[values.size - 1])
 
 
-@numba.njit(cache=True, fastmath=_REORDER)
+@compiled(fastmath=_REORDER)
 def sum_squared_second_differences(
     angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
 ) -> FloatArray:
@@ -65,7 +65,7 @@ def sum_squared_second_differences(
     return sums
 
 
-@numba.njit(cache=True, fastmath=_REORDER)
+@compiled(fastmath=_REORDER)
 def sum_squared_third_differences(
     angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
 ) -> FloatArray:
@@ -89,7 +89,7 @@ def sum_squared_third_differences(
     return sums
 
 
-@numba.njit(cache=True)
+@compiled()
 def window_difference(angle: FloatArray, lag: int, start: int, stop: int, window: float) -> float:
     """`window` and ``x[i + 2 lag] - 2 x[i + lag] + x[i]``, start <= i < stop, one by one."""
     for i in range(start, stop):
@@ -97,7 +97,7 @@ def window_difference(angle: FloatArray, lag: int, start: int, stop: int, window
     return window
 
 
-@numba.njit(cache=True, fastmath=_REORDER)
+@compiled(fastmath=_REORDER)
 def sum_squared_window_differences(
     angle: FloatArray,
     lags: IntegerArray,
@@ -160,7 +160,7 @@ def sum_squared_window_differences(
     return sums, windows
 
 
-@numba.njit(cache=True)
+@compiled()
 def sum_squared_differences_in_stretches(
     angle: FloatArray, starts: IntegerArray, lengths: IntegerArray, lags: IntegerArray, order: int
 ) -> FloatArray:
@@ -175,7 +175,7 @@ def sum_squared_differences_in_stretches(
     return sums
 
 
-@numba.njit(cache=True)
+@compiled()
 def sum_squared_window_differences_in_stretches(
     angle: FloatArray, starts: IntegerArray, lengths: IntegerArray, lags: IntegerArray
 ) -> FloatArray:
@@ -195,7 +195,7 @@ def sum_squared_window_differences_in_stretches(
     return total
 
 
-@numba.njit(cache=True)
+@compiled()
 def sum_squared_differences_with_gaps(
     angle: FloatArray, lag: int, order: int, begin: int, end: int
 ) -> tuple[float, int]:
@@ -217,7 +217,7 @@ def sum_squared_differences_with_gaps(
     return total, terms
 
 
-@numba.njit(cache=True, fastmath=_REORDER)
+@compiled(fastmath=_REORDER)
 def sum_squared_arms(
     centre: FloatArray,
     ahead: FloatArray,
@@ -238,7 +238,7 @@ def sum_squared_arms(
     return total
 
 
-@numba.njit(cache=True, fastmath=_REORDER)
+@compiled(fastmath=_REORDER)
 def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
     """Sum over windows of 3 lag samples of the mean square of the modified total term.
 
@@ -291,7 +291,7 @@ def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
     return total
 
 
-@numba.njit(cache=True, fastmath=_REORDER)
+@compiled(fastmath=_REORDER)
 def sum_theo1_terms(angle: FloatArray, mirrored: FloatArray, span: int, stride: int) -> float:
     """Sum over starts i of ``sum_v ((x[i] - x[i+v]) + (x[i+span] - x[i+span-v]))**2 / v``.
 
@@ -316,7 +316,7 @@ def sum_theo1_terms(angle: FloatArray, mirrored: FloatArray, span: int, stride: 
     return total
 
 
-@numba.njit(cache=True)
+@compiled()
 def take_without_parabola(
     angle: FloatArray, start: int, count: int, cluster: int, row: FloatArray
 ) -> None:
@@ -342,7 +342,7 @@ def take_without_parabola(
         row[k] -= constant + ramp * t + parabola * (t * t - curvature_centre)
 
 
-@numba.njit(cache=True)
+@compiled()
 def lag_one_correlation(stretches: FloatArray, counts: IntegerArray, order: int) -> float:
     """Pooled lag-1 autocorrelation of stretches that were differenced `order` times, or NaN."""
     product = 0.0
@@ -361,7 +361,7 @@ def lag_one_correlation(stretches: FloatArray, counts: IntegerArray, order: int)
     return product / square if square > 0.0 else np.nan
 
 
-@numba.njit(cache=True)
+@compiled()
 def lag_one_order(
     angle: FloatArray, starts: IntegerArray, counts: IntegerArray, cluster: int, maximum_order: int
 ) -> float:
@@ -393,7 +393,7 @@ def lag_one_order(
     return np.nan
 
 
-@numba.njit(cache=True)
+@compiled()
 def _power_law_structure(t: float, alpha: int) -> float:
     """s_w(t): generalized autocovariance of the continuous angle noise, up to a factor."""
     t = abs(t)
@@ -405,7 +405,7 @@ def _power_law_structure(t: float, alpha: int) -> float:
     return power * math.log(t) if alpha in (1, -3) else -power * math.log(t)
 
 
-@numba.njit(cache=True)
+@compiled()
 def _filtered_power(t: float, h: float, alpha: int) -> float:
     """s_x(t) beyond the filter, t >= h, for an even alpha: a polynomial."""
     if alpha == 2:
@@ -417,7 +417,7 @@ def _filtered_power(t: float, h: float, alpha: int) -> float:
     return -(42.0 * t**5 + 70.0 * t**3 * h**2 + 14.0 * t * h**4)
 
 
-@numba.njit(cache=True)
+@compiled()
 def _filtered_flicker(t: float, h: float, alpha: int) -> float:
     """s_x(t) beyond the filter, t >= h, for an odd alpha: powers times logarithms."""
     u = h / t
@@ -439,7 +439,7 @@ def _filtered_flicker(t: float, h: float, alpha: int) -> float:
     return value if alpha == -1 else -value
 
 
-@numba.njit(cache=True)
+@compiled()
 def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
     """s_x(t) = F^2 (2 s_w(t) - s_w(t - 1/F) - s_w(t + 1/F)).
 
@@ -461,7 +461,7 @@ def _filtered_structure(t: float, filter_factor: float, alpha: int) -> float:
     return _filtered_flicker(t, h, alpha)
 
 
-@numba.njit(cache=True)
+@compiled()
 def difference_covariance(t: float, filter_factor: float, alpha: int, order: int) -> float:
     """s_z(t): covariance of the order-th differences, from binomials of s_x."""
     if order == 2:
@@ -492,7 +492,7 @@ def difference_covariance(t: float, filter_factor: float, alpha: int, order: int
     )
 
 
-@numba.njit(cache=True)
+@compiled()
 def inverse_degrees_of_freedom(
     terms: int,
     steps: int,

@@ -39,7 +39,14 @@ def analyze(
     failed = DONE
     for file, folder in zip(files, folders, strict=True):
         try:
-            one = _analyzed(file, statement, settings, folder, stage_of=file.name * several)
+            one = _analyzed(
+                file,
+                statement,
+                settings,
+                folder,
+                stage_of=file.name * several,
+                memory=options.memory,
+            )
         except Exception as error:
             if not several or options.debug:
                 raise
@@ -59,11 +66,17 @@ def analyze(
 
 
 def _analyzed(
-    file: Path, statement: "Statement", settings: "Settings", folder: Path | None, *, stage_of: str
+    file: Path,
+    statement: "Statement",
+    settings: "Settings",
+    folder: Path | None,
+    *,
+    stage_of: str,
+    memory: int | None,
 ) -> results.Written:
     """One file, its report in `folder` unless that is None."""
     with progresses.shown(stage_of) as progress:
-        read = read_file(file, statement, progress)
+        read = read_file(file, statement, progress, memory=memory)
         from sagnac.analysis.pipeline import analyze as run
 
         with naming(file):

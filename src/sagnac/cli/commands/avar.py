@@ -56,7 +56,7 @@ def avar(
     )
     results.require_writable(output)
     with progresses.shown() as progress:
-        read = read_file(file, statement, progress, verify=gaps == "reject")
+        read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
         with naming(file):
             if gaps == "omit":
                 from sagnac.recording.gaps import with_gaps_marked
@@ -100,7 +100,7 @@ def _reported(
     for bench in benches:
         (name,) = bench.analysis.settings.gyros
         progress(f"{name}: report", 0.0)
-        written = results.write_report(bench.analysis, output / name)
+        written = results.write_report(bench.analysis, output / results.folder_name(name))
         timed.append(replace(bench, analysis=written.analysis))
         paths += written.paths
     return timed, paths

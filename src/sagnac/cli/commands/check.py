@@ -30,7 +30,9 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     settings = settings_of(options)
     with progresses.shown() as progress:
         try:
-            recording = read_file(file, statement, progress, verify=False).recording
+            recording = read_file(
+                file, statement, progress, memory=options.memory, verify=False
+            ).recording
         except RecordingError:
             if not options.as_json:
                 _suggest(file, statement)

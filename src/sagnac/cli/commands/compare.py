@@ -40,7 +40,7 @@ def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = No
     results.require_writable(output)
     methods = (options.method,) if options.method else METHODS
     with progresses.shown() as progress:
-        read = read_file(file, statement, progress)
+        read = read_file(file, statement, progress, memory=options.memory)
         with naming(file):
             found = _compared(read, settings, methods, progress)
         written = []

@@ -24,7 +24,7 @@ def convert(
     if target.exists() and source.exists() and target.samefile(source):
         raise UsageError(f"{target}: is IN itself, which would be lost; give OUT another name")
     with progresses.shown() as progress:
-        recording = read_file(source, statement, progress).recording
+        recording = read_file(source, statement, progress, memory=options.memory).recording
         from sagnac.formats import write
 
         progress("write", 0.0)

@@ -11,7 +11,7 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     statement = statement_of(options)
     settings = settings_of(options)
     with progresses.shown() as progress:
-        read = read_file(file, statement, progress)
+        read = read_file(file, statement, progress, memory=options.memory)
         from sagnac.analysis.pipeline import analyze as run
 
         with naming(file):

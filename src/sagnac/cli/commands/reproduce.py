@@ -27,6 +27,7 @@ def reproduce(
     del debug
     folder = results.made(output or Path("reproduction"))
     results.require_writable(folder)
+    results.ready_to_draw()
     from sagnac.paper.plan import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
     from sagnac.report import reproduction as pages

@@ -1,0 +1,64 @@
+"""Compiled loops: cached between runs if there is anywhere to cache them, else compiled anew."""
+
+import warnings
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def compiled(**options: Any) -> Callable[[_Function], _Function]:
+    """Compile a loop at its first call.
+
+    Without a folder that may be written to (an installation of somebody else's, no home) nothing
+    is cached. A cache that is damaged is not used, and is written anew.
+
+    Parameters
+    ----------
+    **options
+        Of `numba.njit`: ``nogil``, ``fastmath``, ``error_model``.
+    """
+
+    def decorate(function: _Function) -> _Function:
+        try:
+            loop: _Function = numba.njit(cache=True, **options)(function)
+        except RuntimeError:
+            # There is no folder to cache in.
+            loop = numba.njit(cache=False, **options)(function)
+        else:
+            _guard(loop)
+        return loop
+
+    return decorate
+
+
+def _guard(loop: Any) -> None:
+    """Let a cache that cannot be read or written cost a compilation, not the run."""
+    cache = loop._cache
+    load, save = cache.load_overload, cache.save_overload
+
+    def guarded_load(*arguments: Any) -> Any:
+        try:
+            return load(*arguments)
+        except Exception:
+            _forget(cache)
+            return None
+
+    def guarded_save(*arguments: Any) -> None:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                save(*arguments)
+        except Exception:
+            _forget(cache)
+
+    cache.load_overload, cache.save_overload = guarded_load, guarded_save
+
+
+def _forget(cache: Any) -> None:
+    try:
+        cache.flush()
+    except OSError:
+        return

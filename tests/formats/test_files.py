@@ -1,0 +1,68 @@
+"""Files and folders that change whole or not at all, and what dead processes leave."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from sagnac.errors import RecordingError
+from sagnac.formats.files import remove_leftovers, replacing, replacing_folder
+
+
+def dead_process() -> int:
+    process = subprocess.Popen([sys.executable, "-c", ""])
+    process.wait()
+    return process.pid
+
+
+def test_a_file_is_replaced_whole_or_stays(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text("old")
+    with pytest.raises(ZeroDivisionError), replacing(path) as temporary:
+        temporary.write_text(f"half {1 / 0}")
+    assert path.read_text() == "old"
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+    assert path.read_text() == "new"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.csv"]
+
+
+def test_a_full_disk_names_the_file(tmp_path):
+    said = pytest.raises(RecordingError, match=r"run\.csv: cannot be written \(No space left")
+    with said, replacing(tmp_path / "run.csv"):
+        raise OSError(28, "No space left on device")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_is_replaced_whole_and_keeps_what_is_not_of_the_set(tmp_path):
+    folder = tmp_path / "report"
+    with replacing_folder(folder) as new:
+        (new / "a").write_text("1")
+        (new / "b").write_text("1")
+    (folder / "mine").write_text("kept")
+    (folder / "more").mkdir()
+    (folder / "more" / "too").write_text("kept")
+    with pytest.raises(RecordingError, match="No such file"), replacing_folder(folder) as new:
+        shutil.copy("nowhere", shutil.copy(folder / "b", new / "a"))
+    assert (folder / "a").read_text() == (folder / "b").read_text() == "1"
+    with replacing_folder(folder) as new:
+        (new / "a").write_text("2")
+        (new / "b").write_text("2")
+    assert (folder / "a").read_text() == (folder / "b").read_text() == "2"
+    assert (folder / "mine").read_text() == (folder / "more" / "too").read_text() == "kept"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["report"]
+
+
+def test_leftovers_of_dead_processes_go_and_those_of_the_living_stay(tmp_path):
+    dead = dead_process()
+    gone = [tmp_path / f".run.csv.{dead}.abc.part", tmp_path / f".run.csv.{dead}.def.part"]
+    gone[0].write_text("half")
+    gone[1].mkdir()
+    (gone[1] / "half").write_text("half")
+    kept = [tmp_path / f".run.csv.{os.getpid()}.abc.part", tmp_path / f".other.csv.{dead}.x.part"]
+    for path in kept:
+        path.write_text("half")
+    remove_leftovers(tmp_path / "run.csv")
+    assert sorted(tmp_path.iterdir()) == sorted(kept)
