@@ -13,6 +13,7 @@ from typing import Final
 from cyclopts import App, CycloptsError
 
 from sagnac import __version__
+from sagnac.cli.commands.align import align
 from sagnac.cli.commands.analyze import analyze
 from sagnac.cli.commands.avar import avar
 from sagnac.cli.commands.campaign import campaign
@@ -41,6 +42,7 @@ for _command in (
     simulate,
     convert,
     campaign,
+    align,
     reproduce,
 ):
     app.command(_command)
