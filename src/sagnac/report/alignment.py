@@ -48,7 +48,7 @@ class Prospect:
 def azimuth_figure(prospect: Prospect) -> Figure:
     """Azimuth error against time, what N, B and K make of it, and the filter's."""
     compass = prospect.compass
-    with styled(legend_rows=2) as canvas:
+    with styled(legend_rows=1) as canvas:
         axes = canvas.axes
         axes.fill_between(
             compass.times, compass.low / ARCMINUTE, compass.high / ARCMINUTE,
@@ -85,7 +85,7 @@ def prospect_text(prospect: Prospect) -> str:
         f"azimuth after {compass.times[-1]:g} s at {prospect.latitude / DEGREE:g}°, 1 σ",
         f"  gyrocompass, two positions    {number(last)}′  [{number(low)}, {number(high)}] "
         f"{100.0 * compass.confidence:g} %",
-        f"    its floor by B              {number(compass.floor / ARCMINUTE)}′",
+        f"    its floor by B              {_floor(prospect)}",
         f"  Kalman filter, one position   {number(filtered.azimuth[-1] / ARCMINUTE)}′",
         f"position {hours:g} h after the filter's alignment  "
         f"{number(prospect.position.deviation[-1])} m, 1 σ",
@@ -141,6 +141,12 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
         },
         "notes": notes_of(prospect),
     }
+
+
+def _floor(prospect: Prospect) -> str:
+    if "bias_instability" in prospect.noise.unseen:
+        return "not known, since B was not estimated"
+    return f"{number(prospect.compass.floor / ARCMINUTE)}′"
 
 
 def _drift(prospect: Prospect) -> float:
