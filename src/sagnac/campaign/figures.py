@@ -127,6 +127,7 @@ def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
 def _scale(axes: Axes, across: str) -> None:
     axes.set_xlabel(across)
     axes.set_ylabel("angle random walk N, per gyro (°/√h)")
+    axes.yaxis.set_major_formatter(lambda value, _place: f"{value:.4g}")
     low, high = axes.get_ylim()
     if low > 0.0 and high > 4.0 * low:
         axes.set_yscale("log")

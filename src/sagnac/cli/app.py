@@ -16,6 +16,7 @@ from typing import Final
 from cyclopts import App, CycloptsError
 
 from sagnac import __version__
+from sagnac.cli.commands.align import align
 from sagnac.cli.commands.analyze import analyze
 from sagnac.cli.commands.avar import avar
 from sagnac.cli.commands.campaign import campaign
@@ -51,6 +52,7 @@ for _command in (
     export,
     plan,
     campaign,
+    align,
     reproduce,
 ):
     app.command(_command)

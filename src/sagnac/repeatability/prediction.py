@@ -8,8 +8,9 @@ with three levels say, the interval is that of t with two degrees of freedom, as
 Satterthwaite's sum is ``1/f = sum of p_k^2/f_k`` over the shares p_k of the variance. If a factor
 of two degrees of freedom happens to come out small, its share does, too, and the interval is too
 short just then: with a new day alone it held 92 to 94 times in 100. The power of the shares is
-therefore 1 for a run with one new factor, which rules, and 1.6 and 1.8 with two and three. Intervals
-of 95 % then hold 93 to 97 times in simulations in which each factor scatters by 2 to 30 %.
+therefore 1 for a run with one new factor, which rules, and 1.6 and 1.8 with two and three.
+Intervals of 95 % then hold 93 to 97 times in simulations in which each factor scatters by 2 to
+30 %.
 """
 
 import math

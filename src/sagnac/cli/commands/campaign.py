@@ -14,7 +14,6 @@ from sagnac.cli.options import (
     NO_OPTIONS,
     OUTPUT,
     Options,
-    memory_size,
     one_argument,
     seconds,
     settings_of,
@@ -63,15 +62,6 @@ def campaign(
         int | None,
         Parameter(group=_WORK, metavar="N", help="Processes; one for each core unless stated."),
     ] = None,
-    memory: Annotated[
-        float | None,
-        one_argument(
-            memory_size,
-            group=_WORK,
-            metavar="4GiB",
-            help="For all processes together; what is free unless stated.",
-        ),
-    ] = None,
     scheduler: Annotated[
         str | None,
         Parameter(
@@ -96,7 +86,7 @@ def campaign(
         raise UsageError(f"--{error}") from error
     tasks = tasks_of(sources, choices)
     results.require_writable(output)
-    completed = _completed(scheduler, workers, memory)
+    completed = _completed(scheduler, workers, options.memory)
     made = _run(tasks, results.made(output).absolute(), completed, span)
     _write(made, output, choices, sources)
     for row in made.failed:

@@ -1,0 +1,138 @@
+"""N, B and K of one gyro, as a filter takes them."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from sagnac.arrays import FloatArray
+from sagnac.errors import RecordingError
+from sagnac.units import COEFFICIENT_UNITS
+
+NAMES: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
+SCHEMA: Final = "sagnac.analysis/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GyroNoise:
+    """Noise of one gyro, SI.
+
+    Attributes
+    ----------
+    angle_random_walk, bias_instability, rate_random_walk
+        N in rad/sqrt(s), B in rad/s, K in rad/s/sqrt(s); 0 for what was not seen.
+    covariance
+        (3, 3) of these three, SI.
+    unseen
+        Names of those that are 0 because they were not estimated.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite, or the covariance has another shape.
+    """
+
+    angle_random_walk: float
+    bias_instability: float = 0.0
+    rate_random_walk: float = 0.0
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+    unseen: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in NAMES:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} is {value!r}; give a finite number, zero or more")
+        if self.covariance.shape != (3, 3):
+            raise ValueError(f"covariance has shape {self.covariance.shape}; give (3, 3)")
+
+    @property
+    def values(self) -> FloatArray:
+        """(3,) N, B and K."""
+        return np.array([getattr(self, name) for name in NAMES])
+
+    @classmethod
+    def from_json(cls, path: Path) -> "GyroNoise":
+        """The noise that an ``analysis.json`` holds.
+
+        Raises
+        ------
+        RecordingError
+            If the file is no analysis, or its N is neither estimated nor bounded.
+        """
+        try:
+            document = json.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise RecordingError(
+                f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
+            ) from None
+        except ValueError as error:
+            raise RecordingError(
+                f"not JSON: {error}", path=str(path), remedy="give an analysis.json"
+            ) from None
+        if not isinstance(document, Mapping) or document.get("schema") != SCHEMA:
+            raise RecordingError(
+                f"is not of schema {SCHEMA}",
+                path=str(path),
+                remedy="give the analysis.json that an analysis of one recording wrote",
+            )
+        try:
+            return cls.from_document(document)
+        except RecordingError as error:
+            raise error.at(str(path)) from None
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> "GyroNoise":
+        """The noise that an analysis of schema ``sagnac.analysis/1`` states.
+
+        What is not estimated is taken as 0 and named in `unseen`; if N has an upper bound only, N
+        is that bound.
+
+        Raises
+        ------
+        RecordingError
+            If N is not observable.
+        """
+        stated = {**document["coefficients"], NAMES[0]: document["angle_random_walk"]}
+        values, unseen = [], []
+        for name in NAMES:
+            one = stated.get(name) or {"status": "not observable"}
+            bounded = name == NAMES[0] and one["status"] == "upper bound"
+            if one["status"] == "estimated" or bounded:
+                values.append(one["value"] * COEFFICIENT_UNITS[name][one["unit"]])
+            else:
+                values.append(0.0)
+            if one["status"] != "estimated":
+                unseen.append(name)
+        if values[0] == 0.0:
+            raise RecordingError(
+                "its angle random walk is not observable", remedy="give a longer recording"
+            )
+        return cls(
+            angle_random_walk=values[0],
+            bias_instability=values[1],
+            rate_random_walk=values[2],
+            covariance=_covariance(document.get("covariance"), unseen),
+            unseen=tuple(unseen),
+        )
+
+
+def _covariance(stated: Mapping[str, Any] | None, unseen: list[str]) -> FloatArray:
+    """(3, 3) of N, B and K in SI; zeros for what was not estimated."""
+    found = np.zeros((3, 3))
+    if stated is None:
+        return found
+    names = stated["names"]
+    sizes = [
+        COEFFICIENT_UNITS[name][unit] for name, unit in zip(names, stated["units"], strict=True)
+    ]
+    for row, first in enumerate(NAMES):
+        for column, second in enumerate(NAMES):
+            if {first, second} <= set(names) - set(unseen):
+                at, to = names.index(first), names.index(second)
+                found[row, column] = stated["matrix"][at][to] * sizes[at] * sizes[to]
+    return found

@@ -1,0 +1,82 @@
+"""``sagnac align``: what the noise of a gyro means for heading."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from sagnac.cli import output as results
+from sagnac.cli.errors import DONE
+from sagnac.cli.options import OUTPUT, Debug, Folder, one_argument, seconds
+
+
+def align(
+    analysis: Annotated[Path, Parameter(name="ANALYSIS.json", help="Of an analysis.")],
+    /,
+    *,
+    latitude: Annotated[float, Parameter(metavar="DEG", help="-89 to 89.")],
+    time: Annotated[
+        float, one_argument(seconds, metavar="10min", help="Length of the alignment.")
+    ] = 600.0,
+    bias: Annotated[
+        float,
+        Parameter(
+            metavar="DEG/H", help="What is not known of a gyro's bias, 1 sigma: 0 unless stated."
+        ),
+    ] = 0.0,
+    after: Annotated[
+        float, one_argument(seconds, metavar="1h", help="Position error this long afterwards.")
+    ] = 3600.0,
+    confidence: Annotated[float, Parameter(metavar="0.95", help="Of the interval.")] = 0.95,
+    output: Folder = None,
+    as_json: Annotated[
+        bool,
+        Parameter(
+            name="--json", group=OUTPUT, negative="", show_default=False, help="JSON, nothing else."
+        ),
+    ] = False,
+    debug: Debug = False,
+) -> int:
+    """Azimuth error of gyrocompass and filter from N, B and K; what a filter starts from.
+
+    With -o, alignment.json and alignment.png go into DIR.
+    """
+    del debug
+    results.require_writable(output)
+    import numpy as np
+
+    from sagnac.alignment.azimuth import azimuth_error
+    from sagnac.alignment.initial import Start, aligned
+    from sagnac.alignment.noise import GyroNoise
+    from sagnac.alignment.position import position_error
+    from sagnac.report import alignment as shown
+    from sagnac.report.document import to_json
+    from sagnac.report.figures import write_png
+    from sagnac.report.files import write_text
+    from sagnac.units import DEGREE, DEGREE_PER_HOUR
+
+    noise, place = GyroNoise.from_json(analysis), latitude * DEGREE
+    start = Start(drift=bias * DEGREE_PER_HOUR)
+    filtered = aligned(noise, latitude=place, seconds=time, start=start)
+    prospect = shown.Prospect(
+        noise=noise,
+        start=start,
+        latitude=place,
+        compass=azimuth_error(
+            noise, latitude=place, times=np.geomspace(time / 100.0, time, 101),
+            confidence=confidence,
+        ),
+        filtered=filtered,
+        position=position_error(
+            noise, latitude=place, covariance=filtered.covariance, seconds=after
+        ),
+    )  # fmt: skip
+    text = to_json(shown.prospect_document(prospect))
+    print(text if as_json else shown.prospect_text(prospect))
+    if output is not None:
+        folder = results.made(output)
+        write_text(folder / "alignment.json", text + "\n")
+        write_png(shown.azimuth_figure(prospect), folder / "alignment.png")
+        if not as_json:
+            results.print_paths([folder / "alignment.json", folder / "alignment.png"])
+    return DONE

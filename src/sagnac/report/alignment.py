@@ -1,0 +1,153 @@
+"""What an alignment comes to, as a figure, as text and as data."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from sagnac import plot
+from sagnac.alignment.azimuth import AzimuthError
+from sagnac.alignment.initial import Alignment, Start, flicker_deviation
+from sagnac.alignment.noise import GyroNoise
+from sagnac.alignment.position import PositionError
+from sagnac.report.style import legend_above, styled
+from sagnac.report.wording import TITLES, number
+from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR
+
+ARCMINUTE: Final = 60.0 * ARCSECOND
+SCHEMA: Final = "sagnac.alignment/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Prospect:
+    """What the noise of a gyro means for heading.
+
+    Attributes
+    ----------
+    noise, start
+        Of each gyro, and before the alignment.
+    latitude
+        rad.
+    compass
+        Of a gyrocompass of two positions, against time; the last is at the end.
+    filtered
+        Alignment by a Kalman filter.
+    position
+        After the alignment.
+    """
+
+    noise: GyroNoise
+    start: Start
+    latitude: float
+    compass: AzimuthError
+    filtered: Alignment
+    position: PositionError
+
+
+def azimuth_figure(prospect: Prospect) -> Figure:
+    """Azimuth error against time, what N, B and K make of it, and the filter's."""
+    compass = prospect.compass
+    with styled(legend_rows=1) as canvas:
+        axes = canvas.axes
+        axes.fill_between(
+            compass.times, compass.low / ARCMINUTE, compass.high / ARCMINUTE,
+            color=plot.BLUE, alpha=0.18, linewidth=0.0,
+        )  # fmt: skip
+        axes.plot(
+            compass.times, compass.deviation / ARCMINUTE, color=plot.BLUE,
+            label="gyrocompass, two positions",
+        )  # fmt: skip
+        for place, symbol in enumerate("NBK"):
+            part = np.sqrt(compass.parts[:, place]) / ARCMINUTE
+            if np.any(part > 0.0):
+                axes.plot(compass.times, part, color=plot.QUIET, linewidth=0.8, linestyle="--")
+                axes.annotate(symbol, (compass.times[0], part[0]), color=plot.INK, fontsize=8.5)
+        axes.plot(
+            prospect.filtered.times, prospect.filtered.azimuth / ARCMINUTE, color=plot.ORANGE,
+            label="Kalman filter, one position",
+        )  # fmt: skip
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlabel("time of alignment (s)")
+        axes.set_ylabel(f"azimuth error at {prospect.latitude / DEGREE:g}°, 1 σ (′)")
+        legend_above(axes, columns=2)
+    return canvas.figure
+
+
+def prospect_text(prospect: Prospect) -> str:
+    """The answer first, then what it rests on."""
+    compass, filtered = prospect.compass, prospect.filtered
+    last = compass.deviation[-1] / ARCMINUTE
+    low, high = compass.low[-1] / ARCMINUTE, compass.high[-1] / ARCMINUTE
+    hours = prospect.position.times[-1] / HOUR
+    lines = [
+        f"azimuth after {compass.times[-1]:g} s at {prospect.latitude / DEGREE:g}°, 1 σ",
+        f"  gyrocompass, two positions    {number(last)}′  [{number(low)}, {number(high)}] "
+        f"{100.0 * compass.confidence:g} %",
+        f"    its floor by B              {_floor(prospect)}",
+        f"  Kalman filter, one position   {number(filtered.azimuth[-1] / ARCMINUTE)}′",
+        f"position {hours:g} h after the filter's alignment  "
+        f"{number(prospect.position.deviation[-1])} m, 1 σ",
+        "for the filter, of each gyro",
+        f"  process noise N²              {number(prospect.noise.angle_random_walk**2)} rad²/s",
+        f"  a priori drift                {number(_drift(prospect) / DEGREE_PER_HOUR)} °/h",
+        f"  drift's process noise K²      {number(prospect.noise.rate_random_walk**2)} rad²/s³",
+    ]
+    lines += [f"note: {text}" for text in notes_of(prospect)]
+    return "\n".join(lines)
+
+
+def notes_of(prospect: Prospect) -> list[str]:
+    """What the answer leaves out."""
+    unseen = prospect.noise.unseen
+    notes = [
+        f"{TITLES[name]} was not estimated and is taken as zero"  # type: ignore[index]
+        for name in unseen
+        if name != "angle_random_walk"
+    ]
+    if "angle_random_walk" in unseen:
+        notes.append("N is an upper bound, and so is the azimuth error that it makes")
+    if prospect.start.drift == 0.0:
+        notes.append("the bias is taken as known except for its flicker; accelerometers are ideal")
+    return notes
+
+
+def prospect_document(prospect: Prospect) -> dict[str, Any]:
+    """The same as JSON, schema ``sagnac.alignment/1``, SI except where a key names its unit."""
+    compass, filtered = prospect.compass, prospect.filtered
+    return {
+        "schema": SCHEMA,
+        "latitude_deg": prospect.latitude / DEGREE,
+        "confidence": compass.confidence,
+        "gyrocompass": {
+            "time_s": compass.times.tolist(),
+            "azimuth_arcmin": (compass.deviation / ARCMINUTE).tolist(),
+            "low_arcmin": (compass.low / ARCMINUTE).tolist(),
+            "high_arcmin": (compass.high / ARCMINUTE).tolist(),
+            "floor_arcmin": compass.floor / ARCMINUTE,
+        },
+        "filter": {
+            "time_s": filtered.times.tolist(),
+            "azimuth_arcmin": (filtered.azimuth / ARCMINUTE).tolist(),
+            "process_noise_rad2_per_s": prospect.noise.angle_random_walk**2,
+            "drift_deviation_rad_per_s": _drift(prospect),
+            "drift_process_noise_rad2_per_s3": prospect.noise.rate_random_walk**2,
+            "covariance": filtered.covariance.tolist(),
+        },
+        "position": {
+            "time_s": prospect.position.times.tolist(),
+            "deviation_m": prospect.position.deviation.tolist(),
+        },
+        "notes": notes_of(prospect),
+    }
+
+
+def _floor(prospect: Prospect) -> str:
+    if "bias_instability" in prospect.noise.unseen:
+        return "not known, since B was not estimated"
+    return f"{number(prospect.compass.floor / ARCMINUTE)}′"
+
+
+def _drift(prospect: Prospect) -> float:
+    return float(np.hypot(prospect.start.drift, flicker_deviation(prospect.noise)))

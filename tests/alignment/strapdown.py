@@ -1,0 +1,111 @@
+"""A strapdown navigator at rest that aligns itself in a closed loop, many runs at once.
+
+Attitudes are whole rotation matrices and the corrections are fed back at every step, so that
+nothing of the linear error model is used but the filter's own matrices.
+"""
+
+import numpy as np
+
+from sagnac.alignment.error_model import (
+    DRIFTS,
+    EARTH_RADIUS,
+    GRAVITY,
+    POSITIONS,
+    STATES,
+    TILTS,
+    VELOCITIES,
+    step_of,
+)
+from sagnac.alignment.initial import Start, gain_of, initial_covariance, updated
+from sagnac.alignment.noise import GyroNoise
+from sagnac.constants import EARTH_RATE
+from sagnac.rig.gyro import Gyro, SlowDrift, Trend
+from sagnac.rig.sections import GyroConfig
+from sagnac.rig.table import Motion
+
+
+def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.ndarray:
+    """(runs, steps, 3) angle errors of the rig's gyros in each second, rad."""
+    random = np.random.default_rng(seed)
+    still = Motion(angle=np.zeros(steps), turned=np.zeros((3, steps)))
+    noise = np.empty((runs, steps, 3))
+    for run in range(runs):
+        for axis in range(3):
+            gyro = Gyro(
+                direction=np.eye(3)[axis],
+                origin=0.0,
+                interval=1.0,
+                random_walk=config.arw_deg_per_sqrt_h[axis] * np.pi / 180.0 / 60.0,
+                quantum=0.0,
+                slow=SlowDrift.stationary(
+                    config, axis, sample_rate=1.0, duration=float(steps), random=random
+                ),
+                trend=Trend.of(config, axis),
+                lock_in=None,
+                random=random,
+            )
+            angles = np.zeros(steps)
+            gyro.advance(0, still, angles)
+            noise[run, :, axis] = np.diff(angles, prepend=0.0)
+    return noise
+
+
+def rotation(vectors: np.ndarray) -> np.ndarray:
+    """(runs, 3, 3) rotation by each of (runs, 3) small vectors, to the third order."""
+    cross = np.zeros((vectors.shape[0], 3, 3))
+    cross[:, 0, 1], cross[:, 0, 2] = -vectors[:, 2], vectors[:, 1]
+    cross[:, 1, 0], cross[:, 1, 2] = vectors[:, 2], -vectors[:, 0]
+    cross[:, 2, 0], cross[:, 2, 1] = -vectors[:, 1], vectors[:, 0]
+    square = cross @ cross
+    return np.eye(3) + cross + square / 2.0 + square @ cross / 6.0
+
+
+def azimuth_errors(
+    noise: GyroNoise, angles: np.ndarray, *, latitude: float, start: Start, seed: int
+) -> np.ndarray:
+    """(runs,) azimuth error at the end, rad; `angles` are the gyros' errors in each second."""
+    random = np.random.default_rng(seed)
+    runs, steps, _ = angles.shape
+    earth = EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
+    heading = random.uniform(-np.pi, np.pi, runs)
+    true = np.zeros((runs, 3, 3))
+    true[:, 0, 0], true[:, 0, 1] = np.cos(heading), -np.sin(heading)
+    true[:, 1, 0], true[:, 1, 1] = np.sin(heading), np.cos(heading)
+    true[:, 2, 2] = 1.0
+    sensed = np.einsum("rji,j->ri", true, earth)
+    force = np.einsum("rji,j->ri", true, np.array([0.0, 0.0, -GRAVITY]))
+    covariance = initial_covariance(noise, start)
+    step = step_of(noise, latitude, 1.0)
+    first = random.standard_normal((runs, 10)) * np.sqrt(np.diag(covariance))
+    attitude = rotation(-first[:, TILTS]) @ true
+    velocity, position = first[:, VELOCITIES].copy(), np.zeros((runs, 2))
+    drift = np.einsum("rji,rj->ri", true, first[:, DRIFTS])
+    removed = np.zeros((runs, 3))
+    for number in range(steps):
+        around = latitude + position[:, 0] / EARTH_RADIUS
+        turning = np.stack(
+            [
+                EARTH_RATE * np.cos(around) + velocity[:, 1] / EARTH_RADIUS,
+                -velocity[:, 0] / EARTH_RADIUS,
+                -EARTH_RATE * np.sin(around) - velocity[:, 1] * np.tan(around) / EARTH_RADIUS,
+            ],
+            axis=1,
+        )
+        measured = sensed + drift - removed + angles[:, number]
+        turned = rotation(-turning) @ attitude @ rotation(measured)
+        felt = np.einsum("rij,rj->ri", 0.5 * (attitude + turned), force)
+        position += velocity + 0.5 * felt[:, :2]
+        velocity += felt[:, :2]
+        attitude = turned
+        covariance = step.transition @ covariance @ step.transition.T + step.noise
+        gain = gain_of(covariance, start.velocity_noise)
+        covariance = updated(covariance, gain, start.velocity_noise)
+        seen = velocity + start.velocity_noise * random.standard_normal((runs, 2))
+        found = seen @ gain.T
+        attitude = rotation(found[:, TILTS]) @ attitude
+        velocity -= found[:, VELOCITIES]
+        position -= found[:, POSITIONS]
+        removed += np.einsum("rji,rj->ri", true, found[:, DRIFTS])
+    assert found.shape == (runs, len(STATES))
+    left = true @ np.swapaxes(attitude, 1, 2)
+    return np.asarray(0.5 * (left[:, 1, 0] - left[:, 0, 1]))

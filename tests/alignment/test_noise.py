@@ -1,0 +1,61 @@
+import json
+
+import numpy as np
+import pytest
+
+from sagnac.alignment.noise import GyroNoise
+from sagnac.errors import RecordingError
+from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+
+
+def document() -> dict:
+    def one(value, unit, status="estimated"):
+        return {"value": value, "unit": unit, "status": status}
+
+    return {
+        "schema": "sagnac.analysis/1",
+        "angle_random_walk": one(0.002, "deg/sqrt(h)"),
+        "coefficients": {
+            "angle_random_walk": one(0.5, "deg/sqrt(h)"),
+            "bias_instability": one(0.01, "deg/h"),
+            "rate_random_walk": one(None, "deg/h/sqrt(h)", "not observable"),
+        },
+        "covariance": {
+            "names": ["bias_instability", "angle_random_walk"],
+            "units": ["deg/h", "deg/sqrt(h)"],
+            "matrix": [[1e-6, -2e-8], [-2e-8, 4e-9]],
+        },
+    }
+
+
+def test_analysis_is_read_in_its_units(tmp_path) -> None:
+    path = tmp_path / "analysis.json"
+    path.write_text(json.dumps(document()))
+    noise = GyroNoise.from_json(path)
+    assert noise.values == pytest.approx([0.002 * DEGREE_PER_ROOT_HOUR, 0.01 * DEGREE_PER_HOUR, 0])
+    assert noise.unseen == ("rate_random_walk",)
+    shares = np.array([DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR, 1.0])
+    wanted = np.array([[4e-9, -2e-8, 0], [-2e-8, 1e-6, 0], [0, 0, 0]]) * np.outer(shares, shares)
+    assert noise.covariance == pytest.approx(wanted, rel=1e-12)
+
+
+def test_bound_of_n_is_taken_as_n() -> None:
+    stated = document()
+    stated["angle_random_walk"]["status"] = "upper bound"
+    noise = GyroNoise.from_document(stated)
+    assert noise.angle_random_walk == pytest.approx(0.002 * DEGREE_PER_ROOT_HOUR)
+    assert "angle_random_walk" in noise.unseen
+    assert noise.covariance[0, 0] == 0.0
+
+
+def test_files_that_are_no_analysis_are_refused(tmp_path) -> None:
+    for text, said in (("{", "not JSON"), ("[]", "schema"), ('{"schema": "x"}', "schema")):
+        path = tmp_path / "analysis.json"
+        path.write_text(text)
+        with pytest.raises(RecordingError, match=said) as caught:
+            GyroNoise.from_json(path)
+        assert str(path) in str(caught.value)
+    stated = document()
+    stated["angle_random_walk"] = {"value": None, "unit": "deg/sqrt(h)", "status": "not observable"}
+    with pytest.raises(RecordingError, match="longer recording"):
+        GyroNoise.from_document(stated)

@@ -1,0 +1,70 @@
+from pathlib import Path
+
+import pytest
+
+from sagnac.campaign.config import Choices, tasks_of
+from sagnac.errors import RecordingError
+
+
+def written(folder: Path, text: str) -> Path:
+    for name in ("A_1.csv", "A_2.csv", "b.parquet", "notes.md"):
+        (folder / name).touch()
+    path = folder / "rack.toml"
+    path.write_text(text)
+    return path
+
+
+def test_toml_gives_a_row_for_each_method_and_gyro(tmp_path) -> None:
+    path = written(
+        tmp_path,
+        """
+        methods = ["fos", "none"]
+        gyros = ["x,z", "y"]
+        confidence = 0.9
+        pattern = '(?P<unit>[A-Z])_(?P<day>[0-9])'
+        files = ["*.csv"]
+        [statement]
+        kind = "rate"
+        [[recording]]
+        file = "b.parquet"
+        unit = "B"
+        rate = 40.0
+        """,
+    )
+    tasks = tasks_of([path], Choices())
+    assert len(tasks) == 3 * 2 * 2
+    assert tasks[0].labels == {"unit": "A", "day": "1"}
+    assert tasks[-1].labels == {"unit": "B", "rate": "40"}
+    assert [task.settings.gyros for task in tasks[:4]] == [("x", "z"), ("y",)] * 2
+    assert {task.settings.confidence for task in tasks} == {0.9}
+    assert {task.statement.kind for task in tasks} == {"rate"}
+    assert all(Path(task.path).is_absolute() for task in tasks)
+
+
+def test_folder_gives_its_recordings_in_order(tmp_path) -> None:
+    written(tmp_path, "")
+    names = [Path(task.path).name for task in tasks_of([tmp_path], Choices())]
+    assert names == ["A_1.csv", "A_2.csv", "b.parquet"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("file = 1", "'file' is no key"),
+        ("", "names no recording"),
+        ('files = ["*.h5"]', "matches no file"),
+        ('files = ["b.parquet"]\nmethods = ["magic"]', "method is 'magic'"),
+        ('[[recording]]\nname = "b"', "give file"),
+        ("files = [", "not TOML"),
+    ],
+)
+def test_wrong_toml_is_refused_with_its_path(tmp_path, text, said) -> None:
+    path = written(tmp_path, text)
+    with pytest.raises(RecordingError, match=said.replace("[", r"\[")) as caught:
+        tasks_of([path], Choices())
+    assert str(path) in str(caught.value)
+
+
+def test_pattern_without_known_groups_is_refused() -> None:
+    with pytest.raises(ValueError, match="give it groups"):
+        Choices(pattern="(?P<colour>.)")

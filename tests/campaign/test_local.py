@@ -1,0 +1,62 @@
+import multiprocessing
+import os
+import signal
+import threading
+import time
+
+import pytest
+
+from sagnac.analysis.settings import Settings
+from sagnac.campaign import local
+from sagnac.campaign.results import result_path
+from sagnac.campaign.runner import run
+from sagnac.campaign.tasks import Task
+
+
+def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -> None:
+    tasks = [
+        Task(path=str(path), settings=Settings(method="none"))
+        for path in sorted(folder.glob("[AB]_*.parquet"))
+    ]
+    means = local.Means(workers=2, memory=4.0 * local.GIBIBYTE)
+    killed = threading.Thread(target=_kill_one, daemon=True)
+    killed.start()
+    first = run(tasks, tmp_path, lambda todo, place: local.completed(todo, place, means))
+    killed.join()
+    (lost,) = first.failed
+    assert lost.result.state == "lost"
+    assert "the worker died" in lost.result.reason
+    kept = {row.result.key: result_path(tmp_path, row.result.key) for row in first.rows}
+    times = {key: path.stat().st_mtime_ns for key, path in kept.items() if path.exists()}
+    assert len(times) == 3
+    second = run(tasks, tmp_path, lambda todo, place: local.completed(todo, place, means))
+    assert second.computed == 1
+    assert second.failed == ()
+    assert all(kept[key].stat().st_mtime_ns == then for key, then in times.items())
+
+
+def _kill_one() -> None:
+    """Kill the first process that appears."""
+    for _ in range(6000):
+        for child in multiprocessing.active_children():
+            if child.pid is not None:
+                os.kill(child.pid, signal.SIGKILL)
+                return
+        time.sleep(0.01)
+
+
+def test_memory_is_that_of_the_format(tmp_path) -> None:
+    for name in ("a.parquet", "a.csv"):
+        (tmp_path / name).write_bytes(bytes(1000))
+    by_blocks, whole = (
+        local.needed_memory(str(tmp_path / name)) for name in ("a.parquet", "a.csv")
+    )
+    assert by_blocks == local.GIBIBYTE
+    assert whole == by_blocks + 4000.0
+
+
+def test_wrong_means_are_refused() -> None:
+    with pytest.raises(ValueError, match="workers is 0"):
+        local.means_of(workers=0)
+    with pytest.raises(ValueError, match="memory is 0"):
+        local.means_of(memory=0.0)

@@ -1,0 +1,45 @@
+from dataclasses import replace
+
+import pytest
+
+from sagnac.analysis.settings import Settings
+from sagnac.campaign.tasks import Task, require_same_file, with_digest
+from sagnac.errors import RecordingError
+from sagnac.formats.statement import Statement
+
+
+def test_key_covers_all_that_the_result_depends_on(tmp_path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("x\n1\n")
+    task = with_digest(Task(path=str(path)))
+    keys = {
+        task.key,
+        replace(task, settings=Settings(method="none")).key,
+        replace(task, settings=Settings(gyros=("x",))).key,
+        replace(task, statement=Statement(kind="rate")).key,
+    }
+    path.write_text("x\n2\n")
+    keys.add(with_digest(task).key)
+    (tmp_path / "run.csv.toml").write_text('kind = "rate"\n')
+    keys.add(with_digest(task).key)
+    assert len(keys) == 6
+
+
+def test_key_does_not_depend_on_place_and_labels(tmp_path) -> None:
+    paths = [tmp_path / "a.csv", tmp_path / "b.csv"]
+    for path in paths:
+        path.write_text("x\n1\n")
+    first, second = (with_digest(Task(path=str(path))) for path in paths)
+    assert first.key == second.key == replace(first, labels={"unit": "A"}).key
+
+
+def test_file_that_has_changed_is_refused(tmp_path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("x\n1\n")
+    with pytest.raises(RecordingError, match="not the file"):
+        require_same_file(with_digest(Task(path=str(path))), "0" * 64)
+
+
+def test_label_that_is_not_known_is_refused() -> None:
+    with pytest.raises(ValueError, match="'weather' is no label"):
+        Task(path="run.csv", labels={"weather": "rain"})

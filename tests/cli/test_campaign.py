@@ -1,0 +1,128 @@
+"""``sagnac campaign``: many recordings in, one table and one page out."""
+
+import csv
+import os
+import re
+import signal
+import subprocess
+import time
+
+import pyarrow.parquet as pq
+import pytest
+
+from sagnac.cli.options import memory_size
+from tests.campaign.commands import campaign, command, environment
+from tests.campaign.conftest import write_recording
+
+
+@pytest.fixture(scope="module")
+def rack(tmp_path_factory):
+    """Two units on two days, and one file that is damaged."""
+    place = tmp_path_factory.mktemp("rack")
+    for number, name in enumerate(("A_day1", "A_day2", "B_day1", "B_day2")):
+        write_recording(place / f"{name}.parquet", seed=number)
+    whole = (place / "A_day1.parquet").read_bytes()
+    (place / "C_day1.parquet").write_bytes(whole[: len(whole) // 2])
+    return place
+
+
+@pytest.fixture(scope="module")
+def done(rack, tmp_path_factory):
+    """Its campaign, and the folder of it."""
+    output = tmp_path_factory.mktemp("campaign")
+    return campaign(str(rack), "-o", str(output), "--span", "1min"), output
+
+
+def table(output):
+    with (output / "campaign.csv").open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_every_recording_is_a_row_and_a_damaged_one_says_why(done) -> None:
+    said, output = done
+    assert said.returncode == 1, said.stderr
+    assert "C_day1.parquet" in said.stderr
+    rows = table(output)
+    whole = [row for row in rows if not row["start_s"]]
+    assert [(row["unit"], row["day"]) for row in whole] == [
+        ("A", "1"), ("A", "2"), ("B", "1"), ("B", "2"), ("C", "1"),
+    ]  # fmt: skip
+    assert [row["state"] for row in whole] == ["done"] * 4 + ["failed"]
+    assert "damaged" in whole[-1]["reason"]
+    for row in whole[:4]:
+        assert float(row["low"]) < 1e-3 < float(row["high"])
+    assert len(rows) == 5 + 4 * 2
+    assert pq.read_table(output / "campaign.parquet").num_rows == len(rows)
+
+
+def test_page_links_to_reports_that_are_there(done) -> None:
+    _, output = done
+    page = (output / "index.html").read_text()
+    links = re.findall(r'href="(reports/[^"]*)"', page)
+    assert len(links) == 4 + 8
+    assert all((output / link).is_file() for link in links)
+    assert "between units" in page
+    assert "not observable" in page
+
+
+def test_second_start_does_nothing_again_and_says_the_same(rack, done) -> None:
+    _, output = done
+    before = (output / "campaign.csv").read_bytes()
+    times = {path: path.stat().st_mtime_ns for path in (output / "results").iterdir()}
+    said = campaign(str(rack), "-o", str(output), "--span", "1min")
+    assert said.returncode == 1
+    assert "0 of 13 rows made" in said.stdout
+    assert (output / "campaign.csv").read_bytes() == before
+    assert all(path.stat().st_mtime_ns == then for path, then in times.items())
+
+
+@pytest.mark.parametrize("sign", [signal.SIGKILL, signal.SIGINT])
+def test_campaign_that_was_ended_goes_on(rack, done, tmp_path, sign) -> None:
+    _, whole = done
+    arguments = (str(rack), "-o", str(tmp_path), "--workers", "1")
+    with subprocess.Popen(
+        command(*arguments), env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    ) as process:
+        for _ in range(3000):
+            if list(tmp_path.glob("results/*.json")):
+                break
+            time.sleep(0.02)
+        os.kill(process.pid, sign)
+        _, said = process.communicate(timeout=60)
+    kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob("results/*.json")}
+    assert 1 <= len(kept) < 5
+    if sign == signal.SIGINT:
+        assert process.returncode == 130
+        assert b"Traceback" not in said
+    again = campaign(*arguments)
+    assert f"{5 - len(kept)} of 5 rows made" in again.stdout
+    assert all(path.stat().st_mtime_ns == then for path, then in kept.items())
+    wanted = [row for row in table(whole) if not row["start_s"]]
+    assert table(tmp_path) == wanted
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("nowhere.toml",), "nowhere.toml: cannot be read"),
+        (("--pattern", "("), "--pattern"),
+        (("--workers", "0"), "--workers is 0"),
+        (("--scheduler", "tcp://x:1", "--workers", "2"), "a cluster has its own"),
+    ],
+)
+def test_wrong_usage_is_one_line(rack, tmp_path, arguments, said) -> None:
+    sources = () if arguments[0].endswith(".toml") else (str(rack),)
+    found = campaign(*sources, *arguments, "-o", str(tmp_path / "out"))
+    assert found.returncode in (1, 2)
+    assert said in found.stderr
+    assert "Traceback" not in found.stderr
+    assert not (tmp_path / "out" / "campaign.csv").exists()
+
+
+def test_sizes_of_memory() -> None:
+    assert memory_size("4GiB") == 4.0 * 2**30
+    assert memory_size("800MB") == 8e8
+    assert memory_size("1e9") == 1e9
+    for wrong in ("", "0", "4 pounds", "-1GB"):
+        with pytest.raises(ValueError, match="give a size"):
+            memory_size(wrong)
