@@ -4,9 +4,9 @@ The information on the squares of Q, N, B and K in the spectrum of a record of l
 
     I_ij = T int s_i(f) s_j(f) / S(f)^2 df  over 1/(2 T) <= f <= f_high,
 
-with S the sum of the terms as estimated (Whittle), says how wide the interval of N is after T. If the
-answer is of the likelihood of the whole band, that is the width. An average over bands is wider, by
-as much as the short recording shows.
+with S the sum of the terms as estimated (Whittle), says how wide the interval of N is after T. If
+the answer is of the likelihood of the whole band, that is the width. An average over bands is wider,
+by as much as the short recording shows.
 """
 
 import math
@@ -108,8 +108,7 @@ class Shown:
                 f"an interval of {100.0 * half_width:.3g} % takes more than a year",
                 remedy="ask for a wider one",
             )
-        low, high = math.log(0.5 / self.highest), math.log(LONGEST)
-        low = max(low, math.log(4.0 / self.highest))
+        low, high = math.log(4.0 / self.highest), math.log(LONGEST)
         for _ in range(60):
             middle = 0.5 * (low + high)
             if self.expected(math.exp(middle)) > half_width:

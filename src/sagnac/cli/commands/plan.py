@@ -43,7 +43,7 @@ def plan(
         ),
     ] = None,
 ) -> int:
-    """How long to record for a wanted interval of N, or to decide --spec, from a short recording."""
+    """How long to record for an interval of N, or to decide --spec, from a short recording."""
     statement, settings = statement_of(options), settings_of(options)
     widths = _WIDTHS if within is None else _widths(within)
     with progresses.shown() as progress:
