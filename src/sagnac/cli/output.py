@@ -12,6 +12,7 @@ from sagnac.cli.errors import DONE, FAILED, UNDECIDED
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
+    from sagnac.report.title_block import TitleBlock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,8 +81,17 @@ def made(folder: Path) -> Path:
     return folder
 
 
-def write_report(analysis: "Analysis", folder: Path) -> Written:
-    """Page, document, tables and figures of one analysis, into a folder that is made for them."""
+def write_report(
+    analysis: "Analysis",
+    folder: Path,
+    *,
+    block: "TitleBlock | None" = None,
+    settings: str = "",
+) -> Written:
+    """Page, document, tables and figures of one analysis, into a folder that is made for them.
+
+    With `settings`, which repeat the run, these too.
+    """
     from sagnac.report import document, figures, page, tables
     from sagnac.report.files import write_text
 
@@ -91,13 +101,15 @@ def write_report(analysis: "Analysis", folder: Path) -> Written:
     figures.write_png(drawn.stability, folder / "stability.png")
     figures.write_png(drawn.spectrum, folder / "spectrum.png")
     texts = {
-        "report.html": page.page(analysis, drawn),
+        "report.html": page.page(analysis, drawn, block=block, settings=settings),
         "stability.csv": tables.stability_table(analysis),
         "lines.csv": tables.line_table(analysis),
     }
     if analysis.family:
         texts["family.csv"] = tables.family_table(analysis)
         texts["psd.csv"] = tables.density_table(analysis)
+    if settings:
+        texts["settings.toml"] = settings
     for name, text in texts.items():
         write_text(folder / name, text)
     spent = time.perf_counter() - began

@@ -12,12 +12,15 @@ from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.errors import ranked
 from sagnac.plot import SYMBOLS
 from sagnac.report.command_line import note_text
 from sagnac.report.figures import ReportFigures, comparison_figure, report_figures, svg
 from sagnac.report.files import write_text
 from sagnac.report.html import rendered
+from sagnac.report.methods import cited, sentences
 from sagnac.report.spectra import residual_peaks
+from sagnac.report.title_block import TitleBlock
 from sagnac.report.verdicts import DECISIONS, found_text, gyro_text, limit_text, risk_text
 from sagnac.report.wording import (
     FIT_TITLES,
@@ -29,6 +32,7 @@ from sagnac.report.wording import (
     reading_cells,
     subject,
     unit_cells,
+    worst_gyro,
 )
 from sagnac.units import DEGREE, field_unit
 
@@ -51,7 +55,13 @@ def write_report(analysis: Analysis, path: Path) -> None:
     write_text(path, page(analysis))
 
 
-def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
+def page(
+    analysis: Analysis,
+    figures: ReportFigures | None = None,
+    *,
+    block: TitleBlock | None = None,
+    settings: str = "",
+) -> str:
     """The report of one analysis as HTML.
 
     Parameters
@@ -60,15 +70,28 @@ def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
         What it is of.
     figures
         Those of the analysis, drawn here if they are not given.
+    block
+        What stands on top.
+    settings
+        TOML that repeats the run.
     """
+    block = block or TitleBlock()
+    methods, references = cited(sentences(analysis))
     drawn = figures or report_figures(analysis)
     fit = headline_fit(analysis)
     return rendered(
         "report.html",
-        title=f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
+        title=block.title
+        or f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
+        heading=block.title,
+        block=[*block.facts, *_file_facts(analysis)] if block.facts else [],
+        methods=methods,
+        references=references,
+        settings=settings,
+        worst=worst_gyro(analysis),
         answer=_answer(analysis),
         verdict=_verdict(analysis),
-        notes=[note_text(note) for note in analysis.notes],
+        notes=[(note.level, note_text(note)) for note in ranked(analysis.notes)],
         kalman=kalman_figures(analysis.angle_random_walk),
         per_gyro=[
             (name, reading_cells("angle_random_walk", estimate, plain=False))
@@ -143,6 +166,14 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         facts=[fact for fact in _facts(one) if fact[0] != "Method"],
         version=__version__,
     )
+
+
+def _file_facts(analysis: Analysis) -> list[tuple[str, str]]:
+    """What says which recording it is."""
+    provenance = analysis.recording.provenance
+    if provenance is None:
+        return []
+    return [("File", provenance.path), ("SHA-256", provenance.sha256)]
 
 
 def _answer(analysis: Analysis) -> dict[str, str]:

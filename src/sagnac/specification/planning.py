@@ -5,8 +5,8 @@ The information on the squares of Q, N, B and K in the spectrum of a record of l
     I_ij = T int s_i(f) s_j(f) / S(f)^2 df  over 1/(2 T) <= f <= f_high,
 
 with S the sum of the terms as estimated (Whittle), says how wide the interval of N is after T. If
-the answer is of the likelihood of the whole band, that is the width. An average over bands is wider,
-by as much as the short recording shows.
+the answer is of the likelihood of the whole band, that is the width. An average over bands is
+wider, by as much as the short recording shows.
 """
 
 import math
