@@ -225,6 +225,10 @@ class Heading:
             help="TOML that states title, device, serial, customer, operator and date.",
         ),
     ] = None
+    pdf: Annotated[
+        bool,
+        Parameter(group=OUTPUT, negative="", show_default=False, help="Write report.pdf, too."),
+    ] = False
 
 
 NO_HEADING: Final = Heading()

@@ -87,10 +87,11 @@ def write_report(
     *,
     block: "TitleBlock | None" = None,
     settings: str = "",
+    pdf: bool = False,
 ) -> Written:
     """Page, document, tables and figures of one analysis, into a folder that is made for them.
 
-    With `settings`, which repeat the run, these too.
+    With `settings`, which repeat the run, these too; with `pdf` also the page as a PDF.
     """
     from sagnac.report import document, figures, page, tables
     from sagnac.report.files import write_text
@@ -118,6 +119,11 @@ def write_report(
     write_text(folder / "analysis.json", text + "\n")
     first, *others = texts
     names = (first, "analysis.json", *others, "stability.png", "spectrum.png")
+    if pdf:
+        from sagnac.report.pdf import write_pdf
+
+        write_pdf(texts["report.html"], folder / "report.pdf")
+        names = (first, "report.pdf", *names[1:])
     return Written(analysis=analysis, paths=tuple(folder / name for name in names))
 
 

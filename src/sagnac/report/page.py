@@ -7,7 +7,7 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from sagnac import __version__
-from sagnac.analysis.headline_fit import headline_estimates, headline_fit
+from sagnac.analysis.headline_fit import headline_coefficients, headline_estimates, headline_fit
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
@@ -114,7 +114,10 @@ def page(
             )
         ),
         fit=FIT_TITLES[fit.method] if fit else "",
-        fits=[(FIT_TITLES[fit.method], fit is headline_fit(analysis)) for fit in _fits(analysis)],
+        fits=[
+            *_answer_column(analysis),
+            *((FIT_TITLES[one.method], one is fit) for one in _fits(analysis)),
+        ],
         coefficients=_coefficient_rows(analysis),
         units=[
             (SYMBOLS[name], *cells)
@@ -210,6 +213,13 @@ def _fits(analysis: Analysis) -> list[Fit]:
     return [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
 
 
+def _answer_column(analysis: Analysis) -> list[tuple[str, bool]]:
+    """A column for the average if the answer is of that and of no fit."""
+    if not analysis.coefficients or headline_fit(analysis) is not None:
+        return []
+    return [("Average over bands and terms", True)]
+
+
 def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
     return [
         {
@@ -217,10 +227,16 @@ def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
             "title": TITLES[name],
             "unit": field_unit(name).symbol,
             "readings": [
-                reading_cells(name, fit.coefficients[name], plain=False)
-                if name in fit.coefficients
-                else ("–", "", "not fitted")
-                for fit in _fits(analysis)
+                *(
+                    reading_cells(name, headline_coefficients(analysis)[name], plain=False)
+                    for _ in _answer_column(analysis)
+                ),
+                *(
+                    reading_cells(name, fit.coefficients[name], plain=False)
+                    if name in fit.coefficients
+                    else ("–", "", "not fitted")
+                    for fit in _fits(analysis)
+                ),
             ],
         }
         for name in COEFFICIENT_NAMES

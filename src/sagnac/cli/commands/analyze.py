@@ -43,6 +43,10 @@ def analyze(
     --json and no DIR nothing is written.
     """
     options, block = with_settings(options), title_block_of(heading)
+    if heading.pdf:
+        from sagnac.report.pdf import require_pdf
+
+        require_pdf()
     statement = statement_of(options)
     settings = settings_of(options)
     folders = results.folders_of(files, output, as_json=options.as_json)
@@ -55,7 +59,7 @@ def analyze(
     for file, folder in zip(files, folders, strict=True):
         try:
             analysis = _analyzed(file, statement, settings, stage_of=file.name * several)
-            one = _reported(analysis, folder, block, settings_text(options))
+            one = _reported(analysis, folder, block, settings_text(options), pdf=heading.pdf)
         except Exception as error:
             if not several or options.debug:
                 raise
@@ -87,14 +91,14 @@ def _analyzed(
 
 
 def _reported(
-    analysis: "Analysis", folder: Path | None, block: "TitleBlock", settings: str
+    analysis: "Analysis", folder: Path | None, block: "TitleBlock", settings: str, *, pdf: bool
 ) -> results.Written:
     """The analysis with its report in `folder`, unless that is None."""
     if folder is None:
         return results.Written(analysis=analysis, paths=())
     with progresses.shown() as progress:
         progress("report", 0.0)
-        return results.write_report(analysis, folder, block=block, settings=settings)
+        return results.write_report(analysis, folder, block=block, settings=settings, pdf=pdf)
 
 
 def _print(one: results.Written, *, curve: bool, end: str) -> None:

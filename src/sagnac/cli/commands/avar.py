@@ -57,6 +57,10 @@ def avar(
     --method says what to remove. With -o, each gyro's report goes into a folder of its own.
     """
     options, block = with_settings(options), title_block_of(heading)
+    if heading.pdf:
+        from sagnac.report.pdf import require_pdf
+
+        require_pdf()
     statement = statement_of(options)
     settings = settings_of(
         options, method="none", interval=None, estimators=estimators_of(estimator)
@@ -72,7 +76,9 @@ def avar(
             benches = _benches(read, settings, progress)
             paths: list[Path] = []
             if output is not None:
-                benches, paths = _reported(benches, output, progress, block, settings_text(options))
+                benches, paths = _reported(
+                    benches, output, progress, block, settings_text(options), pdf=heading.pdf
+                )
     if options.as_json:
         results.print_documents([one.analysis for one in benches], single=len(benches) == 1)
         return results.verdict_status([one.analysis for one in benches])
@@ -99,7 +105,13 @@ def _benches(read: ReadFile, settings: "Settings", progress: Progress) -> "list[
 
 
 def _reported(
-    benches: "list[AtRest]", output: Path, progress: Progress, block: "TitleBlock", settings: str
+    benches: "list[AtRest]",
+    output: Path,
+    progress: Progress,
+    block: "TitleBlock",
+    settings: str,
+    *,
+    pdf: bool,
 ) -> "tuple[list[AtRest], list[Path]]":
     """The benches with the time of their reports, and every file written."""
     timed: list[AtRest] = []
@@ -108,7 +120,7 @@ def _reported(
         (name,) = bench.analysis.settings.gyros
         progress(f"{name}: report", 0.0)
         written = results.write_report(
-            bench.analysis, output / name, block=block, settings=settings
+            bench.analysis, output / name, block=block, settings=settings, pdf=pdf
         )
         timed.append(replace(bench, analysis=written.analysis))
         paths += written.paths
