@@ -1,5 +1,6 @@
 """Pictures on an axis."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,6 +9,7 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 
 from sagnac import plot
+from sagnac.analysis.residuals import ByAngle, Residual
 from tests.handmade import N, analysis
 from tests.report.examples import CASES
 
@@ -70,3 +72,27 @@ def test_lines_stand_at_their_frequency_and_amplitude():
 def test_orders_of_a_table_at_rest_are_left_out():
     axes = plot.lines(analysis(table_rate=None), Figure().add_subplot())
     assert [container.get_label() for container in axes.containers] == ["line in time"]
+
+
+def test_residuals_against_time_and_table_angle():
+    time, angle = np.linspace(0.0, 9000.0, 50), np.linspace(0.1, 6.2, 8)
+    turn = ByAngle(
+        angle=angle,
+        before=np.cos(angle),
+        after=0.1 * np.cos(angle),
+        order=np.arange(1.0, 4.0),
+        amplitude_before=np.ones(3),
+        amplitude_after=0.1 * np.ones(3),
+    )
+    made = dataclasses.replace(
+        analysis(), residual=Residual(time=time, rate=np.sin(time), by_angle=turn)
+    )
+    axes = plot.residual(made, Figure().add_subplot())
+    assert axes.get_xlabel() == "time (h)"
+    assert axes.lines[0].get_xdata()[-1] == pytest.approx(2.5)
+    line = plot.residual_by_angle(made, Figure().add_subplot()).lines[0]
+    assert line.get_ydata() * DEGREE_PER_HOUR == pytest.approx(turn.after)
+    assert len(plot.orders(made, Figure().add_subplot()).lines) == 2
+    for draw in (plot.residual, plot.residual_by_angle, plot.orders):
+        with pytest.raises(ValueError, match="analysis kept no residual"):
+            draw(analysis(), Figure().add_subplot())

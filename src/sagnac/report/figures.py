@@ -46,6 +46,26 @@ def spectrum_figure(analysis: Analysis) -> Figure:
     return canvas.figure
 
 
+def residual_figure(analysis: Analysis) -> Figure | None:
+    """What removal leaves against time; on a table also against its angle, and by orders."""
+    if analysis.residual is None or analysis.residual.time.size < 2:
+        return None
+    with styled(legend_rows=0) as canvas:
+        figure = canvas.figure
+        figure.clear()
+        if analysis.residual.by_angle is None:
+            plot.residual(analysis, figure.add_subplot())
+            figure.subplots_adjust(top=0.96)
+        else:
+            figure.set_size_inches(figure.get_figwidth(), 6.4)
+            against_time, against_angle, orders = figure.subplots(3, 1)
+            plot.residual(analysis, against_time)
+            plot.residual_by_angle(analysis, against_angle)
+            plot.orders(analysis, orders)
+            figure.subplots_adjust(top=0.98, bottom=0.085, hspace=0.42)
+    return figure
+
+
 def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     """The stability curve that each method leaves, with the N it gives.
 
@@ -86,15 +106,22 @@ class ReportFigures:
         Allan deviation against cluster time.
     spectrum
         Rate spectrum.
+    residual
+        What removal leaves, against time and table angle; None if it was not kept.
     """
 
     stability: Figure
     spectrum: Figure
+    residual: Figure | None
 
 
 def report_figures(analysis: Analysis) -> ReportFigures:
     """The figures of a report."""
-    return ReportFigures(stability=stability_figure(analysis), spectrum=spectrum_figure(analysis))
+    return ReportFigures(
+        stability=stability_figure(analysis),
+        spectrum=spectrum_figure(analysis),
+        residual=residual_figure(analysis),
+    )
 
 
 def svg(figure: Figure, name: str, description: str) -> str:

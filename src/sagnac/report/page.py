@@ -113,6 +113,16 @@ def page(
                 "Rate spectrum, with the periodic components marked",
             )
         ),
+        residual=None
+        if drawn.residual is None
+        else Markup(
+            svg(
+                drawn.residual,
+                "residual",
+                "What removal leaves, against time and table angle",
+            )
+        ),
+        turning=analysis.residual is not None and analysis.residual.by_angle is not None,
         fit=FIT_TITLES[fit.method] if fit else "",
         fits=[
             *_answer_column(analysis),
