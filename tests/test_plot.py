@@ -1,5 +1,6 @@
 """Pictures on an axis."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ from matplotlib.figure import Figure
 
 from sagnac import plot
 from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.settings import Settings
 from sagnac.recording.model import Recording
 from sagnac.rig.gallery import Gyro, low_passed
@@ -95,3 +97,27 @@ def test_the_spectrum_shows_the_band_and_the_model_of_the_answer():
     axes = plot.parts(found, Figure().add_subplot())
     shown = sum(part.shows for part in found.parts)
     assert len(axes.containers) == shown >= 2
+
+
+def test_residuals_against_time_and_table_angle():
+    time, angle = np.linspace(0.0, 9000.0, 50), np.linspace(0.1, 6.2, 8)
+    turn = ByAngle(
+        angle=angle,
+        before=np.cos(angle),
+        after=0.1 * np.cos(angle),
+        order=np.arange(1.0, 4.0),
+        amplitude_before=np.ones(3),
+        amplitude_after=0.1 * np.ones(3),
+    )
+    made = dataclasses.replace(
+        analysis(), residual=Residual(time=time, rate=np.sin(time), by_angle=turn)
+    )
+    axes = plot.residual(made, Figure().add_subplot())
+    assert axes.get_xlabel() == "time (h)"
+    assert axes.lines[0].get_xdata()[-1] == pytest.approx(2.5)
+    line = plot.residual_by_angle(made, Figure().add_subplot()).lines[0]
+    assert line.get_ydata() * DEGREE_PER_HOUR == pytest.approx(turn.after)
+    assert len(plot.orders(made, Figure().add_subplot()).lines) == 2
+    for draw in (plot.residual, plot.residual_by_angle, plot.orders):
+        with pytest.raises(ValueError, match="analysis kept no residual"):
+            draw(analysis(), Figure().add_subplot())

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from sagnac.analysis.headline_fit import headline_coefficients, headline_fit
+from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
@@ -30,7 +31,7 @@ from sagnac.units import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["lines", "parts", "spectrum", "stability"]
+__all__ = ["lines", "orders", "parts", "residual", "residual_by_angle", "spectrum", "stability"]
 
 INK: Final = "#1a1a1a"
 QUIET: Final = "#9a9a9a"
@@ -56,6 +57,8 @@ _SLOPES: Final[Mapping[CoefficientName, str]] = {
 _ROOM_FOR_LABEL: Final = 75.0  # points
 _LABELLED_LINES: Final = 8
 _DRAWN_BINS: Final = 2400
+# Recordings longer than this are drawn in hours, s.
+_LONG_S: Final = 7_000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -304,6 +307,93 @@ def channel_of(analysis: Analysis) -> str:
 def removed(analysis: Analysis) -> bool:
     """Whether the periodic parts were removed."""
     return analysis.settings.method != "none"
+
+
+def residual(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+    """Mean rate of what removal leaves against time, °/h per gyro, less its mean.
+
+    Parameters
+    ----------
+    analysis
+        What to draw.
+    ax
+        Where to draw; without it the current axis of ``pyplot``.
+
+    Raises
+    ------
+    ValueError
+        If the analysis kept no residual.
+    """
+    axes, kept = _axes(ax), _residual(analysis)
+    long = float(kept.time[-1]) > _LONG_S
+    axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / DEGREE_PER_HOUR, color=BLUE)
+    axes.set_xlabel(f"time ({'h' if long else 's'})")
+    axes.set_ylabel("left, °/h")
+    return axes
+
+
+def residual_by_angle(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+    """Mean rate over the turns of the table, °/h per gyro, of what removal leaves.
+
+    Parameters
+    ----------
+    analysis, ax
+        As in `residual`.
+
+    Raises
+    ------
+    ValueError
+        If the analysis kept none.
+    """
+    axes, turn = _axes(ax), _by_angle(analysis)
+    axes.plot(np.degrees(turn.angle), turn.after / DEGREE_PER_HOUR, color=BLUE)
+    axes.set_xlim(0.0, 360.0)
+    axes.set_xticks(range(0, 361, 60))
+    axes.set_xlabel("table angle (°)")
+    axes.set_ylabel("left, °/h")
+    return axes
+
+
+def orders(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+    """Amplitude of each order of the table angle, °/h per gyro, before and after removal.
+
+    Parameters
+    ----------
+    analysis, ax
+        As in `residual`.
+
+    Raises
+    ------
+    ValueError
+        If the analysis kept none.
+    """
+    axes, turn = _axes(ax), _by_angle(analysis)
+    for amplitude, color, marker, label in (
+        (turn.amplitude_before, QUIET, "s", "before removal"),
+        (turn.amplitude_after, BLUE, "o", "after removal"),
+    ):
+        axes.plot(
+            turn.order, amplitude / DEGREE_PER_HOUR, color=color, marker=marker, markersize=2.2,
+            linewidth=0.7, label=label,
+        )  # fmt: skip
+    axes.set_yscale("log")
+    axes.set_xlabel("order of the table angle")
+    axes.set_ylabel("amplitude, °/h")
+    axes.legend(loc="upper right")
+    return axes
+
+
+def _residual(analysis: Analysis) -> Residual:
+    if analysis.residual is None:
+        raise ValueError("analysis kept no residual")
+    return analysis.residual
+
+
+def _by_angle(analysis: Analysis) -> ByAngle:
+    turn = _residual(analysis).by_angle
+    if turn is None:
+        raise ValueError("analysis has no table that turns")
+    return turn
 
 
 def _axes(given: "Axes | None") -> "Axes":

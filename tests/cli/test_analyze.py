@@ -36,8 +36,8 @@ def test_analyze_writes_all_and_says_the_answer_first(recording, capsys, tmp_pat
     assert len(rows) <= 40
     assert max(map(len, rows)) <= 80 + len(str(folder))
     assert sorted(item.name for item in folder.iterdir()) == [
-        "analysis.json", "lines.csv", "report.html", "spectrum.png", "stability.csv",
-        "stability.png",
+        "analysis.json", "lines.csv", "report.html", "settings.toml", "spectrum.png",
+        "stability.csv", "stability.png",
     ]  # fmt: skip
     made = strict((folder / "analysis.json").read_text())
     assert made["input"]["path"] == str(recording)
@@ -97,3 +97,34 @@ def test_several_files_get_a_folder_each_and_one_failure_spares_the_rest(
     assert str(bare) in one_line_among(capsys.readouterr().err)
     assert [item.name for item in tmp_path.iterdir()] == ["run"]
     assert (tmp_path / "run" / "report.html").exists()
+
+
+def test_the_settings_of_a_report_repeat_the_run(bare, capsys, tmp_path):
+    typed = ["--method", "none", "--slice", "4:39", "--confidence", "0.9", "--gyros", "x"]
+    first, again = tmp_path / "first", tmp_path / "again"
+    assert main(["analyze", str(bare), *STATED, *typed, "-o", str(first)]) == 0
+    settings = str(first / "settings.toml")
+    assert main(["analyze", str(bare), "--settings", settings, "-o", str(again)]) == 0
+    one, other = (
+        strict((folder / "analysis.json").read_text(encoding="utf-8")) for folder in (first, again)
+    )
+    for key in ("input", "settings", "angle_random_walk", "curve"):
+        assert one[key] == other[key]
+    page = (first / "report.html").read_text(encoding="utf-8")
+    assert "slice = &#34;4:39&#34;" in page
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("option", "content"),
+    [
+        ("--settings", "speed = 3  # 'speed' is no option"),
+        ("--settings", "= 3  # is no TOML"),
+        ("--heading", "colour = 3  # 'colour' is not known"),
+    ],
+)
+def test_a_file_of_options_that_is_none_is_wrong_usage(option, content, bare, capsys, tmp_path):
+    path = tmp_path / "other.toml"
+    path.write_text(content)
+    assert main(["analyze", str(bare), *STATED, option, str(path)]) == 2
+    assert content.partition("# ")[2] in one_line(capsys)

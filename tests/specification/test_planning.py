@@ -60,8 +60,9 @@ def test_terms_that_are_fitted_beside_n_take_information():
 
 
 def test_the_duration_is_that_of_the_width():
+    # Bins are whole: at a tenth there are some two hundred.
     for width in (0.1, 0.01):
-        assert WHITE.expected(WHITE.duration_for(width)) == pytest.approx(width, rel=1e-6)
+        assert WHITE.expected(WHITE.duration_for(width)) == pytest.approx(width, rel=5e-3)
     with pytest.raises(RecordingError, match="more than a year"):
         WHITE.duration_for(1e-6)
     with pytest.raises(RecordingError, match="lies at the limit"):

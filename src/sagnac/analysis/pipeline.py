@@ -15,6 +15,7 @@ from sagnac.analysis.measurement import Measurement, measure, require_noise, tur
 from sagnac.analysis.noticed import noticed
 from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
+from sagnac.analysis.residuals import residual_of
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings
 from sagnac.analysis.sharing import sharing_notes
@@ -136,6 +137,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     with stages.stage("spectrum"):
         spectrum = figure_spectrum(left.removal.residual, left.rate)
         density = _density(left) if settings.estimators else None
+        residual = residual_of(measured, left, table.angle)
     removals = [left] if second is None else [left, second]
     notes = (
         *recording.notes,
@@ -167,6 +169,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         seconds=stages.seconds,
         family=curves.family,
         density=density,
+        residual=residual,
         **_of_average(found, headline, trust),
     )
 

@@ -6,6 +6,7 @@ from html import escape
 from typing import Any
 
 from sagnac.analysis.parts import Part
+from sagnac.analysis.residuals import Residual
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
@@ -86,6 +87,8 @@ class Analysis:
         Of those that are estimated; None if there is no average.
     parts
         The answer over parts of the recording, of one gyro.
+    residual
+        What removal leaves, against time and table angle; None if it was not kept.
     """
 
     recording: Recording
@@ -110,6 +113,7 @@ class Analysis:
     coefficients: Mapping[CoefficientName, Estimate] = field(default_factory=dict)
     covariance: Covariance | None = None
     parts: tuple[Part, ...] = ()
+    residual: Residual | None = None
 
     @property
     def findings(self) -> tuple[Note, ...]:

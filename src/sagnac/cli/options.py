@@ -1,7 +1,7 @@
 """The options that several commands share, and what each of them is turned into."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar, get_args
 
@@ -13,6 +13,7 @@ from sagnac.units import unit_of
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method, Settings
     from sagnac.formats import Statement
+    from sagnac.report.title_block import TitleBlock
     from sagnac.specification.limits import Specification
     from sagnac.stability.names import Estimator
 
@@ -247,6 +248,46 @@ class Reading:
 
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Heading:
+    """What stands on top of a report."""
+
+    title: Annotated[
+        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Title of the report.")
+    ] = None
+    device: Annotated[
+        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Unit under test.")
+    ] = None
+    serial: Annotated[
+        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Its serial number.")
+    ] = None
+    customer: Annotated[
+        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="For whom it is measured.")
+    ] = None
+    operator: Annotated[
+        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Who measured.")
+    ] = None
+    date: Annotated[
+        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Of the measurement.")
+    ] = None
+    heading: Annotated[
+        Path | None,
+        Parameter(
+            group=OUTPUT,
+            metavar="FILE",
+            help="TOML that states title, device, serial, customer, operator and date.",
+        ),
+    ] = None
+    pdf: Annotated[
+        bool,
+        Parameter(group=OUTPUT, negative="", show_default=False, help="Write report.pdf, too."),
+    ] = False
+
+
+NO_HEADING: Final = Heading()
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Options(Reading):
     """The options that all commands share which look into a recording."""
 
@@ -306,6 +347,14 @@ class Options(Reading):
             group=ANALYSIS,
             metavar="0.05",
             help="Largest probability of passing a gyro that lies at its limit.",
+        ),
+    ] = None
+    settings: Annotated[
+        Path | None,
+        Parameter(
+            group=ANALYSIS,
+            metavar="FILE",
+            help="Settings of an earlier run (its settings.toml); what is typed goes before.",
         ),
     ] = None
     as_json: Annotated[
@@ -420,6 +469,23 @@ def settings_of(
         )
     except ValueError as error:
         raise UsageError(_of_option(error)) from error
+
+
+def title_block_of(heading: Heading) -> "TitleBlock":
+    """What the options say of the top of a report; what is typed goes before the file.
+
+    Raises
+    ------
+    ValueError
+        If the file is none.
+    OSError
+        If it cannot be read.
+    """
+    from sagnac.report.title_block import TitleBlock
+
+    of_file = TitleBlock() if heading.heading is None else TitleBlock.from_toml(heading.heading)
+    typed = {field.name: getattr(heading, field.name) for field in fields(TitleBlock)}
+    return replace(of_file, **{name: text for name, text in typed.items() if text is not None})
 
 
 def specification_stated(options: Options) -> "Specification | None":

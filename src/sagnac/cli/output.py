@@ -15,6 +15,7 @@ from sagnac.cli.errors import DONE, FAILED, UNDECIDED
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
+    from sagnac.report.title_block import TitleBlock
 
 # Characters that a file system takes in a name, with room for what is put before it.
 _LONGEST_NAME: Final = 180
@@ -104,8 +105,18 @@ def ready_to_draw() -> None:
         importlib.import_module("matplotlib")
 
 
-def write_report(analysis: "Analysis", folder: Path) -> Written:
-    """Page, document, tables and figures of one analysis, into a folder that is made for them."""
+def write_report(
+    analysis: "Analysis",
+    folder: Path,
+    *,
+    block: "TitleBlock | None" = None,
+    settings: str = "",
+    pdf: bool = False,
+) -> Written:
+    """Page, document, tables and figures of one analysis, into a folder that is made for them.
+
+    With `settings`, which repeat the run, these too; with `pdf` also the page as a PDF.
+    """
     ready_to_draw()
     from sagnac.formats.files import replacing_folder
     from sagnac.report import document, figures, page, tables
@@ -117,13 +128,15 @@ def write_report(analysis: "Analysis", folder: Path) -> Written:
     if drawn.parts is not None:
         pictures.append("parts.png")
     texts = {
-        "report.html": page.page(analysis, drawn),
+        "report.html": page.page(analysis, drawn, block=block, settings=settings),
         "stability.csv": tables.stability_table(analysis),
         "lines.csv": tables.line_table(analysis),
     }
     if analysis.family:
         texts["family.csv"] = tables.family_table(analysis)
         texts["psd.csv"] = tables.density_table(analysis)
+    if settings:
+        texts["settings.toml"] = settings
     # All of it or nothing: new figures beside an old document would be believed.
     with replacing_folder(folder) as new:
         figures.write_png(drawn.stability, new / "stability.png")
@@ -136,8 +149,14 @@ def write_report(analysis: "Analysis", folder: Path) -> Written:
         analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
         text = document.to_json(document.analysis_document(analysis))
         write_text(new / "analysis.json", text + "\n")
+        if pdf:
+            from sagnac.report.pdf import write_pdf
+
+            write_pdf(texts["report.html"], new / "report.pdf")
     first, *others = texts
     names = (first, "analysis.json", *others, *pictures)
+    if pdf:
+        names = (first, "report.pdf", *names[1:])
     return Written(analysis=analysis, paths=tuple(folder / name for name in names))
 
 

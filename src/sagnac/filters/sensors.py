@@ -93,7 +93,7 @@ def _sensors(document: Mapping[str, Any]) -> list[Sensor]:
     quantization = document["coefficients"].get("quantization", {})
     seen = quantization.get("status") == "estimated"
     read = document["input"]
-    common = {
+    common: dict[str, Any] = {
         "tau": tau,
         "edf": np.asarray(curve["edf"], dtype=np.float64),
         "angle": ARCSECOND * quantization["value"] if seen else 0.0,

@@ -56,6 +56,26 @@ def parts_figure(analysis: Analysis) -> Figure | None:
     return canvas.figure
 
 
+def residual_figure(analysis: Analysis) -> Figure | None:
+    """What removal leaves against time; on a table also against its angle, and by orders."""
+    if analysis.residual is None or analysis.residual.time.size < 2:
+        return None
+    with styled(legend_rows=0) as canvas:
+        figure = canvas.figure
+        figure.clear()
+        if analysis.residual.by_angle is None:
+            plot.residual(analysis, figure.add_subplot())
+            figure.subplots_adjust(top=0.96)
+        else:
+            figure.set_size_inches(figure.get_figwidth(), 6.4)
+            against_time, against_angle, orders = figure.subplots(3, 1)
+            plot.residual(analysis, against_time)
+            plot.residual_by_angle(analysis, against_angle)
+            plot.orders(analysis, orders)
+            figure.subplots_adjust(top=0.98, bottom=0.085, hspace=0.42)
+    return figure
+
+
 def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     """The stability curve that each method leaves, with the N it gives.
 
@@ -98,11 +118,14 @@ class ReportFigures:
         Rate spectrum.
     parts
         N against time; None if fewer than two parts show it.
+    residual
+        What removal leaves, against time and table angle; None if it was not kept.
     """
 
     stability: Figure
     spectrum: Figure
     parts: Figure | None = None
+    residual: Figure | None = None
 
 
 def report_figures(analysis: Analysis) -> ReportFigures:
@@ -111,6 +134,7 @@ def report_figures(analysis: Analysis) -> ReportFigures:
         stability=stability_figure(analysis),
         spectrum=spectrum_figure(analysis),
         parts=parts_figure(analysis),
+        residual=residual_figure(analysis),
     )
 
 

@@ -7,17 +7,20 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from sagnac import __version__
-from sagnac.analysis.headline_fit import headline_estimates, headline_fit
+from sagnac.analysis.headline_fit import headline_coefficients, headline_estimates, headline_fit
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.errors import ranked
 from sagnac.plot import SYMBOLS
 from sagnac.report.command_line import note_text
 from sagnac.report.figures import ReportFigures, comparison_figure, report_figures, svg
 from sagnac.report.files import write_text
 from sagnac.report.html import rendered
+from sagnac.report.methods import cited, sentences
 from sagnac.report.spectra import residual_peaks
+from sagnac.report.title_block import TitleBlock
 from sagnac.report.verdicts import DECISIONS, found_text, gyro_text, limit_text, risk_text
 from sagnac.report.wording import (
     FIT_TITLES,
@@ -29,6 +32,7 @@ from sagnac.report.wording import (
     reading_cells,
     subject,
     unit_cells,
+    worst_gyro,
 )
 from sagnac.units import DEGREE, field_unit
 
@@ -51,7 +55,13 @@ def write_report(analysis: Analysis, path: Path) -> None:
     write_text(path, page(analysis))
 
 
-def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
+def page(
+    analysis: Analysis,
+    figures: ReportFigures | None = None,
+    *,
+    block: TitleBlock | None = None,
+    settings: str = "",
+) -> str:
     """The report of one analysis as HTML.
 
     Parameters
@@ -60,14 +70,27 @@ def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
         What it is of.
     figures
         Those of the analysis, drawn here if they are not given.
+    block
+        What stands on top.
+    settings
+        TOML that repeats the run.
     """
+    block = block or TitleBlock()
+    methods, references = cited(sentences(analysis))
     drawn = figures or report_figures(analysis)
     return rendered(
         "report.html",
-        title=f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
+        title=block.title
+        or f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
+        heading=block.title,
+        block=[*block.facts, *_file_facts(analysis)] if block.facts else [],
+        methods=methods,
+        references=references,
+        settings=settings,
+        worst=worst_gyro(analysis),
         answer=_answer(analysis),
         verdict=_verdict(analysis),
-        notes=[note_text(note) for note in analysis.notes],
+        notes=[(note.level, note_text(note)) for note in ranked(analysis.notes)],
         kalman=kalman_figures(analysis.angle_random_walk),
         per_gyro=[
             (name, reading_cells("angle_random_walk", estimate, plain=False))
@@ -98,7 +121,20 @@ def page(analysis: Analysis, figures: ReportFigures | None = None) -> str:
         band=analysis.average is not None
         and analysis.average.law is not None
         and analysis.angle_random_walk.status == "estimated",
-        fits=[(FIT_TITLES[fit.method], fit is headline_fit(analysis)) for fit in _fits(analysis)],
+        residual=None
+        if drawn.residual is None
+        else Markup(
+            svg(
+                drawn.residual,
+                "residual",
+                "What removal leaves, against time and table angle",
+            )
+        ),
+        turning=analysis.residual is not None and analysis.residual.by_angle is not None,
+        fits=[
+            *_answer_column(analysis),
+            *((FIT_TITLES[one.method], one is headline_fit(analysis)) for one in _fits(analysis)),
+        ],
         coefficients=_coefficient_rows(analysis),
         units=[
             (SYMBOLS[name], *cells)
@@ -152,6 +188,14 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     )
 
 
+def _file_facts(analysis: Analysis) -> list[tuple[str, str]]:
+    """What says which recording it is."""
+    provenance = analysis.recording.provenance
+    if provenance is None:
+        return []
+    return [("File", provenance.path), ("SHA-256", provenance.sha256)]
+
+
 def _answer(analysis: Analysis) -> dict[str, str]:
     estimate = analysis.angle_random_walk
     value, interval, status = reading_cells("angle_random_walk", estimate, plain=False)
@@ -195,6 +239,13 @@ def _fits(analysis: Analysis) -> list[Fit]:
     return [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
 
 
+def _answer_column(analysis: Analysis) -> list[tuple[str, bool]]:
+    """A column for the average if the answer is of that and of no fit."""
+    if not analysis.coefficients or headline_fit(analysis) is not None:
+        return []
+    return [("Average over bands and terms", True)]
+
+
 def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
     return [
         {
@@ -202,10 +253,16 @@ def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
             "title": TITLES[name],
             "unit": field_unit(name).symbol,
             "readings": [
-                reading_cells(name, fit.coefficients[name], plain=False)
-                if name in fit.coefficients
-                else ("–", "", "not fitted")
-                for fit in _fits(analysis)
+                *(
+                    reading_cells(name, headline_coefficients(analysis)[name], plain=False)
+                    for _ in _answer_column(analysis)
+                ),
+                *(
+                    reading_cells(name, fit.coefficients[name], plain=False)
+                    if name in fit.coefficients
+                    else ("–", "", "not fitted")
+                    for fit in _fits(analysis)
+                ),
             ],
         }
         for name in COEFFICIENT_NAMES

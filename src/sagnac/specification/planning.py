@@ -108,8 +108,7 @@ class Shown:
                 f"an interval of {100.0 * half_width:.3g} % takes more than a year",
                 remedy="ask for a wider one",
             )
-        low, high = math.log(0.5 / self.highest), math.log(LONGEST)
-        low = max(low, math.log(4.0 / self.highest))
+        low, high = math.log(4.0 / self.highest), math.log(LONGEST)
         for _ in range(60):
             middle = 0.5 * (low + high)
             if self.expected(math.exp(middle)) > half_width:

@@ -6,13 +6,26 @@ from typing import TYPE_CHECKING
 from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, explain
-from sagnac.cli.options import NO_OPTIONS, Curve, Files, Folder, Options, settings_of, statement_of
+from sagnac.cli.options import (
+    NO_HEADING,
+    NO_OPTIONS,
+    Curve,
+    Files,
+    Folder,
+    Heading,
+    Options,
+    settings_of,
+    statement_of,
+    title_block_of,
+)
 from sagnac.cli.reading import naming, read_file
+from sagnac.cli.settings_file import settings_text, with_settings
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.formats import Statement
+    from sagnac.report.title_block import TitleBlock
 
 
 def analyze(
@@ -20,6 +33,7 @@ def analyze(
     /,
     *,
     options: Options = NO_OPTIONS,
+    heading: Heading = NO_HEADING,
     curve: Curve = False,
     output: Folder = None,
 ) -> int:
@@ -28,6 +42,11 @@ def analyze(
     They go into DIR (several files: a folder each in it), by default NAME-report; with
     --json and no DIR nothing is written.
     """
+    options, block = with_settings(options), title_block_of(heading)
+    if heading.pdf:
+        from sagnac.report.pdf import require_pdf
+
+        require_pdf()
     statement = statement_of(options)
     settings = settings_of(options)
     folders = results.folders_of(files, output, as_json=options.as_json)
@@ -39,14 +58,14 @@ def analyze(
     failed = DONE
     for file, folder in zip(files, folders, strict=True):
         try:
-            one = _analyzed(
+            analysis = _analyzed(
                 file,
                 statement,
                 settings,
-                folder,
                 stage_of=file.name * several,
                 memory=options.memory,
             )
+            one = _reported(analysis, folder, block, settings_text(options), pdf=heading.pdf)
         except Exception as error:
             if not several or options.debug:
                 raise
@@ -69,22 +88,28 @@ def _analyzed(
     file: Path,
     statement: "Statement",
     settings: "Settings",
-    folder: Path | None,
     *,
     stage_of: str,
     memory: int | None,
-) -> results.Written:
-    """One file, its report in `folder` unless that is None."""
+) -> "Analysis":
+    """One file."""
     with progresses.shown(stage_of) as progress:
         read = read_file(file, statement, progress, memory=memory)
         from sagnac.analysis.pipeline import analyze as run
 
         with naming(file):
-            analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
-        if folder is None:
-            return results.Written(analysis=analysis, paths=())
+            return run(read.recording, settings, progress=progress).with_seconds(read.seconds)
+
+
+def _reported(
+    analysis: "Analysis", folder: Path | None, block: "TitleBlock", settings: str, *, pdf: bool
+) -> results.Written:
+    """The analysis with its report in `folder`, unless that is None."""
+    if folder is None:
+        return results.Written(analysis=analysis, paths=())
+    with progresses.shown() as progress:
         progress("report", 0.0)
-        return results.write_report(analysis, folder)
+        return results.write_report(analysis, folder, block=block, settings=settings, pdf=pdf)
 
 
 def _print(one: results.Written, *, curve: bool, end: str) -> None:

@@ -10,22 +10,27 @@ from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
 from sagnac.cli.options import (
     ANALYSIS,
+    NO_HEADING,
     NO_OPTIONS,
     Curve,
     Estimators,
     File,
     Folder,
+    Heading,
     Options,
     estimators_of,
     settings_of,
     statement_of,
+    title_block_of,
 )
 from sagnac.cli.progress import Progress
 from sagnac.cli.reading import ReadFile, naming, read_file
+from sagnac.cli.settings_file import settings_text, with_settings
 
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Settings
     from sagnac.analysis.still_bench import AtRest
+    from sagnac.report.title_block import TitleBlock
 
 
 def avar(
@@ -42,6 +47,7 @@ def avar(
             "terms that touch one are left out, counted and noted.",
         ),
     ] = "reject",
+    heading: Heading = NO_HEADING,
     curve: Curve = False,
     output: Folder = None,
 ) -> int:
@@ -50,6 +56,11 @@ def avar(
     The answer is with the lines out; curves and fits are of the recording as it is unless
     --method says what to remove. With -o, each gyro's report goes into a folder of its own.
     """
+    options, block = with_settings(options), title_block_of(heading)
+    if heading.pdf:
+        from sagnac.report.pdf import require_pdf
+
+        require_pdf()
     statement = statement_of(options)
     settings = settings_of(
         options, method="none", interval=None, estimators=estimators_of(estimator)
@@ -65,7 +76,9 @@ def avar(
             benches = _benches(read, settings, progress)
             paths: list[Path] = []
             if output is not None:
-                benches, paths = _reported(benches, output, progress)
+                benches, paths = _reported(
+                    benches, output, progress, block, settings_text(options), pdf=heading.pdf
+                )
     if options.as_json:
         results.print_documents([one.analysis for one in benches], single=len(benches) == 1)
         return results.verdict_status([one.analysis for one in benches])
@@ -92,7 +105,13 @@ def _benches(read: ReadFile, settings: "Settings", progress: Progress) -> "list[
 
 
 def _reported(
-    benches: "list[AtRest]", output: Path, progress: Progress
+    benches: "list[AtRest]",
+    output: Path,
+    progress: Progress,
+    block: "TitleBlock",
+    settings: str,
+    *,
+    pdf: bool,
 ) -> "tuple[list[AtRest], list[Path]]":
     """The benches with the time of their reports, and every file written."""
     timed: list[AtRest] = []
@@ -100,7 +119,13 @@ def _reported(
     for bench in benches:
         (name,) = bench.analysis.settings.gyros
         progress(f"{name}: report", 0.0)
-        written = results.write_report(bench.analysis, output / results.folder_name(name))
+        written = results.write_report(
+            bench.analysis,
+            output / results.folder_name(name),
+            block=block,
+            settings=settings,
+            pdf=pdf,
+        )
         timed.append(replace(bench, analysis=written.analysis))
         paths += written.paths
     return timed, paths

@@ -112,13 +112,13 @@ def _print(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> None:
         f"± {100.0 * shown.half_width:.2g} % at {100.0 * shown.confidence:g} %.",
         end="\n\n",
     )
-    listed = [
-        (row.wanted, "over a year" if row.hours is None else _spoken(row.hours)) for row in rows
-    ]
+    listed = [(row.wanted, _spoken(row.hours)) for row in rows]
     print(text.table(("interval of N", "record"), listed))
 
 
-def _spoken(hours: float) -> str:
+def _spoken(hours: float | None) -> str:
+    if hours is None:
+        return "over a year"
     if hours < 1.0:
         return f"{60.0 * hours:.2g} min" if hours >= 1.0 / 60.0 else f"{3600.0 * hours:.2g} s"
     return f"{hours:.3g} h" if hours < 100.0 else f"{hours / 24.0:.3g} days"

@@ -1,0 +1,43 @@
+"""The page as a PDF."""
+
+from pathlib import Path
+
+from sagnac.errors import MissingExtra
+from sagnac.report.files import write_bytes
+
+
+def require_pdf() -> None:
+    """Refuse before the work if there is nothing to write a PDF with.
+
+    Raises
+    ------
+    MissingExtra
+        If weasyprint is not installed, or the Pango library that it draws text with is not.
+    """
+    try:
+        import weasyprint  # noqa: F401, PLC0415
+    except (ImportError, OSError) as error:
+        raise MissingExtra("report.pdf", "weasyprint (and Pango)", "pdf") from error
+
+
+def write_pdf(page: str, path: Path) -> None:
+    """Write a page as it prints on A4, whole or not at all; nothing is fetched for it.
+
+    Parameters
+    ----------
+    page
+        HTML.
+    path
+        Of the PDF.
+
+    Raises
+    ------
+    MissingExtra
+        If weasyprint is not installed.
+    RecordingError
+        If the folder cannot be written to.
+    """
+    require_pdf()
+    from weasyprint import HTML  # noqa: PLC0415
+
+    write_bytes(path, HTML(string=page).write_pdf())

@@ -1,0 +1,96 @@
+"""The top of a report, and its paragraph on methods."""
+
+import sys
+import types
+from dataclasses import replace
+
+import pytest
+
+from sagnac.coefficients.model_average import Resting
+from sagnac.errors import MissingExtra
+from sagnac.report.methods import REFERENCES, cited, sentences
+from sagnac.report.page import page
+from sagnac.report.pdf import write_pdf
+from sagnac.report.title_block import TitleBlock
+from tests.handmade import SHA256, analysis
+from tests.report.examples import checked
+
+
+def test_a_block_stands_on_top_with_file_and_hash(tmp_path):
+    path = tmp_path / "unit.toml"
+    path.write_text('title = "Acceptance <RLG 7>"\nserial = 42\noperator = "A. Engineer"\n')
+    block = TitleBlock.from_toml(path)
+    assert block.facts == [("Serial number", "42"), ("Operator", "A. Engineer")]
+    html = page(analysis(), block=block)
+    checked(html)
+    top = html.partition('class="answer"')[0]
+    for said in ("Acceptance &lt;RLG 7&gt;", "Serial number", "42", "A. Engineer", SHA256):
+        assert said in top
+    assert "Serial number" not in page(analysis())
+
+
+def test_what_a_block_does_not_know_is_refused(tmp_path):
+    path = tmp_path / "unit.toml"
+    path.write_text('colour = "red"')
+    with pytest.raises(ValueError, match="'colour' is not known"):
+        TitleBlock.from_toml(path)
+
+
+def test_methods_are_those_used_and_references_are_numbered_as_cited():
+    pair = replace(
+        analysis(), average=Resting(terms=("angle_random_walk",), band_hz=(0.1, 1.0), mask=1)
+    )
+    paragraph, references = cited(sentences(pair))
+    assert references == [REFERENCES["paper"], REFERENCES["ieee"], REFERENCES["average"]]
+    assert "[1]" in paragraph
+    assert "differenced" in paragraph
+    assert "differenced" not in cited(sentences(analysis(gyros=("x",))))[0]
+    assert "once a turn" in cited(sentences(analysis(method="fris")))[0]
+
+
+def luminance(color: str) -> float:
+    parts = [int(color[place : place + 2], 16) / 255.0 for place in (1, 3, 5)]
+    linear = [
+        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts
+    ]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_text_has_the_contrast_of_wcag_aa_in_both_themes():
+    style = page(analysis()).partition("<style>")[2].partition("</style>")[0]
+    blocks = [part.partition("}")[0] for part in style.split(":root {")[1:]]
+    themes = [
+        dict(
+            item.strip().removeprefix("--").split(": ") for item in block.split(";") if "--" in item
+        )
+        for block in blocks
+    ]
+    assert len(themes) == 3  # light, dark, print
+    for theme in themes:
+        for name in ("ink", "soft", "blue", "amber", "green", "red"):
+            colors = [
+                f"#{color[1] * 2}{color[2] * 2}{color[3] * 2}" if len(color) == 4 else color
+                for color in (theme[name], theme["paper"])
+            ]
+            bright, dark = sorted(map(luminance, colors), reverse=True)
+            assert (bright + 0.05) / (dark + 0.05) >= 4.5, (name, theme)
+
+
+def test_a_pdf_without_its_library_names_the_extra(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "weasyprint", None)
+    with pytest.raises(MissingExtra, match=r"sagnac\[pdf\]"):
+        write_pdf("<p>nothing</p>", tmp_path / "report.pdf")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_pdf_is_of_the_page(monkeypatch, tmp_path):
+    class Page:
+        def __init__(self, string):
+            self.string = string
+
+        def write_pdf(self):
+            return self.string.encode()
+
+    monkeypatch.setitem(sys.modules, "weasyprint", types.SimpleNamespace(HTML=Page))
+    write_pdf("<p>all of it</p>", tmp_path / "report.pdf")
+    assert (tmp_path / "report.pdf").read_bytes() == b"<p>all of it</p>"
