@@ -69,6 +69,7 @@ def stated_options(statement: "Statement") -> dict[str, str]:
     start, stop = statement.span or (None, None)
     values: dict[str, Any] = {
         "gyros": ",".join(statement.gyros) if statement.gyros else None,
+        "accelerometers": ",".join(statement.accelerometers) if statement.accelerometers else None,
         "columns": statement.columns or None,
         "kind": statement.kind,
         "unit": statement.unit,

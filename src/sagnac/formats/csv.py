@@ -100,7 +100,7 @@ def _known(laid_out: Layout) -> _Known:
     """What header and preamble of a known program state."""
     preset = preset_of(laid_out.names)
     if preset is not None:
-        return _Known(statement=preset.statement, units=preset.units)
+        return _Known(statement=preset.statement(laid_out.names), units=preset.units)
     preamble = preamble_of(laid_out.preamble, laid_out.delimiter)
     if preamble is None:
         return _Known()

@@ -79,7 +79,7 @@ def _value(key: str, stated: Any) -> Any:
     """The value of a field of `Statement` from what stands in a TOML or an attribute."""
     if key in ("kind", "unit", "columns") and isinstance(stated, str) and "=" in stated:
         return dict(_pair(item) for item in stated.split(","))
-    if key == "gyros":
+    if key in ("gyros", "accelerometers"):
         return tuple(
             [name.strip() for name in stated.split(",")] if isinstance(stated, str) else stated
         )

@@ -21,6 +21,7 @@ from sagnac.formats.files import damaged
 from sagnac.formats.registry import ROSBAG
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
+from sagnac.recording.frames import ACCELEROMETER_NAMES, GYRO_NAMES
 
 _TYPES: Final = ("sensor_msgs/msg/Imu", "sensor_msgs/Imu")
 _DOUBLES: Final = 37
@@ -76,8 +77,15 @@ def open_source(path: Path) -> Source:
     if len(topics) == 1:
         notes = (Note(text=f"gyros are those of topic {topics[0].name}"),)
         time = _STAMP if topics[0].is_stamped else _RECEIVED
-        columns = {axis: f"angular_velocity.{axis}" for axis in "xyz"}
-        stated = Statement(kind="rate", columns=columns, time=time)
+        columns = {axis: f"angular_velocity.{axis}" for axis in GYRO_NAMES}
+        forces = {f"a{axis}": f"linear_acceleration.{axis}" for axis in GYRO_NAMES}
+        stated = Statement(
+            kind="rate",
+            columns={**columns, **forces},
+            gyros=GYRO_NAMES,
+            accelerometers=ACCELEROMETER_NAMES,
+            time=time,
+        )
     else:
         names = ", ".join(topic.name for topic in topics)
         notes = (
