@@ -17,6 +17,7 @@ from sagnac.errors import Note
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
 from sagnac.stability.curve import StabilityCurve
+from sagnac.units import Sensor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -86,6 +87,9 @@ class Analysis:
         Of those that are estimated; None if there is no average.
     parts
         The answer over parts of the recording, of one gyro.
+    accelerometers
+        The accelerometers of the recording, each analyzed by itself; all figures are in m/s²
+        where those of a gyro are in rad/s.
     """
 
     recording: Recording
@@ -110,6 +114,7 @@ class Analysis:
     coefficients: Mapping[CoefficientName, Estimate] = field(default_factory=dict)
     covariance: Covariance | None = None
     parts: tuple[Part, ...] = ()
+    accelerometers: "tuple[Analysis, ...]" = ()
 
     def __repr__(self) -> str:
         return (
@@ -124,6 +129,11 @@ class Analysis:
             f"<b>{escape(repr(self.angle_random_walk))}</b><br>{escape(self.source)}</p>"
             f"<ul>{notes}</ul>"
         )
+
+    @property
+    def sensor(self) -> Sensor:
+        """``gyro``, or ``accelerometer`` if it is of one."""
+        return self.recording.gyro(self.settings.gyros[0]).sensor
 
     def to_frame(self) -> Any:
         """Every coefficient of every fit as a pandas frame, SI, a row each.

@@ -277,7 +277,9 @@ def verified(recording: Recording) -> Recording:
     RecordingError
         If the data are not sound.
     """
-    found = integrity(recording)
+    forces = (recording.of_accelerometer(one.name) for one in recording.accelerometers)
+    found = [note for one in (recording, *forces) for note in integrity(one)]
+    found = list(dict.fromkeys(found))
     for note in found:
         if note.level == "error":
             raise RecordingError.of(note)

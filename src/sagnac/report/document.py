@@ -13,6 +13,7 @@ from sagnac.coefficients.estimates import Estimate, in_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
 from sagnac.report.command_line import note_text
+from sagnac.report.forces import forces_data
 from sagnac.report.spectra import per_gyro_density
 from sagnac.report.wording import curve_unit, in_field_unit
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, field_unit
@@ -64,6 +65,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             "edf": curve.edf.tolist(),
         },
         **_family(analysis),
+        **forces_data(analysis.accelerometers),
         "notes": [note_text(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
     }

@@ -7,7 +7,7 @@ from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, explain
 from sagnac.cli.options import NO_OPTIONS, Files, Folder, Options, settings_of, statement_of
-from sagnac.cli.reading import naming, read_file
+from sagnac.cli.reading import naming, read_file, with_accelerometers
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -57,6 +57,7 @@ def _analyzed(
 
         with naming(file):
             analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
+            analysis = with_accelerometers(analysis, read.recording, progress)
         if folder is None:
             return results.Written(analysis=analysis, paths=())
         progress("report", 0.0)
@@ -72,6 +73,7 @@ def _print(one: results.Written, *, end: str) -> None:
             text.answer(analysis),
             text.coefficients(analysis),
             text.units(analysis),
+            text.accelerometers(analysis.accelerometers),
             text.lines(analysis),
             text.notes(analysis.notes),
         ),

@@ -21,9 +21,10 @@ from sagnac.cli.options import (
     statement_of,
 )
 from sagnac.cli.progress import Progress
-from sagnac.cli.reading import ReadFile, naming, read_file
+from sagnac.cli.reading import ReadFile, naming, read_file, with_accelerometers
 
 if TYPE_CHECKING:
+    from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.analysis.still_bench import AtRest
 
@@ -62,6 +63,8 @@ def avar(
 
                 read = replace(read, recording=with_gaps_marked(read.recording))
             benches = _benches(read, settings, progress)
+            first = with_accelerometers(benches[0].analysis, read.recording, progress)
+            benches = [replace(benches[0], analysis=first), *benches[1:]]
             paths: list[Path] = []
             if output is not None:
                 benches, paths = _reported(benches, output, progress)
@@ -70,6 +73,7 @@ def avar(
         return DONE
     for bench in benches:
         _print(bench)
+    _print_accelerometers(benches[0].analysis)
     results.print_paths(paths)
     return DONE
 
@@ -102,6 +106,13 @@ def _reported(
         timed.append(replace(bench, analysis=written.analysis))
         paths += written.paths
     return timed, paths
+
+
+def _print_accelerometers(analysis: "Analysis") -> None:
+    from sagnac.report import text
+
+    if analysis.accelerometers:
+        print(text.accelerometers(analysis.accelerometers), end="\n\n")
 
 
 def _print(bench: "AtRest") -> None:
