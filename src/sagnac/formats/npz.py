@@ -15,7 +15,8 @@ from sagnac.formats.registry import NPZ
 from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
 
 _STATED: Final = frozenset(
-    {"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits", "null_pulse"}
+    {"accelerometers"}
+    | {"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits", "null_pulse"}
 )
 
 

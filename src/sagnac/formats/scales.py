@@ -1,7 +1,7 @@
 """Kind and unit of every column that is taken, and the SI size of one raw number."""
 
 from dataclasses import dataclass
-from typing import Final, cast
+from typing import Final
 
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.choice import Placed
@@ -112,7 +112,7 @@ def accelerometer_scale(name: str, column: Column, statements: Statements) -> Sc
             channel=name,
             remedy=f"state {{kind {name}={'|'.join(KINDS)}}}",
         )
-    kind = cast(Kind, stated)
+    kind: Kind = stated
     unit = statements.of_accelerometer("unit", name) or column.unit
     remedy = f"state {{unit {name}=m/s^2}}, g or mg, or {{unit accelerometers=g}} for all"
     if unit is None:

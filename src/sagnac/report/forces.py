@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from sagnac.analysis.headline_fit import headline_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.plot import BLUE, GREEN, ORANGE, SYMBOLS, logarithmic
 from sagnac.report.command_line import note_text
 from sagnac.report.style import legend_above, styled
@@ -36,7 +36,7 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     return rows
 
 
-def _coefficients(analysis: Analysis) -> Mapping[str, Estimate]:
+def _coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
     """The coefficients of the answer, with the answer among them."""
     return {
         **headline_coefficients(analysis),
