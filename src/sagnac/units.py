@@ -5,15 +5,31 @@ Inside the package every angle is in rad, every rate in rad/s and every time in 
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
-Quantity = Literal["angle", "rate", "time", "angle random walk", "rate random walk", "rate ramp"]
+Quantity = Literal[
+    "angle",
+    "rate",
+    "time",
+    "angle random walk",
+    "rate random walk",
+    "rate ramp",
+    "velocity",
+    "acceleration",
+    "velocity random walk",
+    "acceleration random walk",
+    "acceleration ramp",
+]
 QUANTITIES: Final[tuple[Quantity, ...]] = get_args(Quantity)
+Sensor = Literal["gyro", "accelerometer"]
+SENSORS: Final[tuple[Sensor, ...]] = get_args(Sensor)
 
 ARCSECOND: Final = math.pi / 648_000.0
 DEGREE: Final = math.pi / 180.0
 HOUR: Final = 3600.0
+STANDARD_GRAVITY: Final = 9.80665  # m/s^2 in one g, by definition (CGPM 1901)
 
 # Size of one field unit in SI. A coefficient in SI divided by this is the field's figure.
 DEGREE_PER_ROOT_HOUR: Final = DEGREE / math.sqrt(HOUR)  # angle random walk, rad/sqrt(s)
@@ -89,6 +105,26 @@ _TABLE: Final[tuple[tuple[Quantity, str, str, float], ...]] = (
     ("rate random walk", "rad/s/sqrt(s)", "rad/s/√s", 1.0),
     ("rate ramp", "deg/h/h", "°/h/h", DEGREE_PER_HOUR_PER_HOUR),
     ("rate ramp", "rad/s^2", "rad/s²", 1.0),
+    ("velocity", "m/s", "m/s", 1.0),
+    ("velocity", "mm/s", "mm/s", 1e-3),
+    ("velocity", "um/s", "µm/s", 1e-6),
+    ("velocity", "ug*s", "µg·s", 1e-6 * STANDARD_GRAVITY),
+    ("acceleration", "m/s^2", "m/s²", 1.0),
+    ("acceleration", "g", "g", STANDARD_GRAVITY),
+    ("acceleration", "mg", "mg", 1e-3 * STANDARD_GRAVITY),
+    ("acceleration", "ug", "µg", 1e-6 * STANDARD_GRAVITY),
+    ("velocity random walk", "m/s/sqrt(h)", "m/s/√h", 1.0 / math.sqrt(HOUR)),
+    ("velocity random walk", "ug/sqrt(Hz)", "µg/√Hz", 1e-6 * STANDARD_GRAVITY),
+    ("velocity random walk", "m/s^2/sqrt(Hz)", "m/s²/√Hz", 1.0),
+    (
+        "acceleration random walk",
+        "mg/sqrt(h)",
+        "mg/√h",
+        1e-3 * STANDARD_GRAVITY / math.sqrt(HOUR),
+    ),
+    ("acceleration random walk", "m/s^2/sqrt(s)", "m/s²/√s", 1.0),
+    ("acceleration ramp", "mg/h", "mg/h", 1e-3 * STANDARD_GRAVITY / HOUR),
+    ("acceleration ramp", "m/s^3", "m/s³", 1.0),
 )
 UNITS: Final[dict[str, Unit]] = {
     name: Unit(name=name, symbol=symbol, quantity=quantity, size=size)
@@ -112,6 +148,8 @@ def sizes(quantity: Quantity) -> dict[str, float]:
 ANGLE_UNITS: Final = sizes("angle")
 RATE_UNITS: Final = sizes("rate")
 TIME_UNITS: Final = sizes("time")
+VELOCITY_UNITS: Final = sizes("velocity")
+ACCELERATION_UNITS: Final = sizes("acceleration")
 
 # Every unit a coefficient is written in, the field's own first: the size of one in SI.
 COEFFICIENT_UNITS: Final[dict[str, dict[str, float]]] = {
@@ -123,6 +161,74 @@ COEFFICIENT_UNITS: Final[dict[str, dict[str, float]]] = {
         "rate_random_walk": tuple(sizes("rate random walk")),
         "rate_ramp": tuple(sizes("rate ramp")),
     }.items()
+}
+
+# The same of an accelerometer: what is an angle of a gyro is a velocity of it.
+FORCE_COEFFICIENT_UNITS: Final[dict[str, dict[str, float]]] = {
+    coefficient: {name: UNITS[name].size for name in names}
+    for coefficient, names in {
+        "quantization": ("mm/s", "m/s"),
+        "angle_random_walk": tuple(sizes("velocity random walk")),
+        "bias_instability": ("mg", "ug", "m/s^2"),
+        "rate_random_walk": tuple(sizes("acceleration random walk")),
+        "rate_ramp": tuple(sizes("acceleration ramp")),
+    }.items()
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensed:
+    """What a kind of sensor measures, and what its coefficients are called and written in.
+
+    Attributes
+    ----------
+    rate, integral
+        Quantity of one sample of kind ``rate``, and of its integral over time.
+    rate_unit, integral_unit
+        The field's unit of each.
+    coefficients
+        Coefficient, by the name that a gyro's has -> unit -> its size; the field's own first.
+    titles
+        The same -> name that the coefficient has.
+    """
+
+    rate: Quantity
+    integral: Quantity
+    rate_unit: str
+    integral_unit: str
+    coefficients: Mapping[str, Mapping[str, float]]
+    titles: Mapping[str, str]
+
+
+SENSED: Final[Mapping[Sensor, Sensed]] = {
+    "gyro": Sensed(
+        rate="rate",
+        integral="angle",
+        rate_unit="deg/h",
+        integral_unit="arcsec",
+        coefficients=COEFFICIENT_UNITS,
+        titles={
+            "quantization": "quantization",
+            "angle_random_walk": "angle random walk",
+            "bias_instability": "bias instability",
+            "rate_random_walk": "rate random walk",
+            "rate_ramp": "rate ramp",
+        },
+    ),
+    "accelerometer": Sensed(
+        rate="acceleration",
+        integral="velocity",
+        rate_unit="mg",
+        integral_unit="m/s",
+        coefficients=FORCE_COEFFICIENT_UNITS,
+        titles={
+            "quantization": "velocity quantization",
+            "angle_random_walk": "velocity random walk",
+            "bias_instability": "bias instability",
+            "rate_random_walk": "acceleration random walk",
+            "rate_ramp": "acceleration ramp",
+        },
+    ),
 }
 
 _ALIASES: Final[dict[str, str]] = {
@@ -144,6 +250,13 @@ _ALIASES: Final[dict[str, str]] = {
     "rad s^-1": "rad/s",
     "rad*s^-1": "rad/s",
     "°/hr": "deg/h",
+    "m s^-2": "m/s^2",
+    "m/s2": "m/s^2",
+    "m/s**2": "m/s^2",
+    "m/s/s": "m/s^2",
+    "m*s^-2": "m/s^2",
+    "milli-g": "mg",
+    "micro-g": "ug",
     "deg/hr": "deg/h",
     "dph": "deg/h",
     "sec": "s",
@@ -258,23 +371,27 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
     )
 
 
-def field_unit(coefficient: str) -> Unit:
+def field_unit(coefficient: str, sensor: Sensor = "gyro") -> Unit:
     """The unit that the field writes a coefficient in.
 
     Raises
     ------
     ValueError
-        If there is no coefficient of that name.
+        If there is no coefficient or sensor of that name.
 
     Examples
     --------
     >>> field_unit("angle_random_walk").symbol
     '°/√h'
+    >>> field_unit("angle_random_walk", "accelerometer").symbol
+    'm/s/√h'
     """
-    if coefficient not in COEFFICIENT_UNITS:
-        known = ", ".join(COEFFICIENT_UNITS)
-        raise ValueError(f"coefficient is {coefficient!r}; use one of {known}")
-    return UNITS[next(iter(COEFFICIENT_UNITS[coefficient]))]
+    if sensor not in SENSORS:
+        raise ValueError(f"sensor is {sensor!r}; use one of {', '.join(SENSORS)}")
+    units = SENSED[sensor].coefficients
+    if coefficient not in units:
+        raise ValueError(f"coefficient is {coefficient!r}; use one of {', '.join(units)}")
+    return UNITS[next(iter(units[coefficient]))]
 
 
 def time_scale(unit: str) -> float:

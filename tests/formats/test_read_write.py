@@ -181,7 +181,6 @@ def test_a_recording_is_read_by_the_fields_of_a_statement(tmp_path):
     [
         ("run.bag", "rosbag", "rosbags", "ros"),
         ("run.tdms", "tdms", "nptdms", "tdms"),
-        ("run.nc", "netcdf", "h5netcdf", "netcdf"),
         ("run.ulg", "ulog", "pyulog", "ulog"),
         ("run.mseed", "miniseed", "pymseed", "miniseed"),
     ],

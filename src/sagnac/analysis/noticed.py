@@ -10,13 +10,15 @@ from sagnac.coefficients.bounds import RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Level, Note, counted
 from sagnac.recording.spikes import Spikes
-from sagnac.units import DEGREE_PER_HOUR, field_unit
+from sagnac.units import SENSED, UNITS, Sensor, field_unit
 
 # Share of N from which on what spikes would add is worth a warning.
 _ADDS: float = 0.05
 
 
-def noticed(channel: str, found: Averaged, gyros_differenced: int) -> tuple[Note, ...]:
+def noticed(
+    channel: str, found: Averaged, gyros_differenced: int, sensor: Sensor = "gyro"
+) -> tuple[Note, ...]:
     """What an average noticed of its record.
 
     Parameters
@@ -27,24 +29,28 @@ def noticed(channel: str, found: Averaged, gyros_differenced: int) -> tuple[Note
         The average.
     gyros_differenced
         1, or 2 for a difference.
+    sensor
+        What the channel is of, which says the units.
     """
     walk = found.average.angle_random_walk
     notes = (
-        _spikes_note(found.cleaned.spikes, walk, gyros_differenced),
-        _warm_up_note(found.cleaned.warm_up),
+        _spikes_note(found.cleaned.spikes, walk, gyros_differenced, sensor),
+        _warm_up_note(found.cleaned.warm_up, sensor),
         _roll_off_note(found.roll_off),
-        _parts_note(found.parts),
+        _parts_note(found.parts, sensor),
     )
     return tuple(replace(note, channel=channel) for note in notes if note)
 
 
-def _shown(value: float) -> str:
+def _shown(value: float, sensor: Sensor) -> str:
     """N in the unit of the field."""
-    unit = field_unit("angle_random_walk")
+    unit = field_unit("angle_random_walk", sensor)
     return f"{value / unit.size:.3g}"
 
 
-def _spikes_note(spikes: Spikes | None, walk: Estimate, gyros_differenced: int) -> Note | None:
+def _spikes_note(
+    spikes: Spikes | None, walk: Estimate, gyros_differenced: int, sensor: Sensor
+) -> Note | None:
     if spikes is None or spikes.index.size == 0:
         return None
     added = spikes.added_walk / math.sqrt(gyros_differenced)
@@ -56,16 +62,17 @@ def _spikes_note(spikes: Spikes | None, walk: Estimate, gyros_differenced: int) 
         level=level,
         text=f"{counted(int(spikes.index.size), 'sample')} far off their neighbours (spikes) "
         "were replaced by them for the answer; left in, they would add "
-        f"{_shown(added)} {field_unit('angle_random_walk').symbol} to it in square",
+        f"{_shown(added, sensor)} {field_unit('angle_random_walk', sensor).symbol} to it in square",
     )
 
 
-def _warm_up_note(warm_up: WarmUp | None) -> Note | None:
+def _warm_up_note(warm_up: WarmUp | None, sensor: Sensor) -> Note | None:
     if warm_up is None:
         return None
+    unit = UNITS[SENSED[sensor].rate_unit]
     return Note(
         name="warm-up",
-        text=f"the rate settles by {warm_up.rate / DEGREE_PER_HOUR:.3g} deg/h with a time "
+        text=f"the rate settles by {warm_up.rate / unit.size:.3g} {unit} with a time "
         f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer",
     )
 
@@ -79,20 +86,21 @@ def _roll_off_note(found: RollOff) -> Note | None:
     )
 
 
-def _parts_note(parts: Parts | None) -> Note | None:
+def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
     if parts is None or len(parts.seen) < 2:
         return None
     reach = (
-        f"{len(parts.seen)} parts of the recording read {_shown(parts.smallest)} to "
-        f"{_shown(parts.largest)} {field_unit('angle_random_walk').symbol}"
+        f"{len(parts.seen)} parts of the recording read {_shown(parts.smallest, sensor)} "
+        f"to {_shown(parts.largest, sensor)} {field_unit('angle_random_walk', sensor).symbol}"
     )
+    walk = SENSED[sensor].titles["angle_random_walk"]
     if parts.agree:
-        return Note(text=f"the angle random walk stands still: {reach}, as far apart as by chance")
+        return Note(text=f"the {walk} stands still: {reach}, as far apart as by chance")
     spread = 100.0 * (parts.largest / parts.smallest - 1.0)
     return Note(
         name="unsteady",
         effect=parts.largest / parts.smallest,
         level="warning",
-        text=f"the angle random walk changes: {reach}, {spread:.2g} % apart, more than by chance; "
+        text=f"the {walk} changes: {reach}, {spread:.2g} % apart, more than by chance; "
         "the interval covers them",
     )

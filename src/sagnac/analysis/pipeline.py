@@ -186,7 +186,8 @@ def _noticed(
     if found is None:
         return ()
     shared = sharing_notes(recording, measured, left, found) if standing else ()
-    return (*noticed(measured.channel, found, measured.gyros_differenced), *shared)
+    sensor = recording.gyros[0].sensor
+    return (*noticed(measured.channel, found, measured.gyros_differenced, sensor), *shared)
 
 
 class _OfAverage(TypedDict, total=False):

@@ -18,6 +18,7 @@ from sagnac.errors import Note
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
 from sagnac.stability.curve import StabilityCurve
+from sagnac.units import Sensor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -89,6 +90,9 @@ class Analysis:
         The answer over parts of the recording, of one gyro.
     residual
         What removal leaves, against time and table angle; None if it was not kept.
+    accelerometers
+        The accelerometers of the recording, each analyzed by itself; all figures are in m/s²
+        where those of a gyro are in rad/s.
     """
 
     recording: Recording
@@ -114,6 +118,7 @@ class Analysis:
     covariance: Covariance | None = None
     parts: tuple[Part, ...] = ()
     residual: Residual | None = None
+    accelerometers: "tuple[Analysis, ...]" = ()
 
     @property
     def findings(self) -> tuple[Note, ...]:
@@ -133,6 +138,11 @@ class Analysis:
             f"<b>{escape(repr(self.angle_random_walk))}</b><br>{escape(self.source)}</p>"
             f"<ul>{notes}</ul>"
         )
+
+    @property
+    def sensor(self) -> Sensor:
+        """``gyro``, or ``accelerometer`` if it is of one."""
+        return self.recording.gyro(self.settings.gyros[0]).sensor
 
     def to_frame(self) -> Any:
         """Every coefficient of every fit as a pandas frame, SI, a row each.

@@ -65,7 +65,7 @@ def at_rest(
     """
     if len(settings.gyros) != 1:
         raise ValueError(f"gyros is {settings.gyros!r}; name one for the still bench")
-    recording = replace(recording, table=None, null_pulse=None)
+    recording = replace(recording, table=None, null_pulse=None, accelerometers=())
     if has_gaps(recording, settings.gyros[0]):
         try:
             return _with_gaps(recording, settings, progress)

@@ -223,6 +223,15 @@ class Reading:
         str | None,
         Parameter(group=READING, metavar="COLUMN", help="Column that is not 0 at the null pulse."),
     ] = None
+    accelerometers: Annotated[
+        tuple[str, ...] | None,
+        _typed(
+            names,
+            group=READING,
+            metavar="ax,ay,az",
+            help="Accelerometers, each by itself (--unit accelerometers=g); none for none.",
+        ),
+    ] = None
     layout: Annotated[
         str | None,
         Parameter(
@@ -434,6 +443,7 @@ def statement_of(options: Reading) -> "Statement":
             counter_bits=options.counter_bits,
             null_pulse=options.null_pulse,
             layout=options.layout,
+            accelerometers=options.accelerometers,
         )
     except ValueError as error:
         raise UsageError(_of_option(error)) from error

@@ -4,13 +4,14 @@ import shlex
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sagnac.cli.progress import Progress
 
 if TYPE_CHECKING:
+    from sagnac.analysis.result import Analysis
     from sagnac.formats import Statement
     from sagnac.recording.model import Recording
 
@@ -49,6 +50,18 @@ def read_file(
     return ReadFile(recording=recording, seconds={"read": time.perf_counter() - began})
 
 
+def with_accelerometers(
+    analysis: "Analysis", recording: "Recording", progress: Progress
+) -> "Analysis":
+    """The analysis with that of each accelerometer of its recording."""
+    if not recording.accelerometers:
+        return analysis
+    from sagnac.analysis.six_axes import accelerometers_of
+
+    found = accelerometers_of(recording, analysis.settings, progress=progress)
+    return replace(analysis, accelerometers=found)
+
+
 def command_for(file: Path, statement: "Statement") -> str:
     """The command that would read a file, with what is stated and what is missing.
 
@@ -76,6 +89,7 @@ def stated_options(statement: "Statement") -> dict[str, str]:
     start, stop = statement.span or (None, None)
     values: dict[str, Any] = {
         "gyros": ",".join(statement.gyros) if statement.gyros else None,
+        "accelerometers": ",".join(statement.accelerometers) if statement.accelerometers else None,
         "columns": statement.columns or None,
         "kind": statement.kind,
         "unit": statement.unit,

@@ -10,7 +10,7 @@ from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.errors import Note
 from sagnac.recording.difference import per_gyro
 from sagnac.stability.names import check_choice
-from sagnac.units import COEFFICIENT_UNITS, TIME_UNITS
+from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, TIME_UNITS, Sensor
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
@@ -24,7 +24,18 @@ _UNITS: Final[Mapping[str, Mapping[str, float]]] = {
 }
 
 
-def estimate_units(name: CoefficientName | OptionalName) -> Mapping[str, float]:
+# The same of an accelerometer.
+_FORCE_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
+    **FORCE_COEFFICIENT_UNITS,
+    "markov_driving_noise": FORCE_COEFFICIENT_UNITS["rate_random_walk"],
+    "markov_correlation_time": _UNITS["markov_correlation_time"],
+    "sinusoid_amplitude": FORCE_COEFFICIENT_UNITS["bias_instability"],
+}
+
+
+def estimate_units(
+    name: CoefficientName | OptionalName, sensor: Sensor = "gyro"
+) -> Mapping[str, float]:
     """Units that a coefficient or optional term is written in: the size of one in SI.
 
     Raises
@@ -32,7 +43,7 @@ def estimate_units(name: CoefficientName | OptionalName) -> Mapping[str, float]:
     ValueError
         If there is no such coefficient.
     """
-    units = _UNITS.get(name)
+    units = (_FORCE_UNITS if sensor == "accelerometer" else _UNITS).get(name)
     if units is None:
         known = ", ".join((*COEFFICIENT_NAMES, *get_args(OptionalName)))
         raise ValueError(f"name {name!r} is not a coefficient; use one of {known}")
@@ -70,6 +81,8 @@ class Estimate:
         Which of the three.
     name
         Of the coefficient, by which `to` knows its units; None if it is not known.
+    sensor
+        ``gyro``, or ``accelerometer``: then SI has m where a gyro has rad.
 
     Raises
     ------
@@ -96,12 +109,14 @@ class Estimate:
     confidence: float
     status: Status
     name: CoefficientName | OptionalName | None = None
+    sensor: Sensor = "gyro"
 
     def __post_init__(self) -> None:
         check_choice("status", self.status, Status)
+        check_choice("sensor", self.sensor, Sensor)
         require_confidence(self.confidence)
         if self.name is not None:
-            estimate_units(self.name)
+            estimate_units(self.name, self.sensor)
         figures = f"value {self.value!r}, low {self.low!r}, high {self.high!r}"
         if self.status == "not observable":
             if not all(math.isnan(figure) for figure in (self.value, self.low, self.high)):
@@ -112,7 +127,7 @@ class Estimate:
     def _key(self) -> tuple[object, ...]:
         """What makes two estimates equal; NaN, which equals nothing, goes by the status."""
         figures = () if self.status == "not observable" else (self.value, self.low, self.high)
-        return (*figures, self.confidence, self.status, self.name)
+        return (*figures, self.confidence, self.status, self.name, self.sensor)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Estimate) and self._key() == other._key()
@@ -136,7 +151,7 @@ class Estimate:
         """
         if self.name is None:
             raise ValueError("the estimate has no name, so that its units are not known")
-        units = estimate_units(self.name)
+        units = estimate_units(self.name, self.sensor)
         if unit not in units:
             raise ValueError(
                 f"unit {unit!r} is not one of {self.name}; use one of {', '.join(units)}"
@@ -159,7 +174,7 @@ class Estimate:
         if self.name is None:
             shown = ConvertedEstimate(value=self.value, low=self.low, high=self.high, unit="SI")
         else:
-            shown = self.to(next(iter(estimate_units(self.name))))
+            shown = self.to(next(iter(estimate_units(self.name, self.sensor))))
         percent = f"{100.0 * self.confidence:g} %"
         if self.status == "upper bound":
             return f"below {shown.high:.4g} {shown.unit}, {percent}"

@@ -19,7 +19,13 @@ from sagnac.formats.sampling import (
     sampled_by_stamps,
     stamps_in_seconds,
 )
-from sagnac.formats.scales import Scale, gyro_scale, table_scale, time_unit
+from sagnac.formats.scales import (
+    Scale,
+    accelerometer_scale,
+    gyro_scale,
+    table_scale,
+    time_unit,
+)
 from sagnac.formats.source import Source, Stored
 from sagnac.formats.suspicions import (
     counter_notes,
@@ -77,6 +83,7 @@ def assemble(
     sliced = stretch.span_s if statements.caller.span is not None else None
     recording = Recording(
         gyros=tuple(gyro.channel for gyro in made.gyros),
+        accelerometers=tuple(one.channel for one in made.accelerometers),
         sample_rate=stretch.sampling.sample_rate,
         times=stretch.sampling.times,
         table=made.table.channel if made.table else None,
@@ -128,6 +135,8 @@ class Scales:
     ----------
     gyros
         Gyro name -> kind and unit.
+    accelerometers
+        Accelerometer name -> kind and unit.
     table
         None where there is no table.
     time
@@ -135,6 +144,7 @@ class Scales:
     """
 
     gyros: Mapping[str, Scale]
+    accelerometers: Mapping[str, Scale]
     table: Scale | None
     time: float | None
 
@@ -154,6 +164,10 @@ def scales_of(choice: Choice, statements: Statements) -> Scales:
     """
     scales = Scales(
         gyros={name: gyro_scale(name, one, statements) for name, one in choice.gyros.items()},
+        accelerometers={
+            name: accelerometer_scale(name, one, statements)
+            for name, one in choice.accelerometers.items()
+        },
         table=table_scale(choice.table, statements) if choice.table else None,
         time=time_unit(choice.time, statements) if choice.time else None,
     )
@@ -208,16 +222,18 @@ def stretch_of(choice: Choice, scales: Scales, stored: Stored, statements: State
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Channels:
-    """Gyros, table and null pulse, each with its notes; None where there is none."""
+    """Sensors, table and null pulse, each with its notes; None where there is none."""
 
     gyros: tuple[Taken, ...]
+    accelerometers: tuple[Taken, ...]
     table: Taken | None
     pulses: Pulses | None
 
     @property
     def notes(self) -> tuple[Note, ...]:
         """What was noticed of all of them."""
-        parts = [part for part in (*self.gyros, self.table, self.pulses) if part is not None]
+        sensors = (*self.gyros, *self.accelerometers)
+        parts = [part for part in (*sensors, self.table, self.pulses) if part is not None]
         return tuple(note for part in parts for note in part.notes)
 
 
@@ -236,11 +252,16 @@ def channels_of(
         If a counter or the null pulse cannot be one.
     """
     table = choice.table.column.key if choice.table is not None else None
-    keys = [column.key for column in choice.gyros.values()]
+    sensors = (*choice.gyros.values(), *choice.accelerometers.values())
+    keys = [column.key for column in sensors]
     columns = load_columns(stored, [*keys, table] if table is not None else keys, stretch)
     gyros = tuple(
         _gyro(name, columns.pop(column.key), scales.gyros[name], counter_bits)
         for name, column in choice.gyros.items()
+    )
+    accelerometers = tuple(
+        gyro_channel(name, columns.pop(column.key), scales.accelerometers[name], None)
+        for name, column in choice.accelerometers.items()
     )
     made_table = None
     if table is not None and scales.table is not None and choice.table is not None:
@@ -253,7 +274,7 @@ def channels_of(
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
         pulses = pulses_of(load_columns(stored, [key], stretch)[key], column=key)
-    return Channels(gyros=gyros, table=made_table, pulses=pulses)
+    return Channels(gyros=gyros, accelerometers=accelerometers, table=made_table, pulses=pulses)
 
 
 def _gyro(name: str, raw: FloatArray, scale: Scale, counter_bits: int | None) -> Taken:
@@ -303,7 +324,9 @@ def verified(recording: Recording) -> Recording:
     RecordingError
         If the data are not sound.
     """
-    found = integrity(recording)
+    forces = (recording.of_accelerometer(one.name) for one in recording.accelerometers)
+    found = [note for one in (recording, *forces) for note in integrity(one)]
+    found = list(dict.fromkeys(found))
     for note in found:
         if note.level == "error":
             raise RecordingError.of(note)

@@ -15,6 +15,7 @@ from sagnac.formats.files import damaged
 from sagnac.formats.registry import BINARY
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statement
+from sagnac.recording.frames import ACCELEROMETER_NAMES
 
 Bytes = NDArray[np.uint8]
 _LOOKED_THROUGH: Final = 1 << 24
@@ -80,6 +81,7 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
                 rows = _records(path, laid_out, starts, first, last)
                 yield {key: np.ascontiguousarray(rows[key]) for key in keys}
 
+    names = {one.name for one in laid_out.fields}
     return Source(
         format=BINARY.name,
         columns=tuple(
@@ -88,7 +90,11 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
             if one.name
         ),
         load=lambda keys: Stored(lengths=dict.fromkeys(keys, records), pieces=pieces),
-        stated=Statement(kind=laid_out.kind, sample_rate=laid_out.sample_rate),
+        stated=Statement(
+            kind=laid_out.kind,
+            sample_rate=laid_out.sample_rate,
+            accelerometers=ACCELEROMETER_NAMES if set(ACCELEROMETER_NAMES) <= names else None,
+        ),
         notes=notes,
     )
 

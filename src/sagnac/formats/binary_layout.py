@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.errors import RecordingError
+from sagnac.recording.frames import ACCELEROMETER_NAMES
 
 _ORDERS: Final = {"little": "<", "big": ">"}
 # Name -> bytes at the end of a record; each is over what lies between sync bytes and itself.
@@ -144,7 +145,7 @@ class BinaryLayout:
 def _seven_doubles(name: str) -> BinaryLayout:
     fields = [BinaryField(name="time", type="f8", unit="s")]
     fields += [BinaryField(name=axis, type="f8", unit=name) for axis in "xyz"]
-    fields += [BinaryField(name=f"accelerometer_{a}", type="f8", unit="m/s^2") for a in "xyz"]
+    fields += [BinaryField(name=axis, type="f8", unit="m/s^2") for axis in ACCELEROMETER_NAMES]
     return BinaryLayout(fields=tuple(fields), kind="rate")
 
 

@@ -60,7 +60,9 @@ def gyro_channel(name: str, raw: FloatArray, scale: Scale, counter_bits: int | N
 def _in_si(name: str, scale: Scale, readings: FloatArray, *notes: Note) -> Taken:
     """The channel of these readings, which become SI in place."""
     values = series.scale(readings, scale.factor)
-    channel = Channel(name=name, kind=scale.kind, shown_in=scale.unit, values=values)
+    channel = Channel(
+        name=name, kind=scale.kind, shown_in=scale.unit, values=values, sensor=scale.sensor
+    )
     return Taken(channel=channel, notes=notes)
 
 

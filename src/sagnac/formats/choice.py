@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from sagnac.errors import Note, RecordingError
@@ -36,6 +36,8 @@ class Choice:
     ----------
     gyros
         Name wanted -> column.
+    accelerometers
+        Name wanted -> column.
     table, time, null_pulse
         None where there is none, or none is wanted.
     notes
@@ -43,6 +45,7 @@ class Choice:
     """
 
     gyros: Mapping[str, Column]
+    accelerometers: Mapping[str, Column] = field(default_factory=dict)
     table: Placed | None
     time: Placed | None
     null_pulse: Column | None
@@ -60,10 +63,11 @@ class Choice:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """What the columns are loaded by: gyros, table, time, null pulse."""
+        """What the columns are loaded by: gyros, accelerometers, table, time, null pulse."""
         placed = [one.column for one in (self.table, self.time) if one is not None]
         pulse = [self.null_pulse] if self.null_pulse is not None else []
-        return tuple(column.key for column in (*self.gyros.values(), *placed, *pulse))
+        sensed = (*self.gyros.values(), *self.accelerometers.values())
+        return tuple(column.key for column in (*sensed, *placed, *pulse))
 
 
 def find(columns: Sequence[Column], name: str) -> Column | None:
@@ -123,6 +127,24 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
     if not gyros:
         raise _missing(columns, "x, y, z", "{columns x=COLUMN} or {gyros COLUMN}")
     return gyros
+
+
+def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
+    """The accelerometers that are stated.
+
+    Raises
+    ------
+    RecordingError
+        If one is not there.
+    """
+    found = {}
+    for name in statements.accelerometers:
+        key = statements.column(name) or name
+        column = find(columns, key)
+        if column is None:
+            raise _missing(columns, key, "{accelerometers} or {columns NAME=COLUMN}")
+        found[name] = column
+    return found
 
 
 def choose_stated(
@@ -280,11 +302,13 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
         If a column is not there, or stands for two channels.
     """
     gyros = choose_gyros(columns, statements)
-    taken = frozenset(column.key for column in gyros.values())
+    accelerometers = choose_accelerometers(columns, statements)
+    taken = frozenset(column.key for column in (*gyros.values(), *accelerometers.values()))
     table = choose_table(columns, statements, taken)
     chosen_time = choose_time(columns, statements, taken)
     return Choice(
         gyros=gyros,
+        accelerometers=accelerometers,
         table=table,
         time=chosen_time.time,
         null_pulse=choose_null_pulse(columns, statements),

@@ -100,7 +100,7 @@ def _known(laid_out: Layout) -> _Known:
     """What header and preamble of a known program state."""
     preset = preset_of(laid_out.names)
     if preset is not None:
-        return _Known(statement=preset.statement, units=preset.units)
+        return _Known(statement=preset.statement(laid_out.names), units=preset.units)
     preamble = preamble_of(laid_out.preamble, laid_out.delimiter)
     if preamble is None:
         return _Known()
@@ -310,10 +310,9 @@ def write(path: Path, out: Outgoing) -> None:
     statement = path.with_name(path.name + ".toml")
     with replacing(path) as temporary, replacing(statement) as temporary_statement:
         kinds = ", ".join(f"{json.dumps(name)} = {json.dumps(k)}" for name, k in out.kinds.items())
+        names = "".join(f"{k} = {json.dumps(v.split(','))}\n" for k, v in out.sensors.items())
         temporary_statement.write_text(
-            f"gyros = {json.dumps(list(out.kinds))}\n"
-            f"kind = {{ {kinds} }}\n"
-            f"sample_rate = {out.sample_rate!r}\n",
+            f"{names}kind = {{ {kinds} }}\nsample_rate = {out.sample_rate!r}\n",
             encoding="utf-8",
         )
         with temporary.open("wb") as stream:

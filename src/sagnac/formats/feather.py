@@ -30,6 +30,7 @@ def open_source(path: Path) -> Source:
         schema = file.schema
         sizes = [file.get_batch(i).num_rows for i in range(file.num_record_batches)]
         stated = text_of(schema.metadata)
+        columns = tuple(column_of(item) for item in schema if is_numeric(item.type))
     edges = np.concatenate(([0], np.cumsum(sizes, dtype=np.int64)))
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
@@ -52,7 +53,7 @@ def open_source(path: Path) -> Source:
 
     return Source(
         format=FEATHER.name,
-        columns=tuple(column_of(item) for item in schema if is_numeric(item.type)),
+        columns=columns,
         load=load,
         stated=from_mapping({k: v for k, v in stated.items() if k in vocabulary()}),
     )
@@ -67,9 +68,7 @@ def write(path: Path, out: Outgoing) -> None:
         if name in out.kinds:
             metadata["kind"] = out.kinds[name]
         fields.append(pa.field(name, kind, metadata=metadata or None))
-    schema = pa.schema(
-        fields, metadata={"gyros": ",".join(out.kinds), "sample_rate": repr(out.sample_rate)}
-    )
+    schema = pa.schema(fields, metadata={**out.sensors, "sample_rate": repr(out.sample_rate)})
     with (
         replacing(path) as temporary,
         pa.OSFile(str(temporary), "wb") as stream,

@@ -20,7 +20,18 @@ from sagnac.formats.room import require_content
 from sagnac.formats.source import Column, Source, Stored, Vector, column, vectors
 
 _STATED: Final = frozenset(
-    {"gyros", "kind", "unit", "scale", "sample_rate", "time", "table", "counter_bits", "null_pulse"}
+    {"accelerometers"}
+    | {
+        "gyros",
+        "kind",
+        "unit",
+        "scale",
+        "sample_rate",
+        "time",
+        "table",
+        "counter_bits",
+        "null_pulse",
+    }
 )
 
 
@@ -171,7 +182,8 @@ def write(path: Path, out: Outgoing) -> None:
     """One dataset per column with unit and kind, and the rate in the root's attributes."""
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs["sample_rate"] = out.sample_rate
-        file.attrs["gyros"] = ",".join(out.kinds)
+        for sensor, names in out.sensors.items():
+            file.attrs[sensor] = names
         for name, values in out.rows(slice(0)).items():
             dataset = file.create_dataset(name, (out.samples,), values.dtype)
             if name in out.units:

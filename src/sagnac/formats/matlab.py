@@ -19,7 +19,9 @@ _NUMERIC: Final = frozenset(
     {"double", "single", "logical"}
     | {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
 )
-_STATED: Final = frozenset({"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits"})
+_STATED: Final = frozenset(
+    {"gyros", "accelerometers", "kind", "unit", "scale", "sample_rate", "counter_bits"}
+)
 
 
 def open_source(path: Path) -> Source:

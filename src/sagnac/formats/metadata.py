@@ -79,9 +79,10 @@ def _value(key: str, stated: Any) -> Any:
     """The value of a field of `Statement` from what stands in a TOML or an attribute."""
     if key in ("kind", "unit", "columns") and isinstance(stated, str) and "=" in stated:
         return dict(_pair(item) for item in stated.split(","))
-    if key == "gyros" and not isinstance(stated, str | list | tuple):
-        raise ValueError(f"gyros is {stated!r}; give names")
-    if key == "gyros":
+    named = key in ("gyros", "accelerometers")
+    if named and not isinstance(stated, str | list | tuple):
+        raise ValueError(f"{key} is {stated!r}; give names")
+    if named:
         return tuple(
             [name.strip() for name in stated.split(",")] if isinstance(stated, str) else stated
         )

@@ -1,11 +1,14 @@
-"""NetCDF 4: variables of one dimension, scaled as their attributes say (CF conventions)."""
+"""NetCDF 4: variables of one dimension, scaled as their attributes say (CF conventions).
+
+A file of NetCDF 4 is one of HDF5 whose datasets are the variables.
+"""
 
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-import h5netcdf
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,8 +19,21 @@ from sagnac.formats.registry import NETCDF
 from sagnac.formats.source import Column, Source, Stored, column
 
 _STATED: Final = frozenset(
-    {"gyros", "kind", "unit", "scale", "sample_rate", "time", "table", "counter_bits", "null_pulse"}
+    {"accelerometers"}
+    | {
+        "gyros",
+        "kind",
+        "unit",
+        "scale",
+        "sample_rate",
+        "time",
+        "table",
+        "counter_bits",
+        "null_pulse",
+    }
 )
+# How the format marks a dimension without values of its own ("NetCDF-4 file format" in the guide).
+_NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 _SINCE: Final = re.compile(r"^\s*(\w+)\s+since\s", re.I)
 
 
@@ -32,13 +48,13 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not NetCDF 4 or is cut off.
     """
-    with damaged(NETCDF.name), h5netcdf.File(path, "r") as file:
-        found = dict(_variables(file, ""))
+    with damaged(NETCDF.name), h5py.File(path, "r") as file:
+        found = dict(_variables(file))
         columns = tuple(_column(name, file[name].attrs) for name in found)
         stated = {key: _plain(file.attrs[key]) for key in file.attrs if key in _STATED}
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
-        with damaged(NETCDF.name), h5netcdf.File(path, "r") as file:
+        with damaged(NETCDF.name), h5py.File(path, "r") as file:
             for key in keys:
                 variable = file[key]
                 for first in range(start, stop, series.SPAN):
@@ -51,13 +67,17 @@ def open_source(path: Path) -> Source:
     return Source(format=NETCDF.name, columns=columns, load=load, stated=from_mapping(stated))
 
 
-def _variables(group: Any, prefix: str) -> Iterator[tuple[str, int]]:
+def _variables(file: h5py.File) -> Iterator[tuple[str, int]]:
     """Name and length of every variable of numbers with one dimension."""
-    for name, variable in group.variables.items():
-        if len(variable.shape) == 1 and np.dtype(variable.dtype).kind in "biuf":
-            yield f"{prefix}{name}", int(variable.shape[0])
-    for name, inner in group.groups.items():
-        yield from _variables(inner, f"{prefix}{name}/")
+    names: list[str] = []
+    file.visititems(
+        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
+    )
+    for name in names:
+        item = file[name]
+        is_variable = not str(_plain(item.attrs.get("NAME", ""))).startswith(_NO_VARIABLE)
+        if is_variable and len(item.shape) == 1 and item.dtype.kind in "biuf":
+            yield name, int(item.shape[0])
 
 
 def _column(name: str, attributes: Any) -> Column:

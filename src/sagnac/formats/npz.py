@@ -17,7 +17,8 @@ from sagnac.formats.room import require_content, require_room
 from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
 
 _STATED: Final = frozenset(
-    {"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits", "null_pulse"}
+    {"accelerometers"}
+    | {"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits", "null_pulse"}
 )
 
 # Bytes of a text that states something.

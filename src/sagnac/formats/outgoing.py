@@ -22,16 +22,18 @@ class Outgoing:
     Attributes
     ----------
     columns
-        Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros,
-        ``table``, ``null_pulse`` (bool).
+        Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros, the
+        accelerometers, ``table``, ``null_pulse`` (bool).
     units
         Name -> unit to write in; ``null_pulse`` has none.
     sizes
         Name -> SI size of that unit.
     kinds
-        Gyro name -> kind.
+        Name of a gyro or an accelerometer -> kind.
     sample_rate
         Hz.
+    accelerometers
+        Which of `kinds` are accelerometers.
     """
 
     columns: Mapping[str, NDArray[Any]]
@@ -39,6 +41,14 @@ class Outgoing:
     sizes: Mapping[str, float]
     kinds: Mapping[str, Kind]
     sample_rate: float
+    accelerometers: tuple[str, ...] = ()
+
+    @property
+    def sensors(self) -> dict[str, str]:
+        """``gyros`` and, if there are any, ``accelerometers``: names with commas between."""
+        gyros = ",".join(name for name in self.kinds if name not in self.accelerometers)
+        forces = {"accelerometers": ",".join(self.accelerometers)} if self.accelerometers else {}
+        return {"gyros": gyros, **forces}
 
     @property
     def samples(self) -> int:
@@ -75,7 +85,7 @@ class Outgoing:
     def statement(self) -> dict[str, str | float]:
         """All of it in flat text, for formats that carry attributes beside the numbers."""
         return {
-            "gyros": ",".join(self.kinds),
+            **self.sensors,
             "kind": ",".join(f"{name}={kind}" for name, kind in self.kinds.items()),
             "unit": ",".join(f"{name}={unit}" for name, unit in self.units.items()),
             "sample_rate": self.sample_rate,
@@ -95,9 +105,10 @@ def outgoing(recording: Recording) -> Outgoing:
     sizes: dict[str, float] = {}
     if recording.times is not None:
         columns["time"], units["time"], sizes["time"] = recording.times, "s", 1.0
-    for gyro in recording.gyros:
-        check_name(gyro.name)
-    named = {gyro.name: gyro for gyro in recording.gyros}
+    sensors = (*recording.gyros, *recording.accelerometers)
+    for channel in sensors:
+        check_name(channel.name)
+    named = {channel.name: channel for channel in sensors}
     if recording.table is not None:
         named["table"] = recording.table
     for name, channel in named.items():
@@ -109,8 +120,9 @@ def outgoing(recording: Recording) -> Outgoing:
         columns=columns,
         units=units,
         sizes=sizes,
-        kinds={gyro.name: gyro.kind for gyro in recording.gyros},
+        kinds={channel.name: channel.kind for channel in sensors},
         sample_rate=recording.sample_rate,
+        accelerometers=tuple(one.name for one in recording.accelerometers),
     )
 
 

@@ -19,13 +19,24 @@ from sagnac.formats.outgoing import Outgoing, Rows, check_name
 from sagnac.formats.registry import PARQUET
 from sagnac.formats.source import Source, Stored
 from sagnac.recording.channel import Kind, field_unit, quantity_of
-from sagnac.units import unit_of
+from sagnac.units import Sensor, unit_of
 
 ROWS_PER_GROUP: Final = 500_000
 _BUFFER: Final = 2**20  # bytes
 
 _KEYS: Final = frozenset(
-    {"gyros", "kind", "unit", "scale", "sample_rate", "time", "table", "counter_bits", "null_pulse"}
+    {"accelerometers"}
+    | {
+        "gyros",
+        "kind",
+        "unit",
+        "scale",
+        "sample_rate",
+        "time",
+        "table",
+        "counter_bits",
+        "null_pulse",
+    }
 )
 
 
@@ -121,14 +132,16 @@ class Writer:
     path
         The file to write.
     kinds
-        Gyro name -> kind.
+        Name of a gyro or an accelerometer -> kind.
     sample_rate
         Hz.
     units
         Name -> field unit to write in (``arcsec`` for gyro angles, ``deg/h`` for rates and
         ``deg`` for the table where not given).
     table, null_pulse, times
-        Which columns there will be besides the gyros.
+        Which columns there will be besides the sensors.
+    accelerometers
+        Which of `kinds` are accelerometers.
 
     Raises
     ------
@@ -158,6 +171,7 @@ class Writer:
         table: bool = False,
         null_pulse: bool = False,
         times: bool = False,
+        accelerometers: Sequence[str] = (),
     ) -> None:
         """Lay out the schema; nothing is written before the context is entered."""
         for name in kinds:
@@ -172,7 +186,12 @@ class Writer:
         all_kinds: dict[str, Kind] = {**kinds, **({"table": "angle"} if table else {})}
         for name, kind in all_kinds.items():
             stated = units.get(name)
-            unit = unit_of(stated, quantity_of(kind)) if stated else field_unit(name, kind)
+            sensor: Sensor = "accelerometer" if name in accelerometers else "gyro"
+            unit = (
+                unit_of(stated, quantity_of(kind, sensor))
+                if stated
+                else field_unit(name, kind, sensor)
+            )
             self._scales[name] = unit.size
             metadata = {"unit": unit.name, "kind": kind}
             fields.append(pa.field(name, pa.float64(), metadata=metadata))
@@ -180,7 +199,11 @@ class Writer:
             fields.append(pa.field("null_pulse", pa.bool_()))
         self._schema = pa.schema(
             fields,
-            metadata={"gyros": ",".join(kinds), "sample_rate": repr(float(sample_rate))},
+            metadata={
+                "gyros": ",".join(name for name in kinds if name not in accelerometers),
+                **({"accelerometers": ",".join(accelerometers)} if accelerometers else {}),
+                "sample_rate": repr(float(sample_rate)),
+            },
         )
         self._pending: list[pa.Table] = []
         self._stack = ExitStack()
@@ -254,6 +277,7 @@ def write(path: Path, out: Outgoing) -> None:
     with Writer(
         path,
         kinds=out.kinds,
+        accelerometers=out.accelerometers,
         sample_rate=out.sample_rate,
         units=out.units,
         table="table" in out.columns,

@@ -55,11 +55,33 @@ class Statements:
         """Names of the gyros wanted by the first that names any; empty where none does."""
         for statement in self.in_order:
             names = statement.gyros or tuple(
-                name for name in statement.columns if name not in ("table", "time", "null_pulse")
+                name
+                for name in statement.columns
+                if name not in ("table", "time", "null_pulse", *self.accelerometers)
             )
             if names:
                 return names
         return ()
+
+    @property
+    def accelerometers(self) -> tuple[str, ...]:
+        """Names of the accelerometers wanted by the first that says so; empty if there are none."""
+        names: tuple[str, ...] = self._first("accelerometers") or ()
+        return () if names == ("none",) else names
+
+    def of_accelerometer(self, quantity: str, name: str) -> str | None:
+        """What is stated as ``kind`` or ``unit`` of an accelerometer, or None.
+
+        By name, or for all of them under ``accelerometers``; what is stated for all channels is
+        that of the gyros.
+        """
+        for statement in self.in_order:
+            stated = getattr(statement, quantity)
+            if stated is not None and not isinstance(stated, str):
+                found: str | None = stated.get(name, stated.get("accelerometers"))
+                if found is not None:
+                    return found
+        return None
 
     def column(self, name: str) -> str | None:
         """The file's name for `name`, or None where none gives one."""

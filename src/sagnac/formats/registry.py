@@ -85,7 +85,6 @@ NETCDF: Final = Format(
     writes=False,
     # NetCDF 4 is HDF5 within.
     beginning=HDF5.beginning,
-    extra="netcdf",
 )
 ROSBAG: Final = Format(
     name="ROS bag",

@@ -6,7 +6,10 @@ the same distance from the end whatever the header before them holds. The first 
 is set beside what the library makes of it before any is read so.
 """
 
+import gc
+import weakref
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -21,6 +24,7 @@ from sagnac.formats.files import damaged
 from sagnac.formats.registry import ROSBAG
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
+from sagnac.recording.frames import ACCELEROMETER_NAMES, GYRO_NAMES
 
 _TYPES: Final = ("sensor_msgs/msg/Imu", "sensor_msgs/Imu")
 _DOUBLES: Final = 37
@@ -62,7 +66,9 @@ def open_source(path: Path) -> Source:
     RecordingError
         If it is no bag, is cut off, or holds no IMU.
     """
-    with damaged(ROSBAG.name), _opened(path) as bag:
+    held = _Held(path)
+    with damaged(ROSBAG.name):
+        bag = held.bag
         every = [(name, topic.msgtype, topic.msgcount) for name, topic in bag.topics.items()]
         topics = [_topic(bag, name) for name, kind, _ in every if kind in _TYPES]
     listed = ", ".join(f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED])
@@ -76,8 +82,15 @@ def open_source(path: Path) -> Source:
     if len(topics) == 1:
         notes = (Note(text=f"gyros are those of topic {topics[0].name}"),)
         time = _STAMP if topics[0].is_stamped else _RECEIVED
-        columns = {axis: f"angular_velocity.{axis}" for axis in "xyz"}
-        stated = Statement(kind="rate", columns=columns, time=time)
+        columns = {axis: f"angular_velocity.{axis}" for axis in GYRO_NAMES}
+        forces = {f"a{axis}": f"linear_acceleration.{axis}" for axis in GYRO_NAMES}
+        stated = Statement(
+            kind="rate",
+            columns={**columns, **forces},
+            gyros=GYRO_NAMES,
+            accelerometers=ACCELEROMETER_NAMES,
+            time=time,
+        )
     else:
         names = ", ".join(topic.name for topic in topics)
         notes = (
@@ -88,11 +101,12 @@ def open_source(path: Path) -> Source:
 
     def load(wanted: Sequence[str]) -> Stored:
         arrays: dict[str, NDArray[Any]] = {}
-        with damaged(ROSBAG.name), _opened(path) as bag:
+        with damaged(ROSBAG.name), collection_paused():
             for topic in topics:
                 fields = {key: keys[key][1] for key in wanted if keys[key][0] is topic}
                 if fields:
-                    arrays.update(_read(bag, topic, fields))
+                    arrays.update(_read(held.bag, topic, fields))
+        held.close()
         return in_memory(arrays)
 
     return Source(
@@ -107,9 +121,51 @@ def open_source(path: Path) -> Source:
     )
 
 
-def _opened(path: Path) -> AnyReader:
-    # Bags of ROS 2 before Iron hold no definitions; the message is the same in all.
-    return AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+class _Held:
+    """A bag that stays open until it is read: to open one of millions of messages takes seconds.
+
+    Parameters
+    ----------
+    path
+        Of the file or folder.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Open nothing yet."""
+        self._path = path
+        self._open: ExitStack | None = None
+        self._bag: AnyReader | None = None
+
+    @property
+    def bag(self) -> AnyReader:
+        """The bag, opened if it is not."""
+        if self._bag is None:
+            # Bags of ROS 2 before Iron hold no definitions; the message is the same in all.
+            store = get_typestore(Stores.ROS2_HUMBLE)
+            bag = AnyReader([self._path], default_typestore=store)
+            with ExitStack() as stack, collection_paused():
+                self._bag = stack.enter_context(bag)
+                self._open = stack.pop_all()
+            weakref.finalize(self, self._open.close)
+        return self._bag
+
+    def close(self) -> None:
+        """Close the bag; asked for again it is opened again."""
+        if self._open is not None:
+            self._open.close()
+        self._open = self._bag = None
+
+
+@contextmanager
+def collection_paused() -> Iterator[None]:
+    """Make no search for garbage among the millions of entries of an index, which are none."""
+    was_on = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
 
 
 def _names() -> tuple[str, ...]:

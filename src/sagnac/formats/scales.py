@@ -9,7 +9,16 @@ from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
 from sagnac.formats.unit_text import parsed_unit
 from sagnac.recording.channel import KINDS, Kind
-from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
+from sagnac.units import (
+    ACCELERATION_UNITS,
+    ANGLE_UNITS,
+    RATE_UNITS,
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    Sensor,
+    canonical,
+    split_factor,
+)
 
 # Times written as text, which readers hand over in ns: of the clock, and dates with it.
 TIME_FORMS: Final = {"clock": 1e-9, "iso": 1e-9}
@@ -29,6 +38,8 @@ class Scale:
         SI size of one: rad, or rad/s for kind ``rate``.
     notes
         What was noticed of the statements.
+    sensor
+        ``gyro`` or ``accelerometer``.
 
     Raises
     ------
@@ -40,6 +51,7 @@ class Scale:
     unit: str
     factor: float
     notes: tuple[Note, ...] = ()
+    sensor: Sensor = "gyro"
 
     def __post_init__(self) -> None:
         if not self.factor > 0.0:
@@ -83,6 +95,37 @@ def gyro_scale(name: str, column: Column, statements: Statements) -> Scale:
         said = f"the file says {by_file}, taken as {in_words} as stated"
         notes = (Note(channel=name, text=said),)
     return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=notes)
+
+
+def accelerometer_scale(name: str, column: Column, statements: Statements) -> Scale:
+    """Kind and unit of an accelerometer; its kind is ``rate`` unless another is stated.
+
+    Raises
+    ------
+    RecordingError
+        If its unit is not stated, or is none of an accelerometer of that kind.
+    """
+    stated = statements.of_accelerometer("kind", name) or column.kind or "rate"
+    if stated not in KINDS:
+        raise RecordingError(
+            f"the file says kind {stated!r}, which is none",
+            channel=name,
+            remedy=f"state {{kind {name}={'|'.join(KINDS)}}}",
+        )
+    kind: Kind = stated
+    unit = statements.of_accelerometer("unit", name) or column.unit
+    remedy = f"state {{unit {name}=m/s^2}}, g or mg, or {{unit accelerometers=g}} for all"
+    if unit is None:
+        raise RecordingError("its unit is not stated", channel=name, remedy=remedy)
+    factor, plain = split_factor(unit)
+    known = ACCELERATION_UNITS if kind == "rate" else VELOCITY_UNITS
+    if plain not in known or not factor > 0.0:
+        raise RecordingError(
+            f"unit {unit!r} is none of an accelerometer of kind {kind}",
+            channel=name,
+            remedy=remedy if kind == "rate" else f"state {{unit {name}=m/s}} or the right {{kind}}",
+        )
+    return Scale(kind=kind, unit=unit, factor=factor * known[plain], sensor="accelerometer")
 
 
 def _sized_unit(name: str, unit: str | None, scale: str | None) -> str:

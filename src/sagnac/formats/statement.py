@@ -45,6 +45,11 @@ class Statement:
         Width of gyro counters that roll over (kind ``angle``): 16, 24 or 32.
     null_pulse
         Column that is nonzero at the null pulse.
+    accelerometers
+        Names of the accelerometers wanted; ``("none",)`` for none of those that the file states,
+        None for these. Their units stand in `unit` by name, or for all of them under
+        ``accelerometers``; a unit for all channels is that of the gyros. So does their kind,
+        ``rate`` unless stated: mean specific force over the sample interval.
     layout
         How the records of a binary file are laid out: the name of a preset, the path of a TOML,
         or its table.
@@ -76,6 +81,7 @@ class Statement:
     counter_bits: int | None = None
     null_pulse: str | None = None
     layout: str | Mapping[str, Any] | None = None
+    accelerometers: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what cannot be, before any file is touched."""
@@ -84,7 +90,8 @@ class Statement:
         _check_unit(self.unit)
         _check_scale(self.scale)
         _check_sample_rate(self.sample_rate)
-        _check_gyros(self.gyros)
+        _check_names("gyros", self.gyros)
+        _check_names("accelerometers", self.accelerometers)
         _check_span(self.span)
         if self.counter_bits is not None and self.counter_bits not in COUNTER_BITS:
             raise ValueError(f"counter_bits is {self.counter_bits!r}; use one of 16, 24, 32")
@@ -129,12 +136,12 @@ def _check_sample_rate(sample_rate: float | None) -> None:
         raise ValueError(f"sample_rate is {sample_rate!r}; give samples per second, above zero")
 
 
-def _check_gyros(gyros: tuple[str, ...] | None) -> None:
-    if gyros is None:
+def _check_names(argument: str, names: tuple[str, ...] | None) -> None:
+    if names is None:
         return
-    named = all(isinstance(name, str) and name for name in gyros)
-    if not gyros or not named or len(set(gyros)) < len(gyros):
-        raise ValueError(f"gyros is {gyros!r}; give one or more different names")
+    named = all(isinstance(name, str) and name for name in names)
+    if not names or not named or len(set(names)) < len(names):
+        raise ValueError(f"{argument} is {names!r}; give one or more different names")
 
 
 def _check_span(span: tuple[float | None, float | None] | None) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 from nptdms import TdmsFile
+from nptdms.log import log_manager
 from numpy.typing import NDArray
 
 from sagnac import series
@@ -24,7 +25,7 @@ _KNOWN_SCALES: Final = frozenset(
 )
 _SCALE: Final = re.compile(r"NI_Scale\[\d+\]_Scale_Type$")
 # What it warns of is refused here.
-logging.getLogger("nptdms").setLevel(logging.ERROR)
+log_manager.set_level(logging.CRITICAL)
 _UNIT_PROPERTIES: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
@@ -36,7 +37,7 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not TDMS or is cut off.
     """
-    with damaged(TDMS.name), TdmsFile.open(path) as file:
+    with damaged(TDMS.name), path.open("rb") as stream, TdmsFile.open(stream) as file:
         found = [
             (group.name, one.name, dict(one.properties), np.dtype(one.dtype), len(one))
             for group in file.groups()
@@ -61,7 +62,7 @@ def open_source(path: Path) -> Source:
         columns.append(column(key, unit="ns" if kind.kind == "M" else unit))
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
-        with damaged(TDMS.name), TdmsFile.open(path) as file:
+        with damaged(TDMS.name), path.open("rb") as stream, TdmsFile.open(stream) as file:
             for key in keys:
                 group, name = places[key]
                 channel = file[group][name]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from sagnac.formats.statement import Statement
+from sagnac.recording.frames import ACCELEROMETER_NAMES, GYRO_NAMES
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,12 +22,15 @@ class Preset:
         Of the gyros, which are rates.
     time
         Name and unit of the column of times.
+    accelerometers
+        Accelerometer -> name of its column, m/s²; they may be missing.
     """
 
     name: str
     gyros: Mapping[str, str]
     unit: str
     time: tuple[str, str]
+    accelerometers: Mapping[str, str]
 
     def is_of(self, names: Sequence[str]) -> bool:
         """Whether a table with these columns is of this kind."""
@@ -36,16 +40,32 @@ class Preset:
     def units(self) -> dict[str, str]:
         """Units of the columns that it names."""
         name, unit = self.time
-        return {**dict.fromkeys(self.gyros.values(), self.unit), name: unit}
+        return {
+            **dict.fromkeys(self.gyros.values(), self.unit),
+            **dict.fromkeys(self.accelerometers.values(), "m/s^2"),
+            name: unit,
+        }
 
-    @property
-    def statement(self) -> Statement:
-        """What it states."""
-        return Statement(kind="rate", columns=dict(self.gyros), time=self.time[0])
+    def statement(self, names: Sequence[str]) -> Statement:
+        """What a table with these columns states."""
+        has_all = set(self.accelerometers.values()) <= set(names)
+        accelerometers = self.accelerometers if has_all else {}
+        return Statement(
+            kind="rate",
+            columns={**self.gyros, **accelerometers},
+            gyros=tuple(self.gyros),
+            accelerometers=tuple(accelerometers) or None,
+            time=self.time[0],
+        )
 
 
 def _axes(pattern: str, axes: str = "xyz") -> dict[str, str]:
-    return {name: pattern.format(axis) for name, axis in zip("xyz", axes, strict=True)}
+    return {name: pattern.format(axis) for name, axis in zip(GYRO_NAMES, axes, strict=True)}
+
+
+def _forces(pattern: str, axes: str = "xyz") -> dict[str, str]:
+    names = zip(ACCELEROMETER_NAMES, axes, strict=True)
+    return {name: pattern.format(axis) for name, axis in names}
 
 
 PRESETS: Final = (
@@ -53,21 +73,33 @@ PRESETS: Final = (
     Preset(
         name="EuRoC or TUM-VI",
         gyros=_axes("w_RS_S_{} [rad s^-1]"),
+        accelerometers=_forces("a_RS_S_{} [m s^-2]"),
         unit="rad/s",
         time=("timestamp [ns]", "ns"),
     ),
     # Kalibr, kalibr_bagextractor and kalibr_bagcreater: imu0.csv.
-    Preset(name="Kalibr", gyros=_axes("omega_{}"), unit="rad/s", time=("timestamp", "ns")),
+    Preset(
+        name="Kalibr",
+        gyros=_axes("omega_{}"),
+        accelerometers=_forces("alpha_{}"),
+        unit="rad/s",
+        time=("timestamp", "ns"),
+    ),
     # ROS, rostopic echo -p: of a sensor_msgs/Imu, in SI.
     Preset(
         name="rostopic echo",
         gyros=_axes("field.angular_velocity.{}"),
+        accelerometers=_forces("field.linear_acceleration.{}"),
         unit="rad/s",
         time=("field.header.stamp", "ns"),
     ),
     # PX4, ulog2csv: sensor_combined.
     Preset(
-        name="ulog2csv", gyros=_axes("gyro_rad[{}]", "012"), unit="rad/s", time=("timestamp", "us")
+        name="ulog2csv",
+        gyros=_axes("gyro_rad[{}]", "012"),
+        accelerometers=_forces("accelerometer_m_s2[{}]", "012"),
+        unit="rad/s",
+        time=("timestamp", "us"),
     ),
 )
 

@@ -83,7 +83,17 @@ def _stated(sets: dict[str, Any]) -> Statement:
         return Statement(kind="rate")
     time = next(name for name in _TIMES if name in sets[prefix].data)
     columns = {axis: f"{prefix}.{name}" for axis, name in zip(_AXES, fields, strict=True)}
-    return Statement(kind="rate", columns=columns, time=f"{prefix}.{time}")
+    forces = {}
+    if prefix == "sensor_combined":
+        # Sampled with the gyros; sensor_accel has times of its own.
+        forces = {f"a{a}": f"{prefix}.accelerometer_m_s2[{i}]" for i, a in enumerate(_AXES)}
+    return Statement(
+        kind="rate",
+        columns={**columns, **forces},
+        gyros=_AXES,
+        accelerometers=tuple(forces) or None,
+        time=f"{prefix}.{time}",
+    )
 
 
 def _notes(log: ULog) -> tuple[Note, ...]:

@@ -3,9 +3,19 @@
 from dataclasses import dataclass
 from typing import Final
 
-from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, split_factor
+from sagnac.units import (
+    ACCELERATION_UNITS,
+    ANGLE_UNITS,
+    RATE_UNITS,
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    split_factor,
+)
 
-KNOWN_UNITS: Final = f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts"
+KNOWN_UNITS: Final = (
+    f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts; of accelerometers "
+    f"{', '.join((*ACCELERATION_UNITS, *VELOCITY_UNITS))}"
+)
 
 _COUNTS: Final = frozenset(
     {"count", "counts", "lsb", "pulse", "pulses", "digit", "digits", "tick", "ticks", "zähler"}
@@ -44,12 +54,16 @@ class UnitText:
 
     @property
     def is_known(self) -> bool:
-        """Whether it is a unit of angle, rate or time, or one count."""
+        """Whether it is a unit of a gyro, an accelerometer or time, or one count."""
         if self.is_counts:
             return self.is_plain
-        return self.factor > 0.0 and any(
-            self.name in table for table in (ANGLE_UNITS, RATE_UNITS, TIME_UNITS)
-        )
+        return self.factor > 0.0 and (self.name in TIME_UNITS or self.is_sensed)
+
+    @property
+    def is_sensed(self) -> bool:
+        """Whether it is a unit that a gyro or an accelerometer is read in."""
+        tables = (ANGLE_UNITS, RATE_UNITS, VELOCITY_UNITS, ACCELERATION_UNITS)
+        return any(self.name in table for table in tables)
 
 
 def parsed_unit(text: str) -> UnitText:

@@ -9,7 +9,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.units import UNITS, Quantity, Unit, split_factor, unit_of
+from sagnac.units import (
+    SENSED,
+    SENSORS,
+    UNITS,
+    Quantity,
+    Sensor,
+    Unit,
+    sizes,
+    split_factor,
+    unit_of,
+)
 
 Kind = Literal["angle", "increment", "rate"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
@@ -27,8 +37,8 @@ def require_kind(kind: str) -> None:
         raise ValueError(f"kind is {kind!r}; state angle, increment or rate")
 
 
-def quantity_of(kind: Kind) -> Quantity:
-    """The quantity that a sample of `kind` is measured in: ``angle`` or ``rate``.
+def quantity_of(kind: Kind, sensor: Sensor = "gyro") -> Quantity:
+    """The quantity that a sample of `kind` is measured in: of a gyro ``angle`` or ``rate``.
 
     Raises
     ------
@@ -36,20 +46,23 @@ def quantity_of(kind: Kind) -> Quantity:
         If `kind` is none of `KINDS`.
     """
     require_kind(kind)
-    return "rate" if kind == "rate" else "angle"
+    sensed = SENSED[sensor]
+    return sensed.rate if kind == "rate" else sensed.integral
 
 
-def field_unit(name: str, kind: Kind) -> Unit:
-    """The unit that the field writes a channel in: deg for ``table``, else arcsec or deg/h.
+def field_unit(name: str, kind: Kind, sensor: Sensor = "gyro") -> Unit:
+    """The unit that the field writes a channel in: deg for ``table``, arcsec or deg/h for a gyro.
 
     Raises
     ------
     ValueError
         If `kind` is none of `KINDS`.
     """
-    if quantity_of(kind) == "rate":
-        return UNITS["deg/h"]
-    return UNITS["deg" if name == "table" else "arcsec"]
+    require_kind(kind)
+    if kind != "rate" and name == "table":
+        return UNITS["deg"]
+    sensed = SENSED[sensor]
+    return UNITS[sensed.rate_unit if kind == "rate" else sensed.integral_unit]
 
 
 def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
@@ -110,11 +123,14 @@ class Channel:
     shown_in
         Unit that reports show and files store the channel in, as its source stated it:
         ``arcsec``, ``deg/s``, ``0.1arcsec``. SI unless stated.
+    sensor
+        ``gyro``, or ``accelerometer``: its rate is a specific force, m/s², and its angle a
+        velocity, m/s.
 
     Raises
     ------
     ValueError
-        If the name is empty, the kind is unknown, `shown_in` is not a unit of that kind, or
+        If the name is empty, kind or sensor is unknown, `shown_in` is not a unit of that kind, or
         the values are not float64 of shape (samples,).
 
     Examples
@@ -127,13 +143,17 @@ class Channel:
     kind: Kind
     values: FloatArray
     shown_in: str = ""
+    sensor: Sensor = "gyro"
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"name is {self.name!r}; give the channel a name, x for one")
-        quantity = quantity_of(self.kind)
+        if self.sensor not in SENSORS:
+            raise ValueError(f"sensor is {self.sensor!r}; use one of {', '.join(SENSORS)}")
+        quantity = quantity_of(self.kind, self.sensor)
         if not self.shown_in:
-            object.__setattr__(self, "shown_in", "rad/s" if quantity == "rate" else "rad")
+            in_si = next(name for name, size in sizes(quantity).items() if size == 1.0)
+            object.__setattr__(self, "shown_in", in_si)
         try:
             unit_of(self.shown_in, quantity)
         except ValueError as error:
@@ -153,12 +173,14 @@ class Channel:
             )
 
     @classmethod
-    def from_values(cls, name: str, values: ArrayLike, *, kind: Kind, unit: str) -> Self:
+    def from_values(
+        cls, name: str, values: ArrayLike, *, kind: Kind, unit: str, sensor: Sensor = "gyro"
+    ) -> Self:
         """A channel from values in a unit of the field.
 
         Parameters
         ----------
-        name, kind
+        name, kind, sensor
             See the class.
         values
             (samples,) in `unit`: a list, an array, a column of a frame.
@@ -176,16 +198,17 @@ class Channel:
         Channel(x: 2 samples, increment, shown in arcsec)
         """
         try:
-            stated = unit_of(unit, quantity_of(kind))
+            stated = unit_of(unit, quantity_of(kind, sensor))
         except ValueError as error:
             raise ValueError(f"channel {name} of kind {kind}: {error}") from None
-        return cls(name=name, kind=kind, values=converted(values, stated, name), shown_in=unit)
+        taken = converted(values, stated, name)
+        return cls(name=name, kind=kind, values=taken, shown_in=unit, sensor=sensor)
 
     @property
     def plain_unit(self) -> Unit:
         """Unit to write the values in: `shown_in`, or the field's if a number stands before it."""
         factor, name = split_factor(self.shown_in)
-        return UNITS[name] if factor == 1.0 else field_unit(self.name, self.kind)
+        return UNITS[name] if factor == 1.0 else field_unit(self.name, self.kind, self.sensor)
 
     def values_in(self, unit: str = "") -> FloatArray:
         """The values in a unit of the field, in `plain_unit` unless stated; a new series.
@@ -195,16 +218,18 @@ class Channel:
         ValueError
             If `unit` is not one of the channel's kind.
         """
-        size = (unit_of(unit, quantity_of(self.kind)) if unit else self.plain_unit).size
+        quantity = quantity_of(self.kind, self.sensor)
+        size = (unit_of(unit, quantity) if unit else self.plain_unit).size
         return series.made(lambda block: self.values[block] / size, self.values.size, self.values)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Channel):
             return NotImplemented
-        return (self.name, self.kind, self.shown_in) == (
+        return (self.name, self.kind, self.shown_in, self.sensor) == (
             other.name,
             other.kind,
             other.shown_in,
+            other.sensor,
         ) and same_values(self.values, other.values)
 
     # Equal channels may be changed in place, sample by sample.

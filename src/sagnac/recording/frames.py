@@ -11,6 +11,7 @@ from sagnac.units import split_header
 
 # What columns are called if nobody says otherwise.
 GYRO_NAMES: Final = ("x", "y", "z")
+ACCELEROMETER_NAMES: Final = ("ax", "ay", "az")
 TABLE_NAMES: Final = ("table", "alpha", "encoder")
 TIME_NAMES: Final = ("time", "t")
 NULL_PULSE_NAME: Final = "null_pulse"

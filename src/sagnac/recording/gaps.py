@@ -26,7 +26,7 @@ def gaps_of(times: FloatArray, longest: float) -> Places:
 
 
 def with_gaps_marked(recording: Recording) -> Recording:
-    """The gyros at even times, NaN where a sample is missing; table and null pulse left out.
+    """The sensors at even times, NaN where a sample is missing; table and null pulse left out.
 
     A jump of the time stamps by more than `GAP_STEPS` steps is filled with as many NaN as
     samples fit into it; shorter ones are stamps that came late, as everywhere. The sample rate
@@ -72,6 +72,10 @@ def with_gaps_marked(recording: Recording) -> Recording:
         recording,
         gyros=tuple(
             replace(gyro, values=on_grid(gyro.values, times, grid)) for gyro in recording.gyros
+        ),
+        accelerometers=tuple(
+            replace(one, values=on_grid(one.values, times, grid))
+            for one in recording.accelerometers
         ),
         sample_rate=grid.sample_rate,
         times=None,

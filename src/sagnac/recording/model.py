@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Final, Self
 
 import numpy as np
@@ -71,6 +71,8 @@ class Recording:
         None for a recording that never was a file.
     notes
         Everything noticed while reading.
+    accelerometers
+        Channels of accelerometers sampled with the gyros; empty if there are none.
 
     Raises
     ------
@@ -101,13 +103,15 @@ class Recording:
     null_pulse: NDArray[np.bool_] | None = None
     provenance: Provenance | None = None
     notes: tuple[Note, ...] = ()
+    accelerometers: tuple[Channel, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gyros", tuple(self.gyros))
+        object.__setattr__(self, "accelerometers", tuple(self.accelerometers))
         object.__setattr__(self, "notes", tuple(self.notes))
         if not self.gyros:
             raise ValueError("gyros is empty; give one channel or more")
-        names = [gyro.name for gyro in self.gyros]
+        names = [channel.name for channel in (*self.gyros, *self.accelerometers)]
         if len(set(names)) < len(names):
             raise ValueError(f"gyros are called {', '.join(names)}; give each a name of its own")
         require_rate(self.sample_rate)
@@ -121,6 +125,7 @@ class Recording:
         """Refuse what was not sampled together with the first gyro."""
         for argument, values, wanted in (
             *((f"gyro {gyro.name}", gyro.values, np.float64) for gyro in self.gyros),
+            *((f"accelerometer {a.name}", a.values, np.float64) for a in self.accelerometers),
             ("table", None if self.table is None else self.table.values, np.float64),
             ("times", self.times, np.float64),
             ("null_pulse", self.null_pulse, np.bool_),
@@ -316,6 +321,24 @@ class Recording:
             f"no gyro {name!r}; it has {present} ({{gyros}}, {{columns}})", path=self.path
         )
 
+    def of_accelerometer(self, name: str) -> Self:
+        """The recording of one accelerometer alone, in the place of a gyro at rest.
+
+        Raises
+        ------
+        RecordingError
+            If there is none of that name.
+        """
+        for channel in self.accelerometers:
+            if channel.name == name:
+                return replace(
+                    self, gyros=(channel,), accelerometers=(), table=None, null_pulse=None
+                )
+        present = ", ".join(channel.name for channel in self.accelerometers) or "none"
+        raise RecordingError(
+            f"no accelerometer {name!r}; it has {present} ({{accelerometers}})", path=self.path
+        )
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Recording):
             return NotImplemented
@@ -331,7 +354,7 @@ class Recording:
     __hash__: ClassVar[None] = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        channels = (*self.gyros, *([self.table] if self.table else []))
+        channels = (*self.gyros, *self.accelerometers, *([self.table] if self.table else []))
         parts = [f"{one.name} ({one.kind}, {one.shown_in})" for one in channels]
         size = f"{self.samples} samples at {self.sample_rate:g} Hz"
         parts.append(f"{size}, {self.duration:g} s" if self.samples else size)

@@ -14,6 +14,7 @@ from sagnac.coefficients.estimates import Estimate, in_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
 from sagnac.report.command_line import findings_data, note_text
+from sagnac.report.forces import forces_data
 from sagnac.report.spectra import per_gyro_density
 from sagnac.report.verdicts import overall_decision, verdict_data
 from sagnac.report.wording import curve_unit, in_field_unit
@@ -68,6 +69,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         },
         **_family(analysis),
         "findings": findings_data(analysis.findings),
+        **forces_data(analysis.accelerometers),
         "notes": [note_text(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
     }

@@ -1,6 +1,6 @@
 """The report: one page that stands alone, answer first, to be read, printed and sent."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,6 +17,7 @@ from sagnac.plot import SYMBOLS
 from sagnac.report.command_line import note_text
 from sagnac.report.figures import ReportFigures, comparison_figure, report_figures, svg
 from sagnac.report.files import write_text
+from sagnac.report.forces import force_figure, force_notes, force_rows
 from sagnac.report.html import rendered
 from sagnac.report.methods import cited, sentences
 from sagnac.report.spectra import residual_peaks
@@ -143,6 +144,7 @@ def page(
         ],
         lines=_line_rows(analysis),
         names=any(line.name for line in analysis.lines),
+        forces=_forces(analysis.accelerometers),
         facts=_facts(analysis),
         seconds=[(stage, f"{spent:.2f}") for stage, spent in analysis.seconds.items()],
         total=f"{sum(analysis.seconds.values()):.2f}",
@@ -233,6 +235,19 @@ def _fit_title(analysis: Analysis) -> str:
         return FIT_TITLES[fit.method]
     resting = analysis.average
     return "average over bands and terms" if resting is not None and resting.terms else ""
+
+
+def _forces(analyses: Sequence[Analysis]) -> dict[str, Any] | None:
+    """The accelerometers; None if there are none."""
+    if not analyses:
+        return None
+    description = "Allan deviation of the accelerometers against cluster time"
+    return {
+        "names": [one.channel for one in analyses],
+        "rows": force_rows(analyses),
+        "notes": force_notes(analyses),
+        "figure": Markup(svg(force_figure(analyses), "forces", description)),
+    }
 
 
 def _fits(analysis: Analysis) -> list[Fit]:

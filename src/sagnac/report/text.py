@@ -18,6 +18,7 @@ from sagnac.errors import Note
 from sagnac.plot import SYMBOLS
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, note_text
+from sagnac.report.forces import force_notes, force_rows
 from sagnac.report.spectra import coarser, per_gyro_density, residual_peaks
 from sagnac.report.verdicts import (
     DECISIONS,
@@ -125,6 +126,16 @@ def coefficients(analysis: Analysis) -> str:
             for name in COEFFICIENT_NAMES
         ],
     )
+
+
+def accelerometers(analyses: Sequence[Analysis]) -> str:
+    """The coefficients of accelerometers, and what was noticed of them."""
+    if not analyses:
+        return ""
+    names = [f"accelerometer {one.channel}" for one in analyses]
+    rows = [(title, unit, *readings) for title, unit, readings in force_rows(analyses)]
+    shown = table(("coefficient", "unit", *names), rows)
+    return blocks(shown, "\n".join(f"note: {said}" for said in force_notes(analyses)))
 
 
 def units(analysis: Analysis) -> str:
@@ -245,6 +256,9 @@ def recording(read: Recording) -> str:
     """What was read, in one line."""
     gyros = ", ".join(
         f"{channel.name} ({channel.kind}, {channel.shown_in})" for channel in read.gyros
+    )
+    gyros += "".join(
+        f"; accelerometer {one.name} ({one.kind}, {one.shown_in})" for one in read.accelerometers
     )
     encoder = "with a table encoder" if read.table is not None else "no table encoder"
     return (

@@ -18,7 +18,7 @@ from sagnac.cli.options import (
     statement_of,
     title_block_of,
 )
-from sagnac.cli.reading import naming, read_file
+from sagnac.cli.reading import naming, read_file, with_accelerometers
 from sagnac.cli.settings_file import settings_text, with_settings
 
 if TYPE_CHECKING:
@@ -98,7 +98,8 @@ def _analyzed(
         from sagnac.analysis.pipeline import analyze as run
 
         with naming(file):
-            return run(read.recording, settings, progress=progress).with_seconds(read.seconds)
+            analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
+            return with_accelerometers(analysis, read.recording, progress)
 
 
 def _reported(
@@ -121,6 +122,7 @@ def _print(one: results.Written, *, curve: bool, end: str) -> None:
             text.answer(analysis),
             text.verdict(analysis),
             *(results.in_full(analysis) if curve else results.in_brief(analysis)),
+            text.accelerometers(analysis.accelerometers),
         ),
         end="\n\n",
     )

@@ -24,10 +24,11 @@ from sagnac.cli.options import (
     title_block_of,
 )
 from sagnac.cli.progress import Progress
-from sagnac.cli.reading import ReadFile, naming, read_file
+from sagnac.cli.reading import ReadFile, naming, read_file, with_accelerometers
 from sagnac.cli.settings_file import settings_text, with_settings
 
 if TYPE_CHECKING:
+    from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.analysis.still_bench import AtRest
     from sagnac.report.title_block import TitleBlock
@@ -74,6 +75,8 @@ def avar(
 
                 read = replace(read, recording=with_gaps_marked(read.recording))
             benches = _benches(read, settings, progress)
+            first = with_accelerometers(benches[0].analysis, read.recording, progress)
+            benches = [replace(benches[0], analysis=first), *benches[1:]]
             paths: list[Path] = []
             if output is not None:
                 benches, paths = _reported(
@@ -84,6 +87,7 @@ def avar(
         return results.verdict_status([one.analysis for one in benches])
     for bench in benches:
         _print(bench, curve=curve or estimator is not None)
+    _print_accelerometers(benches[0].analysis)
     results.print_paths(paths)
     _print_closing(benches)
     return results.verdict_status([one.analysis for one in benches])
@@ -129,6 +133,13 @@ def _reported(
         timed.append(replace(bench, analysis=written.analysis))
         paths += written.paths
     return timed, paths
+
+
+def _print_accelerometers(analysis: "Analysis") -> None:
+    from sagnac.report import text
+
+    if analysis.accelerometers:
+        print(text.accelerometers(analysis.accelerometers), end="\n\n")
 
 
 def _print(bench: "AtRest", *, curve: bool) -> None:

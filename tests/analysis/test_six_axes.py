@@ -1,0 +1,103 @@
+"""Accelerometers beside gyros: the same law in other units."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.analysis.six_axes import accelerometers_of
+from sagnac.recording.model import Channel, Recording
+from sagnac.report import document, page, text
+from sagnac.report.forces import force_rows, forces_data
+
+RATE = 100.0
+WALK = 5e-4  # m/s/sqrt(s)
+UNIT = 1.0 / 60.0  # m/s/sqrt(h) in SI
+
+
+@pytest.fixture(scope="module")
+def recording():
+    generator = np.random.default_rng(17)
+    noise = generator.normal(size=(2, 60_000)) * np.sqrt(RATE)
+    return Recording(
+        gyros=(Channel(name="x", kind="rate", values=1e-6 * noise[0]),),
+        accelerometers=(
+            Channel(
+                name="az",
+                kind="rate",
+                values=9.81 + WALK * noise[1],
+                shown_in="g",
+                sensor="accelerometer",
+            ),
+        ),
+        sample_rate=RATE,
+    )
+
+
+@pytest.fixture(scope="module")
+def force(recording):
+    (found,) = accelerometers_of(recording, Settings(gyros=("x",)))
+    return found
+
+
+def test_the_velocity_random_walk_that_was_put_in_is_held(force):
+    walk = force.angle_random_walk
+    assert walk.status == "estimated"
+    assert walk.low < WALK < walk.high
+    assert walk.to("m/s/sqrt(h)").value == pytest.approx(walk.value / UNIT)
+    # 1 m/s/sqrt(h) is a sixtieth of 1 m/s^2/sqrt(Hz), which is 1e6/9.80665 ug/sqrt(Hz).
+    assert walk.to("ug/sqrt(Hz)").value == pytest.approx(walk.value * 1e6 / 9.80665)
+    assert "m/s/sqrt(h)" in repr(walk)
+    with pytest.raises(ValueError, match=r"deg/sqrt\(h\)"):
+        walk.to("deg/sqrt(h)")
+
+
+def test_it_is_what_a_gyro_of_the_same_numbers_has(recording, force):
+    samples = recording.accelerometers[0].values
+    gyro = Channel(name="az", kind="rate", values=samples)
+    as_gyro = analyze(Recording(gyros=(gyro,), sample_rate=RATE), Settings(method="fos"))
+    assert force.angle_random_walk.value == as_gyro.angle_random_walk.value
+    assert force.angle_random_walk.high == as_gyro.angle_random_walk.high
+
+
+def test_notes_are_in_units_of_force(force):
+    said = " ".join(str(note) for note in force.notes)
+    assert "velocity random walk" in said
+    assert "deg" not in said
+    assert "°" not in said
+
+
+def test_page_terminal_and_json_hold_both(recording, force):
+    both = replace(analyze(recording, Settings()), accelerometers=(force,))
+    rows = {title: (unit, readings) for title, unit, readings in force_rows([force])}
+    unit, (reading,) = rows["N velocity random walk"]
+    assert unit == "m/s/√h"
+    assert float(reading.split()[0]) == pytest.approx(WALK / UNIT, rel=0.05)
+    shown = page.page(both)
+    assert "<h2>Accelerometers</h2>" in shown
+    assert reading in shown
+    assert reading in text.accelerometers(both.accelerometers)
+    assert text.accelerometers(()) == ""
+    made = json.loads(document.to_json(document.analysis_document(both)))
+    of_force = made["accelerometers"]["az"]
+    walk = of_force["velocity_random_walk"]
+    assert walk["unit"] == "m/s/sqrt(h)"
+    assert walk["value"] == pytest.approx(force.angle_random_walk.value / UNIT)
+    assert set(of_force["coefficients"]) == {
+        "velocity_quantization",
+        "velocity_random_walk",
+        "bias_instability",
+        "acceleration_random_walk",
+        "acceleration_ramp",
+    }
+    assert of_force["coefficients"]["bias_instability"]["unit"] == "mg"
+    first = of_force["curve"]["deviation"][0] * 9.80665e-3
+    assert first == pytest.approx(force.curve.deviation[0])
+    assert forces_data(()) == {}
+
+
+def test_a_recording_without_accelerometers_gives_none(recording):
+    assert accelerometers_of(replace(recording, accelerometers=()), Settings()) == ()
