@@ -3,13 +3,17 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Final, Literal, get_args
 
 from sagnac.errors import RecordingError
+from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.recording.model import Recording
 from sagnac.stability.names import Estimator
 
-Method = Literal["fos", "fos-paper", "fris", "none"]
+Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
+PUBLISHED: Final[tuple[Method, ...]] = ("fos-paper", "fos-korenberg")
+"""Methods whose answer is the fit of the Allan curve (Step 4 of the paper)."""
+
 Progress = Callable[[str, float], None]
 
 MOST_GYROS = 3
@@ -27,8 +31,10 @@ class Settings:
         any, all gyros of the recording.
     method
         How the periodic parts are removed. ``fos``: joint fit of all lines that stand above the
-        noise floor. ``fos-paper``: fast orthogonal search, each gyro first (Steps 1 and 2 of the
-        paper). ``fris``: one angle a turn. ``none``: nothing is removed.
+        noise floor. ``fos-paper``: fast orthogonal search, each gyro first, and the fit of the
+        Allan curve (Steps 1 to 4 of the paper). ``fos-korenberg``: the same on the frequencies of
+        the Fourier transform, with Korenberg's stop and 40 terms. ``fris``: one
+        angle a turn. ``none``: nothing is removed.
     interval
         Seconds between the angles that the curve is made of (Step 4 of the paper: 1 s);
         None for every sample.
@@ -37,6 +43,8 @@ class Settings:
     estimators
         Which of the Allan family to make of the same angles, with the power spectral density,
         beside the overlapping Allan deviation that the coefficients rest on.
+    published
+        How ``fos-paper`` searches: grid, orders, terms, rule and order of the steps.
 
     Raises
     ------
@@ -50,7 +58,7 @@ class Settings:
     >>> Settings(method="fft")
     Traceback (most recent call last):
         ...
-    ValueError: method is 'fft'; use one of fos, fos-paper, fris, none
+    ValueError: method is 'fft'; use one of fos, fos-paper, fos-korenberg, fris, none
     """
 
     gyros: tuple[str, ...] = ()
@@ -58,6 +66,7 @@ class Settings:
     interval: float | None = 1.0
     confidence: float = 0.95
     estimators: tuple[Estimator, ...] = ()
+    published: PublishedSearch = FAIR
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):

@@ -198,7 +198,7 @@ class Options(Reading):
     """The options that all commands share which look into a recording."""
 
     method: Annotated[
-        Literal["fos", "fos-paper", "fris", "none"] | None,
+        Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"] | None,
         Parameter(group=ANALYSIS, help="How periodic parts are removed: fos unless stated."),
     ] = None
     interval: Annotated[
