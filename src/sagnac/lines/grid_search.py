@@ -187,7 +187,7 @@ def _tables(samples: int, cells: int) -> tuple[FloatArray, FloatArray, FloatArra
     """
     number = np.arange(2 * cells)
     length = cells * samples
-    half = np.pi / length * np.arange(length // 2 + 1, dtype=np.float64)
+    half: FloatArray = np.pi / length * np.arange(length // 2 + 1, dtype=np.float64)
     inverse = np.zeros(half.size)
     np.divide(1.0 / samples, np.sin(half), out=inverse, where=half > 0.0)
     return np.sin(np.pi / cells * number), np.cos(np.pi / cells * number), inverse

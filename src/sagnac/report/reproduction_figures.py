@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from sagnac import plot
 from sagnac.paper.reproduce import Outcome, Reproduction
-from sagnac.plot import BLUE, GREEN, INK, ORANGE, QUIET
+from sagnac.plot import BLUE, GREEN, INK, ORANGE
 from sagnac.report.reproduction_values import cells_of, curves_of, white_deviation
 from sagnac.report.style import legend_above, styled
 from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
@@ -109,8 +109,6 @@ def _rate_figure(reproduction: Reproduction) -> Figure:
             (prediction.total, "predicted", INK, "-"),
             (prediction.lock_in, "lock-in", BLUE, "--"),
             (prediction.quantum, "quantum limit", GREEN, "--"),
-            (prediction.encoder, "encoder", ORANGE, ":"),
-            (prediction.jitter, "jitter, table not followed", QUIET, ":"),
         ):
             axes.plot(
                 rates, values / DEGREE_PER_ROOT_HOUR, color=color, linestyle=style, label=label

@@ -15,7 +15,7 @@ from sagnac.report.reproduction_values import (
 )
 from sagnac.report.tables import cell, csv_text
 from sagnac.report.text import table
-from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 
 _ESTIMATE = (
     "estimate[deg/sqrt(h)]",
@@ -134,19 +134,17 @@ def _curves(outcomes: list[Outcome]) -> str:
 def _table_rate(reproduction: Reproduction) -> str:
     prediction = reproduction.prediction
     parts = {
-        "total": prediction.total,
-        "quantum": prediction.quantum,
-        "lock_in": prediction.lock_in,
-        "encoder": prediction.encoder,
-        "jitter": prediction.jitter,
+        "total[deg/sqrt(h)]": prediction.total / DEGREE_PER_ROOT_HOUR,
+        "quantum[deg/sqrt(h)]": prediction.quantum / DEGREE_PER_ROOT_HOUR,
+        "lock_in[deg/sqrt(h)]": prediction.lock_in / DEGREE_PER_ROOT_HOUR,
+        "quantization[arcsec]": prediction.quantization / ARCSECOND,
+        "encoder[arcsec]": prediction.encoder / ARCSECOND,
+        "jitter[arcsec]": prediction.jitter / ARCSECOND,
     }
     return csv_text(
-        ("table_rate[deg/s]", *(f"{part}[deg/sqrt(h)]" for part in parts)),
+        ("table_rate[deg/s]", *parts),
         [
-            [
-                cell(rate / DEGREE),
-                *(cell(part[index] / DEGREE_PER_ROOT_HOUR) for part in parts.values()),
-            ]
+            [cell(rate / DEGREE), *(cell(part[index]) for part in parts.values())]
             for index, rate in enumerate(prediction.rates)
         ],
     )
