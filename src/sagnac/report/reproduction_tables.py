@@ -42,21 +42,25 @@ def summary(reproduction: Reproduction) -> str:
     blocks = []
     for name, size in TABLES.items():
         rows = []
-        for rate, day, published, outcome in cells_of(reproduction, name):
-            texts = cell_texts(published, outcome, size)
-            rows.append(
-                (
-                    f"{rate:g}",
-                    str(day),
-                    *(texts[key] for key in ("value", "range", "truth", "error", "paper")),
-                )
-            )
-        shown = table(
-            ("deg/s", "day", "estimate", "95 % interval", "truth", "error", "paper"),
+        for rate, day, published, outcome, by_paper in cells_of(reproduction, name):
+            texts = cell_texts(published, outcome, size, by_paper)
+            shown = ("value", "range", "truth", "error", "by_paper", "paper")
+            rows.append((f"{rate:g}", str(day), *(texts[key] for key in shown)))
+        text = table(
+            (
+                "deg/s",
+                "day",
+                "estimate",
+                "95 % interval",
+                "truth",
+                "error",
+                "paper's method",
+                "paper",
+            ),
             rows,
-            right=(0, 1, 2, 4, 5, 6),
+            right=(0, 1, 2, 4, 5, 6, 7),
         )
-        blocks.append(f"Table {name[-1]}, N per gyro, {size:g} deg/sqrt(h)\n{shown}")
+        blocks.append(f"Table {name[-1]}, N per gyro, {size:g} deg/sqrt(h)\n{text}")
     return "\n\n".join(blocks)
 
 
@@ -70,6 +74,9 @@ def _table(reproduction: Reproduction, name: PaperTable) -> str:
             "error",
             "lines",
             "seed",
+            "by_paper_method[deg/sqrt(h)]",
+            "by_paper_method_status",
+            "by_paper_method_error",
         ),
         [
             [
@@ -80,8 +87,11 @@ def _table(reproduction: Reproduction, name: PaperTable) -> str:
                 cell(outcome.value / outcome.truth_deg_per_sqrt_h - 1.0),
                 str(outcome.lines),
                 str(outcome.seed),
+                cell(by_paper.value),
+                by_paper.status,
+                cell(by_paper.value / outcome.truth_deg_per_sqrt_h - 1.0),
             ]
-            for rate, day, published, outcome in cells_of(reproduction, name)
+            for rate, day, published, outcome, by_paper in cells_of(reproduction, name)
         ],
     )
 
