@@ -151,8 +151,8 @@ def page(scores: dict[str, list[Score]], records: int) -> str:
         "",
         f"{records} records for each separation: {SAMPLES} samples of white angle noise with two "
         f"lines of {AMPLITUDE:g} times its rms at drawn places and phases. A line is found if one "
-        "is listed nearer to it than a quarter of 1/T and than half the separation; every other line "
-        "listed is false. All methods are given a false alarm of "
+        "is listed nearer to it than a quarter of 1/T and than half the separation; every other "
+        "line listed is false. All methods are given a false alarm of "
         f"{FALSE_ALARM:g} a record.",
         "",
         f"![Found, false, error and left, against separation]({FIGURE.name})",
