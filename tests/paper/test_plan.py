@@ -2,15 +2,19 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from sagnac.paper.laboratory import on_day
 from sagnac.paper.plan import Scope, plan
 from sagnac.rig.config import preset
 from tests.paper.scope import SMALL
 
 
 def test_every_cell_has_a_recording_of_its_own():
-    cells = [run for run in plan(Scope()) if run.name.startswith("table")]
+    runs = [run for run in plan(Scope()) if run.name.startswith("table")]
+    cells = [run for run in runs if not run.name.endswith("-paper")]
+    assert len(runs) == 60
     assert len(cells) == 30
     assert len({run.config.seed for run in cells}) == 30
     assert {run.config.duration_s for run in cells} == {7200.0}
@@ -18,7 +22,31 @@ def test_every_cell_has_a_recording_of_its_own():
         table, rate, _ = run.name.split("-")
         assert run.config.gyro.mode == {"table1": "dithered", "table2": "rate-biased"}[table]
         assert run.config.table.rate_deg_per_s == float(rate)
-        assert run.config.disturbances == preset("paper").disturbances
+        assert run.config.disturbances.angle == preset("paper").disturbances.angle
+
+
+def test_each_cell_is_also_by_the_papers_method_and_at_rest_untouched():
+    runs = {run.name: run for run in plan(Scope())}
+    for name, run in runs.items():
+        if name.startswith("table") and not name.endswith("-paper"):
+            other = runs[f"{name}-paper"]
+            assert other.config == run.config
+            assert run.method == "fos"
+            assert other.by_curve
+            assert other.method == ("fos-paper" if run.config.turning else "none")
+
+
+def test_days_differ_in_what_a_laboratory_does_not_hold():
+    runs = {run.name: run.config for run in plan(Scope())}
+    one, other = runs["table2-40-day1"], runs["table2-40-day2"]
+    assert one.gyro.lock_in_deg_per_h != other.gyro.lock_in_deg_per_h
+    assert one.gyro.warm_up_k != other.gyro.warm_up_k
+    assert one.disturbances.time != other.disturbances.time
+    assert one.gyro.arw_deg_per_sqrt_h == other.gyro.arw_deg_per_sqrt_h
+    lock_in = np.array([c.gyro.lock_in_deg_per_h[0] for c in runs.values() if c.turning])
+    spread = np.log(np.unique(lock_in)).std()
+    assert 0.1 < spread < 0.2
+    assert on_day(preset("paper"), 3) == on_day(preset("paper"), 3)
 
 
 def test_digest_follows_everything_the_result_depends_on():
@@ -29,8 +57,9 @@ def test_digest_follows_everything_the_result_depends_on():
         replace(run, interval_s=2.0),
         replace(run, preparation="rate"),
         replace(run, gyros=("x", "y")),
+        replace(run, by_curve=True),
     )
-    assert len({run.key, *(other.key for other in changed)}) == 6
+    assert len({run.key, *(other.key for other in changed)}) == 7
     assert replace(run).key == run.key
 
 
@@ -45,9 +74,9 @@ def test_runs_of_one_recording_stand_together_and_names_differ():
     names = [run.name for run in runs]
     assert len(set(names)) == len(runs)
     place = names.index("figure2-day1")
-    assert names[place - 1] == "table2-40-day1"
+    assert names[place - 2 : place] == ["table2-40-day1", "table2-40-day1-paper"]
     assert runs[place - 1].config == runs[place].config
-    assert names.index("figure2-day2") == place + 2
+    assert names.index("figure2-day2") == place + 3
 
 
 def test_a_scope_or_run_that_cannot_be_is_refused():

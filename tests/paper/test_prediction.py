@@ -6,9 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
 from sagnac.paper.prediction import adequate_rate, predicted_angle_random_walk
 from sagnac.rig.config import preset
 from sagnac.rig.ring_laser import RingLaser, angle_random_walk
+from sagnac.rig.sections import DisturbanceConfig, EncoderConfig
+from sagnac.rig.simulate import simulate
 from sagnac.rig.truth import truth_of
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from tests.paper.scope import RATES
@@ -27,9 +31,7 @@ def test_prediction_is_the_truth_of_table_2():
         truth = truth_of(config).pairs["x-z"].arw_deg_per_sqrt_h * DEGREE_PER_ROOT_HOUR
         laser = math.hypot(prediction.quantum[index], prediction.lock_in[index])
         assert laser == pytest.approx(truth, rel=1e-9)
-        assert prediction.total[index] == pytest.approx(
-            math.hypot(laser, prediction.encoder[index])
-        )
+        assert prediction.total[index] == pytest.approx(laser)
     # Lock-in falls as one over the rate (the Earth's share of it aside).
     np.testing.assert_allclose(prediction.lock_in * rates, prediction.lock_in[0] * rates[0], 2e-3)
 
@@ -51,40 +53,71 @@ def test_prediction_of_one_laser_agrees_with_its_law():
     assert math.hypot(prediction.quantum[0], prediction.lock_in[0]) == pytest.approx(mean, rel=2e-3)
 
 
-def test_encoder_part_is_what_white_angle_error_makes():
-    """Allan variance of simulated encoder rounding, through the share mismatch, as N."""
-    rates = np.array([10.0, 40.0]) * DEGREE
-    prediction = predicted_angle_random_walk(rates, cluster_time=2.0)
+def test_encoder_part_is_quantization_noise():
+    """Allan variance of simulated encoder rounding, through the share mismatch: 3 Q^2/tau^2."""
+    prediction = predicted_angle_random_walk([10.0 * DEGREE, 40.0 * DEGREE])
     line = 2.0 * math.pi / 7_200_000
     rounding = np.random.default_rng(3).uniform(-0.5, 0.5, 200_001) * line
     shares = truth_of(preset("paper")).shares
     error = (shares["x"] - shares["z"]) * rounding
     second = error[2:] - 2.0 * error[1:-1] + error[:-2]
-    variance = np.mean(second**2) / (2.0 * 2.0**2)
-    expected = math.sqrt(variance * 2.0 / 2.0)  # N^2 = variance tau, half of it per gyro
+    tau = 2.0
+    variance = np.mean(second**2) / (2.0 * tau**2)
+    expected = math.sqrt(variance * tau**2 / 3.0 / 2.0)  # half of it per gyro
     np.testing.assert_allclose(prediction.encoder, expected, rtol=0.01)
 
 
-def test_latch_jitter_makes_a_best_rate():
+def test_latch_jitter_moves_q_and_leaves_n():
     rates = np.geomspace(5.0, 300.0, 60) * DEGREE
     free = predicted_angle_random_walk(rates)
+    late = predicted_angle_random_walk(rates, latch_jitter=1e-4)
+    np.testing.assert_array_equal(late.total, free.total)
     assert np.all(np.diff(free.total) < 0.0)
-    held = predicted_angle_random_walk(rates, latch_jitter=2e-6)
-    best = int(held.total.argmin())
-    assert 0 < best < rates.size - 1
-    assert np.all(held.total >= free.total)
+    # Far above the encoder's step the part is mismatch * rate * jitter / sqrt(2).
+    shares = truth_of(preset("paper")).shares
+    expected = abs(shares["x"] - shares["z"]) * rates * 1e-4 / math.sqrt(2.0)
+    np.testing.assert_allclose(late.encoder, expected, rtol=1e-3)
+    assert np.all(np.diff(late.corner(500.0)) < 0.0)
+    stated = replace(preset("paper"), encoder=EncoderConfig(latch_jitter_s=1e-4))
+    by_rig = predicted_angle_random_walk(rates, config=stated)
+    np.testing.assert_allclose(by_rig.encoder, late.encoder)
+
+
+def test_a_rig_with_latch_jitter_reads_as_predicted():
+    """End to end: the analysis tells Q from N, and reads no N of sqrt(3/tau) times the jitter."""
+    base = preset("paper")
+    config = replace(
+        base,
+        duration_s=900.0,
+        sample_rate_hz=100.0,
+        gyro=replace(base.gyro, mode="rate-biased"),
+        encoder=EncoderConfig(latch_jitter_s=2e-5),
+        disturbances=DisturbanceConfig(),
+    )
+    prediction = predicted_angle_random_walk([40.0 * DEGREE], config=config)
+    analysis = analyze(simulate(config).recording, Settings(gyros=("x", "z"), confidence=0.999))
+    answer = analysis.angle_random_walk
+    assert answer.status == "estimated"
+    assert answer.low <= prediction.total[0] <= answer.high
+    assert answer.value == pytest.approx(prediction.total[0], rel=0.15)
+    q = analysis.fits["likelihood"].coefficients["quantization"]
+    assert q.value == pytest.approx(prediction.quantization[0], rel=0.05)
+    assert math.sqrt(3.0) * prediction.encoder[0] > 3.0 * answer.high
 
 
 def test_without_following_the_table_its_jitter_counts():
     alone = predicted_angle_random_walk([0.5], table_followed=False)
     assert alone.jitter[0] > 0.0
-    assert alone.total[0] ** 2 == pytest.approx(
-        alone.quantum[0] ** 2 + alone.lock_in[0] ** 2 + alone.jitter[0] ** 2
-    )
+    assert alone.jitter_walk[0] == 0.0
+    assert alone.total[0] == pytest.approx(math.hypot(alone.quantum[0], alone.lock_in[0]))
     base = preset("paper")
     doubled = replace(base, table=replace(base.table, jitter_rms_deg_per_s=0.008))
     twice = predicted_angle_random_walk([0.5], config=doubled)
     assert twice.jitter[0] == pytest.approx(2.0 * alone.jitter[0])
+    walking = replace(base, table=replace(base.table, jitter_spectrum="rate"))
+    walk = predicted_angle_random_walk([0.5], config=walking, table_followed=False)
+    assert walk.jitter[0] == 0.0
+    assert walk.total[0] == pytest.approx(math.hypot(alone.total[0], walk.jitter_walk[0]))
 
 
 def test_adequate_rate_is_the_first_within_the_excess():
@@ -97,10 +130,9 @@ def test_adequate_rate_is_the_first_within_the_excess():
     assert math.isnan(adequate_rate(prediction, 0.0))
 
 
-@pytest.mark.parametrize("arguments", [{"latch_jitter": -1e-6}, {"cluster_time": 0.0}])
-def test_prediction_refuses_what_cannot_be(arguments):
+def test_prediction_refuses_what_cannot_be():
     with pytest.raises(ValueError, match="latch_jitter"):
-        predicted_angle_random_walk([0.5], **arguments)
+        predicted_angle_random_walk([0.5], latch_jitter=-1e-6)
 
 
 def test_prediction_refuses_a_rate_near_lock_in():

@@ -16,7 +16,6 @@ from sagnac.paper.plan import plan
 from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.reproduce import outcomes_of_table, reproduce
 from sagnac.report import reproduction as pages
-from sagnac.rig.config import preset
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from tests.paper.scope import SMALL
 
@@ -34,22 +33,29 @@ def made(tmp_path_factory):
 def test_truth_of_each_table_is_that_of_the_closed_forms(made):
     """Dither: lock-in sqrt(fringe/(2 pi peak)); biased: lock-in fringe sqrt(D)/(2 pi rate)."""
     _, result, _ = made
-    gyro = preset("paper").gyro
-    lock_in = np.array([gyro.lock_in_deg_per_h[0], gyro.lock_in_deg_per_h[2]]) * DEGREE_PER_HOUR
-    fringe = gyro.fringe_arcsec * ARCSECOND
-    quantum = gyro.arw_deg_per_sqrt_h[0] * DEGREE_PER_ROOT_HOUR
-    peak = gyro.dither_rate_deg_per_s * DEGREE
-    for rate, _, _, outcome in outcomes_of_table(result, "table1"):
-        steepest = math.sqrt(peak**2 - (rate * DEGREE / math.sqrt(3.0)) ** 2)
+    configs = {run.name: run.config for run in plan(SMALL)}
+
+    def lasers(outcome):
+        gyro = configs[outcome.name].gyro
+        lock_in = np.array([gyro.lock_in_deg_per_h[0], gyro.lock_in_deg_per_h[2]])
+        quantum = gyro.arw_deg_per_sqrt_h[0] * DEGREE_PER_ROOT_HOUR
+        return gyro, lock_in * DEGREE_PER_HOUR, gyro.fringe_arcsec * ARCSECOND, quantum
+
+    for cell in outcomes_of_table(result, "table1"):
+        gyro, lock_in, fringe, quantum = lasers(cell.outcome)
+        peak = gyro.dither_rate_deg_per_s * DEGREE
+        steepest = math.sqrt(peak**2 - (cell.rate * DEGREE / math.sqrt(3.0)) ** 2)
         squares = quantum**2 + lock_in**2 * fringe / (2.0 * math.pi * steepest)
         expected = math.sqrt(squares.mean()) / DEGREE_PER_ROOT_HOUR
-        assert outcome.truth_deg_per_sqrt_h == pytest.approx(expected, rel=1e-3)
-    for rate, _, _, outcome in outcomes_of_table(result, "table2"):
-        sensed = rate * DEGREE / math.sqrt(3.0)
+        assert cell.outcome.truth_deg_per_sqrt_h == pytest.approx(expected, rel=1e-3)
+    for cell in outcomes_of_table(result, "table2"):
+        gyro, lock_in, fringe, quantum = lasers(cell.outcome)
+        sensed = cell.rate * DEGREE / math.sqrt(3.0)
         scatter = lock_in * fringe / (2.0 * math.pi) / sensed
         squares = quantum**2 + scatter**2 * gyro.backscatter_diffusion_rad2_per_s
         expected = math.sqrt(squares.mean()) / DEGREE_PER_ROOT_HOUR
-        assert outcome.truth_deg_per_sqrt_h == pytest.approx(expected, rel=3e-3)
+        assert cell.outcome.truth_deg_per_sqrt_h == pytest.approx(expected, rel=3e-3)
+        assert cell.by_paper.truth_deg_per_sqrt_h == cell.outcome.truth_deg_per_sqrt_h
 
 
 def test_second_call_makes_nothing_and_finds_the_same(made, monkeypatch):
@@ -90,6 +96,7 @@ def test_tables_hold_every_cell_with_truth_and_published_number(made):
             "table_rate[deg/s]", "day", "paper[deg/sqrt(h)]", "estimate[deg/sqrt(h)]",
             "low[deg/sqrt(h)]", "high[deg/sqrt(h)]", "confidence", "status",
             "truth[deg/sqrt(h)]", "error", "lines", "seed",
+            "by_paper_method[deg/sqrt(h)]", "by_paper_method_status", "by_paper_method_error",
         ]  # fmt: skip
         assert [float(row["table_rate[deg/s]"]) for row in rows] == list(published)
         for row in rows:

@@ -8,6 +8,7 @@ import pytest
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.sections import EncoderConfig, TableConfig
 from sagnac.rig.simulate import simulate
+from sagnac.rig.streams import random_streams
 from sagnac.table.frames import table_to_gyro_matrix
 from tests.rig.rigs import ARCSEC, AT_REST, configured, from_first, geometry, true_table_angle
 
@@ -85,7 +86,7 @@ def test_a_table_at_rest_has_no_encoder_columns():
 
 
 def test_an_encoder_without_error_rounds_to_its_lines():
-    encoder = Encoder.drawn(EncoderConfig(lines=4), np.random.default_rng(0))
+    encoder = Encoder.drawn(EncoderConfig(lines=4), 0.0, 0.01, random_streams(0))
     quarter = math.pi / 2.0
     np.testing.assert_allclose(
         encoder.read(np.array([0.1, 0.8, 7.0]) * quarter), np.array([0, 1, 7]) * quarter

@@ -11,7 +11,7 @@ from sagnac.analysis.curves import Points, allan_curve, points_at
 from sagnac.analysis.fits import Coefficients, unobserved
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
-from sagnac.analysis.settings import Settings
+from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.coefficients.bounds import RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note
@@ -64,7 +64,8 @@ def headline_of(
 ) -> Headline:
     """The average where it shows N, else a bound.
 
-    Without an average, since too little is left for a spectrum, the likelihood fit is the answer
+    The paper's methods answer by their own Step 4, the fit of the Allan curve. Without an
+    average, since too little is left for a spectrum, the likelihood fit is the answer
     if the curve allows what it says.
 
     Parameters
@@ -80,6 +81,8 @@ def headline_of(
     settings
         Confidence and interval.
     """
+    if settings.method in PUBLISHED:
+        return _of_allan_fit(measured.channel, coefficients, curve)
     if found is not None and found.average.angle_random_walk.status == "estimated":
         return _of_average(measured, found, coefficients)
     fit = coefficients.fits["likelihood"].coefficients["angle_random_walk"]
@@ -119,6 +122,15 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
             f"most on {resting.in_words()}"
         )
     return Headline(estimate=estimate, source=source)
+
+
+def _of_allan_fit(channel: str, coefficients: Coefficients, curve: StabilityCurve) -> Headline:
+    """Step 4 of the paper, whatever it says."""
+    return Headline(
+        estimate=coefficients.fits["paper"].coefficients["angle_random_walk"],
+        source=f"least squares of five terms on the Allan variance of {channel} at "
+        f"{1.0 / curve.sample_rate:.4g} s (Step 4 of the paper)",
+    )
 
 
 def _likelihood_source(channel: str, coefficients: Coefficients) -> str:

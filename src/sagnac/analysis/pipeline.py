@@ -17,7 +17,7 @@ from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.residuals import residual_of
 from sagnac.analysis.result import Analysis, Covariance
-from sagnac.analysis.settings import MOST_GYROS, Progress, Settings
+from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
 from sagnac.analysis.sharing import sharing_notes
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
@@ -93,11 +93,11 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     with stages.stage("spectrum"):
         spectrum_before = figure_spectrum(measured.angle, rate)
     with stages.stage("lines") as fraction:
-        left = remainder_of(measured, table.angle, recording, settings.method, fraction)
+        left = remainder_of(measured, table.angle, recording, settings, fraction)
         second = None
         if len(gyros) == MOST_GYROS:
             pair = measure(recording, gyros[:2])
-            second = remainder_of(pair, table.angle, recording, settings.method, fraction)
+            second = remainder_of(pair, table.angle, recording, settings, fraction)
         points = points_of(left, interval)
         require_length(points.angle.size, points.rate, recording.duration)
     with stages.stage("stability"):
@@ -112,14 +112,16 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
             points=points,
             curve=curves.after,
         )
-        found = averaged(
-            recording,
-            settings,
-            measured=measured,
-            gyros=gyros,
-            left=left,
-            coefficients=coefficients,
-        )
+        found = None
+        if settings.method not in PUBLISHED:
+            found = averaged(
+                recording,
+                settings,
+                measured=measured,
+                gyros=gyros,
+                left=left,
+                coefficients=coefficients,
+            )
         headline = headline_of(
             measured,
             left,

@@ -6,13 +6,16 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
 from sagnac.analysis.measurement import Measurement
-from sagnac.analysis.settings import Method
+from sagnac.analysis.settings import Method, Settings
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Removal
-from sagnac.lines.published import remove_lines_as_published
+from sagnac.lines.published import (
+    LITERAL,
+    PublishedSearch,
+    remove_lines_as_published,
+)
 from sagnac.lines.search import remove_lines
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
@@ -45,7 +48,7 @@ def remainder_of(
     measured: Measurement,
     table: FloatArray | None,
     recording: Recording,
-    method: Method,
+    settings: Settings,
     progress: Fraction,
 ) -> Remainder:
     """What the chosen method leaves of what is measured.
@@ -58,8 +61,8 @@ def remainder_of(
         (samples,) unwrapped table angle, rad; None at rest.
     recording
         The gyros themselves, for a method that takes them one by one.
-    method
-        Which.
+    settings
+        Method, and how a published search is run.
     progress
         Called with the fraction done.
 
@@ -68,7 +71,28 @@ def remainder_of(
     RecordingError
         If the method cannot be used on this recording.
     """
-    return _METHODS[method](measured, table, recording, progress)
+    search = settings.published if settings.method == "fos-paper" else LITERAL
+    asked = Asked(recording=recording, search=search, progress=progress)
+    return _METHODS[settings.method](measured, table, asked)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What a method may need beside the angle.
+
+    Attributes
+    ----------
+    recording
+        The gyros themselves.
+    search
+        How a published search is run.
+    progress
+        Called with the fraction done.
+    """
+
+    recording: Recording
+    search: PublishedSearch
+    progress: Fraction
 
 
 def _untouched(angle: FloatArray, *notes: Note) -> Removal:
@@ -76,55 +100,39 @@ def _untouched(angle: FloatArray, *notes: Note) -> Removal:
     return Removal(residual=angle, lines=(), masked=(), taken=np.empty((3, 0)), notes=notes)
 
 
-def _by_joint_fit(
-    measured: Measurement, table: FloatArray | None, _: Recording, progress: Fraction
-) -> Remainder:
+def _by_joint_fit(measured: Measurement, table: FloatArray | None, asked: Asked) -> Remainder:
     removal = remove_lines(
-        measured.angle, table, measured.sample_rate, channel=measured.channel, progress=progress
+        measured.angle,
+        table,
+        measured.sample_rate,
+        channel=measured.channel,
+        progress=asked.progress,
     )
     return Remainder(removal=removal, rate=measured.sample_rate)
 
 
-def _as_published(
-    measured: Measurement, table: FloatArray | None, recording: Recording, progress: Fraction
-) -> Remainder:
-    """Each gyro first, then the difference: Eqs. 20 and 21."""
+def _as_published(measured: Measurement, table: FloatArray | None, asked: Asked) -> Remainder:
+    """Steps 1 to 3 of the paper."""
     rate = measured.sample_rate
-    parts = [
-        remove_lines_as_published(
-            angle_of(recording.gyro(name), rate), table, rate, channel=name, progress=progress
-        )
-        for name in measured.gyros
-    ]
-    rest = parts[0].residual
-    if len(parts) > 1:
-        rest = series.less(rest, parts[1].residual)
-    greedy = Note(
-        level="warning",
-        text="fos-paper lowers the mean square of an angle, and so takes the random walk's slow "
-        "wander with the lines: value and bounds may lie below the truth (use {method fos})",
-    )
-    removal = Removal(
-        residual=rest,
-        lines=tuple(line for part in parts for line in part.lines),
-        masked=tuple(band for part in parts for band in part.masked),
-        taken=np.empty((3, 0)),
-        notes=(greedy, *(note for part in parts for note in part.notes)),
+    angles = {measured.channel: measured.angle}
+    if len(measured.gyros) > 1 and not asked.search.difference_first:
+        angles = {name: angle_of(asked.recording.gyro(name), rate) for name in measured.gyros}
+    removal = remove_lines_as_published(
+        angles, table, rate, search=asked.search, progress=asked.progress
     )
     return Remainder(removal=removal, rate=rate)
 
 
-def _once_a_turn(
-    measured: Measurement, table: FloatArray | None, recording: Recording, _: Fraction
-) -> Remainder:
+def _once_a_turn(measured: Measurement, table: FloatArray | None, asked: Asked) -> Remainder:
     """Full rotation interval sampling (FRIS), Eqs. 8 and 9."""
-    if table is None and recording.null_pulse is None:
+    pulse = asked.recording.null_pulse
+    if table is None and pulse is None:
         raise RecordingError(
             "full rotation interval sampling ({method fris}) needs a turning table",
             remedy="name its encoder ({table COLUMN:UNIT}) or its null pulse "
             "({null-pulse COLUMN}), or use {method fos}",
         )
-    times, values = full_rotation_samples(measured.angle, table, recording.null_pulse)
+    times, values = full_rotation_samples(measured.angle, table, pulse)
     rate = (times.size - 1) / (times[-1] - times[0]) * measured.sample_rate
     note = Note(
         level="warning",
@@ -135,10 +143,7 @@ def _once_a_turn(
     return Remainder(removal=_untouched(values, note), rate=float(rate), once_a_turn=True)
 
 
-def _not_at_all(
-    measured: Measurement, table: FloatArray | None, _: Recording, progress: Fraction
-) -> Remainder:
-    del progress
+def _not_at_all(measured: Measurement, table: FloatArray | None, _: Asked) -> Remainder:
     left_in = Note(
         level="warning",
         text="no line was removed: on a turning table the value and its bounds are of table "
@@ -148,11 +153,10 @@ def _not_at_all(
     return Remainder(removal=_untouched(measured.angle, *notes), rate=measured.sample_rate)
 
 
-_METHODS: Final[
-    Mapping[Method, Callable[[Measurement, FloatArray | None, Recording, Fraction], Remainder]]
-] = {
+_METHODS: Final[Mapping[Method, Callable[[Measurement, FloatArray | None, Asked], Remainder]]] = {
     "fos": _by_joint_fit,
     "fos-paper": _as_published,
+    "fos-korenberg": _as_published,
     "fris": _once_a_turn,
     "none": _not_at_all,
 }

@@ -3,15 +3,19 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Final, Literal, get_args
 
 from sagnac.errors import RecordingError
+from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.recording.effects import FINDINGS
 from sagnac.recording.model import Recording
 from sagnac.specification.limits import Specification
 from sagnac.stability.names import Estimator
 
-Method = Literal["fos", "fos-paper", "fris", "none"]
+Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
+PUBLISHED: Final[tuple[Method, ...]] = ("fos-paper", "fos-korenberg")
+"""Methods whose answer is the fit of the Allan curve (Step 4 of the paper)."""
+
 Progress = Callable[[str, float], None]
 
 MOST_GYROS = 3
@@ -29,8 +33,10 @@ class Settings:
         any, all gyros of the recording.
     method
         How the periodic parts are removed. ``fos``: joint fit of all lines that stand above the
-        noise floor. ``fos-paper``: fast orthogonal search, each gyro first (Steps 1 and 2 of the
-        paper). ``fris``: one angle a turn. ``none``: nothing is removed.
+        noise floor. ``fos-paper``: fast orthogonal search, each gyro first, and the fit of the
+        Allan curve (Steps 1 to 4 of the paper). ``fos-korenberg``: the same on the frequencies of
+        the Fourier transform, with Korenberg's stop and 40 terms. ``fris``: one
+        angle a turn. ``none``: nothing is removed.
     interval
         Seconds between the angles that the curve is made of (Step 4 of the paper: 1 s);
         None for every sample.
@@ -46,6 +52,8 @@ class Settings:
         given in spite of them, and a note says so.
     specification
         Limits that the gyros have to keep; None for no verdict.
+    published
+        How ``fos-paper`` searches: grid, orders, terms, rule and order of the steps.
 
     Raises
     ------
@@ -59,7 +67,7 @@ class Settings:
     >>> Settings(method="fft")
     Traceback (most recent call last):
         ...
-    ValueError: method is 'fft'; use one of fos, fos-paper, fris, none
+    ValueError: method is 'fft'; use one of fos, fos-paper, fos-korenberg, fris, none
     """
 
     gyros: tuple[str, ...] = ()
@@ -70,6 +78,7 @@ class Settings:
     strict: bool = False
     accepted: tuple[str, ...] = ()
     specification: Specification | None = None
+    published: PublishedSearch = FAIR
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):

@@ -225,7 +225,7 @@ class Reading:
     ] = None
     accelerometers: Annotated[
         tuple[str, ...] | None,
-        _typed(
+        one_argument(
             names,
             group=READING,
             metavar="ax,ay,az",
@@ -301,7 +301,7 @@ class Options(Reading):
     """The options that all commands share which look into a recording."""
 
     method: Annotated[
-        Literal["fos", "fos-paper", "fris", "none"] | None,
+        Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"] | None,
         Parameter(group=ANALYSIS, help="How periodic parts are removed: fos unless stated."),
     ] = None
     interval: Annotated[

@@ -216,3 +216,146 @@ def orthogonal_products(
         for m in range(other, candidates):
             products[m] += down * sampling[m - other]
     return products
+
+
+@numba.njit(cache=True, inline="always")
+def _overlap(lag: int, length: int, sines: FloatArray, inverse: FloatArray) -> float:
+    """Mean over the samples n, counted from mid-record, of cos(2 pi lag n / length)."""
+    if lag == 0:
+        return 1.0
+    lag = abs(lag)
+    # The table covers half a cycle per sample; the other half mirrors it.
+    return float(sines[lag % sines.size] * inverse[min(lag, length - lag)])
+
+
+@numba.njit(cache=True, inline="always")
+def _tilt(
+    place: int, samples: int, sines: FloatArray, cosines: FloatArray, inverse: FloatArray
+) -> float:
+    """Mean of ramp * sin(2 pi place n / length), where the ramp runs from -1 to 1."""
+    size = inverse[place]
+    bend = np.sqrt(max(1.0 - 1.0 / (samples * size) ** 2, 0.0))
+    turn = place % sines.size
+    slope = sines[turn] * samples * size * bend - samples * cosines[turn]
+    return float(slope * size / (samples - 1))
+
+
+@numba.njit(cache=True)
+def grid_powers(
+    even: FloatArray,
+    odd: FloatArray,
+    tables: tuple[FloatArray, FloatArray, FloatArray],
+    length: int,
+    samples: int,
+    ramp_power: float,
+) -> None:
+    """Mean squares of cosine and sine of every candidate, made orthogonal to 1 and to the ramp."""
+    sines, cosines, inverse = tables
+    for place in range(1, even.size + 1):
+        double = _overlap(2 * place, length, sines, inverse)
+        level = _overlap(place, length, sines, inverse)
+        tilt = _tilt(place, samples, sines, cosines, inverse)
+        even[place - 1] = 0.5 * (1.0 + double) - level**2
+        odd[place - 1] = 0.5 * (1.0 - double) - tilt**2 / ramp_power
+
+
+@numba.njit(cache=True)
+def grid_tilts(
+    places: IntegerArray,
+    samples: int,
+    tables: tuple[FloatArray, FloatArray, FloatArray],
+) -> FloatArray:
+    """Mean of ramp times sine at some places."""
+    sines, cosines, inverse = tables
+    result = np.empty(places.size)
+    for index in range(places.size):
+        result[index] = _tilt(places[index], samples, sines, cosines, inverse)
+    return result
+
+
+@numba.njit(cache=True)
+def grid_overlaps(
+    lags: IntegerArray, length: int, tables: tuple[FloatArray, FloatArray, FloatArray]
+) -> FloatArray:
+    """Mean of the cosine at some sums or differences of places."""
+    sines, _, inverse = tables
+    result = np.empty(lags.size)
+    for index in range(lags.size):
+        result[index] = _overlap(lags[index], length, sines, inverse)
+    return result
+
+
+@numba.njit(cache=True)
+def _best_of(
+    low: int,
+    high: int,
+    even: FloatArray,
+    odd: FloatArray,
+    even_power: FloatArray,
+    odd_power: FloatArray,
+    least: float,
+) -> tuple[float, int]:
+    """Greatest drop of the mean square that a candidate from `low` to `high` brings, and which."""
+    best, place = 0.0, low
+    for m in range(low, high + 1):
+        if even_power[m - 1] > least and odd_power[m - 1] > least:
+            merit = even[m - 1] ** 2 / even_power[m - 1] + odd[m - 1] ** 2 / odd_power[m - 1]
+            if merit > best:
+                best, place = merit, m
+    return best, place
+
+
+@numba.njit(cache=True)
+def grid_update(
+    even: FloatArray,
+    odd: FloatArray,
+    even_power: FloatArray,
+    odd_power: FloatArray,
+    tables: tuple[FloatArray, FloatArray, FloatArray],
+    length: int,
+    samples: int,
+    places: IntegerArray,
+    even_change: FloatArray,
+    odd_change: FloatArray,
+    reach: IntegerArray,
+    tilt_change: float,
+    tilt_reach: int,
+    least: float,
+    stale: BooleanArray,
+    best: FloatArray,
+    best_place: IntegerArray,
+    block: int,
+) -> None:
+    """Products of every candidate with what is left, after coefficients changed; and the best.
+
+    `places` are those of the chosen, 0 for the constant. A change reaches so far that what it
+    adds beyond is negligible. Blocks that nothing reaches keep their best, unless they are stale.
+    """
+    sines, cosines, inverse = tables
+    for number in range(best.size):
+        low, high = number * block + 1, min((number + 1) * block, even.size)
+        touched = stale[number]
+        for term in range(places.size):
+            place, far = places[term], reach[term]
+            a, b = 0.5 * even_change[term], 0.5 * odd_change[term]
+            if low - far <= place <= high + far:
+                touched = True
+                for m in range(low, high + 1):
+                    shared = _overlap(m - place, length, sines, inverse)
+                    even[m - 1] -= a * shared
+                    odd[m - 1] -= b * shared
+            if low + place <= far or length - (high + place) <= far:
+                touched = True
+                for m in range(low, high + 1):
+                    shared = _overlap(m + place, length, sines, inverse)
+                    even[m - 1] -= a * shared
+                    odd[m - 1] += b * shared
+        if low <= tilt_reach:
+            touched = True
+            for m in range(low, high + 1):
+                odd[m - 1] -= tilt_change * _tilt(m, samples, sines, cosines, inverse)
+        if touched:
+            best[number], best_place[number] = _best_of(
+                low, high, even, odd, even_power, odd_power, least
+            )
+            stale[number] = False

@@ -30,8 +30,8 @@ Stop = Literal["korenberg", "false-alarm", "none"]
 STOPS: Final[tuple[Stop, ...]] = get_args(Stop)
 # A candidate of which less than this share is new beside the chosen terms is rejected.
 _DEPENDENT: Final = 1e-6
-# A mean square below this share of the first one is rounding.
-_NOTHING_LEFT: Final = 1e-13
+NOTHING_LEFT: Final = 1e-13
+"""A mean square below this share of the first one is rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -214,12 +214,18 @@ def fast_orthogonal_search(
     checked = np.asarray(signal, dtype=np.float64)
     along = None if phase is None else np.asarray(phase, dtype=np.float64)
     _check(along, checked, spacing, candidates)
-    _check_rule(stop, false_alarm, most_terms)
+    require_rule(stop, false_alarm, most_terms)
     line = _line_through(along, checked)
     products = _products(along, line, candidates, spacing)
     state = _State(products)
     state.orthogonalize_to_line(line.ramp_power)
-    bound = _bound(stop, false_alarm, products, checked.size)
+    bound = share_to_bring(
+        stop,
+        false_alarm,
+        terms=products.terms,
+        candidates=products.size,
+        samples=checked.size,
+    )
     mean_square = state.choose_all(line.mean_square, bound, most_terms)
     total = state.coefficients()
     slope = (line.slope + float(total[1])) / line.half
@@ -279,8 +285,14 @@ def _check_matrix(matrix: FloatArray, signal: FloatArray, spacing: float | None)
         raise ValueError("candidates has values that are not finite; leave these samples out")
 
 
-def _check_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
-    """Refuse a rule that makes no sense."""
+def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
+    """Refuse a rule that makes no sense.
+
+    Raises
+    ------
+    ValueError
+        If the stop is none of `STOPS`, or a number is out of range.
+    """
     if stop not in STOPS:
         raise ValueError(f"stop is {stop!r}; use one of {', '.join(STOPS)}")
     if not 0.0 < false_alarm < 1.0:
@@ -349,15 +361,29 @@ def _products(
     return MatrixProducts(np.asarray(candidates, dtype=np.float64), line.ramp, line.rest)
 
 
-def _bound(stop: Stop, false_alarm: float, products: CandidateProducts, samples: int) -> float:
-    """Least share of the mean square left that a candidate has to bring."""
+def share_to_bring(
+    stop: Stop, false_alarm: float, *, terms: int, candidates: int, samples: int
+) -> float:
+    """Least share of the mean square left that a candidate has to bring.
+
+    Parameters
+    ----------
+    stop, false_alarm
+        As `fast_orthogonal_search` takes them.
+    terms
+        Of a candidate: 1, or 2 for pairs.
+    candidates
+        Independent ones in the whole set.
+    samples
+        Of the signal.
+    """
     if stop == "none":
         return 0.0
     if stop == "korenberg":
-        return 4.0 * products.terms / (samples + 1)
-    if products.terms == 1:
-        return float(chdtri(1, false_alarm / products.size)) / samples
-    return float(2.0 * np.log(products.size / false_alarm) / samples)
+        return 4.0 * terms / (samples + 1)
+    if terms == 1:
+        return float(chdtri(1, false_alarm / candidates)) / samples
+    return float(2.0 * np.log(candidates / false_alarm) / samples)
 
 
 class _State:
@@ -395,7 +421,7 @@ class _State:
             (chosen + 1,) mean square left: `left`, and after each candidate.
         """
         mean_square = [left]
-        while len(self.chosen) < most_terms and mean_square[-1] > _NOTHING_LEFT * left:
+        while len(self.chosen) < most_terms and mean_square[-1] > NOTHING_LEFT * left:
             merit = self.merit()
             best = int(np.argmax(merit))
             brought = float(merit[best])

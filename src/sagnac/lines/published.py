@@ -1,46 +1,111 @@
-"""Lines removed as the paper removes them: Steps 1 and 2."""
+"""Lines removed as the paper removes them: Steps 1 and 2, and what Step 3 is left with."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
+from sagnac import series
+from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.errors import Note
+from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale
-from sagnac.lines.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
+from sagnac.lines.orthogonal_search import (
+    OrthogonalSearch,
+    Stop,
+    fast_orthogonal_search,
+    require_rule,
+)
 from sagnac.lines.taken_noise import TAKEN_BINS
+from sagnac.spectrum import periodogram
+from sagnac.spectrum.floor import noise_floor
+from sagnac.spectrum.sums import angle_series
 from sagnac.table.turns import is_turning
 
-# Candidates of Step 1 as published: whole orders up to this one.
-_PUBLISHED_ORDERS: Final = 64
 
-
-def remove_lines_as_published(
-    angle: FloatArray,
-    table: FloatArray | None,
-    sample_rate: float,
-    *,
-    channel: str,
-    progress: Callable[[float], None] | None = None,
-) -> Removal:
-    """Steps 1 and 2 of the paper to the letter, on one gyro.
-
-    Fast orthogonal search over the whole orders of table angle, then over the multiples of
-    one cycle per record to Nyquist, each with Korenberg's stop. Kept for reproduction and
-    comparison: greed for mean square in an angle picks the random walk's own slow wander, and a
-    fixed grid leaves most of a line that falls between its frequencies.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PublishedSearch:
+    """How Steps 1 and 2 are run. The paper states none of it; the defaults are a fair reading.
 
     Parameters
     ----------
-    angle
-        (samples,) rad.
+    cells
+        Candidate frequencies in time for each cycle a record: 4 is a grid of 1/(4T). A grid
+        finer than the Fourier transform's is what the search is used for (McGaughey et al. 2003).
+    orders
+        Candidates in angle are the whole orders up to this one.
+    most_orders, most_lines
+        Pairs of cosine and sine chosen at most, in angle and in time. A line between two
+        frequencies of the grid takes two or three pairs.
+    stop, false_alarm
+        The rule by which a search stops before that, as `fast_orthogonal_search` takes it.
+    difference_first
+        Steps 1 and 2 on the difference of the gyros instead of on each of them: not the order of
+        the paper, but the table's motion is then out of the way of Step 2.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range or the rule is not known.
+
+    References
+    ----------
+    McGaughey et al., Ann. Biomed. Eng. 31 (2003) 741; Eqs. 17-22 of Yu et al. 2013.
+    """
+
+    cells: int = 4
+    orders: int = 64
+    most_orders: int = 64
+    most_lines: int = 60
+    stop: Stop = "false-alarm"
+    false_alarm: float = 0.05
+    difference_first: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("cells", "orders"):
+            if getattr(self, name) < 1:
+                raise ValueError(f"{name} is {getattr(self, name)!r}; give 1 or more")
+        for name in ("most_orders", "most_lines"):
+            require_rule(self.stop, self.false_alarm, getattr(self, name))
+
+
+FAIR: Final = PublishedSearch()
+"""As someone who knows the search would run it."""
+
+LITERAL: Final = PublishedSearch(cells=1, most_orders=40, most_lines=40, stop="korenberg")
+"""On the frequencies of the Fourier transform, with Korenberg's bound for one candidate."""
+
+
+def remove_lines_as_published(
+    angles: Mapping[str, FloatArray],
+    table: FloatArray | None,
+    sample_rate: float,
+    *,
+    search: PublishedSearch = FAIR,
+    progress: Callable[[float], None] | None = None,
+) -> Removal:
+    """Steps 1 to 3 of the paper: both searches on each gyro, then the difference.
+
+    Step 1 searches the whole orders of table angle, Step 2 an even grid of frequencies in time.
+    Both fit a constant and a slope along with the sinusoids, and only the sinusoids are removed:
+    what a gyro senses of the table and the Earth, e_x (eta_3 t + alpha), stays in for Step 3
+    (Eq. 20). Eq. 22 sums over the same frequencies for both gyros, so that each gyro is
+    fitted with those that either search chose. The jitter of the table that is chosen as if it
+    were a line then goes out of both, and its rest cancels as before.
+
+    Parameters
+    ----------
+    angles
+        (samples,) rad by name: of one gyro, or of two, the second of which is taken off the first.
+        One alone has no Step 3, so that the fitted e_x alpha goes with Step 1.
     table
         (samples,) unwrapped table angle, rad; None at rest.
     sample_rate
         Hz.
-    channel
-        Name of the gyro.
+    search
+        Grid, orders, terms and rule.
     progress
         Told the share that is done.
 
@@ -51,41 +116,93 @@ def remove_lines_as_published(
 
     References
     ----------
-    Eqs. 17-20 of Yu et al. 2013.
+    Eqs. 17-22 of Yu et al. 2013.
     """
-    if angle.ndim != 1 or angle.size < 2:
-        raise ValueError(f"angle has shape {angle.shape}; give (samples,), 2 or more")
-    if table is not None and table.shape != angle.shape:
-        raise ValueError(
-            f"table has shape {table.shape} and angle {angle.shape}; give one of each a sample"
-        )
-    if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
-        raise ValueError(f"sample_rate is {sample_rate!r}; give a positive number of Hz")
+    _check(angles, table, sample_rate)
     report = progress or (lambda _: None)
-    rest = angle
-    in_angle: tuple[Line, ...] = ()
-    if table is not None and is_turning(table):
-        found = fast_orthogonal_search(table, rest, spacing=1.0, candidates=_PUBLISHED_ORDERS)
-        rest = rest - found.series(table)
-        in_angle = published_lines(found, "angle", 1.0, channel)
-    report(0.3)
-    time = np.arange(angle.size) / sample_rate
-    duration = angle.size / sample_rate
-    found = fast_orthogonal_search(
-        time, rest, spacing=2.0 * np.pi / duration, candidates=max(1, angle.size // 2 - 1)
-    )
-    report(0.8)
-    rest = rest - found.series(time)
-    in_time = published_lines(found, "time", 1.0 / (2.0 * np.pi), channel)
-    width = TAKEN_BINS / duration
+    turning = table if table is not None and is_turning(table) else None
+    left: list[FloatArray] = []
+    in_angle: list[Line] = []
+    in_time: list[Line] = []
+    chosen: list[IntegerArray] = []
+    for number, (name, angle) in enumerate(angles.items()):
+        rest = angle
+        if turning is not None:
+            rest, found = _without_orders(angle, turning, search, alone=len(angles) == 1)
+            in_angle += published_lines(found, "angle", 1.0, name)
+        report((number + 0.3) / (len(angles) + 1))
+        found = _search_in_time(rest, search)
+        in_time += published_lines(found, "time", sample_rate / (2.0 * np.pi), name)
+        chosen.append(found.chosen)
+        left.append(rest)
+        report((number + 1) / (len(angles) + 1))
+    # The same fit of either gyro and then their difference, or the fit of their difference: least
+    # squares is linear.
+    rest = left[0] if len(left) == 1 else series.less(left[0], left[1])
+    together = list(dict.fromkeys(np.concatenate(chosen).tolist()))
+    fitted = grid_fit(rest, np.array(together, dtype=np.int64), cells=search.cells)
+    rest = series.less(rest, grid_sinusoids(fitted, rest.size))
+    frequency = fitted.frequencies * sample_rate / (2.0 * np.pi)
+    width = TAKEN_BINS * sample_rate / rest.size
     report(1.0)
     return Removal(
         residual=rest,
         lines=(*in_angle, *in_time),
-        masked=tuple((line.frequency - width, line.frequency + width) for line in in_time),
-        taken=np.empty((3, 0)),
-        notes=(),
+        masked=tuple((float(place - width), float(place + width)) for place in frequency),
+        taken=_noise_taken(np.sort(frequency), rest, sample_rate),
+        notes=_filled(chosen, tuple(angles), search),
     )
+
+
+def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_rate: float) -> None:
+    """Refuse arrays and rates that make no sense."""
+    if not 1 <= len(angles) <= 2:
+        raise ValueError(f"angles has {len(angles)} gyros; give one or two")
+    shapes = {angle.shape for angle in angles.values()}
+    for name, angle in angles.items():
+        if angle.ndim != 1 or angle.size < 8 or len(shapes) > 1:
+            raise ValueError(f"angle of {name} has shape {angle.shape}; give (samples,), 8 or more")
+    if table is not None and table.shape not in shapes:
+        raise ValueError(
+            f"table has shape {table.shape} and angle {shapes.pop()}; give one of each a sample"
+        )
+    if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
+        raise ValueError(f"sample_rate is {sample_rate!r}; give a positive number of Hz")
+
+
+def _without_orders(
+    angle: FloatArray, table: FloatArray, search: PublishedSearch, *, alone: bool
+) -> tuple[FloatArray, OrthogonalSearch]:
+    """Step 1: the angle without its harmonics, and without e_x alpha if it is alone."""
+    found = fast_orthogonal_search(
+        table,
+        angle,
+        spacing=1.0,
+        candidates=search.orders,
+        stop=search.stop,
+        false_alarm=search.false_alarm,
+        most_terms=search.most_orders,
+    )
+    rest = series.less(angle, _harmonics(table, found))
+    return (rest - found.slope * table if alone else rest), found
+
+
+def _search_in_time(rest: FloatArray, search: PublishedSearch) -> OrthogonalSearch:
+    """Step 2: the frequencies of one gyro."""
+    return grid_search(
+        rest,
+        cells=search.cells,
+        stop=search.stop,
+        false_alarm=search.false_alarm,
+        most_terms=search.most_lines,
+    )
+
+
+def _harmonics(table: FloatArray, found: OrthogonalSearch) -> FloatArray:
+    """(samples,) the chosen orders without constant and slope."""
+    sums = np.zeros(found.candidates + 1, dtype=np.complex128)
+    sums[found.chosen + 1] = found.cosine - 1j * found.sine
+    return angle_series(table, sums)
 
 
 def published_lines(
@@ -104,7 +221,7 @@ def published_lines(
     channel
         Name of the gyro.
     """
-    drops = -np.diff(found.mean_square) / found.mean_square[1:]
+    drops = -np.diff(found.mean_square) / np.maximum(found.mean_square[1:], np.finfo(float).tiny)
     return tuple(
         Line(
             scale=scale,
@@ -120,4 +237,42 @@ def published_lines(
         for frequency, cosine, sine, drop in zip(
             found.frequencies, found.cosine, found.sine, drops, strict=True
         )
+    )
+
+
+def _noise_taken(frequency: FloatArray, residual: FloatArray, sample_rate: float) -> FloatArray:
+    """`taken` of `Removal` for pairs at ascending frequencies, Hz.
+
+    A pair takes the noise of one cycle a record around its frequency; pairs closer to each other
+    share it. How strong the noise is there is read from the floor of what is left; if most of the
+    neighbouring bins went, too, that floor is up to a fifth low.
+    """
+    increments = series.differences(residual)
+    # What is left of the table's rate would leak through the zeros that follow in the transform.
+    increments -= increments.mean()
+    floor = noise_floor(periodogram.periodogram(increments))
+    gaps = np.minimum(
+        np.diff(frequency, prepend=-np.inf, append=np.inf), sample_rate / residual.size
+    )
+    bins = np.rint(frequency / sample_rate * (2.0 * (floor.size - 1))).astype(np.int64)
+    density = periodogram.density(floor[bins], sample_rate)
+    return np.stack([frequency, 0.5 * (gaps[1:] + gaps[:-1]), density])
+
+
+def _filled(
+    chosen: list[IntegerArray], names: tuple[str, ...], search: PublishedSearch
+) -> tuple[Note, ...]:
+    """A note if a search took all the terms that it was given."""
+    full = [
+        name
+        for name, own in zip(names, chosen, strict=True)
+        if own.size >= max(search.most_lines, 1)
+    ]
+    if not full:
+        return ()
+    return (
+        Note(
+            text=f"the orthogonal search of {', '.join(full)} ended at its {search.most_lines} "
+            "terms in time, not by its rule: the last of them may be noise",
+        ),
     )

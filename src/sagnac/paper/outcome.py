@@ -23,7 +23,8 @@ from sagnac.rig.simulate import Simulation
 from sagnac.stability.degrees_of_freedom import ieee_relative_error
 from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
-_PAPER_POINT_ERROR: Final = 0.1  # the cut the paper states for every curve
+PAPER_POINT_ERROR: Final = 0.1
+"""Relative error above which the paper shows and fits no point of a curve."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +81,8 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     truth = simulation.truth
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
     estimate, curve = analysis.angle_random_walk, analysis.curve
+    if run.by_curve:
+        estimate = analysis.fits["paper"].coefficients["angle_random_walk"]
     return Outcome(
         name=run.name,
         table_rate_deg_per_s=run.config.table.rate_deg_per_s,
@@ -122,7 +125,7 @@ def _least_squares_of(analysis: Analysis) -> dict[Form, float]:
     clusters = np.round(curve.tau * curve.sample_rate).astype(int)
     kept = np.array(
         [
-            ieee_relative_error(curve.samples - 1, int(cluster)) <= _PAPER_POINT_ERROR
+            ieee_relative_error(curve.samples - 1, int(cluster)) <= PAPER_POINT_ERROR
             for cluster in clusters
         ]
     )

@@ -8,6 +8,7 @@ from typing import Final, Literal, get_args
 
 from sagnac import __version__
 from sagnac.analysis.settings import Method
+from sagnac.paper.laboratory import on_day
 from sagnac.paper.published import FIGURE_3, PAIR, TABLE_1, TABLE_2
 from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.rig.config import RigConfig
@@ -62,6 +63,7 @@ class Run:
     """One recording and one analysis of it.
 
     `preparation` ``rate`` takes one mean rate over 1 s in each interval instead of the angle.
+    `by_curve` takes the fit of the Allan curve as the answer whatever the method: Step 4.
 
     Raises
     ------
@@ -75,6 +77,7 @@ class Run:
     method: Method
     interval_s: float = 1.0
     preparation: Preparation = "angle"
+    by_curve: bool = False
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.gyros) <= 2:
@@ -95,6 +98,11 @@ def cell_name(table: Table, rate: float, day: int) -> str:
     return f"{table}-{rate:g}-day{day}"
 
 
+def published_cell_name(table: Table, rate: float, day: int) -> str:
+    """Name of the run of one table cell by the paper's method."""
+    return f"{cell_name(table, rate, day)}-paper"
+
+
 def plan(scope: Scope) -> tuple[Run, ...]:
     """Every run; those of one recording stand together."""
     tables = _runs_of_table("table1", TABLE_1, scope) + _runs_of_table("table2", TABLE_2, scope)
@@ -104,14 +112,25 @@ def plan(scope: Scope) -> tuple[Run, ...]:
 def _runs_of_table(
     table: Table, published: Mapping[float, tuple[float, ...]], scope: Scope
 ) -> list[Run]:
-    """Runs of every cell; the recording of Figure 2 comes after that of its cell."""
+    """Runs of every cell, ours and the paper's; the recording of Figure 2 comes after its cell."""
     runs: list[Run] = []
     for rate in published:
         for day in range(1, scope.days + 1):
             seed = _FIRST_SEED[table] + round(rate) * 10 + day
             config = config_of_run(_MODE_OF_TABLE[table], rate, seed, scope.table_duration_s)
+            config = on_day(config, seed)
             runs.append(
                 Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
+            )
+            # At rest the paper removes nothing.
+            runs.append(
+                Run(
+                    name=published_cell_name(table, rate, day),
+                    config=config,
+                    gyros=PAIR,
+                    method="fos-paper" if rate > 0.0 else "none",
+                    by_curve=True,
+                )
             )
             if (table, rate) == _CELL_OF_FIGURE_2:
                 long = replace(config, duration_s=scope.figure_duration_s)

@@ -1,6 +1,7 @@
 """Angle random walk that the rig should show, and the table rate that is enough."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -13,33 +14,38 @@ from sagnac.rig.config import PRESETS, RigConfig
 from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.truth import truth_of
 from sagnac.table.frames import shares_from_deviations
-from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
-    """Predicted N-bar of a pair against table rate, and its parts, per gyro.
+    """Predicted N-bar and Q-bar of a pair against table rate, and their parts, per gyro.
 
     What the table adds reaches the difference only through the pair's unequal shares,
-    |e_x - e_z|, as an error of angle. An angle error that is white between samples, of rms a,
-    has the Allan variance 3 a^2/tau^2, which at cluster time tau passes for N = sqrt(3/tau) a.
+    |e_x - e_z|, as an error of angle. An error that is white from sample to sample is
+    quantization noise: its Allan variance is 3 Q^2/tau^2 with Q its rms, and the fits tell it from
+    N. It does not move N; it raises the frequency from which N cannot be read (`corner`).
 
     Attributes
     ----------
     rates
-        (rates,) table rates, rad/s. The parts have this shape, in rad/sqrt(s).
+        (rates,) table rates, rad/s. The parts have this shape: those of N in rad/sqrt(s), those
+        of Q in rad.
     quantum
-        The quantum limit.
+        N of the quantum limit.
     lock_in
-        Lock-in of `sagnac.rig.ring_laser` at the rate that each gyro senses: it falls as 1/rate.
+        N of lock-in by `sagnac.rig.ring_laser` at the rate that each gyro senses: it falls as
+        1/rate, with the assumed diffusion of the backscatter phase.
+    jitter_walk
+        N of the servo's angle walk, if the servo holds the rate and the table is not followed.
     encoder
-        If the table's motion is taken out along the encoder: its step over sqrt(12), and the
-        rate times the latch jitter, the part that grows with rate.
+        Q of the encoder: its step over sqrt(12), and the rate times the latch jitter.
     jitter
-        If it is not (the paper's Step 3 alone): the servo's angle jitter, or, if the servo holds
-        the rate and not the angle, the walk of that angle.
+        Q of the servo's angle jitter, if the servo holds the angle.
     total
-        Quantum limit, lock-in, and encoder or jitter, added in square.
+        N: quantum limit, lock-in and, if the table is not followed, the jitter's walk.
+    quantization
+        Q: the gyros' readout, and the encoder or, if the table is not followed, the jitter.
 
     Raises
     ------
@@ -50,9 +56,11 @@ class Prediction:
     rates: FloatArray
     quantum: FloatArray
     lock_in: FloatArray
+    jitter_walk: FloatArray
     encoder: FloatArray
     jitter: FloatArray
     total: FloatArray
+    quantization: FloatArray
 
     def __post_init__(self) -> None:
         for part in fields(self):
@@ -63,6 +71,18 @@ class Prediction:
                 )
             values.flags.writeable = False
 
+    def corner(self, sample_rate: float) -> FloatArray:
+        """(rates,) frequency in Hz at which N and Q are equally strong in the spectrum.
+
+        White errors of rms Q at each of `sample_rate` (Hz) samples a second have the rate density
+        (2 pi f)^2 Q^2 / sample_rate; N has N^2. A record of T seconds holds about `corner` * T
+        bins in which N rules, and so N to about 1/sqrt(2 corner T) of itself.
+        """
+        with np.errstate(divide="ignore"):
+            return np.asarray(
+                self.total * math.sqrt(sample_rate) / (2.0 * np.pi * self.quantization)
+            )
+
 
 def predicted_angle_random_walk(
     rates: ArrayLike,
@@ -70,8 +90,7 @@ def predicted_angle_random_walk(
     config: RigConfig = PRESETS["paper"],
     pair: tuple[str, str] = PAIR,
     table_followed: bool = True,
-    latch_jitter: float = 0.0,
-    cluster_time: float = 1.0,
+    latch_jitter: float | None = None,
 ) -> Prediction:
     """N that a rate-biased pair will show at each table rate: the choice of table rate.
 
@@ -86,11 +105,10 @@ def predicted_angle_random_walk(
     pair
         The gyros differenced.
     table_followed
-        Whether `total` counts the encoder (True) or the jitter (False).
+        Whether the table's motion is taken out along the encoder (True) or by the difference
+        alone, the paper's Step 3 (False).
     latch_jitter
-        Rms time between the encoder's sample and the gyro's, s; 0 on the simulated rig.
-    cluster_time
-        At which the white angle errors are read as N, s.
+        Rms time between the encoder's sample and the gyro's, s; that of `config` if None.
 
     Raises
     ------
@@ -102,30 +120,39 @@ def predicted_angle_random_walk(
     >>> from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
     >>> prediction = predicted_angle_random_walk([10.0 * DEGREE, 40.0 * DEGREE])
     >>> (prediction.total / DEGREE_PER_ROOT_HOUR).round(7).tolist()
-    [6.61e-05, 2.94e-05]
+    [6.61e-05, 2.93e-05]
+    >>> late = predicted_angle_random_walk([40.0 * DEGREE], latch_jitter=1e-4)
+    >>> bool(late.total[0] == prediction.total[1]), (late.corner(500.0) * 7200.0).round().tolist()
+    (True, [2212.0])
     """
     speeds = np.array(rates, dtype=np.float64, ndmin=1)
-    if latch_jitter < 0.0 or not cluster_time > 0.0:
-        raise ValueError(
-            f"latch_jitter {latch_jitter:g} s must not be negative and cluster_time "
-            f"{cluster_time:g} s must be positive"
-        )
+    late = config.encoder.latch_jitter_s if latch_jitter is None else latch_jitter
+    if late < 0.0:
+        raise ValueError(f"latch_jitter is {late:g} s; it must not be negative")
     for name in pair:
         if name not in GYRO_NAMES:
             raise ValueError(f"pair is {pair!r}; use two of {', '.join(GYRO_NAMES)}")
-    limits = [config.gyro.arw_deg_per_sqrt_h[GYRO_NAMES.index(name)] for name in pair]
-    quantum = np.full(speeds.size, math.sqrt(np.mean(np.square(limits)))) * DEGREE_PER_ROOT_HOUR
+    quantum = _mean(pair, config.gyro.arw_deg_per_sqrt_h) * DEGREE_PER_ROOT_HOUR
+    step = _mean(pair, config.gyro.quantization_step_arcsec) * ARCSECOND
     laser = _laser_noise(speeds, config, pair)
-    encoder = _encoder_noise(speeds, config, pair, latch_jitter, cluster_time)
-    jitter = np.full(speeds.size, _jitter_noise(config, pair, cluster_time))
+    lock_in = np.sqrt(np.maximum(laser**2 - quantum**2, 0.0))
+    encoder = _encoder_error(speeds, config, pair, late)
+    walk, jitter = (np.full(speeds.size, part) for part in _jitter(config, pair))
     return Prediction(
         rates=speeds,
-        quantum=quantum,
-        lock_in=np.sqrt(np.maximum(laser**2 - quantum**2, 0.0)),
+        quantum=np.full(speeds.size, quantum),
+        lock_in=lock_in,
+        jitter_walk=walk,
         encoder=encoder,
         jitter=jitter,
-        total=np.hypot(laser, encoder if table_followed else jitter),
+        total=laser if table_followed else np.hypot(laser, walk),
+        quantization=np.hypot(step / math.sqrt(12.0), encoder if table_followed else jitter),
     )
+
+
+def _mean(pair: tuple[str, str], values: Sequence[float]) -> float:
+    """Root mean square over the pair of what each gyro has."""
+    return math.sqrt(np.mean([values[GYRO_NAMES.index(name)] ** 2 for name in pair]))
 
 
 def _laser_noise(speeds: FloatArray, config: RigConfig, pair: tuple[str, str]) -> FloatArray:
@@ -142,30 +169,22 @@ def _laser_noise(speeds: FloatArray, config: RigConfig, pair: tuple[str, str]) -
     return noise
 
 
-def _encoder_noise(
-    speeds: FloatArray,
-    config: RigConfig,
-    pair: tuple[str, str],
-    latch_jitter: float,
-    cluster_time: float,
+def _encoder_error(
+    speeds: FloatArray, config: RigConfig, pair: tuple[str, str], latch_jitter: float
 ) -> FloatArray:
-    """N-bar that the encoder's white angle error passes for."""
-    white = _mismatch(config, pair) * math.sqrt(3.0 / cluster_time)
+    """Q-bar of the encoder's white error of angle, rad."""
     step = 2.0 * math.pi / config.encoder.lines / math.sqrt(12.0)
-    measured = white * np.hypot(step, speeds * latch_jitter)
+    measured = _mismatch(config, pair) * np.hypot(step, speeds * latch_jitter)
     return np.array([per_gyro(value**2, 2) for value in measured])
 
 
-def _jitter_noise(config: RigConfig, pair: tuple[str, str], cluster_time: float) -> float:
-    """N-bar that the table's jitter passes for."""
+def _jitter(config: RigConfig, pair: tuple[str, str]) -> tuple[float, float]:
+    """N-bar and Q-bar of the table's jitter: one of them, by what the servo holds."""
     natural = 2.0 * math.pi * config.table.jitter_bandwidth_hz
-    servo = config.table.jitter_rms_deg_per_s * DEGREE
-    mismatch = _mismatch(config, pair)
+    servo = config.table.jitter_rms_deg_per_s * DEGREE * _mismatch(config, pair)
     if config.table.jitter_spectrum == "position":
-        measured = mismatch * math.sqrt(3.0 / cluster_time) * servo / natural
-    else:
-        measured = mismatch * servo * math.sqrt(2.0 / natural)
-    return per_gyro(measured**2, 2)
+        return 0.0, per_gyro((servo / natural) ** 2, 2)
+    return per_gyro(servo**2 * 2.0 / natural, 2), 0.0
 
 
 def _mismatch(config: RigConfig, pair: tuple[str, str]) -> float:
@@ -177,7 +196,8 @@ def _mismatch(config: RigConfig, pair: tuple[str, str]) -> float:
 def adequate_rate(prediction: Prediction, excess: float = 0.1) -> float:
     """Lowest of the predicted rates whose N is within `excess` of the quantum limit, rad/s.
 
-    NaN if there is none.
+    Q plays no part, since the fits tell it from N; `Prediction.corner` says how long a record it
+    then takes. NaN if there is no such rate.
     """
     within = prediction.total <= (1.0 + excess) * prediction.quantum
     return float(prediction.rates[within].min()) if within.any() else math.nan

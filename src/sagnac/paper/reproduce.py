@@ -14,7 +14,7 @@ import numpy as np
 
 from sagnac.errors import RecordingError
 from sagnac.paper.outcome import Outcome, outcome_of, read_outcome, write_outcome
-from sagnac.paper.plan import FULL, Scope, Table, cell_name, plan
+from sagnac.paper.plan import FULL, Scope, Table, cell_name, plan, published_cell_name
 from sagnac.paper.prediction import Prediction, predicted_angle_random_walk
 from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.trials import Trial, trials
@@ -117,12 +117,16 @@ def _store(folder: Path) -> Path:
 
 
 class Cell(NamedTuple):
-    """A cell of a table: rate in deg/s, day from 1, the published N, and what came out."""
+    """A cell of a table: rate in deg/s, day from 1, the published N, and what came out.
+
+    `outcome` is by our method, `by_paper` by the paper's.
+    """
 
     rate: float
     day: int
     published: float
     outcome: Outcome
+    by_paper: Outcome
 
 
 def outcomes_of_table(reproduction: Reproduction, table: Table) -> Iterator[Cell]:
@@ -131,4 +135,5 @@ def outcomes_of_table(reproduction: Reproduction, table: Table) -> Iterator[Cell
     for rate, days in published.items():
         for day in range(1, reproduction.scope.days + 1):
             outcome = reproduction.outcomes[cell_name(table, rate, day)]
-            yield Cell(rate, day, days[day - 1], outcome)
+            by_paper = reproduction.outcomes[published_cell_name(table, rate, day)]
+            yield Cell(rate, day, days[day - 1], outcome, by_paper)

@@ -22,9 +22,10 @@ COLORS: Final = {
     "none": plot.QUIET,
     "fris": plot.ORANGE,
     "fos-paper": plot.GREEN,
+    "fos-korenberg": plot.INK,
     "fos": plot.BLUE,
 }
-MARKERS: Final = {"none": "s", "fris": "^", "fos-paper": "D", "fos": "o"}
+MARKERS: Final = {"none": "s", "fris": "^", "fos-paper": "D", "fos-korenberg": "v", "fos": "o"}
 
 _HUNDREDTHS: Final = re.compile(r"(\.\d{2})\d+")
 

@@ -39,7 +39,8 @@ from sagnac.units import DEGREE, field_unit
 
 _METHODS: Final[Mapping[str, str]] = {
     "fos": "fos: difference first, lines judged against the noise floor and refined",
-    "fos-paper": "fos-paper: fast orthogonal search as published",
+    "fos-paper": "fos-paper: fast orthogonal search and Allan fit as published, grid of 1/(4T)",
+    "fos-korenberg": "fos-korenberg: the same on the grid of 1/T with Korenberg's stop",
     "fris": "fris: the angle at each full turn of the table",
     "none": "none: nothing removed",
 }

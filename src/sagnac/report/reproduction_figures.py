@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 
 from sagnac import plot
 from sagnac.paper.reproduce import Outcome, Reproduction
-from sagnac.plot import BLUE, GREEN, INK, ORANGE, QUIET
-from sagnac.report.reproduction_values import cells_of, curves_of, white_deviation
+from sagnac.plot import BLUE, GREEN, INK, ORANGE
+from sagnac.report.reproduction_values import cells_of, curves_of, white_deviation, within_cut
 from sagnac.report.style import legend_above, styled
 from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
 
@@ -62,37 +62,37 @@ def _intervals_figure(outcomes: Sequence[Outcome]) -> Figure:
 
 
 def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
+    """The curve as published: of the difference, points with an error of 10 % or less."""
     (outcome,) = outcomes
+    kept = within_cut(outcome)
+    tau = np.array(outcome.tau_s)[kept]
+    low, middle, high = (
+        np.sqrt(2.0) * np.array(curve)[kept]
+        for curve in (outcome.low_curve, outcome.deviation, outcome.high_curve)
+    )
     with styled(legend_rows=1) as canvas:
         axes = canvas.axes
         axes.fill_between(
-            outcome.tau_s,
-            outcome.low_curve,
-            outcome.high_curve,
+            tau,
+            low,
+            high,
             color=BLUE,
             alpha=0.2,
             linewidth=0,
             label=f"{100 * outcome.confidence:g} % interval",
         )
-        axes.plot(
-            outcome.tau_s,
-            outcome.deviation,
-            color=BLUE,
-            marker="o",
-            linestyle="none",
-            label="x − z per gyro",
-        )
-        _truth_line(axes, outcome)
-        plot.logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z per gyro (°/h)")
+        axes.plot(tau, middle, color=BLUE, marker="o", linestyle="none", label="x − z")
+        _truth_line(axes, outcome, float(np.sqrt(2.0)))
+        plot.logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")
         legend_above(axes, columns=3)
     return canvas.figure
 
 
-def _truth_line(axes: Axes, outcome: Outcome) -> None:
+def _truth_line(axes: Axes, outcome: Outcome, times: float = 1.0) -> None:
     tau = np.array([min(outcome.tau_s), max(outcome.tau_s)])
     axes.plot(
         tau,
-        white_deviation(outcome.truth_deg_per_sqrt_h, tau),
+        times * white_deviation(outcome.truth_deg_per_sqrt_h, tau),
         color=INK,
         linewidth=0.9,
         linestyle=(0, (5, 3)),
@@ -109,8 +109,6 @@ def _rate_figure(reproduction: Reproduction) -> Figure:
             (prediction.total, "predicted", INK, "-"),
             (prediction.lock_in, "lock-in", BLUE, "--"),
             (prediction.quantum, "quantum limit", GREEN, "--"),
-            (prediction.encoder, "encoder", ORANGE, ":"),
-            (prediction.jitter, "jitter, table not followed", QUIET, ":"),
         ):
             axes.plot(
                 rates, values / DEGREE_PER_ROOT_HOUR, color=color, linestyle=style, label=label
@@ -121,9 +119,13 @@ def _rate_figure(reproduction: Reproduction) -> Figure:
                 "ours, Table 2",
                 BLUE,
                 "o",
-                [(rate, one.value) for rate, _, _, one in cells if one.status == "estimated"],
+                [
+                    (one.rate, one.outcome.value)
+                    for one in cells
+                    if one.outcome.status == "estimated"
+                ],
             ),
-            ("paper, Table 2", ORANGE, "x", [(rate, value) for rate, _, value, _ in cells]),
+            ("paper, Table 2", ORANGE, "x", [(one.rate, one.published) for one in cells]),
         ):
             axes.plot(
                 [rate for rate, _ in points],

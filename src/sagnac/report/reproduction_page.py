@@ -1,7 +1,7 @@
 """The paper's figures and tables beside ours: one page that stands alone."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from sagnac import __version__
 from sagnac.paper.least_squares import FORM, FORMS
 from sagnac.paper.prediction import adequate_rate
 from sagnac.paper.published import FIGURE_2, FIGURE_3, TABLE_1, TABLE_2
-from sagnac.paper.reproduce import Outcome, Reproduction
+from sagnac.paper.reproduce import Cell, Outcome, Reproduction
 from sagnac.paper.trials import NEAREST_TRIAL, Trial
 from sagnac.report.figures import svg
 from sagnac.report.html import rendered
@@ -46,9 +46,9 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
     outcomes = reproduction.outcomes
     fris = [outcomes[f"figure2-day{day}"] for day in range(1, reproduction.scope.days + 1)]
     stationary = [
-        outcome.value
-        for rate, _, _, outcome in cells_of(reproduction, "table1")
-        if rate == 0.0 and outcome.status == "estimated"
+        one.outcome.value
+        for one in cells_of(reproduction, "table1")
+        if one.rate == 0.0 and one.outcome.status == "estimated"
     ]
     slowest = adequate_rate(reproduction.prediction) / DEGREE
     return rendered(
@@ -71,7 +71,7 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
             f"{outcome.value * 1e4:.2f}" for outcome in intervals_of(reproduction, "removed")
         ),
         figures_456=[
-            (label, cell_texts(published, outcomes[name], size))
+            (label, cell_texts(published, outcomes[name], size, outcomes[f"{name}-paper"]))
             for label, name, published, size in (
                 ("Figure 4", "table1-0-day1", TABLE_1[0.0][0], 1e-4),
                 ("Figure 5", "table1-40-day1", TABLE_1[40.0][0], 1e-4),
@@ -96,16 +96,16 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
 def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[str, Any]:
     cells = cells_of(reproduction, table)
     errors = [
-        abs(outcome.value / outcome.truth_deg_per_sqrt_h - 1.0)
-        for _, _, _, outcome in cells
-        if outcome.status == "estimated"
+        abs(one.outcome.value / one.outcome.truth_deg_per_sqrt_h - 1.0)
+        for one in cells
+        if one.outcome.status == "estimated"
     ]
     held = sum(
-        outcome.low <= outcome.truth_deg_per_sqrt_h <= outcome.high for _, _, _, outcome in cells
+        one.outcome.low <= one.outcome.truth_deg_per_sqrt_h <= one.outcome.high for one in cells
     )
     by_rate = {
-        rate: [(published, outcome) for at, _, published, outcome in cells if at == rate]
-        for rate in dict.fromkeys(rate for rate, _, _, _ in cells)
+        rate: [one for one in cells if one.rate == rate]
+        for rate in dict.fromkeys(one.rate for one in cells)
     }
     return {
         "name": table,
@@ -113,7 +113,9 @@ def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[s
         "rows": [
             {
                 "rate": f"{rate:g}",
-                "cells": [cell_texts(published, outcome, size) for published, outcome in days],
+                "cells": [
+                    cell_texts(one.published, one.outcome, size, one.by_paper) for one in days
+                ],
             }
             for rate, days in by_rate.items()
         ],
@@ -122,25 +124,35 @@ def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[s
         "held": held,
         "without": len(cells) - len(errors),
         "count": len(cells),
-        "spread": f"{100.0 * _day_spread(list(by_rate.values()), ours=True):.1f} %",
-        "paper_spread": f"{100.0 * _day_spread(list(by_rate.values()), ours=False):.0f} %",
+        "spread": _day_spread(by_rate, lambda one: _estimated(one.outcome)),
+        "by_paper_spread": _day_spread(by_rate, lambda one: one.by_paper.value),
+        "true_spread": _day_spread(by_rate, lambda one: one.outcome.truth_deg_per_sqrt_h),
+        "paper_spread": _day_spread(by_rate, lambda one: one.published),
+        "by_paper_rms": _rms([one.by_paper for one in cells]),
+        "rms": _rms([one.outcome for one in cells]),
     }
 
 
-def _day_spread(days: Sequence[Sequence[tuple[float, Outcome]]], *, ours: bool) -> float:
+def _estimated(outcome: Outcome) -> float:
+    return outcome.value if outcome.status == "estimated" else math.nan
+
+
+def _rms(outcomes: Sequence[Outcome]) -> str:
+    """Root mean square relative error of what has a value."""
+    errors = [outcome.value / outcome.truth_deg_per_sqrt_h - 1.0 for outcome in outcomes]
+    known = [error for error in errors if math.isfinite(error)]
+    return f"{100.0 * math.sqrt(np.mean(np.square(known))):.1f} %" if known else "–"
+
+
+def _day_spread(by_rate: Mapping[float, Sequence[Cell]], value: Callable[[Cell], float]) -> str:
     """Root mean square over the rates of the days' standard deviation over their mean."""
     spreads = []
-    for cells in days:
-        values = np.array(
-            [
-                outcome.value if ours else published
-                for published, outcome in cells
-                if not ours or outcome.status == "estimated"
-            ]
-        )
+    for cells in by_rate.values():
+        values = np.array([value(one) for one in cells])
+        values = values[np.isfinite(values)]
         if values.size > 1:
             spreads.append(float(values.std(ddof=1) / values.mean()))
-    return math.sqrt(float(np.mean(np.square(spreads)))) if spreads else math.nan
+    return f"{100.0 * math.sqrt(np.mean(np.square(spreads))):.1f} %" if spreads else "–"
 
 
 def _figure2_row(outcome: Outcome) -> dict[str, Any]:

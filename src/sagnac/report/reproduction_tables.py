@@ -15,7 +15,7 @@ from sagnac.report.reproduction_values import (
 )
 from sagnac.report.tables import cell, csv_text
 from sagnac.report.text import table
-from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 
 _ESTIMATE = (
     "estimate[deg/sqrt(h)]",
@@ -42,21 +42,25 @@ def summary(reproduction: Reproduction) -> str:
     blocks = []
     for name, size in TABLES.items():
         rows = []
-        for rate, day, published, outcome in cells_of(reproduction, name):
-            texts = cell_texts(published, outcome, size)
-            rows.append(
-                (
-                    f"{rate:g}",
-                    str(day),
-                    *(texts[key] for key in ("value", "range", "truth", "error", "paper")),
-                )
-            )
-        shown = table(
-            ("deg/s", "day", "estimate", "95 % interval", "truth", "error", "paper"),
+        for rate, day, published, outcome, by_paper in cells_of(reproduction, name):
+            texts = cell_texts(published, outcome, size, by_paper)
+            shown = ("value", "range", "truth", "error", "by_paper", "paper")
+            rows.append((f"{rate:g}", str(day), *(texts[key] for key in shown)))
+        text = table(
+            (
+                "deg/s",
+                "day",
+                "estimate",
+                "95 % interval",
+                "truth",
+                "error",
+                "paper's method",
+                "paper",
+            ),
             rows,
-            right=(0, 1, 2, 4, 5, 6),
+            right=(0, 1, 2, 4, 5, 6, 7),
         )
-        blocks.append(f"Table {name[-1]}, N per gyro, {size:g} deg/sqrt(h)\n{shown}")
+        blocks.append(f"Table {name[-1]}, N per gyro, {size:g} deg/sqrt(h)\n{text}")
     return "\n\n".join(blocks)
 
 
@@ -70,6 +74,9 @@ def _table(reproduction: Reproduction, name: PaperTable) -> str:
             "error",
             "lines",
             "seed",
+            "by_paper_method[deg/sqrt(h)]",
+            "by_paper_method_status",
+            "by_paper_method_error",
         ),
         [
             [
@@ -80,8 +87,11 @@ def _table(reproduction: Reproduction, name: PaperTable) -> str:
                 cell(outcome.value / outcome.truth_deg_per_sqrt_h - 1.0),
                 str(outcome.lines),
                 str(outcome.seed),
+                cell(by_paper.value),
+                by_paper.status,
+                cell(by_paper.value / outcome.truth_deg_per_sqrt_h - 1.0),
             ]
-            for rate, day, published, outcome in cells_of(reproduction, name)
+            for rate, day, published, outcome, by_paper in cells_of(reproduction, name)
         ],
     )
 
@@ -134,19 +144,17 @@ def _curves(outcomes: list[Outcome]) -> str:
 def _table_rate(reproduction: Reproduction) -> str:
     prediction = reproduction.prediction
     parts = {
-        "total": prediction.total,
-        "quantum": prediction.quantum,
-        "lock_in": prediction.lock_in,
-        "encoder": prediction.encoder,
-        "jitter": prediction.jitter,
+        "total[deg/sqrt(h)]": prediction.total / DEGREE_PER_ROOT_HOUR,
+        "quantum[deg/sqrt(h)]": prediction.quantum / DEGREE_PER_ROOT_HOUR,
+        "lock_in[deg/sqrt(h)]": prediction.lock_in / DEGREE_PER_ROOT_HOUR,
+        "quantization[arcsec]": prediction.quantization / ARCSECOND,
+        "encoder[arcsec]": prediction.encoder / ARCSECOND,
+        "jitter[arcsec]": prediction.jitter / ARCSECOND,
     }
     return csv_text(
-        ("table_rate[deg/s]", *(f"{part}[deg/sqrt(h)]" for part in parts)),
+        ("table_rate[deg/s]", *parts),
         [
-            [
-                cell(rate / DEGREE),
-                *(cell(part[index] / DEGREE_PER_ROOT_HOUR) for part in parts.values()),
-            ]
+            [cell(rate / DEGREE), *(cell(part[index]) for part in parts.values())]
             for index, rate in enumerate(prediction.rates)
         ],
     )

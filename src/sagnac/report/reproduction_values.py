@@ -6,11 +6,13 @@ from typing import Final, Literal
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.paper.least_squares import Form
+from sagnac.paper.outcome import PAPER_POINT_ERROR
 from sagnac.paper.published import FIGURE_3
-from sagnac.paper.reproduce import Outcome, Reproduction, outcomes_of_table
+from sagnac.paper.reproduce import Cell, Outcome, Reproduction, outcomes_of_table
 from sagnac.report.wording import number
+from sagnac.stability.degrees_of_freedom import ieee_relative_error
 
 PaperTable = Literal["table1", "table2"]
 
@@ -26,9 +28,9 @@ def curves_of(reproduction: Reproduction) -> dict[str, list[Outcome]]:
     return {
         "figure2": [outcomes["figure2-day1"], outcomes["table2-40-day1"]],
         "figure3": [outcomes[f"figure3-as-simulated-{interval:g}s"] for interval in FIGURE_3],
-        "figure4": [outcomes["table1-0-day1"]],
-        "figure5": [outcomes["table1-40-day1"]],
-        "figure6": [outcomes["table2-40-day1"]],
+        "figure4": [outcomes["table1-0-day1-paper"]],
+        "figure5": [outcomes["table1-40-day1-paper"]],
+        "figure6": [outcomes["table2-40-day1-paper"]],
     }
 
 
@@ -47,19 +49,17 @@ def excess(outcome: Outcome) -> float:
     )
 
 
-def cells_of(
-    reproduction: Reproduction, table: PaperTable
-) -> list[tuple[float, int, float, Outcome]]:
-    """Cells of a table: rate in deg/s, day, the published N, and what came out."""
+def cells_of(reproduction: Reproduction, table: PaperTable) -> list[Cell]:
+    """Cells of a table: rate in deg/s, day, the published N, and what came out of both methods."""
     return list(outcomes_of_table(reproduction, table))
 
 
 def estimated(reproduction: Reproduction, table: PaperTable, above: float) -> list[float]:
     """Estimates of a table above a table rate, without bounds."""
     return [
-        outcome.value
-        for rate, _, _, outcome in cells_of(reproduction, table)
-        if rate > above and outcome.status == "estimated"
+        one.outcome.value
+        for one in cells_of(reproduction, table)
+        if one.rate > above and one.outcome.status == "estimated"
     ]
 
 
@@ -101,8 +101,18 @@ def growth(reproduction: Reproduction, trial: str) -> list[str]:
     return [f"{value / first:.1f}" if first else "–" for value in rest]
 
 
-def cell_texts(published: float, outcome: Outcome, size: float) -> dict[str, str]:
-    """One cell in units of `size` deg/sqrt(h)."""
+def within_cut(outcome: Outcome) -> BooleanArray:
+    """(points,) of the curve that the paper shows: those with an error of 10 % or less."""
+    points = round(outcome.duration_s / outcome.interval_s)
+    clusters = np.round(np.array(outcome.tau_s) / outcome.interval_s).astype(int)
+    errors = [ieee_relative_error(points - 1, int(cluster)) for cluster in clusters]
+    return np.array(errors) <= PAPER_POINT_ERROR
+
+
+def cell_texts(
+    published: float, outcome: Outcome, size: float, by_paper: Outcome | None = None
+) -> dict[str, str]:
+    """One cell in units of `size` deg/sqrt(h); with it that of the paper's method."""
     truth = outcome.truth_deg_per_sqrt_h
     row = {
         "paper": f"{published / size:.2f}",
@@ -110,6 +120,7 @@ def cell_texts(published: float, outcome: Outcome, size: float) -> dict[str, str
         "value": "–",
         "range": outcome.status,
         "error": "–",
+        "by_paper": "–",
     }
     if outcome.status == "estimated":
         row["value"] = f"{outcome.value / size:.3f}"
@@ -117,4 +128,8 @@ def cell_texts(published: float, outcome: Outcome, size: float) -> dict[str, str
         row["error"] = f"{100.0 * (outcome.value / truth - 1.0):+.1f} %"
     elif outcome.status == "upper bound":
         row["value"] = f"< {outcome.high / size:.3f}"
+    if by_paper is not None and math.isfinite(by_paper.value):
+        below = "< " if by_paper.status == "upper bound" else ""
+        off = f"{100.0 * (by_paper.value / truth - 1.0):+.1f} %"
+        row["by_paper"] = f"{below}{by_paper.value / size:.3f} ({off})"
     return row

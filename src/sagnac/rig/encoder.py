@@ -9,6 +9,7 @@ import numpy as np
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.rig import _kernels
 from sagnac.rig.sections import EncoderConfig
+from sagnac.rig.streams import RandomStreams
 from sagnac.rig.table import drawn_orders
 from sagnac.units import ARCSECOND
 
@@ -17,7 +18,7 @@ _NULL_MARGIN: Final = 8.0  # null errors that a passage keeps clear
 _MOST_NULL_ERRORS: Final = 1_000_000  # then they come round again
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Encoder:
     """The encoder: the true angle with graduation errors, rounded to its lines.
 
@@ -29,26 +30,45 @@ class Encoder:
         (terms,) orders of the graduation error.
     in_phase, quadrature
         (1, terms) coefficients of its cosines and sines, rad.
+    latch_jitter
+        Rms time between its sample and the gyros', in sample intervals.
+    before
+        True table angle at the last sample, rad.
+    random
+        Stream of the latch.
     """
 
     lines: int
     order: FloatArray
     in_phase: FloatArray
     quadrature: FloatArray
+    latch_jitter: float
+    before: float
+    random: np.random.Generator
 
     @classmethod
-    def drawn(cls, config: EncoderConfig, random: np.random.Generator) -> Self:
-        """An encoder whose graduation errors have phases that are drawn."""
-        error = drawn_orders(config.periodic_error, random)
+    def drawn(
+        cls, config: EncoderConfig, origin: float, interval: float, streams: RandomStreams
+    ) -> Self:
+        """An encoder at table angle `origin`, whose graduation errors have drawn phases."""
+        error = drawn_orders(config.periodic_error, streams.phases)
         return cls(
             lines=config.lines,
             order=error.order,
             in_phase=(error.size * np.cos(error.phase) * ARCSECOND)[np.newaxis],
             quadrature=(-error.size * np.sin(error.phase) * ARCSECOND)[np.newaxis],
+            latch_jitter=config.latch_jitter_s / interval,
+            before=origin,
+            random=streams.latch,
         )
 
     def read(self, alpha: FloatArray) -> FloatArray:
-        """Reading at true table angles, unwrapped, rad."""
+        """Reading at the true table angles of the next samples, unwrapped, rad."""
+        if self.latch_jitter > 0.0:
+            turned = np.diff(alpha, prepend=self.before)
+            self.before = float(alpha[-1])
+            late = self.latch_jitter * self.random.standard_normal(alpha.size)
+            alpha = alpha + turned * late
         graduation = np.zeros((1, alpha.size))
         _kernels.harmonics(alpha, self.order, self.in_phase, self.quadrature, graduation)
         line = _TURN / self.lines

@@ -5,7 +5,10 @@ The beat phase psi between the two waves, 2 pi for every `fringe` of input angle
     d(psi)/dt = w - w_L sin(psi + beta) + quantum noise,        w = 2 pi rate / fringe
 
 (Aronowitz, in *Laser Applications* vol. 1, 1971). Backscatter couples the waves with a
-phase beta, which the moving mirrors let wander: a random walk with variance 2 D t.
+phase beta. That beta wanders, as a random walk with variance 2 D t, is an assumption: the
+scatterers' optical paths would have to move by a wavelength in 1/D seconds (a hundredth of a
+second at the rig's 150 rad^2/s), faster than mirrors warm or creep, so that vibration or the
+discharge would have to do it. No source gives a D.
 `integrate` steps this equation. `mean_rate` and `angle_random_walk` are its slow
 behaviour, derived below and tested against the integration:
 
@@ -14,7 +17,7 @@ At constant rate
     on with (w^2 + w_L^2/2)/(w^2 - w_L^2) times its power, the weak-noise diffusion
     v^3 <1/f^3> along f(psi) = w - w_L sin(psi). The term w_L sin(wt + beta) itself has,
     at zero frequency, the density w_L^2 D/(w^2 + D^2): the tail of a line at the beat
-    frequency broadened by the wandering phase. So N falls as 1/rate.
+    frequency broadened by the wandering phase. So, if it does wander, N falls as 1/rate.
 Dithered
     Twice a cycle the rate passes zero. There psi = psi_0 + a t^2/2, with a the rate of
     change of w, and the phase is kicked by w_L sqrt(2 pi/a) sin(psi_0 +- pi/4), of mean
@@ -31,6 +34,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.constants import Planck, speed_of_light
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -38,6 +42,7 @@ from sagnac.rig import _kernels
 
 # Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
 _RANDOM_ENOUGH: Final = 3.0  # rad: a correlation of 1 %
+_HELIUM_NEON: Final = 632.8e-9  # m
 _CHUNK_STEPS: Final = 1 << 20
 
 
@@ -111,6 +116,65 @@ class Dither:
                 raise ValueError(f"dither {name} is {value!r}; it must be positive")
         if not 0.0 <= self.amplitude_noise <= 0.5:
             raise ValueError(f"amplitude_noise is {self.amplitude_noise!r}; give 0 to 0.5")
+
+
+def quantum_limit(
+    *,
+    perimeter: float,
+    area: float,
+    loss: float,
+    power: float,
+    wavelength: float = _HELIUM_NEON,
+) -> float:
+    """Angle random walk of spontaneous emission, rad/sqrt(s).
+
+    ``N = c L / (4 A Q) sqrt(h f / P)``, with the quality factor ``Q = 2 pi f L / (c loss)``: a
+    larger ring of better mirrors and more power is quieter.
+
+    Parameters
+    ----------
+    perimeter, area
+        L and A of the ring, m and m^2.
+    loss
+        Part of the power lost in one round trip.
+    power
+        P that each beam loses, W.
+    wavelength
+        m; of the red line of helium and neon unless given.
+
+    Raises
+    ------
+    ValueError
+        If a value is not above zero.
+
+    References
+    ----------
+    Schreiber and Wells, Rev. Sci. Instrum. 84 (2013) 041101; Dorschner, Haus, Holz, Smith and
+    Statz, IEEE J. Quantum Electron. 16 (1980) 1376.
+
+    Examples
+    --------
+    A triangle of 28 cm whose mirrors lose 100 ppm, at 10 uW, in deg/sqrt(h):
+
+    >>> from sagnac.units import DEGREE_PER_ROOT_HOUR
+    >>> limit = quantum_limit(perimeter=0.28, area=3.77e-3, loss=1e-4, power=1e-5)
+    >>> round(limit / DEGREE_PER_ROOT_HOUR, 6)
+    0.000122
+    """
+    given = {
+        "perimeter": perimeter,
+        "area": area,
+        "loss": loss,
+        "power": power,
+        "wavelength": wavelength,
+    }
+    for name, value in given.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} is {value!r}; it must be above zero")
+    frequency = speed_of_light / wavelength
+    quality = 2.0 * math.pi * frequency * perimeter / (speed_of_light * loss)
+    size = speed_of_light * perimeter / (4.0 * area * quality)
+    return size * math.sqrt(Planck * frequency / power)
 
 
 def mean_rate(laser: RingLaser, rate: ArrayLike, dither: Dither | None = None) -> FloatArray:

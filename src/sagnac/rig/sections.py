@@ -106,6 +106,9 @@ class EncoderConfig:
     null_accuracy_arcsec: Annotated[float, Number(0.0, 600.0, "rms error of one null passage")] = (
         2.0
     )
+    latch_jitter_s: Annotated[
+        float, Number(0.0, 0.01, "rms time between the encoder's sample and the gyros'")
+    ] = 0.0
 
     def __post_init__(self) -> None:
         check(self, "encoder.")

@@ -104,7 +104,7 @@ class Rig:
         encoder = null_pulse = None
         if config.turning:
             way = fastest_rate(config.table, command) * config.duration_s
-            encoder = Encoder.drawn(config.encoder, streams.phases)
+            encoder = Encoder.drawn(config.encoder, table.origin, interval, streams)
             null_pulse = NullPulse.drawn(config.encoder, table.origin, way, streams.null)
         return cls(
             table=table,

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_STREAMS = 11
+_STREAMS = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -12,7 +12,8 @@ class RandomStreams:
     """Independent random streams of one seed, one for each thing that draws.
 
     `white` and `slow` hold one for each gyro. The others belong to the table's jitter and
-    wander, the null passages, the phases of table and encoder, and the disturbances.
+    wander, the null passages, the encoder's latch, the phases of table and encoder, and the
+    disturbances.
     """
 
     jitter: np.random.Generator
@@ -22,6 +23,7 @@ class RandomStreams:
     disturbances: np.random.Generator
     white: tuple[np.random.Generator, ...]
     slow: tuple[np.random.Generator, ...]
+    latch: np.random.Generator
 
 
 def random_streams(seed: int) -> RandomStreams:
@@ -36,4 +38,5 @@ def random_streams(seed: int) -> RandomStreams:
         disturbances=generators[4],
         white=tuple(generators[5:8]),
         slow=tuple(generators[8:11]),
+        latch=generators[11],
     )

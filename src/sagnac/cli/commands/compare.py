@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Method, Settings
 
-METHODS: "Final[tuple[Method, ...]]" = ("none", "fris", "fos-paper", "fos")
+METHODS: "Final[tuple[Method, ...]]" = ("none", "fris", "fos-korenberg", "fos-paper", "fos")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +31,7 @@ class Comparison:
 
 
 def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = None) -> int:
-    """No removal, fris, fos-paper and fos, side by side; with -o also as a page.
+    """No removal, fris, fos-korenberg, fos-paper and fos, side by side; with -o also as a page.
 
     --method picks one to run alone.
     """
