@@ -218,7 +218,7 @@ def orthogonal_products(
     return products
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _overlap(lag: int, length: int, sines: FloatArray, inverse: FloatArray) -> float:
     """Mean over the samples n, counted from mid-record, of cos(2 pi lag n / length)."""
     if lag == 0:
@@ -228,7 +228,7 @@ def _overlap(lag: int, length: int, sines: FloatArray, inverse: FloatArray) -> f
     return float(sines[lag % sines.size] * inverse[min(lag, length - lag)])
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _tilt(
     place: int, samples: int, sines: FloatArray, cosines: FloatArray, inverse: FloatArray
 ) -> float:
@@ -240,7 +240,7 @@ def _tilt(
     return float(slope * size / (samples - 1))
 
 
-@numba.njit(cache=True)
+@compiled()
 def grid_powers(
     even: FloatArray,
     odd: FloatArray,
@@ -259,7 +259,7 @@ def grid_powers(
         odd[place - 1] = 0.5 * (1.0 - double) - tilt**2 / ramp_power
 
 
-@numba.njit(cache=True)
+@compiled()
 def grid_tilts(
     places: IntegerArray,
     samples: int,
@@ -273,7 +273,7 @@ def grid_tilts(
     return result
 
 
-@numba.njit(cache=True)
+@compiled()
 def grid_overlaps(
     lags: IntegerArray, length: int, tables: tuple[FloatArray, FloatArray, FloatArray]
 ) -> FloatArray:
@@ -285,7 +285,7 @@ def grid_overlaps(
     return result
 
 
-@numba.njit(cache=True)
+@compiled()
 def _best_of(
     low: int,
     high: int,
@@ -305,7 +305,7 @@ def _best_of(
     return best, place
 
 
-@numba.njit(cache=True)
+@compiled()
 def grid_update(
     even: FloatArray,
     odd: FloatArray,
