@@ -36,8 +36,8 @@ def test_analyze_writes_all_and_says_the_answer_first(recording, capsys, tmp_pat
     assert len(rows) <= 40
     assert max(map(len, rows)) <= 80 + len(str(folder))
     assert sorted(item.name for item in folder.iterdir()) == [
-        "analysis.json", "lines.csv", "report.html", "settings.toml", "spectrum.png",
-        "stability.csv", "stability.png",
+        "analysis.json", "lines.csv", "parts.png", "report.html", "settings.toml",
+        "spectrum.png", "stability.csv", "stability.png",
     ]  # fmt: skip
     made = strict((folder / "analysis.json").read_text())
     assert made["input"]["path"] == str(recording)

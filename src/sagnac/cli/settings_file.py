@@ -10,7 +10,7 @@ from sagnac.cli.errors import UsageError
 from sagnac.cli.options import NO_OPTIONS, Options, span
 
 # What belongs to one run alone.
-_LEFT_OUT: Final = ("debug", "as_json", "settings")
+_LEFT_OUT: Final = ("debug", "as_json", "settings", "memory")
 _NAMES: Final = tuple(field.name for field in fields(Options) if field.name not in _LEFT_OUT)
 
 

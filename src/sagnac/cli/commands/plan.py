@@ -11,6 +11,7 @@ from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, UsageError
 from sagnac.cli.options import ANALYSIS, NO_OPTIONS, File, Options, names, settings_of, statement_of
 from sagnac.cli.reading import naming, read_file
+from sagnac.cli.settings_file import with_settings
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -44,10 +45,11 @@ def plan(
     ] = None,
 ) -> int:
     """How long to record for an interval of N, or to decide --spec, from a short recording."""
+    options = with_settings(options)
     statement, settings = statement_of(options), settings_of(options)
     widths = _WIDTHS if within is None else _widths(within)
     with progresses.shown() as progress:
-        read = read_file(file, statement, progress)
+        read = read_file(file, statement, progress, memory=options.memory)
         from sagnac.analysis.forecast import shown_by
         from sagnac.analysis.pipeline import analyze as run
 
