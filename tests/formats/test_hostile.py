@@ -103,6 +103,19 @@ def test_holes_of_hdf5_are_no_zeros(tmp_path):
     assert read(tmp_path / "virtual.h5", STATED).samples == samples
 
 
+def test_an_address_of_a_text_that_ends_the_library_is_refused(tmp_path):
+    recording = Recording.from_arrays(
+        x=walk(), z=walk(2), kind="rate", unit="deg/s", sample_rate=100.0
+    )
+    sound = write(recording, tmp_path / "run.h5").read_bytes()
+    # A global heap collection holds the texts; its objects say their sizes.
+    heap = sound.index(b"GCOL")
+    random = np.random.default_rng(5)
+    for place in random.integers(heap + 4, heap + 200, 4).tolist():
+        (tmp_path / "run.h5").write_bytes(sound[:place] + b"\xff\x7f" + sound[place + 2 :])
+        assert "\n" not in outcome(tmp_path / "run.h5")
+
+
 def test_datasets_that_are_not_asked_for_cost_nothing(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["x"] = walk()
