@@ -151,6 +151,13 @@ def test_a_psins_log_without_its_header_is_refused(tmp_path):
     refused(path, "header")
 
 
+def test_a_psins_log_without_a_last_end_of_line_is_noted(tmp_path):
+    path, _ = imu(tmp_path / "run.imu")
+    assert not [note for note in read(path).notes if "cut off" in note.text]
+    path.write_text(path.read_text().rstrip("\n"))
+    assert [note.level for note in read(path).notes if "cut off" in note.text] == ["warning"]
+
+
 def test_integers_that_would_lose_digits_are_refused(tmp_path):
     np.savez(tmp_path / "run.npz", x=2**60 + np.arange(1000))
     stated = Statement(kind="angle", unit="arcsec", sample_rate=100.0)
