@@ -103,6 +103,19 @@ def test_holes_of_hdf5_are_no_zeros(tmp_path):
     assert read(tmp_path / "virtual.h5", STATED).samples == samples
 
 
+def test_an_address_of_a_text_that_ends_the_library_is_refused(tmp_path):
+    recording = Recording.from_arrays(
+        x=walk(), z=walk(2), kind="rate", unit="deg/s", sample_rate=100.0
+    )
+    sound = write(recording, tmp_path / "run.h5").read_bytes()
+    # A global heap collection holds the texts; its objects say their sizes.
+    heap = sound.index(b"GCOL")
+    random = np.random.default_rng(5)
+    for place in random.integers(heap + 4, heap + 200, 4).tolist():
+        (tmp_path / "run.h5").write_bytes(sound[:place] + b"\xff\x7f" + sound[place + 2 :])
+        assert "\n" not in outcome(tmp_path / "run.h5")
+
+
 def test_datasets_that_are_not_asked_for_cost_nothing(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["x"] = walk()
@@ -136,6 +149,13 @@ def test_a_psins_log_without_its_header_is_refused(tmp_path):
     rows = [line for line in path.read_text().splitlines() if not line.startswith("%")]
     path.write_text("\n".join(rows[3:]) + "\n")
     refused(path, "header")
+
+
+def test_a_psins_log_without_a_last_end_of_line_is_noted(tmp_path):
+    path, _ = imu(tmp_path / "run.imu")
+    assert not [note for note in read(path).notes if "cut off" in note.text]
+    path.write_text(path.read_text().rstrip("\n"))
+    assert [note.level for note in read(path).notes if "cut off" in note.text] == ["warning"]
 
 
 def test_integers_that_would_lose_digits_are_refused(tmp_path):

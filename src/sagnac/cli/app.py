@@ -10,7 +10,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Final
 
 from cyclopts import App, CycloptsError
@@ -70,6 +71,21 @@ def _stop(number: int, _frame: object) -> None:
     raise Stopped(number)
 
 
+@contextmanager
+def _stopped_by_signals() -> Iterator[None]:
+    """Inside, a signal to end is an exception: as after an interrupt, what is half written goes."""
+    known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    if threading.current_thread() is not threading.main_thread():
+        # Only the main thread may ask for signals.
+        known = []
+    before = {number: signal.signal(number, _stop) for number in known}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -87,7 +103,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _prepare_process()
     try:
         command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
-        status = command(*bound.args, **bound.kwargs)
+        with _stopped_by_signals():
+            status = command(*bound.args, **bound.kwargs)
         sys.stdout.flush()
     except KeyboardInterrupt:
         complain("interrupted")
@@ -112,7 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _prepare_process() -> None:
-    """Threads of linear algebra, streams, signals, and the signs that a terminal may lack."""
+    """Threads of linear algebra, streams, and the signs that a terminal may lack."""
     # The fits are thousands of small factorizations. Several threads of linear algebra only slow
     # them down, tenfold if other work shares the cores. numpy reads these at its first import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -124,10 +141,6 @@ def _prepare_process() -> None:
     # Help in a column of a few letters never ends.
     if os.environ.get("COLUMNS", "").isdigit() and int(os.environ["COLUMNS"]) < _NARROWEST:
         os.environ["COLUMNS"] = str(_NARROWEST)
-    for name in ("SIGTERM", "SIGHUP"):
-        # As after an interrupt, what is half written goes.
-        if hasattr(signal, name) and threading.current_thread() is threading.main_thread():
-            signal.signal(getattr(signal, name), _stop)
     for stream in (sys.stdout, sys.stderr):
         # A terminal that lacks ″ or √ shows a ? there rather than failing.
         if hasattr(stream, "reconfigure"):

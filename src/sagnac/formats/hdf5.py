@@ -1,6 +1,8 @@
 """HDF5: datasets in the root or in groups, attributes for unit, kind and rate."""
 
 import math
+import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +35,15 @@ _STATED: Final = frozenset(
         "null_pulse",
     }
 )
+# Reads the attributes of all datasets and groups, and nothing else.
+_TRIAL: Final = """
+import sys, h5py
+with h5py.File(sys.argv[1], "r") as file:
+    list(file.attrs.values())
+    file.visititems(lambda name, item: list(item.attrs.values()) and None)
+"""
+# s after which it hangs.
+_PATIENCE: Final = 30.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +65,7 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not HDF5 or is cut off.
     """
+    _require_survivable(path)
     with damaged(HDF5.name), h5py.File(path, "r") as file:
         names: list[str] = []
         file.visititems(
@@ -88,6 +100,33 @@ def open_source(path: Path) -> Source:
         stated=from_mapping(stated),
         unreadable=unreadable,
     )
+
+
+def _require_survivable(path: Path) -> None:
+    """Refuse a file over which the library crashes or hangs: another process tries it first.
+
+    The library follows the addresses of texts in attributes without a check.
+    """
+    try:
+        tried = subprocess.run(
+            [sys.executable, "-I", "-c", _TRIAL, str(path.absolute())],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            timeout=_PATIENCE,
+            check=False,
+        )
+        survived = tried.returncode >= 0
+    except subprocess.TimeoutExpired:
+        survived = False
+    except OSError:
+        # No process can be started here: the file is taken as it is.
+        return
+    if not survived:
+        raise RecordingError(
+            f"is not {HDF5.name}, or is damaged: the library ends over it",
+            remedy="get the file again from its source",
+        )
 
 
 def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:

@@ -5,6 +5,7 @@ three lines of six numbers after it, the second holds the sampling interval (ms,
 the third the size of one gyro count (arcsec, first to third).
 """
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
@@ -14,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
+from sagnac.errors import Note, RecordingError
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import PSINS
 from sagnac.formats.source import Column, Source, Stored, in_memory
@@ -22,6 +23,10 @@ from sagnac.formats.statement import Statement
 
 _HEADER_ROWS: Final = 3
 _MOST_HEADER_LINES: Final = 1000
+_NO_END: Final = Note(
+    level="warning",
+    text="its last line has no end: the file may be cut off, and its last number wrong",
+)
 _ROW: Final = ("x", "y", "z", "accelerometer_x", "accelerometer_y", "accelerometer_z")
 
 
@@ -109,7 +114,15 @@ def open_source(path: Path) -> Source:
         ),
         load=load,
         stated=Statement(sample_rate=round(1e3 / header.interval_ms, 9)),
+        notes=() if _ends_with_a_line(path) else (_NO_END,),
     )
+
+
+def _ends_with_a_line(path: Path) -> bool:
+    """Whether the last line has an end; one that was cut off between two digits has none."""
+    with path.open("rb") as stream:
+        stream.seek(-1, os.SEEK_END)
+        return stream.read() == b"\n"
 
 
 def _rows(path: Path, header: Header) -> FloatArray:

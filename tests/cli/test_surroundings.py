@@ -1,0 +1,124 @@
+"""What is around a run: closed streams, narrow terminals, signals, odd names, stray files."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sagnac
+from sagnac.cli import main
+from sagnac.cli.output import folder_name, write_report
+from tests.cli.examples import STATED, one_line_among
+from tests.handmade import analysis as handmade
+
+ROOT = Path(sagnac.__file__).parent.parent
+
+
+def command(*arguments: str, **more: object) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), **more.pop("env", {})}
+    return subprocess.run(
+        [sys.executable, "-m", "sagnac", *arguments],
+        env=environment,
+        text=True,
+        check=False,
+        timeout=60.0,
+        **({"capture_output": True} | more),
+    )
+
+
+def test_help_ends_in_a_column_of_one_letter():
+    done = command("--help", env={"COLUMNS": "1"})
+    assert done.returncode == 0
+    assert "Usage" in done.stdout
+
+
+@pytest.mark.parametrize("stream", [1, 2])
+def test_a_closed_stream_is_nothing_to_stumble_over(stream, bare):
+    words = [sys.executable, "-m", "sagnac", "check", str(bare), *STATED]
+    close = f'exec "$@" {stream}>&-'
+    done = subprocess.run(
+        ["sh", "-c", close, "sh", *words],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60.0,
+    )
+    assert done.returncode == 0
+    assert "internal error" not in done.stdout + done.stderr
+
+
+def test_a_channel_named_like_a_path_stays_in_its_folder(tmp_path):
+    name = "../../pwn"
+    assert "/" not in folder_name(name)
+    inside = tmp_path / "a" / "b"
+    inside.mkdir(parents=True)
+    write_report(handmade(), inside / folder_name(name))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["a"]
+    assert [entry.name for entry in (tmp_path / "a").iterdir()] == ["b"]
+    for odd in ("..", ".", "/etc", "a\0b", "x" * 5000):
+        safe = folder_name(odd)
+        assert safe not in ("", ".", "..")
+        assert len(os.fsencode(safe)) < 256
+        assert not set(safe) & {"/", "\0"}
+
+
+def test_a_report_is_replaced_whole_or_stays(tmp_path, monkeypatch):
+    write_report(handmade(), tmp_path / "report")
+    before = {entry.name: entry.read_bytes() for entry in (tmp_path / "report").iterdir()}
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("sagnac.report.document.to_json", full)
+    with pytest.raises(sagnac.RecordingError, match="report: cannot be written"):
+        write_report(handmade(), tmp_path / "report")
+    after = {entry.name: entry.read_bytes() for entry in (tmp_path / "report").iterdir()}
+    assert after == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["report"]
+
+
+def test_a_stray_matplotlibrc_is_not_read(tmp_path, bare):
+    (tmp_path / "matplotlibrc").write_bytes(b"backend: nonsense : x\n\xff\xfe")
+    done = command("analyze", str(bare), *STATED, "--method", "none", "-o", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "out" / "stability.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_leaves_nothing_half_written(tmp_path, number):
+    target = tmp_path / "run.parquet"
+    words = [sys.executable, "-m", "sagnac", "simulate", "-o", str(target), "--duration", "2h"]
+    running = subprocess.Popen(
+        words,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        while not list(tmp_path.glob(".*.part")) and running.poll() is None:
+            time.sleep(0.01)
+        running.send_signal(number)
+        _, said = running.communicate(timeout=60.0)
+    finally:
+        running.kill()
+    assert running.returncode == 128 + number
+    assert "Traceback" not in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_memory_is_a_limit_on_what_a_file_declares(tmp_path, capsys):
+    np.savez(tmp_path / "run.npz", x=np.random.default_rng(1).normal(size=4000))
+    stated = ["--kind", "rate", "--unit", "deg/h", "--rate", "100"]
+    assert main(["check", str(tmp_path / "run.npz"), *stated, "--memory", "1KiB"]) == 1
+    line = one_line_among(capsys.readouterr().err)
+    assert "--memory" in line
+    assert "run.npz" in line
+    assert main(["check", str(tmp_path / "run.npz"), *stated, "--memory", "1GiB"]) == 0
+    assert main(["check", str(tmp_path / "run.npz"), *stated, "--memory", "much"]) == 2
