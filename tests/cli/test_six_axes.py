@@ -1,0 +1,49 @@
+"""Gyros and accelerometers of one file by one command."""
+
+import numpy as np
+import pytest
+
+from sagnac.cli import main
+from tests.cli.examples import strict
+
+WALK = 3e-4  # m/s/sqrt(s), 0.018 m/s/sqrt(h)
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    noise = np.sqrt(50.0) * np.random.default_rng(23).normal(size=(6000, 2))
+    rows = (f"{1e-6 * x:.12g},{(9.81 + WALK * a) / 9.80665:.12g}" for x, a in noise)
+    path = tmp_path_factory.mktemp("six") / "unit.csv"
+    path.write_text("x[rad/s],force[g]\n" + "\n".join(rows) + "\n")
+    return path
+
+
+STATED = ["--kind", "rate", "--rate", "50", "--gyros", "x", "--columns", "x=x,az=force"]
+
+
+@pytest.mark.parametrize("command", ["analyze", "avar"])
+def test_one_command_gives_both(file, tmp_path, capsys, command):
+    words = [command, str(file), *STATED, "--accelerometers", "az", "-o", str(tmp_path)]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert "accelerometer az" in shown
+    assert "N velocity random walk" in shown
+    folder = tmp_path if command == "analyze" else tmp_path / "x"
+    assert "<h2>Accelerometers</h2>" in (folder / "report.html").read_text()
+    made = strict((folder / "analysis.json").read_text())
+    walk = made["accelerometers"]["az"]["velocity_random_walk"]
+    assert walk["low"] < 60.0 * WALK < walk["high"]
+    assert made["angle_random_walk"]["unit"] == "deg/sqrt(h)"
+
+
+def test_without_the_option_there_are_none(file, capsys):
+    assert main(["avar", str(file), *STATED[:-2], "--json"]) == 0
+    assert "accelerometers" not in strict(capsys.readouterr().out)
+
+
+def test_an_accelerometer_in_a_unit_of_gyros_is_refused(file, capsys):
+    words = ["check", str(file), *STATED, "--accelerometers", "az", "--unit", "az=deg/s"]
+    assert main(words) == 1
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert "az: unit 'deg/s' is none of an accelerometer of kind rate" in line
+    assert "--unit az=m/s^2" in line
