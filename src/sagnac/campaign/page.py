@@ -8,7 +8,13 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from sagnac import __version__
-from sagnac.campaign.figures import MOST_PANELS, control_chart, curve_panels, time_chart
+from sagnac.campaign.figures import (
+    MOST_PANELS,
+    control_chart,
+    curve_panels,
+    panel_title,
+    time_chart,
+)
 from sagnac.campaign.runner import Campaign, Row
 from sagnac.campaign.scatter import Scatter, scatter_of
 from sagnac.campaign.table import Line, groups_of
@@ -55,7 +61,7 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
         "campaign.html",
         title=title,
         counts=f"{len(lines)} rows, {len(lines) - len(failed)} done, {len(failed)} not.",
-        failed=[(Path(line.file).name, line.reason) for line in failed],
+        failed=[reason_text(line.file, line.reason) for line in failed],
         groups=[
             _group(names, found, by_key)
             for names, found in groups_of(lines).items()
@@ -71,6 +77,11 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     return path
 
 
+def reason_text(file: str, reason: str) -> str:
+    """Why a file has no answer; the file stands first, once."""
+    return reason if reason.startswith(file) else f"{file}: {reason}"
+
+
 def _group(
     names: tuple[str, str], lines: Sequence[Line], by_key: dict[tuple[str, str], Row]
 ) -> dict[str, Any]:
@@ -79,12 +90,12 @@ def _group(
     name = f"{method}-{gyros}".replace(",", "-")
     scatter = scatter_of(done, done[0].confidence)
     rows = [by_key[line.key, line.file] for line in done]
-    drawn = min(MOST_PANELS, len(done))
+    many = len({panel_title(line) for line in done}) > MOST_PANELS
+    panels = f"the first {MOST_PANELS} units and rates" if many else "each unit and rate"
     figures = [
         (
             Markup(svg(curve_panels(rows, done), f"curves-{name}", "Allan deviation by unit")),
-            f"Allan deviation per gyro, a panel for each unit and rate (at most {drawn}); "
-            "grey: all others.",
+            f"Allan deviation per gyro, a panel for {panels}; grey: all others.",
         )
     ]
     if scatter.lines:

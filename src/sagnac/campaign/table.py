@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final
 
@@ -33,7 +33,7 @@ class Line:
         Of the span; NaN for a whole recording.
     state
         ``done``, ``failed`` or ``lost``.
-    status, n, low, high
+    status, n_deg_per_sqrt_h, low, high
         N per gyro, deg/sqrt(h), as in ``analysis.json``; NaN if there is none.
     confidence
         Of the interval.
@@ -78,7 +78,7 @@ class Line:
     key: str
 
 
-_TYPES: Final = {str: TEXT, float: NUMBER, int: COUNT}
+_TYPES: Final[Mapping[object, pa.DataType]] = {str: TEXT, float: NUMBER, int: COUNT}
 
 
 def line_of(row: Row) -> Line:
@@ -128,15 +128,12 @@ def write_tables(lines: Sequence[Line], folder: Path) -> tuple[Path, Path]:
     RecordingError
         If the folder cannot be written to.
     """
-    names = list(Line.__dataclass_fields__)
+    names = [field.name for field in fields(Line)]
     text = csv_text(names, ([_cell(getattr(one, name)) for name in names] for one in lines))
     write_text(folder / "campaign.csv", text)
     columns = {
-        name: pa.array(
-            [_null(getattr(one, name)) for one in lines],
-            _TYPES[Line.__dataclass_fields__[name].type],
-        )
-        for name in names
+        field.name: pa.array([_null(getattr(one, field.name)) for one in lines], _TYPES[field.type])
+        for field in fields(Line)
     }
     with replacing(folder / "campaign.parquet") as temporary:
         pq.write_table(pa.table(columns), temporary)

@@ -13,7 +13,7 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
 from sagnac.repeatability.design import Design
 from sagnac.repeatability.fiducial import draws_of
-from sagnac.repeatability.outliers import Slope, departures, slope_of_days
+from sagnac.repeatability.outliers import departures, slope_of_days
 from sagnac.repeatability.prediction import Located, Outlook
 from sagnac.repeatability.restricted import restricted_components
 
@@ -241,8 +241,8 @@ def _drift(design: Design, confidence: float) -> Range | None:
     days = _dates(design.levels("day"))
     if days is None:
         return None
-    slope: Slope | None = slope_of_days(design, days, factor="day", confidence=confidence)
-    return slope and Range(value=slope.value, low=slope.low, high=slope.high)
+    slope = slope_of_days(design, days, factor="day", confidence=confidence)
+    return None if slope is None else Range(value=slope.value, low=slope.low, high=slope.high)
 
 
 def _dates(labels: Sequence[str]) -> FloatArray | None:

@@ -75,6 +75,7 @@ def campaign(
     does only what is not there yet. The exit status is 1 if a recording could not be analyzed.
     """
     from sagnac.campaign.config import Choices, tasks_of
+    from sagnac.campaign.page import reason_text
 
     if options.as_json:
         raise UsageError("--json is not for a campaign; its table is campaign.csv")
@@ -90,7 +91,7 @@ def campaign(
     made = _run(tasks, results.made(output).absolute(), completed, span)
     _write(made, output, choices, sources)
     for row in made.failed:
-        complain(f"{Path(row.task.path).name}: {row.result.reason}")
+        complain(reason_text(row.task.path, row.result.reason))
     return DATA_ERROR if made.failed else DONE
 
 
