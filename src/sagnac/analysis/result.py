@@ -7,6 +7,7 @@ from typing import Any
 
 from sagnac.analysis.parts import Part
 from sagnac.analysis.settings import Settings
+from sagnac.analysis.shares import Share
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
@@ -86,6 +87,8 @@ class Analysis:
         Of those that are estimated; None if there is no average.
     parts
         The answer over parts of the recording, of one gyro.
+    shares
+        What each gyro shows of the table's rate; empty at rest.
     """
 
     recording: Recording
@@ -110,6 +113,7 @@ class Analysis:
     coefficients: Mapping[CoefficientName, Estimate] = field(default_factory=dict)
     covariance: Covariance | None = None
     parts: tuple[Part, ...] = ()
+    shares: Mapping[str, Share] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return (
