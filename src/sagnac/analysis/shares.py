@@ -148,7 +148,8 @@ def _design(table: FloatArray, rates: FloatArray) -> _Design:
     columns = [rates]
     kept = np.ones(rates.size, dtype=np.bool_)
     speeds = np.abs(rates)
-    two_speeds = both_ways and bool(np.std(speeds[ahead | back]) > _UNEVEN * np.mean(speeds))
+    uneven = np.std(speeds[ahead | back]) > _UNEVEN * np.mean(speeds)
+    two_speeds = bool(both_ways and uneven)
     if both_ways:
         columns.append(np.ones_like(rates))
         way = np.sign(rates) * (ahead | back)

@@ -213,7 +213,8 @@ class _Fit:
         self.tables = _tables(samples, cells)
         self.places: IntegerArray = np.empty(0, dtype=np.int64)
         # On 1 and the cosines, and on the ramp and the sines; and what they are made from.
-        self.cosines, self.sines = np.zeros(1), np.zeros(1)
+        self.cosines: FloatArray = np.zeros(1)
+        self.sines: FloatArray = np.zeros(1)
         self._gram = (np.ones((1, 1)), np.full((1, 1), self.ramp_power))
         self._data = (np.zeros(1), np.zeros(1))
 

@@ -164,7 +164,8 @@ def _fitted(
 ) -> tuple[FloatArray, FloatArray, float]:
     """Squares at the two columns, their covariance, and the reduced misfit."""
     model = observed
-    solution, covariance = np.zeros(2), np.eye(2)
+    solution: FloatArray = np.zeros(2)
+    covariance: FloatArray = np.eye(2)
     for _ in range(_ROUNDS):
         error = 2.0 * relative * model
         weighted = design / error[:, np.newaxis]
