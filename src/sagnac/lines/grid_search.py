@@ -232,7 +232,8 @@ class _Fit:
         self._data = (np.append(self._data[0], data.real), np.append(self._data[1], -data.imag))
         self.places = np.append(self.places, place)
         self.cosines, self.sines = (
-            np.linalg.solve(gram, own) for gram, own in zip(self._gram, self._data, strict=True)
+            np.asarray(np.linalg.solve(gram, own), dtype=np.float64)
+            for gram, own in zip(self._gram, self._data, strict=True)
         )
         explained = float(self.cosines @ self._data[0] + self.sines @ self._data[1])
         left = max(self.mean_square[0] - explained, 0.0)

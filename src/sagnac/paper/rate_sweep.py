@@ -169,7 +169,7 @@ def _fitted(
     for _ in range(_ROUNDS):
         error = 2.0 * relative * model
         weighted = design / error[:, np.newaxis]
-        covariance = np.linalg.inv(weighted.T @ weighted)
+        covariance = np.asarray(np.linalg.inv(weighted.T @ weighted), dtype=np.float64)
         solution = covariance @ (weighted.T @ (observed / error))
         model = np.maximum(design @ solution, 0.1 * observed)
     residual = (observed - design @ solution) / (2.0 * relative * model)
