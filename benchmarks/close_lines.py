@@ -128,7 +128,7 @@ def draw(scores: dict[str, list[Score]]) -> Figure:
             ("both", "both lines found, part of records"),
             ("false", "other lines listed, per record"),
             ("error", "rms error of frequency, 1/T"),
-            ("left", "line left, part of its rms (median)"),
+            ("left", "left of the lines, part (median)"),
         ),
         strict=True,
     ):

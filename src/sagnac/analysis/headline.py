@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from scipy.special import gammaincinv
 
+from sagnac.analysis.allan_fit import step_4
 from sagnac.analysis.averaged import Averaged, roll_off_of
 from sagnac.analysis.curves import Points, allan_curve, points_at
 from sagnac.analysis.fits import Coefficients, unobserved
@@ -82,7 +83,7 @@ def headline_of(
         Confidence and interval.
     """
     if settings.method in PUBLISHED:
-        return _of_allan_fit(measured.channel, coefficients, curve)
+        return _of_allan_fit(measured.channel, coefficients, curve, measured.gyros_differenced)
     if found is not None and found.average.angle_random_walk.status == "estimated":
         return _of_average(measured, found, coefficients)
     fit = coefficients.fits["likelihood"].coefficients["angle_random_walk"]
@@ -124,10 +125,14 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
     return Headline(estimate=estimate, source=source)
 
 
-def _of_allan_fit(channel: str, coefficients: Coefficients, curve: StabilityCurve) -> Headline:
+def _of_allan_fit(
+    channel: str, coefficients: Coefficients, curve: StabilityCurve, gyros_differenced: int
+) -> Headline:
     """Step 4 of the paper, whatever it says."""
     return Headline(
-        estimate=coefficients.fits["paper"].coefficients["angle_random_walk"],
+        estimate=step_4(
+            curve, coefficients.fits["paper"].coefficients["angle_random_walk"], gyros_differenced
+        ),
         source=f"least squares of five terms on the Allan variance of {channel} at "
         f"{1.0 / curve.sample_rate:.4g} s (Step 4 of the paper)",
     )

@@ -18,6 +18,7 @@ from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.residuals import residual_of
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
+from sagnac.analysis.shares import Share, shares_if_told
 from sagnac.analysis.sharing import sharing_notes
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
@@ -140,6 +141,9 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         spectrum = figure_spectrum(left.removal.residual, left.rate)
         density = _density(left) if settings.estimators else None
         residual = residual_of(measured, left, table.angle)
+    shares: Mapping[str, Share] = {}
+    if table.angle is not None:
+        shares = shares_if_told(recording, gyros, settings.confidence)
     removals = [left] if second is None else [left, second]
     notes = (
         *recording.notes,
@@ -172,6 +176,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         family=curves.family,
         density=density,
         residual=residual,
+        shares=shares,
         **_of_average(found, headline, trust),
     )
 

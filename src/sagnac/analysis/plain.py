@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 
 from sagnac.analysis.result import Analysis
-from sagnac.units import field_unit
+from sagnac.analysis.shares import Interval
+from sagnac.units import DEGREE_PER_HOUR, field_unit
 
 
 def resting_data(analysis: Analysis) -> dict[str, Any]:
@@ -46,6 +47,35 @@ def parts_data(analysis: Analysis) -> list[dict[str, Any]]:
         }
         for part in analysis.parts
     ]
+
+
+def shares_data(analysis: Analysis) -> dict[str, Any]:
+    """What each gyro shows of the table's rate: ``share``, ``bias_deg_per_h``, ``asymmetry``.
+
+    Returns
+    -------
+    dict
+        By gyro, each with ``value``, ``low`` and ``high``, or None where it cannot be told.
+    """
+
+    def ends(interval: Interval | None, size: float = 1.0) -> dict[str, float] | None:
+        if interval is None:
+            return None
+        return {
+            "value": interval.value / size,
+            "low": interval.low / size,
+            "high": interval.high / size,
+        }
+
+    return {
+        name: {
+            "share": ends(one.share),
+            "bias_deg_per_h": ends(one.bias, DEGREE_PER_HOUR),
+            "asymmetry": ends(one.asymmetry),
+            "confidence": one.confidence,
+        }
+        for name, one in analysis.shares.items()
+    }
 
 
 def covariance_data(analysis: Analysis) -> dict[str, Any] | None:

@@ -8,6 +8,7 @@ from typing import Any
 from sagnac.analysis.parts import Part
 from sagnac.analysis.residuals import Residual
 from sagnac.analysis.settings import Settings
+from sagnac.analysis.shares import Share
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
@@ -93,6 +94,8 @@ class Analysis:
     accelerometers
         The accelerometers of the recording, each analyzed by itself; all figures are in m/s²
         where those of a gyro are in rad/s.
+    shares
+        What each gyro shows of the table's rate; empty at rest.
     """
 
     recording: Recording
@@ -119,6 +122,7 @@ class Analysis:
     parts: tuple[Part, ...] = ()
     residual: Residual | None = None
     accelerometers: "tuple[Analysis, ...]" = ()
+    shares: Mapping[str, Share] = field(default_factory=dict)
 
     @property
     def findings(self) -> tuple[Note, ...]:

@@ -213,7 +213,8 @@ class _Fit:
         self.tables = _tables(samples, cells)
         self.places: IntegerArray = np.empty(0, dtype=np.int64)
         # On 1 and the cosines, and on the ramp and the sines; and what they are made from.
-        self.cosines, self.sines = np.zeros(1), np.zeros(1)
+        self.cosines: FloatArray = np.zeros(1)
+        self.sines: FloatArray = np.zeros(1)
         self._gram = (np.ones((1, 1)), np.full((1, 1), self.ramp_power))
         self._data = (np.zeros(1), np.zeros(1))
 
@@ -231,7 +232,8 @@ class _Fit:
         self._data = (np.append(self._data[0], data.real), np.append(self._data[1], -data.imag))
         self.places = np.append(self.places, place)
         self.cosines, self.sines = (
-            np.linalg.solve(gram, own) for gram, own in zip(self._gram, self._data, strict=True)
+            np.asarray(np.linalg.solve(gram, own), dtype=np.float64)
+            for gram, own in zip(self._gram, self._data, strict=True)
         )
         explained = float(self.cosines @ self._data[0] + self.sines @ self._data[1])
         left = max(self.mean_square[0] - explained, 0.0)

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from sagnac.analysis.allan_fit import step_4
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
@@ -82,7 +83,8 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
     estimate, curve = analysis.angle_random_walk, analysis.curve
     if run.by_curve:
-        estimate = analysis.fits["paper"].coefficients["angle_random_walk"]
+        fitted = analysis.fits["paper"].coefficients["angle_random_walk"]
+        estimate = step_4(curve, fitted, analysis.gyros_differenced)
     return Outcome(
         name=run.name,
         table_rate_deg_per_s=run.config.table.rate_deg_per_s,

@@ -164,11 +164,12 @@ def _fitted(
 ) -> tuple[FloatArray, FloatArray, float]:
     """Squares at the two columns, their covariance, and the reduced misfit."""
     model = observed
-    solution, covariance = np.zeros(2), np.eye(2)
+    solution: FloatArray = np.zeros(2)
+    covariance: FloatArray = np.eye(2)
     for _ in range(_ROUNDS):
         error = 2.0 * relative * model
         weighted = design / error[:, np.newaxis]
-        covariance = np.linalg.inv(weighted.T @ weighted)
+        covariance = np.asarray(np.linalg.inv(weighted.T @ weighted), dtype=np.float64)
         solution = covariance @ (weighted.T @ (observed / error))
         model = np.maximum(design @ solution, 0.1 * observed)
     residual = (observed - design @ solution) / (2.0 * relative * model)

@@ -174,7 +174,7 @@ def quantum_limit(
     frequency = speed_of_light / wavelength
     quality = 2.0 * math.pi * frequency * perimeter / (speed_of_light * loss)
     size = speed_of_light * perimeter / (4.0 * area * quality)
-    return size * math.sqrt(Planck * frequency / power)
+    return float(size * math.sqrt(Planck * frequency / power))
 
 
 def mean_rate(laser: RingLaser, rate: ArrayLike, dither: Dither | None = None) -> FloatArray:

@@ -1,0 +1,197 @@
+"""How much of the table's rate each gyro shows: scale factor times direction cosine.
+
+One axis of rotation does not tell a scale factor from a misalignment. A triad does in part: if
+its axes are square, the squares of the three shares add up to the square of their scale.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.special import stdtrit
+
+from sagnac import series
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.errors import RecordingError
+from sagnac.recording.kinds import angle_of
+from sagnac.recording.model import Recording
+
+# Stretches that the errors are taken from, whatever the colour of the noise within one.
+_STRETCHES: Final = 30
+_INTERVAL: Final = 1.0  # s, that a rate is taken over
+# Part of the time that a table must turn each way for the bias to be told from the share.
+_EACH_WAY: Final = 0.1
+# Part of the mean speed by which it must vary for an asymmetry to be told from a bias.
+_UNEVEN: Final = 0.1
+# Part of the fastest rate below which a second counts for neither way.
+_TURNING: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """A value and the ends of its interval."""
+
+    value: float
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not self.low <= self.value <= self.high:
+            raise ValueError(f"value {self.value:g} lies outside {self.low:g} to {self.high:g}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Share:
+    """What one gyro shows of the table's rate.
+
+    Attributes
+    ----------
+    share
+        Rate shown over table rate, signed.
+    bias
+        rad/s; None on a table that turns one way at one rate, whose share holds bias over rate.
+    asymmetry
+        Share one way less share the other, over their mean; None unless the table turns both
+        ways at more than one speed: at one, it is a bias.
+    confidence
+        Of every interval.
+    """
+
+    share: Interval
+    bias: Interval | None
+    asymmetry: Interval | None
+    confidence: float
+
+
+def shares_if_told(
+    recording: Recording, gyros: tuple[str, ...], confidence: float
+) -> Mapping[str, Share]:
+    """As `table_shares`; nothing where the recording does not tell them."""
+    try:
+        return table_shares(recording, gyros, confidence=confidence)
+    except RecordingError:
+        return {}
+
+
+def table_shares(
+    recording: Recording, gyros: tuple[str, ...], *, confidence: float = 0.95
+) -> Mapping[str, Share]:
+    """Least squares of each gyro's mean rates over a second on the table's.
+
+    A cosine and a sine of the table angle go along for Earth rate. The errors are those of thirty
+    stretches of the recording, so that they hold for noise of any colour that does not reach from
+    one to the next.
+
+    Parameters
+    ----------
+    recording
+        With a turning table.
+    gyros
+        Names.
+    confidence
+        Of every interval.
+
+    Raises
+    ------
+    RecordingError
+        If there is no table, it does not turn, or the recording is too short.
+    """
+    if recording.table is None:
+        raise RecordingError(
+            "there is no table angle to compare the gyros with",
+            remedy="name its encoder ({table COLUMN:UNIT})",
+        )
+    rate = recording.sample_rate
+    step = max(1, round(_INTERVAL * rate))
+    interval = step / rate
+    table = series.every(recording.table.values, step)
+    if table.size < 4 * _STRETCHES:
+        raise RecordingError(
+            f"{recording.duration:.4g} s are too short for shares of the table's rate",
+            remedy=f"take {4 * _STRETCHES * interval:g} s or more",
+        )
+    rates = np.diff(table) / interval
+    if not np.any(rates):
+        raise RecordingError("the table does not turn", channel="table")
+    design = _design(table, rates)
+    return {
+        name: _share(
+            design, np.diff(series.every(angle_of(recording.gyro(name), rate), step)) / interval,
+            confidence,
+        )
+        for name in gyros
+    }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Design:
+    """Columns of the fit: the table's rate, 1 if it turns both ways, its size if that varies.
+
+    Seconds in which the table turns round belong to neither way: they are not `kept`.
+    """
+
+    columns: FloatArray
+    kept: BooleanArray
+    both_ways: bool
+    two_speeds: bool
+    stretch: IntegerArray
+
+
+def _design(table: FloatArray, rates: FloatArray) -> _Design:
+    """What the rates of a gyro are fitted with."""
+    fastest = float(np.abs(rates).max())
+    ahead, back = rates > _TURNING * fastest, rates < -_TURNING * fastest
+    both_ways = min(np.mean(ahead), np.mean(back)) > _EACH_WAY
+    middle = 0.5 * (table[1:] + table[:-1])
+    columns = [rates]
+    kept = np.ones(rates.size, dtype=np.bool_)
+    speeds = np.abs(rates)
+    uneven = np.std(speeds[ahead | back]) > _UNEVEN * np.mean(speeds)
+    two_speeds = bool(both_ways and uneven)
+    if both_ways:
+        columns.append(np.ones_like(rates))
+        way = np.sign(rates) * (ahead | back)
+        kept[1:] &= way[1:] == way[:-1]
+        kept[:-1] &= way[1:] == way[:-1]
+    if two_speeds:
+        columns.append(speeds)
+    columns += [np.cos(middle), np.sin(middle)]
+    stretch = np.arange(rates.size) * _STRETCHES // rates.size
+    return _Design(
+        columns=np.stack(columns, axis=1)[kept],
+        kept=kept,
+        both_ways=bool(both_ways),
+        two_speeds=two_speeds,
+        stretch=stretch[kept],
+    )
+
+
+def _share(design: _Design, shown: FloatArray, confidence: float) -> Share:
+    """Share, bias and asymmetry of one gyro."""
+    shown = shown[design.kept]
+    size = np.linalg.norm(design.columns, axis=0)
+    columns = design.columns / size
+    inverse = np.linalg.inv(columns.T @ columns)
+    solution = inverse @ (columns.T @ shown)
+    scores = columns * (shown - columns @ solution)[:, np.newaxis]
+    sums = np.zeros((_STRETCHES, columns.shape[1]))
+    np.add.at(sums, design.stretch, scores)
+    freedom = _STRETCHES - columns.shape[1]
+    covariance = inverse @ (sums.T @ sums) @ inverse * (_STRETCHES / freedom)
+    solution, covariance = solution / size, covariance / np.outer(size, size)
+    reach = float(stdtrit(freedom, 0.5 + 0.5 * confidence))
+
+    def combined(weights: FloatArray) -> Interval:
+        value = float(weights @ solution)
+        error = reach * math.sqrt(float(weights @ covariance @ weights))
+        return Interval(value=value, low=value - error, high=value + error)
+
+    count = columns.shape[1]
+    share, bias, asymmetry = np.eye(count)[0], None, None
+    if design.both_ways:
+        bias = combined(np.eye(count)[1])
+    if design.two_speeds:
+        asymmetry = combined(np.eye(count)[2] * 2.0 / float(solution[0]))
+    return Share(share=combined(share), bias=bias, asymmetry=asymmetry, confidence=confidence)
