@@ -132,7 +132,10 @@ def averaged(
         return None
     masked = left.removal.masked
     fine = coefficients.points
-    full = fine if left.once_a_turn else _every_sample(recording, gyros, left, fine)
+    # The average leaves out the frequencies of an encoder's error that the angles of the fit do
+    # not see; one that they see is slow.
+    slow = coefficients.readout.every > 1
+    full = fine if left.once_a_turn else _every_sample(recording, gyros, left, fine, slow)
     whole_band = _whole_band(coefficients, measured.gyros_differenced)
     cleaned = clean(full)
     member = None if cleaned.is_changed or full.rate > fine.rate else whole_band
@@ -192,10 +195,13 @@ def clean(points: Points) -> Cleaned:
 
 
 def _every_sample(
-    recording: Recording, gyros: tuple[str, ...], left: Remainder, fine: Points
+    recording: Recording, gyros: tuple[str, ...], left: Remainder, fine: Points, slow: bool
 ) -> Points:
-    """Angles as often as the readout is dithered, at least as often as those of the fit."""
-    readout = joint_readout(recording, gyros, left.rate)
+    """Angles as often as the readout is dithered, at least as often as those of the fit.
+
+    The encoder's steps count if they are `slow`: not dithered between the angles of the fit.
+    """
+    readout = joint_readout(recording, gyros, left.rate, with_encoder=slow)
     if readout.every is None or left.rate / readout.every <= fine.rate:
         return fine
     return points_at(left.removal.residual, left.rate, readout.every / left.rate)

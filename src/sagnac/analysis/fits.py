@@ -110,7 +110,7 @@ def coefficients_of(
             fine = Points(
                 angle=series.every(fine.angle, readout.every), rate=fine.rate / readout.every
             )
-        band = fit_likelihood(fine, differenced, settings.confidence, left.removal.masked)
+        band = _fit_likelihood(fine, differenced, settings.confidence, left.removal.masked)
     of_gyro = _from_cluster(curve, readout.time)
     fits: dict[FitName, Fit] = {
         "paper": _fit_curve("paper", of_gyro, differenced, settings.confidence),
@@ -157,6 +157,17 @@ def unobserved(name: CoefficientName, confidence: float) -> Estimate:
         status="not observable",
         name=name,
     )
+
+
+def _fit_likelihood(
+    points: Points, differenced: int, confidence: float, masked: tuple[tuple[float, float], ...]
+) -> BandFit:
+    """`fit_likelihood`; lines that leave no frequencies observe nothing, and it says so."""
+    try:
+        return fit_likelihood(points, differenced, confidence, masked)
+    except RecordingError as error:
+        note = Note(text=f"no likelihood fit: {error}", level="warning")
+        return BandFit(fit=nothing_observed("likelihood", confidence, note), highest=0.0)
 
 
 def fit_likelihood(

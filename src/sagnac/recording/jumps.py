@@ -1,5 +1,7 @@
 """Single steps of a channel far outside the rest."""
 
+from typing import Final
+
 import numpy as np
 
 from sagnac import series
@@ -9,11 +11,14 @@ from sagnac.recording.model import Recording, second_of
 from sagnac.recording.soundness import remedy_of
 from sagnac.recording.stretches import Places
 
+# Steps that tell what is usual.
+_LOOKED_AT: Final = 20_000
+
 
 def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:
     """Steps of over 20 times the 99 % quantile, which is 50 sigma of noise: a warning."""
     values = channel.values
-    sample = np.arange(0, values.size - 1, max(1, (values.size - 1) // 100_000))
+    sample = np.arange(0, values.size - 1, max(1, (values.size - 1) // _LOOKED_AT))
     steps = series.at(values, sample + 1) - series.at(values, sample)
     middle = float(np.median(steps))
     limit = 20.0 * float(np.quantile(np.abs(steps - middle), 0.99))

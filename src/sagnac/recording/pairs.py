@@ -16,7 +16,7 @@ from sagnac.recording.profile import Profile
 
 # Samples by which one gyro may be late, and samples looked at.
 _LATEST: Final = 16
-_LOOKED_AT: Final = 2**17
+_LOOKED_AT: Final = 2**15
 # Correlation from which on one gyro is said to copy another, and by how much that at a delay has
 # to exceed that without, which two gyros on one table have.
 _COPIES: Final = 0.5

@@ -21,6 +21,8 @@ _KEPT_SQUARE: Final = 0.9247
 _ROUNDING: Final = 1e-9
 # Samples of a block that its median is taken of.
 _SAMPLED: Final = 4096
+# Samples whose blocks are worked on at once, about.
+_AT_ONCE: Final = 2**16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,25 +73,16 @@ def changes_of(channel: Channel) -> FloatArray:
 def profile_of(channel: Channel) -> Profile:
     """The noise of a channel, in one pass."""
     changes = changes_of(channel)
-    block = max(_LEAST, changes.size // _BLOCKS)
+    # Fewer than a block are one.
+    block = min(max(_LEAST, changes.size // _BLOCKS), changes.size)
+    blocks = changes.size // block
 
-    def of_block(some: slice) -> tuple[float, float, float, float]:
-        part = changes[some]
-        steps = np.diff(part)
-        squares = np.square(steps)
-        kept = max(1, int(_KEPT * squares.size))
-        smallest = np.partition(squares, kept - 1)[:kept] if squares.size else np.zeros(1)
-        size = np.abs(steps)
-        rounding = _ROUNDING * float(size.max(initial=0.0))
-        return (
-            float(np.median(part[:: max(1, part.size // _SAMPLED)])),
-            0.5 * float(squares.sum()) / max(steps.size, 1),
-            0.5 * float(smallest.mean()) / _KEPT_SQUARE,
-            float(size[size > rounding].min(initial=math.inf)),
-        )
+    def of_blocks(some: slice) -> FloatArray:
+        rows = changes[some.start * block : some.stop * block].reshape(-1, block)
+        return _noise_of(rows)
 
-    whole = max(block, changes.size // block * block)
-    found = np.array(series.map(of_block, min(whole, changes.size), changes, length=block))
+    together = max(1, _AT_ONCE // block)
+    found = np.concatenate(series.map(of_blocks, blocks, changes, length=together))
     return Profile(
         changes=changes,
         level=found[:, 0],
@@ -97,4 +90,22 @@ def profile_of(channel: Channel) -> Profile:
         typical=found[:, 2],
         step=float(found[:, 3].min()),
         block=block,
+    )
+
+
+def _noise_of(rows: FloatArray) -> FloatArray:
+    """(blocks, 4) median, power, typical power and smallest step of (blocks, samples)."""
+    sampled = rows[:, :: max(1, rows.shape[1] // _SAMPLED)]
+    size = np.abs(np.diff(rows, axis=1))
+    count = max(size.shape[1], 1)
+    kept = max(1, int(_KEPT * size.shape[1]))
+    rounding = _ROUNDING * size.max(axis=1, initial=0.0, keepdims=True)
+    finest = size.min(axis=1, where=size > rounding, initial=math.inf)
+    whole = np.einsum("ij,ij->i", size, size)
+    if kept < size.shape[1]:
+        size.partition(kept, axis=1)
+    smallest = size[:, :kept]
+    typical = np.einsum("ij,ij->i", smallest, smallest) / kept / _KEPT_SQUARE
+    return np.stack(
+        [np.median(sampled, axis=1), 0.5 * whole / count, 0.5 * typical, finest], axis=1
     )

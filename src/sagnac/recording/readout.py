@@ -31,6 +31,11 @@ _ROUNDING: Final = 0.05
 # apart: even with white readout noise nine intervals in ten hold N, and what is estimated lies
 # half an error high.
 LEAST_DITHERED: Final = 320
+# A table that covers less than this, rad, stands still.
+_TURNS: Final = math.radians(1.0)
+# Variance of the error of an encoder's steps, of the variance of what a gyro turns from one angle
+# to the next, below which it moves N by less than 2 % however slow it is.
+_MATTERS: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,8 +141,13 @@ def readout_of(angle: ArrayLike) -> Readout:
     return Readout(step=step, every=None)
 
 
-def joint_readout(recording: Recording, gyros: Sequence[str], angle_rate: float) -> JointReadout:
+def joint_readout(
+    recording: Recording, gyros: Sequence[str], angle_rate: float, *, with_encoder: bool = True
+) -> JointReadout:
     """What the readouts of several gyros allow, whose angles are differenced or used side by side.
+
+    For one gyro alone on a turning table the steps of its encoder count as well, times the share
+    of the table rate that it senses, unless they are small beside its noise.
 
     Parameters
     ----------
@@ -147,6 +157,8 @@ def joint_readout(recording: Recording, gyros: Sequence[str], angle_rate: float)
         Names of those that are used.
     angle_rate
         Angles per second that are used: the sample rate, or a whole part of it.
+    with_encoder
+        Whether the steps of the encoder count.
 
     Raises
     ------
@@ -163,6 +175,9 @@ def joint_readout(recording: Recording, gyros: Sequence[str], angle_rate: float)
     for name in gyros:
         angle = angle_of(recording.gyro(name), recording.sample_rate)
         readouts[name] = readout_of(angle if taken == 1 else series.every(angle, taken))
+    encoder = _encoder_readout(recording, gyros, taken) if with_encoder else None
+    if encoder is not None:
+        readouts[f"the encoder, as {gyros[0]} senses the table"] = encoder
     step = sum(readout.step for readout in readouts.values())
     undithered = {name: readout for name, readout in readouts.items() if readout.every != 1}
     if not undithered:
@@ -184,6 +199,53 @@ def joint_readout(recording: Recording, gyros: Sequence[str], angle_rate: float)
         "apart, and the curve at shorter cluster times shows the readout"
     )
     return JointReadout(step=step, every=max(counts), time=apart, notes=(Note(text=text),))
+
+
+def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> Readout | None:
+    """The steps of an encoder as one gyro senses them; None if they do not matter.
+
+    What is taken off a gyro as table motion is its share of the encoder's reading, the error of
+    its steps included. A difference of two gyros holds next to nothing of it.
+    """
+    if len(gyros) > 1 or recording.table is None:
+        return None
+    lowest, highest = series.extent(recording.table.values)
+    if highest - lowest < _TURNS:
+        return None
+    gyro = angle_of(recording.gyro(gyros[0]), recording.sample_rate)
+    table = recording.table.values
+    if taken > 1:
+        gyro, table = series.every(gyro, taken), series.every(table, taken)
+    readout = readout_of(table)
+    share = _sensed_share(gyro, table)
+    step = abs(share) * readout.step
+    if not step**2 / 12.0 > _MATTERS * _variance_beside(gyro, table, share):
+        return None
+    return Readout(step=step, every=readout.every)
+
+
+def _sensed_share(gyro: FloatArray, table: FloatArray) -> float:
+    """Share of the table's steps that a gyro senses, by least squares."""
+
+    def products(block: slice) -> FloatArray:
+        turned = np.diff(table[block.start : block.stop + 1])
+        sensed = np.diff(gyro[block.start : block.stop + 1])
+        return np.array([sensed @ turned, turned @ turned])
+
+    both, own = series.total(products, table.size - 1, table)
+    return float(both / own) if own > 0.0 else 0.0
+
+
+def _variance_beside(gyro: FloatArray, table: FloatArray, share: float) -> float:
+    """Variance of a gyro's steps beside table motion, if they are white."""
+
+    def squares(block: slice) -> float:
+        part = slice(block.start, block.stop + 2)
+        changes = np.diff(gyro[part] - share * table[part], n=2)
+        return float(changes @ changes)
+
+    size = table.size - 2
+    return 0.5 * series.total(squares, size, table) / size
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
