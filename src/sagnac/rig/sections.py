@@ -175,13 +175,18 @@ class GyroConfig:
         float, Number(0.01, 100.0, "input angle per beat of the ring laser")
     ] = 1.5
     backscatter_diffusion_rad2_per_s: Annotated[
-        float, Number(0.0, 1e6, "D of the backscatter phase, whose variance grows by 2 D t")
+        float,
+        Number(0.0, 1e6, "D of the backscatter phase, whose variance grows by 2 D t; assumed"),
     ] = 150.0
     dither_frequency_hz: Annotated[float, Number(1.0, 1e4, "frequency of the dither")] = 400.0
     dither_rate_deg_per_s: Annotated[float, Number(0.1, 1e4, "peak rate of the dither")] = 100.0
     dither_amplitude_noise: Annotated[
         float, Number(0.0, 0.5, "rms of the peak rate from swing to swing, as a part of it")
     ] = 0.02
+    low_pass_hz: Annotated[
+        Triple, PerGyro(0.0, 1e5, "corner (-3 dB) of the sensor's own low-pass, 0 for none")
+    ] = (0.0, 0.0, 0.0)
+    low_pass_order: Annotated[int, Whole(1, 2, "of that low-pass, a Butterworth filter")] = 1
 
     def __post_init__(self) -> None:
         check(self, "gyro.")
