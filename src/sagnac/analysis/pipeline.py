@@ -19,10 +19,11 @@ from sagnac.analysis.residuals import residual_of
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
 from sagnac.analysis.shares import Share, shares_if_told
-from sagnac.analysis.sharing import sharing_notes
+from sagnac.analysis.sharing import sharing_notes, sharing_notes_of_turning
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
+from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
@@ -132,7 +133,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
             settings=settings,
         )
     with stages.stage("check"):
-        seen = _noticed(recording, measured, left, found, standing=table.angle is None)
+        seen = _noticed(recording, settings, measured, left, found, table=table.angle)
         seen = merged(findings, accepted(seen, settings.accepted))
         require_strict(seen, settings)
         trust = Trust.of(seen)
@@ -183,16 +184,22 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
 
 def _noticed(
     recording: Recording,
+    settings: Settings,
     measured: Measurement,
     left: Remainder,
     found: Averaged | None,
     *,
-    standing: bool,
+    table: FloatArray | None,
 ) -> tuple[Note, ...]:
-    """What the average noticed; at rest also what a pair shares."""
+    """What the average noticed, and what a pair shares."""
     if found is None:
         return ()
-    shared = sharing_notes(recording, measured, left, found) if standing else ()
+    if table is None:
+        shared = sharing_notes(recording, measured, left, found)
+    else:
+        shared = sharing_notes_of_turning(
+            recording, measured, left, found, table=table, confidence=settings.confidence
+        )
     sensor = recording.gyros[0].sensor
     return (*noticed(measured.channel, found, measured.gyros_differenced, sensor), *shared)
 

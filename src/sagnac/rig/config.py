@@ -151,6 +151,12 @@ def _check_sampling(config: RigConfig) -> None:
                 "sample_rate_hz",
                 "give the frequency it folds to",
             )
+    highest = max(config.gyro.low_pass_hz)
+    if highest >= nyquist:
+        raise ConfigurationError(
+            f"gyro.low_pass_hz {highest:g} is not below {nyquist:g} Hz, half of sample_rate_hz",
+            "lower it, or give 0 for a gyro without a low-pass",
+        )
     if config.samples < 1:
         raise ConfigurationError(
             f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz",

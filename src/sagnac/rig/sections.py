@@ -183,6 +183,10 @@ class GyroConfig:
     dither_amplitude_noise: Annotated[
         float, Number(0.0, 0.5, "rms of the peak rate from swing to swing, as a part of it")
     ] = 0.02
+    low_pass_hz: Annotated[
+        Triple, PerGyro(0.0, 1e5, "corner (-3 dB) of the sensor's own low-pass, 0 for none")
+    ] = (0.0, 0.0, 0.0)
+    low_pass_order: Annotated[int, Whole(1, 2, "of that low-pass, a Butterworth filter")] = 1
 
     def __post_init__(self) -> None:
         check(self, "gyro.")

@@ -22,7 +22,7 @@ from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.disturbances import Disturbances
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
-from sagnac.rig.gyro import Gyro, LockIn, SlowDrift, Trend, dither_of, ring_lasers_of
+from sagnac.rig.gyro import Gyro, LockIn, LowPass, SlowDrift, Trend, dither_of, ring_lasers_of
 from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.streams import RandomStreams, random_streams
 from sagnac.rig.table import Table, fastest_rate, table_command
@@ -150,6 +150,7 @@ def _gyros(config: RigConfig, origin: float, streams: RandomStreams) -> tuple[Gy
             ),
             trend=Trend.of(own, g),
             lock_in=LockIn(laser=lasers[g], dither=dither, interval=interval) if lasers else None,
+            low_pass=LowPass.of(own, g, config.sample_rate_hz),
             random=streams.white[g],
         )
         for g in range(len(GYRO_NAMES))

@@ -76,7 +76,11 @@ class LineTruth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """What the recording was made from; ``dataclasses.asdict`` of it is the JSON."""
+    """What the recording was made from; ``dataclasses.asdict`` of it is the JSON.
+
+    The coefficients of `gyros` and `pairs` are those before a gyro's own low-pass, whose corner
+    (-3 dB) is in `low_pass_hz`, 0 without one: well below the corner the recording shows them.
+    """
 
     schema: str
     seed: int
@@ -88,6 +92,7 @@ class Truth:
     earth_rate_b0_deg_per_h: Triple
     gyros: Mapping[str, NoiseTruth]
     pairs: Mapping[str, NoiseTruth]
+    low_pass_hz: Mapping[str, float]
     lines: tuple[LineTruth, ...]
     earth_rate_order_one: LineTruth | None
     config: Mapping[str, Any]
@@ -118,6 +123,7 @@ def truth_of(config: RigConfig) -> Truth:
         earth_rate_b0_deg_per_h=tuple((earth / DEGREE_PER_HOUR).tolist()),
         gyros=gyros,
         pairs={f"{a}-{b}": _pair_truth(gyros[a], gyros[b]) for a, b in _PAIRS},
+        low_pass_hz=dict(zip(GYRO_NAMES, config.gyro.low_pass_hz, strict=True)),
         lines=_line_truths(config),
         earth_rate_order_one=_order_one(command, shares, earth),
         config=asdict(config),
