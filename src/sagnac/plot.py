@@ -17,7 +17,12 @@ from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName, allan_variance
+from sagnac.coefficients.laws import (
+    COEFFICIENT_NAMES,
+    SYMBOLS,
+    CoefficientName,
+    allan_variance,
+)
 from sagnac.lines.model import Line, Scale
 from sagnac.recording.difference import per_gyro
 from sagnac.stability.curve import StabilityCurve
@@ -38,13 +43,6 @@ QUIET: Final = "#9a9a9a"
 BLUE: Final = "#1f5a96"
 ORANGE: Final = "#c4561b"
 GREEN: Final = "#2f7d5b"
-SYMBOLS: Final[Mapping[CoefficientName, str]] = {
-    "quantization": "Q",
-    "angle_random_walk": "N",
-    "bias_instability": "B",
-    "rate_random_walk": "K",
-    "rate_ramp": "R",
-}
 
 # How the Allan deviation of each term rises with tau on a log-log plot.
 _SLOPES: Final[Mapping[CoefficientName, str]] = {

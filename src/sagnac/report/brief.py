@@ -10,9 +10,8 @@ from typing import Final
 from sagnac.analysis.headline_fit import headline_coefficients, headline_fit
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import Note, counted, ranked
-from sagnac.plot import SYMBOLS
 from sagnac.report.command_line import note_text
 from sagnac.report.text import table
 from sagnac.report.wording import TITLES, line_amplitude, line_position, reading_cells

@@ -11,9 +11,8 @@ from sagnac.analysis.headline_fit import headline_coefficients, headline_estimat
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import ranked
-from sagnac.plot import SYMBOLS
 from sagnac.report.command_line import note_text
 from sagnac.report.figures import ReportFigures, comparison_figure, report_figures, svg
 from sagnac.report.files import write_text
