@@ -326,7 +326,7 @@ def residual(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     long = float(kept.time[-1]) > _LONG_S
     axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / DEGREE_PER_HOUR, color=BLUE)
     axes.set_xlabel(f"time ({'h' if long else 's'})")
-    axes.set_ylabel("left, °/h")
+    axes.set_ylabel("left (°/h)")
     return axes
 
 
@@ -348,7 +348,7 @@ def residual_by_angle(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     axes.set_xlim(0.0, 360.0)
     axes.set_xticks(range(0, 361, 60))
     axes.set_xlabel("table angle (°)")
-    axes.set_ylabel("left, °/h")
+    axes.set_ylabel("left (°/h)")
     return axes
 
 
@@ -376,7 +376,7 @@ def orders(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
         )  # fmt: skip
     axes.set_yscale("log")
     axes.set_xlabel("order of the table angle")
-    axes.set_ylabel("amplitude, °/h")
+    axes.set_ylabel("amplitude (°/h)")
     axes.legend(loc="upper right")
     return axes
 

@@ -59,7 +59,7 @@ def _reading(estimate: Estimate | None, size: float) -> str:
 def force_figure(analyses: Sequence[Analysis]) -> Figure:
     """Allan deviation of accelerometers against cluster time."""
     unit = UNITS[_SENSED.rate_unit]
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         for analysis, color in zip(analyses, cycle((BLUE, ORANGE, GREEN)), strict=False):
             curve = analysis.curve
             canvas.axes.plot(
