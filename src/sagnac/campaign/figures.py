@@ -74,7 +74,7 @@ def control_chart(lines: Sequence[Line], found: Repeatability | None) -> Figure:
     found
         How they scatter; None if they are too few.
     """
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         _intervals(canvas.axes, np.arange(1.0, len(lines) + 1.0), lines)
         if found is not None:
             canvas.axes.axhline(found.mean.value, color=plot.INK, linewidth=0.9, label="mean")
@@ -98,7 +98,7 @@ def control_chart(lines: Sequence[Line], found: Repeatability | None) -> Figure:
 def time_chart(lines: Sequence[Line]) -> Figure:
     """N of the spans of one recording against time, with intervals."""
     middle = np.array([0.5 * (line.start_s + line.stop_s) for line in lines]) / HOUR
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         _intervals(canvas.axes, middle, lines)
         _scale(canvas.axes, "time from the start (h)")
         legend_above(canvas.axes, columns=2)
@@ -127,7 +127,6 @@ def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
 def _scale(axes: Axes, across: str) -> None:
     axes.set_xlabel(across)
     axes.set_ylabel("angle random walk N, per gyro (°/√h)")
-    axes.yaxis.set_major_formatter(lambda value, _place: f"{value:.4g}")
     low, high = axes.get_ylim()
     if low > 0.0 and high > 4.0 * low:
         axes.set_yscale("log")

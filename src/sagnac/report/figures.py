@@ -32,7 +32,7 @@ _HUNDREDTHS: Final = re.compile(r"(\.\d{2})\d+")
 
 def stability_figure(analysis: Analysis) -> Figure:
     """Allan deviation before and after removal, the five-term fit, and its slopes."""
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         plot.stability(analysis, canvas.axes)
         legend_above(canvas.axes, columns=4)
     return canvas.figure
@@ -40,7 +40,7 @@ def stability_figure(analysis: Analysis) -> Figure:
 
 def spectrum_figure(analysis: Analysis) -> Figure:
     """Rate spectrum before and after removal, with the lines that were removed marked."""
-    with styled(legend_rows=2) as canvas:
+    with styled() as canvas:
         plot.spectrum(analysis, canvas.axes)
         if canvas.axes.get_legend() is not None:
             legend_above(canvas.axes, columns=3)
@@ -51,7 +51,7 @@ def parts_figure(analysis: Analysis) -> Figure | None:
     """N over parts of the recording against time; None if fewer than two parts show it."""
     if sum(part.shows for part in analysis.parts) < 2:
         return None
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         plot.parts(analysis, canvas.axes)
         legend_above(canvas.axes, columns=3)
     return canvas.figure
@@ -61,7 +61,7 @@ def residual_figure(analysis: Analysis) -> Figure | None:
     """What removal leaves against time; on a table also against its angle, and by orders."""
     if analysis.residual is None or analysis.residual.time.size < 2:
         return None
-    with styled(legend_rows=0) as canvas:
+    with styled() as canvas:
         figure = canvas.figure
         figure.clear()
         if analysis.residual.by_angle is None:
@@ -85,7 +85,7 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     analyses
         By method, all of one recording.
     """
-    with styled(legend_rows=2) as canvas:
+    with styled() as canvas:
         for method, analysis in analyses.items():
             curve = analysis.curve.per_gyro()
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])

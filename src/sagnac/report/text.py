@@ -13,9 +13,8 @@ from rich.table import Table
 from sagnac.analysis.headline_fit import headline_estimates
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import Note
-from sagnac.plot import SYMBOLS
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, note_text
 from sagnac.report.forces import force_notes, force_rows
