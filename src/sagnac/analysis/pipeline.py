@@ -9,6 +9,7 @@ from threadpoolctl import ThreadpoolController
 from sagnac import series
 from sagnac.analysis.averaged import Averaged, averaged
 from sagnac.analysis.curves import curves_of, points_at, points_of, require_length, rounding_note
+from sagnac.analysis.dither import without_dither
 from sagnac.analysis.fits import coefficients_of
 from sagnac.analysis.headline import Headline, headline_of
 from sagnac.analysis.measurement import Measurement, measure, require_noise, turning_table
@@ -83,7 +84,8 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     with stages.stage("difference"):
         gyros = settings.gyros_of(recording)
         settings = replace(settings, gyros=gyros)
-        measured = measure(recording, gyros)
+        undithered = without_dither(recording, gyros, settings.method)
+        measured = measure(undithered.recording, gyros)
         before = points_at(measured.angle, rate, interval)
         if settings.method != "fris":
             # Known before the search, which takes what time there is.
@@ -95,11 +97,11 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     with stages.stage("spectrum"):
         spectrum_before = figure_spectrum(measured.angle, rate)
     with stages.stage("lines") as fraction:
-        left = remainder_of(measured, table.angle, recording, settings, fraction)
+        left = remainder_of(measured, table.angle, undithered.recording, settings, fraction)
         second = None
         if len(gyros) == MOST_GYROS:
-            pair = measure(recording, gyros[:2])
-            second = remainder_of(pair, table.angle, recording, settings, fraction)
+            pair = measure(undithered.recording, gyros[:2])
+            second = remainder_of(pair, table.angle, undithered.recording, settings, fraction)
         points = points_of(left, interval)
         require_length(points.angle.size, points.rate, recording.duration)
     with stages.stage("stability"):
@@ -133,7 +135,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
             settings=settings,
         )
     with stages.stage("check"):
-        seen = _noticed(recording, settings, measured, left, found, table=table.angle)
+        seen = _noticed(undithered.recording, settings, measured, left, found, table=table.angle)
         seen = merged(findings, accepted(seen, settings.accepted))
         require_strict(seen, settings)
         trust = Trust.of(seen)
@@ -148,6 +150,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     removals = [left] if second is None else [left, second]
     notes = (
         *recording.notes,
+        *undithered.notes,
         *(note for note in seen if note.level == "error"),
         *table.notes,
         *(note for one in removals for note in one.removal.notes),

@@ -193,6 +193,39 @@ class GyroConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DitherConfig:
+    """What of the dither is left in the angles of a dithered gyro, and how its pick-off shows it.
+
+    Its frequency, rate and randomisation stand in `GyroConfig`. With nothing left there is no
+    pick-off in the recording either.
+    """
+
+    residue: Annotated[
+        Triple, PerGyro(0.0, 1.0, "part of the dither that the gyro's own stripping leaves")
+    ] = (0.0, 0.0, 0.0)
+    delay_s: Annotated[
+        Triple, PerGyro(-1e-3, 1e-3, "time by which the gyro's own stripping is late")
+    ] = (0.0, 0.0, 0.0)
+    detuning_hz: Annotated[
+        Triple, PerGyro(-100.0, 100.0, "of each gyro's dither from gyro.dither_frequency_hz")
+    ] = (-12.7, 0.0, 11.3)
+    ring_down_s: Annotated[
+        float, Number(0.01, 1e4, "correlation time of the dither's random amplitude and phase")
+    ] = 0.5
+    pickoff_noise_arcsec: Annotated[
+        float, Number(0.0, 3600.0, "rms noise of a pick-off from sample to sample")
+    ] = 0.01
+
+    def __post_init__(self) -> None:
+        check(self, "dither.")
+
+    @property
+    def is_left(self) -> bool:
+        """Whether any gyro has dither in its angle."""
+        return any(self.residue) or any(self.delay_s)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DisturbanceConfig:
     """Periodic disturbances of the gyro angles, Eqs. 10 and 11.
 
