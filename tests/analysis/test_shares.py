@@ -87,3 +87,7 @@ def test_refusals():
         table_shares(recording_of(table[:100], table[:100]), ("z",))
     with pytest.raises(RecordingError, match="does not turn"):
         table_shares(recording_of(table, np.zeros(table.size)), ("z",))
+    # Over by half a turn and back within two seconds: every second has both ways in it.
+    swing = 1.5 * np.cos(np.pi * np.arange(12_000) / 10.0 + 0.25 * np.pi)
+    with pytest.raises(RecordingError, match="keeps its way over 0 seconds"):
+        table_shares(recording_of(swing, swing), ("z",))

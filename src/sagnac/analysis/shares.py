@@ -96,7 +96,8 @@ def table_shares(
     Raises
     ------
     RecordingError
-        If there is no table, it does not turn, or the recording is too short.
+        If there is no table, it does not turn, it turns round all the time, or the recording is too
+        short.
     """
     if recording.table is None:
         raise RecordingError(
@@ -116,6 +117,13 @@ def table_shares(
     if not np.any(rates):
         raise RecordingError("the table does not turn", channel="table")
     design = _design(table, rates)
+    if design.columns.shape[0] < 4 * _STRETCHES:
+        raise RecordingError(
+            f"the table keeps its way over {design.columns.shape[0]} seconds only: too few for "
+            "shares of its rate",
+            channel="table",
+            remedy=f"turn it for {4 * _STRETCHES} s or more without turning round",
+        )
     return {
         name: _share(
             design, np.diff(series.every(angle_of(recording.gyro(name), rate), step)) / interval,
