@@ -38,6 +38,17 @@ def clipped(low: float, high: float) -> Recording:
     return of_rate(np.clip(still(), MEAN + low * SIGMA, MEAN + high * SIGMA))
 
 
+def bent(limit: float) -> Recording:
+    """A soft limit at so many sigma."""
+    return of_rate(MEAN + limit * SIGMA * np.tanh((still() - MEAN) / (limit * SIGMA)))
+
+
+def spiked(share: float, height: float) -> Recording:
+    values = still()
+    values[np.random.default_rng(5).random(SAMPLES) < share] += height * SIGMA
+    return of_rate(values)
+
+
 def zeros(share: float) -> Recording:
     lost = np.random.default_rng(2).random(SAMPLES) < share
     return of_rate(_changed(still(), lost, 0.0))
@@ -84,6 +95,9 @@ PATHOLOGIES: dict[str, tuple[str, Callable[[], Recording], float | None]] = {
         lambda: of_angle(angle(np.clip(still(), MEAN - SIGMA, MEAN + SIGMA))),
         0.718,
     ),
+    # The standard deviation of 2.5 tanh(x / 2.5), x normal, by quadrature.
+    "soft limit": ("clipping", lambda: bent(2.5), 0.880),
+    "a fifth are spikes": ("spikes", lambda: spiked(0.2, 10.0), None),
     "one spike": (
         "spikes",
         lambda: of_rate(_changed(still(), 7000, 1000.0 * SIGMA)),

@@ -8,6 +8,7 @@ from typing import Final
 from sagnac import series
 from sagnac.errors import Note, ranked
 from sagnac.recording.channel import Channel
+from sagnac.recording.distribution import distribution_notes
 from sagnac.recording.dropouts import dropout_notes
 from sagnac.recording.encoder_mismatch import table_notes
 from sagnac.recording.gaps import stamp_notes
@@ -109,6 +110,7 @@ def _of_samples(
         # A table that starts and stops changes noise and rate by right.
         found += unsteady_notes(recording, gyro, profile)
         found += () if found else step_notes(recording, gyro, profile)
+        found += () if found else distribution_notes(gyro, profile)
     return found
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from sagnac import series
 from sagnac.errors import Level, Note
 from sagnac.recording.channel import Channel
-from sagnac.recording.effects import MOVES, finding
+from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording
 from sagnac.recording.profile import Profile
 from sagnac.units import UNITS, split_factor
@@ -18,6 +18,8 @@ _SEEN: Final = 0.1
 _SPOILS: Final = 0.5
 # Share of the scatter of white noise below which its own variance cannot be told from the steps'.
 _TOLD: Final = 1.25
+# Change of N that is worth a word.
+_WORTH: Final = 0.02
 # Samples that tell whether all values are of single precision.
 _LOOKED_AT: Final = 4096
 # Part of a value that its conversion to SI and back may move it by.
@@ -70,15 +72,15 @@ def _coarse(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
     step = profile.step
     variance = float(np.median(profile.power))
     hidden = step * step / 12.0
-    # Noise of this variance is what steps move by 5 %.
-    covering = hidden / (1.0 - (1.0 + MOVES) ** -2)
+    # Noise of this variance is what steps move by 2 %.
+    covering = hidden / (1.0 - (1.0 + _WORTH) ** -2)
     if not math.isfinite(step) or variance > covering:
         return ()
     # Sheppard: steps add their own variance, as long as the noise strays over several of them.
     effect = math.sqrt(variance / (variance - hidden)) if variance > _TOLD * hidden else None
     text = (
         f"is read out in steps of {_shown(gyro, step)}, beside a scatter of "
-        f"{_shown(gyro, math.sqrt(variance))}: what is read is the steps"
+        f"{_shown(gyro, math.sqrt(variance))}: what is read is in part the steps"
     )
     return (finding("resolution", gyro.name, text, effect=effect),)
 

@@ -18,6 +18,10 @@ _LEAST_FACTOR: Final = 1.2
 # square and of 1/n: 2 for independent ones, and half as much again since neighbours share one.
 _POWER_VARIANCE: Final = 3.0
 _FEWEST_BLOCKS: Final = 8
+# Blocks for which a rate stays before and behind a step.
+_STAYS: Final = 3
+# Usual changes, by their upper quartile, that a step exceeds: chance makes five.
+_STEP: Final = 10.0
 
 
 def unsteady_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
@@ -41,22 +45,23 @@ def unsteady_notes(recording: Recording, gyro: Channel, profile: Profile) -> tup
 
 
 def step_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
-    """A rate that steps from one block to the next: a warning."""
-    steps = np.diff(profile.level)
-    if steps.size < _FEWEST_BLOCKS:
+    """A rate that steps from one block to the next, and stays there: a warning."""
+    level = profile.level
+    if level.size <= _FEWEST_BLOCKS:
         return ()
-    usual = float(np.quantile(np.abs(steps), 0.75))
+    changes = np.abs(np.diff(level))
+    usual = float(np.quantile(changes, 0.75))
+    # The median of one block of a dithered gyro may lie anywhere; that of three does not.
+    stays = np.median(np.stack([level[:-2], level[1:-1], level[2:]]), axis=0)
+    steps = stays[_STAYS:] - stays[:-_STAYS]
     at = int(np.argmax(np.abs(steps)))
     if abs(steps[at]) <= _STEP * usual or usual <= 0.0:
         return ()
+    first = at + 2 + int(np.argmax(changes[at + 1 : at + 1 + _STAYS]))
     text = (
         f"its rate steps by {abs(steps[at]) / usual:.3g} times what it usually changes over "
         f"{profile.block / recording.sample_rate:.3g} s, at "
-        f"{second_of(recording, (at + 1) * profile.block):.6g} s; take a stretch without with "
+        f"{second_of(recording, first * profile.block):.6g} s; take a stretch without with "
         "{slice}"
     )
     return (Note(name="steps", channel=gyro.name, text=text, level="warning"),)
-
-
-# Usual changes, by their upper quartile, that a step exceeds: chance makes five.
-_STEP: Final = 10.0
