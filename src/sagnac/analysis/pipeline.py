@@ -19,7 +19,7 @@ from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.residuals import residual_of
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
-from sagnac.analysis.shares import Share, shares_if_told
+from sagnac.analysis.shares import TableTold, told_by_table
 from sagnac.analysis.sharing import sharing_notes
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
@@ -143,9 +143,9 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         spectrum = figure_spectrum(left.removal.residual, left.rate)
         density = _density(left) if settings.estimators else None
         residual = residual_of(measured, left, table.angle)
-    shares: Mapping[str, Share] = {}
+    told = TableTold()
     if table.angle is not None:
-        shares = shares_if_told(recording, gyros, settings.confidence)
+        told = told_by_table(recording, gyros, settings.confidence)
     removals = [left] if second is None else [left, second]
     notes = (
         *recording.notes,
@@ -179,7 +179,8 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         family=curves.family,
         density=density,
         residual=residual,
-        shares=shares,
+        shares=told.shares,
+        triad=told.triad,
         **_of_average(found, headline, trust),
     )
 
