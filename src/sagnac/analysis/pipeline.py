@@ -33,7 +33,7 @@ from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.residuals import Residual, residual_of
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
-from sagnac.analysis.shares import Share, shares_if_told
+from sagnac.analysis.shares import TableTold, told_by_table
 from sagnac.analysis.sharing import sharing_notes, sharing_notes_of_turning
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
@@ -278,9 +278,9 @@ def _composed(
     table = prepared.table.angle
     trust = Trust.of(seen)
     headline = trust.headline(answered.headline)
-    shares: Mapping[str, Share] = {}
+    told = TableTold()
     if table is not None:
-        shares = shares_if_told(recording, settings.gyros, settings.confidence)
+        told = told_by_table(recording, settings.gyros, settings.confidence)
     each = answered.coefficients.per_gyro
     return Analysis(
         recording=recording,
@@ -302,7 +302,8 @@ def _composed(
         family=answered.curves.family,
         density=spectra.density,
         residual=spectra.residual,
-        shares=shares,
+        shares=told.shares,
+        triad=told.triad,
         **_of_average(answered.found, headline, trust),
     )
 

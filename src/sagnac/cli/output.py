@@ -208,6 +208,7 @@ def in_full(analysis: "Analysis") -> tuple[str, ...]:
         text.density(analysis),
         text.coefficients(analysis),
         text.units(analysis),
+        text.shares(analysis),
         text.lines(analysis),
         brief.every_note(analysis.notes),
     )

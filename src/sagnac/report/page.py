@@ -22,6 +22,7 @@ from sagnac.report.forces import force_figure, force_notes, force_rows
 from sagnac.report.html import rendered
 from sagnac.report.methods import cited, sentences
 from sagnac.report.placed_notes import placed_notes
+from sagnac.report.shares import HEADER, share_remarks, share_rows
 from sagnac.report.spectra import residual_peaks
 from sagnac.report.title_block import TitleBlock
 from sagnac.report.verdicts import DECISIONS, gyro_text, limit_text, risk_text
@@ -154,6 +155,7 @@ def page(
         ],
         lines=_line_rows(analysis),
         names=any(line.name for line in analysis.lines),
+        shares=_shares(analysis),
         forces=_forces(analysis.accelerometers),
         azimuth=_azimuth(analysis),
         facts=[*_facts(analysis), *(("Read", note_text(note)) for note in placed.reading)],
@@ -253,6 +255,19 @@ def _fit_title(analysis: Analysis) -> str:
         return FIT_TITLES[fit.method]
     resting = analysis.average
     return "average over bands and terms" if resting is not None and resting.terms else ""
+
+
+def _shares(analysis: Analysis) -> dict[str, Any] | None:
+    """What each gyro shows of the table's rate, without columns that are empty; None at rest."""
+    if not analysis.shares:
+        return None
+    rows = share_rows(analysis)
+    filled = [place for place in range(len(HEADER)) if any(row[place] for row in rows)]
+    return {
+        "header": [HEADER[place] for place in filled],
+        "rows": [[row[place] for place in filled] for row in rows],
+        "remarks": share_remarks(analysis),
+    }
 
 
 def _forces(analyses: Sequence[Analysis]) -> dict[str, Any] | None:
