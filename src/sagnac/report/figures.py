@@ -63,17 +63,18 @@ def residual_figure(analysis: Analysis) -> Figure | None:
         return None
     with styled() as canvas:
         figure = canvas.figure
+        sides = {"left": figure.subplotpars.left, "right": figure.subplotpars.right}
         figure.clear()
         if analysis.residual.by_angle is None:
             plot.residual(analysis, figure.add_subplot())
-            figure.subplots_adjust(top=0.96)
+            figure.subplots_adjust(top=0.96, **sides)
         else:
             figure.set_size_inches(figure.get_figwidth(), 6.4)
             against_time, against_angle, orders = figure.subplots(3, 1)
             plot.residual(analysis, against_time)
             plot.residual_by_angle(analysis, against_angle)
             plot.orders(analysis, orders)
-            figure.subplots_adjust(top=0.98, bottom=0.085, hspace=0.42)
+            figure.subplots_adjust(top=0.98, bottom=0.085, hspace=0.42, **sides)
     return figure
 
 
