@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import iirpeak, lfilter
 
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
@@ -78,3 +79,26 @@ def test_of_a_pair_each_gyro_has_half_the_squares():
 def test_a_confidence_that_is_none_is_refused():
     with pytest.raises(ValueError, match="confidence"):
         average(levels_of(np.random.default_rng(23).standard_normal(1000)), confidence=1.5)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_second_level_band_that_reads_another_walk_is_told_of(seed):
+    """White noise of 1 with mild resonances, and slow noise of 7 below 0.04 Hz."""
+    rate, generator = 10.0, np.random.default_rng(seed)
+    white, slow = generator.standard_normal((2, 15_000))
+    memory = math.exp(-2.0 * math.pi * 0.04 / rate)
+    smooth = 7.0 * (1.0 - memory) * lfilter([1.0], [1.0, -memory], slow)
+    clear = white + smooth
+    for frequency in (0.5, 1.2, 2.2, 3.5):
+        clear += 0.5 * lfilter(*iirpeak(frequency, 3.0, fs=rate), white)
+    levels = robust_levels(tapered_spectrum(clear / math.sqrt(rate), sample_rate=rate))
+    result = average(levels)
+    told = result.rests_on.elsewhere
+    assert told is not None
+    assert told.high < 0.1
+    assert 4.0 < told.walk < 10.0
+    assert result.angle_random_walk.high > told.walk > 2.0 * result.angle_random_walk.value
+    halved = result.per_gyro(2).rests_on.elsewhere
+    assert halved.walk == pytest.approx(told.walk / math.sqrt(2.0))
+    plain = robust_levels(tapered_spectrum((white + smooth) / math.sqrt(rate), sample_rate=rate))
+    assert average(plain).rests_on.elsewhere is None

@@ -455,3 +455,20 @@ def test_published_steps_take_the_random_walk_for_lines():
     time = np.arange(6000.0)
     left = removal.residual - np.polynomial.Polynomial.fit(time, removal.residual, 1)(time)
     assert np.std(left) < 0.3 * np.std(walk(6000, 13))
+
+
+def test_a_search_in_which_all_orders_meet_all_tones_ends_with_a_word():
+    """A table that swings half a turn: each pair would be a pass over the record, in every fit."""
+    rate, samples = 100.0, 20_000
+    generator = np.random.default_rng(11)
+    seconds = np.arange(samples) / rate
+    table = 1.5 * np.cos(2.0 * np.pi * 0.23 * seconds)
+    angle = 0.6 * table + np.cumsum(1e-8 * generator.standard_normal(samples))
+    for order in range(2, 62, 2):
+        angle += 1e-5 * np.cos(order * table + order)
+    for frequency in np.linspace(11.3, 43.7, 30):
+        angle += 1e-5 * np.cos(2.0 * np.pi * frequency * seconds + frequency)
+    removal = remove_lines(angle, table, rate, channel="z")
+    (note,) = [note for note in removal.notes if note.text.startswith("the search stopped")]
+    assert "sweeps orders and tones over each other" in note.text
+    assert removal.unfinished is not None

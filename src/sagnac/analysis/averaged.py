@@ -19,7 +19,7 @@ from sagnac.analysis.warm_up import (
     without_warm_up,
 )
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.bounds import RollOff, roll_off
+from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.coefficients.mixture import Interval
 from sagnac.coefficients.model_average import Average, average
 from sagnac.coefficients.whole_band import WholeBand
@@ -76,6 +76,8 @@ class Averaged:
         Coefficients and what they rest on.
     roll_off
         Where the spectrum begins to be lowered.
+    hump
+        Above the band of the answer, with less behind it; of what was measured.
     parts
         N over parts, of one gyro; None if the whole does not show it.
     cleaned
@@ -84,6 +86,7 @@ class Averaged:
 
     average: Average
     roll_off: RollOff
+    hump: Hump | None
     parts: Parts | None
     cleaned: Cleaned
 
@@ -154,11 +157,20 @@ def averaged(
     return Averaged(
         average=result,
         roll_off=found,
+        hump=_hump(basis),
         parts=None
         if parts is None
         else replace(parts, parts=tuple(part.per_gyro(gyros_differenced) for part in parts.parts)),
         cleaned=basis.cleaned,
     )
+
+
+def _hump(basis: _Basis) -> Hump | None:
+    """The hump above the band of an estimate."""
+    walk, resting = basis.average.angle_random_walk, basis.average.rests_on
+    if walk.status != "estimated" or not resting.terms:
+        return None
+    return hump_above(basis.levels, resting.band_hz, walk.value)
 
 
 def roll_off_of(points: Points, masked: Bands) -> RollOff:

@@ -6,8 +6,9 @@ from dataclasses import replace
 from sagnac.analysis.averaged import Averaged
 from sagnac.analysis.parts import Parts
 from sagnac.analysis.warm_up import WarmUp
-from sagnac.coefficients.bounds import RollOff
+from sagnac.coefficients.bounds import Hump, RollOff
 from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.model_average import Elsewhere
 from sagnac.errors import Level, Note, counted
 from sagnac.recording.spikes import Spikes
 from sagnac.units import SENSED, UNITS, Sensor, field_unit
@@ -37,6 +38,8 @@ def noticed(
         _spikes_note(found.cleaned.spikes, walk, gyros_differenced, sensor),
         _warm_up_note(found.cleaned.warm_up, sensor),
         _roll_off_note(found.roll_off),
+        _hump_note(found.hump, gyros_differenced, sensor),
+        _elsewhere_note(found.average.rests_on.elsewhere, walk, sensor),
         _parts_note(found.parts, sensor),
     )
     return tuple(replace(note, channel=channel) for note in notes if note)
@@ -83,6 +86,36 @@ def _roll_off_note(found: RollOff) -> Note | None:
     return Note(
         text=f"the spectrum bends down at {found.frequency:.3g} Hz, as behind a low-pass or a "
         f"hump: cluster times below {found.cluster_time():.3g} s bound nothing",
+    )
+
+
+def _hump_note(found: Hump | None, gyros_differenced: int, sensor: Sensor) -> Note | None:
+    """The answer is read below a hump, behind which there is less."""
+    if found is None:
+        return None
+    top, behind = (
+        _shown(walk / math.sqrt(gyros_differenced), sensor) for walk in (found.walk, found.least)
+    )
+    return Note(
+        level="warning",
+        text=f"the answer is read below a hump of {top} at {found.frequency:.3g} Hz, behind which "
+        f"the spectrum falls to {behind} {field_unit('angle_random_walk', sensor).symbol} at "
+        f"{found.behind:.3g} Hz: either the sensor has a low-pass there, or the motion that makes "
+        "the hump (sway of the bench) is in the answer; a quieter stretch tells",
+    )
+
+
+def _elsewhere_note(found: Elsewhere | None, walk: Estimate, sensor: Sensor) -> Note | None:
+    """Models of another N, which the interval spans."""
+    if found is None or walk.status != "estimated":
+        return None
+    symbol = field_unit("angle_random_walk", sensor).symbol
+    return Note(
+        level="warning",
+        text=f"the spectrum is level in more than one band: {100.0 * found.share:.2g} % of the "
+        f"weight reads another {SENSED[sensor].titles['angle_random_walk']}, most of it "
+        f"{_shown(found.walk, sensor)} {symbol} at {found.low:.3g} to {found.high:.3g} Hz; the "
+        "interval spans both",
     )
 
 

@@ -34,6 +34,12 @@ PERIODS: Final = 5.0
 # Fewest bins below the roll-off for a bound.
 _LEAST: Final = 2
 
+# Shape of a level that is good to a sixth; a hump is twice as high as N, and behind it the spectrum
+# is at two thirds of N or below.
+_SURE: Final = 36.0
+_HUMP: Final = 2.0
+_LESS: Final = 1.5
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RollOff:
@@ -160,3 +166,55 @@ def unlowered(tau: ArrayLike, found: RollOff) -> BooleanArray:
         observable in the curve.
     """
     return np.asarray(np.asarray(tau, dtype=np.float64) >= found.cluster_time())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hump:
+    """A hump above the band of N behind which the spectrum lies below N.
+
+    A low-pass of the sensor makes no hump. So what makes it may reach down into the band.
+
+    Attributes
+    ----------
+    frequency, walk
+        Of its top, Hz, and the N that would have its level, rad/sqrt(s).
+    behind, least
+        Of the lowest level behind it.
+    """
+
+    frequency: float
+    walk: float
+    behind: float
+    least: float
+
+    def __post_init__(self) -> None:
+        if not (self.frequency < self.behind and self.least < self.walk):
+            raise ValueError(f"{self} does not fall behind its top")
+
+
+def hump_above(levels: Levels, band_hz: tuple[float, float], walk: float) -> Hump | None:
+    """The hump above a band in which N was read, if the spectrum falls below N behind it.
+
+    Parameters
+    ----------
+    levels
+        Robust levels of the spectrum.
+    band_hz
+        In which N was read.
+    walk
+        N, rad/sqrt(s).
+    """
+    above = np.flatnonzero((levels.low >= band_hz[1] * (1.0 - 1e-9)) & (levels.shape > _SURE))
+    if above.size < 2:
+        return None
+    walks = np.sqrt(0.5 * levels.level[above])
+    top = int(np.argmax(walks[:-1]))
+    least = top + 1 + int(np.argmin(walks[top + 1 :]))
+    if walks[top] < _HUMP * walk or walks[least] > walk / _LESS:
+        return None
+    return Hump(
+        frequency=float(levels.frequency[above[top]]),
+        walk=float(walks[top]),
+        behind=float(levels.frequency[above[least]]),
+        least=float(walks[least]),
+    )

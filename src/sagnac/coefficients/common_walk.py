@@ -165,7 +165,7 @@ def _fitted(
         fisher += np.outer(row, row) * of_all.sum()
         score += row * (of_all @ cross)
         total += float(cross @ metric @ cross)
-    inverse = np.linalg.inv(fisher)
+    inverse = np.asarray(np.linalg.inv(fisher), dtype=np.float64)
     solution = inverse @ score
     left = total - float(score @ solution)
     return solution, inverse, _Left(square=left, freedom=freedom.size * first.size - solution.size)
@@ -190,7 +190,7 @@ def _smooth(spectra: FloatArray, basis: FloatArray, freedom: FloatArray) -> Floa
     padded = np.concatenate([coherency[1:2], coherency, coherency[-2:-1]])
     coherency = 0.5 * (padded[:-2] + padded[2:])
     coherency[:, np.arange(gyros), np.arange(gyros)] = 1.0
-    return coherency * size[:, :, np.newaxis] * size[:, np.newaxis, :]
+    return np.asarray(coherency * size[:, :, np.newaxis] * size[:, np.newaxis, :])
 
 
 def _bins(cells: SharedCells) -> list[slice]:

@@ -35,6 +35,10 @@ RULED: Final = 3
 _NOT_RULED: Final = 20.0
 # Share of the weight that needs a term for the term to be called estimated.
 _NEEDED: Final = 0.95
+# Factor by which N of a model is another N, and share of the weight from which on it is told of:
+# that of one tail of an interval.
+_ANOTHER: Final = 2.0
+_TOLD: Final = 0.02
 # Standard errors at which a rate ramp is called estimated.
 _RAMP: Final = 3.0
 # Bands kept for a figure.
@@ -48,6 +52,30 @@ class BandShare:
     low: float
     high: float
     share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Elsewhere:
+    """Models that read another N than the average, by a factor of two or more.
+
+    Attributes
+    ----------
+    low, high
+        Band of the heaviest of them, Hz.
+    share
+        Of the weight, of all of them.
+    walk
+        N of the heaviest, rad/sqrt(s).
+    """
+
+    low: float
+    high: float
+    share: float
+    walk: float
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.share <= 1.0 and self.low < self.high and self.walk > 0.0):
+            raise ValueError(f"{self} is no band with a share of the weight")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,6 +103,8 @@ class Resting:
         ``average`` or ``whole band``.
     law
         Of the heaviest model, or of the whole band; None if there is none.
+    elsewhere
+        Models that read another N; None if they hold next to no weight.
     """
 
     band_hz: tuple[float, float] = (math.nan, math.nan)
@@ -86,6 +116,7 @@ class Resting:
     misfit: float = math.nan
     member: Literal["average", "whole band"] = "average"
     law: BandModel | None = None
+    elsewhere: Elsewhere | None = None
 
     def in_words(self) -> str:
         """One phrase for a person: ``0.01 to 4 Hz with N, B (93 % of the weight)``."""
@@ -146,6 +177,9 @@ class Average:
             rests_on=replace(
                 self.rests_on,
                 law=None if self.rests_on.law is None else self.rests_on.law.times(factor),
+                elsewhere=None
+                if self.rests_on.elsewhere is None
+                else replace(self.rests_on.elsewhere, walk=factor * self.rests_on.elsewhere.walk),
             ),
         )
 
@@ -261,6 +295,7 @@ def _resting_on_whole_band(
         terms=models.terms(row),
         mask=int(models.mask[row]),
         member="whole band",
+        elsewhere=None,
         law=BandModel(
             squares=tuple(
                 each.value**2 if each.status == "estimated" else 0.0
@@ -351,6 +386,24 @@ def _resting(models: BandModels, levels: Levels) -> Resting:
         falls=float(weight[models.falling].sum()),
         misfit=float(models.deviance[0] / max(1, freedom)),
         law=models.law(0, levels.spectrum.interval),
+        elsewhere=_elsewhere(models, levels),
+    )
+
+
+def _elsewhere(models: BandModels, levels: Levels) -> Elsewhere | None:
+    """The models whose N is another than that of the average."""
+    weight = models.weights
+    logarithm = 0.5 * np.log(models.squares[:, STOCHASTIC_NAMES.index("angle_random_walk")])
+    another = np.abs(logarithm - weight @ logarithm) > math.log(_ANOTHER)
+    share = float(weight[another].sum())
+    if share < _TOLD:
+        return None
+    heaviest = int(np.flatnonzero(another)[np.argmax(weight[another])])
+    return Elsewhere(
+        low=float(levels.low[models.first[heaviest]]),
+        high=float(levels.high[models.last[heaviest] - 1]),
+        share=share,
+        walk=math.exp(float(logarithm[heaviest])),
     )
 
 

@@ -17,6 +17,7 @@ from sagnac.lines.candidates import new_orders
 from sagnac.lines.components import Components, joined
 from sagnac.lines.crowding import inside, joined_bands, wandering_bands, without_tones_in
 from sagnac.lines.detection import floors, significances, significant
+from sagnac.lines.products import pairs_summed
 from sagnac.lines.rescaling import rescaled_components
 from sagnac.lines.state import State
 from sagnac.lines.wandering import clusters, fit_drifting
@@ -68,7 +69,8 @@ def _stepped(state: State, components: Components, absent: BooleanArray | None =
     errors = np.sqrt(np.einsum("nii->ni", fit.covariance) * levels[:, np.newaxis])
     moved = np.stack([after.cosine - components.cosine, after.sine - components.sine], axis=1)
     settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
-    return replace(state, components=after, fit=fit, settled=settled)
+    passes = state.passes + pairs_summed(state.sampled, components)
+    return replace(state, components=after, fit=fit, settled=settled, passes=passes)
 
 
 # --- judge -----------------------------------------------------------------------------------

@@ -401,6 +401,14 @@ def _meeting(sampled: Sampling, components: Components) -> tuple[IntegerArray, I
     return first, second
 
 
+def pairs_summed(sampled: Sampling, components: Components) -> float:
+    """Passes over all samples that `inner_products` takes: one for each pair that meets."""
+    if components.orders.size == 0:
+        return 0.0
+    first, _ = _meeting(sampled, components)
+    return first.size * sampled.blocks.angle.size / sampled.samples
+
+
 def _pairs_of_orders(
     sampled: Sampling, orders: FloatArray, loose: IntegerArray, *, everything: bool
 ) -> list[tuple[int, int]]:

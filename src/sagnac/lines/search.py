@@ -17,7 +17,7 @@ from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.lines.candidates import new_lines
-from sagnac.lines.components import Components
+from sagnac.lines.components import Components, joined
 from sagnac.lines.crowding import Band, bands_of_peaks, crowded_bands, joined_bands
 from sagnac.lines.detection import floor_of
 from sagnac.lines.model import Removal
@@ -38,6 +38,7 @@ from sagnac.lines.passes import (
     without_vibration,
 )
 from sagnac.lines.peaks import Peaks, peaks_in_frequency
+from sagnac.lines.products import pairs_summed
 from sagnac.lines.state import End, Record, State, centre, first_state
 from sagnac.lines.taken_noise import masked_bands, noise_taken
 
@@ -47,6 +48,10 @@ _BLAS: Final = ThreadpoolController()
 _SEEN_LAG: Final = 0.05
 _MOST_LINES: Final = 250
 _ROUNDS: Final = 20
+# Passes over the record that joint fits may take, one for each pair of lines that meet, and joint
+# fits in a round at the least. The time of a search then grows with the record, whatever is in it.
+_MOST_PASSES: Final = 500.0
+_FITS: Final = 3.0
 # What is left of the mean square of the increments after a search that took more than there was.
 _GROWN: Final = 1.0
 # Rounds in which lines are looked for beside bands of vibration.
@@ -171,6 +176,9 @@ def next_round(state: State) -> State:
             return replace(state, earth_settled=True)
         if new.restless.size == 0:
             return _gathered_or_over(state)
+    expected = pairs_summed(state.sampled, joined(state.components, new.lines))
+    if state.passes + _FITS * expected > _MOST_PASSES:
+        return replace(state, end="too many pairs")
     state = joined_by(state, new.lines)
     for settle in SETTLING:
         state = settle(state)
@@ -371,6 +379,12 @@ def _notes_on_end(ended: State) -> tuple[Note, ...]:
     if ended.end == "too many lines":
         text = (
             f"the search stopped at {ended.components.size} lines; more peaks stand above the floor"
+        )
+    elif ended.end == "too many pairs":
+        text = (
+            f"the search stopped at {ended.components.size} lines: this table sweeps orders and "
+            "tones over each other, and more of them would take a pass over the record for each "
+            "pair; more peaks stand above the floor"
         )
     elif ended.end == "too many rounds":
         text = (

@@ -31,7 +31,12 @@ from sagnac.table.turns import is_turning
 _Made = TypeVar("_Made")
 
 End = Literal[
-    "nothing stands", "nothing new stood", "too many lines", "too many rounds", "diverged"
+    "nothing stands",
+    "nothing new stood",
+    "too many lines",
+    "too many pairs",
+    "too many rounds",
+    "diverged",
 ]
 
 
@@ -142,6 +147,8 @@ class State:
         Tones, alone or in clusters, that were found to be steady lines, by their places.
     bands
         (low, high) cycles a sample, ascending: bands of vibration, in which nothing is a line.
+    passes
+        Passes over all samples that the joint fits took, one for each pair of lines that meet.
     rounds
         Rounds done.
     end
@@ -159,6 +166,7 @@ class State:
     earth_settled: bool = False
     steady: frozenset[tuple[int, ...]] = frozenset()
     bands: tuple[Band, ...] = ()
+    passes: float = 0.0
     rounds: int = 0
     end: End | None = None
 
