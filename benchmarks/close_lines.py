@@ -120,7 +120,7 @@ def score(look: Callable[[FloatArray], Found], separation: float, records: int) 
 
 
 def draw(scores: dict[str, list[Score]]) -> Figure:
-    figure = Figure(figsize=(12.0, 3.8), layout="constrained")
+    figure = Figure(figsize=(12.0, 4.2), layout="constrained")
     panels = figure.subplots(1, 4)
     for axes, (name, title) in zip(
         panels,
@@ -135,10 +135,16 @@ def draw(scores: dict[str, list[Score]]) -> Figure:
         for (method, own), mark in zip(scores.items(), "osD^v*", strict=True):
             values = [getattr(one, name) for one in own]
             axes.plot(SEPARATIONS, values, marker=mark, linewidth=0.9, markersize=4.0, label=method)
-        axes.set(xlabel="separation, 1/T", title=title)
+        axes.set_xlabel("separation, 1/T")
+        axes.set_title(title, fontsize=9)
         if name in {"error", "left"}:
             axes.set_yscale("log")
-    panels[0].legend(frameon=False, fontsize=7)
+    figure.legend(
+        *panels[0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=len(scores),
+        frameon=False,
+    )
     return figure
 
 

@@ -17,7 +17,12 @@ from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName, allan_variance
+from sagnac.coefficients.laws import (
+    COEFFICIENT_NAMES,
+    SYMBOLS,
+    CoefficientName,
+    allan_variance,
+)
 from sagnac.lines.model import Line, Scale
 from sagnac.recording.difference import per_gyro
 from sagnac.stability.curve import StabilityCurve
@@ -38,13 +43,6 @@ QUIET: Final = "#9a9a9a"
 BLUE: Final = "#1f5a96"
 ORANGE: Final = "#c4561b"
 GREEN: Final = "#2f7d5b"
-SYMBOLS: Final[Mapping[CoefficientName, str]] = {
-    "quantization": "Q",
-    "angle_random_walk": "N",
-    "bias_instability": "B",
-    "rate_random_walk": "K",
-    "rate_ramp": "R",
-}
 
 # How the Allan deviation of each term rises with tau on a log-log plot.
 _SLOPES: Final[Mapping[CoefficientName, str]] = {
@@ -328,7 +326,7 @@ def residual(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     long = float(kept.time[-1]) > _LONG_S
     axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / DEGREE_PER_HOUR, color=BLUE)
     axes.set_xlabel(f"time ({'h' if long else 's'})")
-    axes.set_ylabel("left, °/h")
+    axes.set_ylabel("left (°/h)")
     return axes
 
 
@@ -350,7 +348,7 @@ def residual_by_angle(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     axes.set_xlim(0.0, 360.0)
     axes.set_xticks(range(0, 361, 60))
     axes.set_xlabel("table angle (°)")
-    axes.set_ylabel("left, °/h")
+    axes.set_ylabel("left (°/h)")
     return axes
 
 
@@ -378,7 +376,7 @@ def orders(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
         )  # fmt: skip
     axes.set_yscale("log")
     axes.set_xlabel("order of the table angle")
-    axes.set_ylabel("amplitude, °/h")
+    axes.set_ylabel("amplitude (°/h)")
     axes.legend(loc="upper right")
     return axes
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.analysis.shares import table_shares
+from sagnac.analysis.shares import table_shares, told_by_table
 from sagnac.errors import RecordingError
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
-from sagnac.rig.sections import GyroConfig, PlatformConfig, TableConfig
+from sagnac.rig.sections import EncoderConfig, GyroConfig, PlatformConfig, TableConfig
 from sagnac.rig.simulate import simulate
 
 
@@ -70,6 +70,78 @@ def test_error_over_predicted_sigma_is_near_one():
     assert abs(np.mean(asymmetries)) < 0.3
 
 
+def both_ways_at_two_speeds(seconds):
+    """A commanded rate that changes its way every 20 s and its speed every 40 s."""
+    knots = []
+    for start in range(0, seconds, 20):
+        way = 1.0 if start // 20 % 2 == 0 else -1.0
+        speed = 30.0 if start // 40 % 2 == 0 else 15.0
+        knots += [(float(start), way * speed), (start + 19.0, way * speed)]
+    return tuple(knots)
+
+
+def test_on_the_rig_error_over_predicted_sigma_is_near_one():
+    config = RigConfig(
+        duration_s=240.0,
+        sample_rate_hz=10.0,
+        table=TableConfig(profile=both_ways_at_two_speeds(240), jitter_rms_deg_per_s=0.004),
+        encoder=EncoderConfig(periodic_error=((1.0, 1.0),)),
+        platform=PlatformConfig(share_deviation=(0.01, 0.0, -0.02)),
+        gyro=GyroConfig(arw_deg_per_sqrt_h=(0.02, 0.03, 0.04), bias_deg_per_h=(0.5, -0.3, 0.1)),
+    )
+    deviations = {what: [] for what in ("share", "asymmetry", "bias", "scale", "angle")}
+
+    def note(what, interval, truth):
+        deviations[what].append((interval.value - truth) / (0.5 * (interval.high - interval.low)))
+
+    for seed in range(60):
+        made = simulate(replace(config, seed=seed))
+        told = told_by_table(made.recording, ("x", "y", "z"), confidence=0.6827)
+        truth, biases = made.truth, config.gyro.bias_deg_per_h
+        for bias, (name, one) in zip(biases, told.shares.items(), strict=True):
+            share = truth.shares[name]
+            note("share", one.share, share)
+            note("asymmetry", one.asymmetry, 0.0)
+            along = bias + share * truth.earth_rate_b0_deg_per_h[2]
+            note("bias", one.bias, np.radians(along / 3600.0))
+            note("angle", told.triad.angles[name], np.arccos(share))
+        # The rig's axes are square and its scale factor is 1.
+        note("scale", told.triad.scale, 1.0)
+    for what, several in deviations.items():
+        # A standard deviation of 60 values is good to 9 %, and the Student factor of 25 to 2 %.
+        assert np.std(several) == pytest.approx(1.0, abs=0.28), what
+        assert abs(np.mean(several)) < 0.4, what
+
+
+def test_axes_that_turn_about_the_table_have_no_angle_below_zero():
+    table = table_angle(12_000)
+    turned = np.diff(table, prepend=0.0)
+    channels = tuple(
+        Channel(
+            name=name,
+            kind="angle",
+            shown_in="rad",
+            values=np.cumsum(
+                share * turned + 1e-4 * np.random.default_rng(seed).standard_normal(table.size)
+            ),
+        )
+        for seed, (name, share) in enumerate({"x": 0.0, "y": 0.0, "z": -1.003}.items())
+    )
+    recording = replace(recording_of(table, table), gyros=channels)
+    triad = told_by_table(recording, ("x", "y", "z")).triad
+    assert triad.scale.low < 1.003 < triad.scale.high
+    assert triad.angles["z"].high == pytest.approx(np.pi)
+    for name in ("x", "y"):
+        assert triad.angles[name].low < 0.5 * np.pi < triad.angles[name].high
+
+
+def test_nothing_is_told_at_rest_and_no_triad_of_a_pair():
+    table = table_angle(12_000)
+    recording = recording_of(table, table)
+    assert told_by_table(replace(recording, table=None), ("z",)).shares == {}
+    assert told_by_table(recording, ("z",)).triad is None
+
+
 def test_one_way_the_bias_is_in_the_share():
     table = 0.05 * np.arange(12_000.0)
     one = table_shares(recording_of(-1.006 * table, table), ("z",))["z"]
@@ -87,3 +159,7 @@ def test_refusals():
         table_shares(recording_of(table[:100], table[:100]), ("z",))
     with pytest.raises(RecordingError, match="does not turn"):
         table_shares(recording_of(table, np.zeros(table.size)), ("z",))
+    # Over by half a turn and back within two seconds: every second has both ways in it.
+    swing = 1.5 * np.cos(np.pi * np.arange(12_000) / 10.0 + 0.25 * np.pi)
+    with pytest.raises(RecordingError, match="keeps its way over 0 seconds"):
+        table_shares(recording_of(swing, swing), ("z",))

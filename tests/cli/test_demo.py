@@ -22,7 +22,12 @@ def test_demo_prints_the_answer_and_the_truth(capsys, tmp_path, monkeypatch):
     assert main(["demo", "--quick", "--seed", "3", "-o", str(folder)]) == 0
     assert asked == ["paper"]
     shown = capsys.readouterr().out
-    assert shown.startswith("ARW of gyros x − z")
+    assert [line.split("  ")[0] for line in shown.splitlines()[:4]] == [
+        "ARW of gyro x",
+        "ARW of gyro y",
+        "ARW of gyro z",
+        "ARW of gyros x − z, per gyro (N̄)",
+    ]
     assert "The truth put in: 2.5e-05 °/√h" in shown
     assert re.search(r"(holds|does not hold|does not show) it", shown)
     truth = json.loads((folder / "recording.parquet.truth.json").read_text())

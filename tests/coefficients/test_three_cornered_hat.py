@@ -39,6 +39,23 @@ def test_a_gyro_far_quieter_than_the_others_gets_a_bound_and_a_note():
     assert 1 <= negative <= 9
 
 
+@pytest.mark.statistics
+@pytest.mark.parametrize(("samples", "truths"), [(60, (1, 1, 1)), (500, (1, 2, 4))])
+def test_intervals_and_bounds_of_three_gyros_hold(samples, truths):
+    """Of all answers, estimates and bounds together, with few and with more degrees of freedom."""
+    held, runs = np.zeros(3), 200
+    for seed in range(runs):
+        generator = np.random.default_rng(seed)
+        gyros = {
+            name: truth * generator.standard_normal(samples)
+            for name, truth in zip("xyz", truths, strict=True)
+        }
+        separation = three_cornered_hat(gyros, kind="rate", sample_rate=1.0)
+        walks = separation.angle_random_walk.values()
+        held += [walk.low <= truth <= walk.high for walk, truth in zip(walks, truths, strict=True)]
+    assert held.min() >= 0.9 * runs
+
+
 @pytest.mark.parametrize(
     ("gyros", "error", "message"),
     [

@@ -1,16 +1,48 @@
 """The style of the figures."""
 
 import matplotlib as mpl
+import pytest
 
 from sagnac.report.style import STYLE, legend_above, styled
 
 
 def test_the_style_ends_with_the_figure_and_the_legend_stands_above():
     size = mpl.rcParams["font.size"]
-    with styled(legend_rows=2) as canvas:
+    with styled() as canvas:
         assert mpl.rcParams["font.size"] == STYLE["font.size"]
         canvas.axes.plot([1.0, 2.0], [1.0, 2.0], label="a")
         legend_above(canvas.axes, columns=2)
     assert mpl.rcParams["font.size"] == size
     legend = canvas.axes.get_legend().get_window_extent()
     assert legend.y0 >= canvas.axes.get_window_extent().y1 - 5.0
+
+
+@pytest.mark.parametrize("entries", [1, 3, 4, 7, 9])
+def test_the_room_above_follows_the_rows_of_the_legend(entries):
+    with styled() as canvas:
+        for number in range(entries):
+            canvas.axes.plot([1.0, 2.0], [1.0, 2.0], label=f"entry {number}")
+        legend_above(canvas.axes, columns=3)
+    legend = canvas.axes.get_legend().get_window_extent()
+    assert legend.y0 >= canvas.axes.get_window_extent().y1 - 5.0
+    assert legend.y1 <= canvas.figure.bbox.y1
+    assert legend.y1 >= 0.97 * canvas.figure.bbox.y1
+
+
+def test_the_power_of_ten_stands_with_the_unit():
+    with styled() as canvas:
+        canvas.axes.plot([0.0, 900.0], [2.1e-5, 2.6e-5])
+        canvas.axes.set(xlabel="time (s)", ylabel="N, x (°/√h)")
+    canvas.figure.draw_without_rendering()
+    assert canvas.axes.get_ylabel() == "N, x (10⁻⁵ °/√h)"
+    assert canvas.axes.get_xlabel() == "time (s)"
+    assert canvas.axes.yaxis.get_offset_text().get_text() == ""
+    shown = {label.get_text() for label in canvas.axes.get_yticklabels()}
+    assert {"2.2", "2.4", "2.6"} <= shown
+
+
+def test_a_linear_axis_of_ordinary_numbers_names_no_power():
+    with styled() as canvas:
+        canvas.axes.plot([0.0, 1.0], [100.0, 101.0])
+        canvas.axes.set_ylabel("rate (°/h)")
+    assert canvas.axes.get_ylabel() == "rate (°/h)"

@@ -52,7 +52,7 @@ def test_toml_is_laid_over_its_preset(tmp_path):
         ("[gyro]\narw_deg_per_sqrt_h = [1, 2]", r"arw_deg_per_sqrt_h is \[1, 2\]; .*list of three"),
         ("[gyro]\narw_deg_per_sqrt_h = -1", r"gyro\.arw_deg_per_sqrt_h is -1; .*from 0 to 10"),
         ('[gyro]\nmode = "fast"', r"gyro\.mode is 'fast'; use one of ideal, still, dithered"),
-        ('preset = "calm"', r"preset 'calm' does not exist; use one of quiet, paper, harsh"),
+        ('preset = "calm"', r"'calm' does not exist; use one of quiet, paper, dithered, harsh"),
         ("[disturbances]\ntime = [[300, 1]]", r"300 Hz is above 250 Hz, half of sample_rate_hz"),
         ("[table]\nprofile = [[5, 1], [5, 2]]", r"table\.profile: times .* do not increase"),
         ("duration_s = 0.01\nsample_rate_hz = 1", r"holds no sample at 1 Hz; make it longer"),
@@ -112,7 +112,7 @@ def test_every_key_is_documented_with_its_default_and_range():
         assert shown_range == allowed(rule)
 
 
-@pytest.mark.parametrize("name", ["quiet", "paper", "harsh"])
+@pytest.mark.parametrize("name", ["quiet", "paper", "dithered", "harsh"])
 def test_presets_run_and_hold_their_place_in_the_paper(name):
     config = preset(name)
     assert max(abs(d) for d in config.platform.share_deviation) <= 0.002  # Eq. 2

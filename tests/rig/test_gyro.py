@@ -187,3 +187,41 @@ def test_trend_is_bias_ramp_and_warming():
     trend.add_to(drift, seconds)
     expected = [0.0, 1.0, 1.0 + 10.0 + 12.0 * (1.0 - math.exp(-1.0))]
     np.testing.assert_allclose(drift, expected, rtol=1e-12, atol=1e-15)
+
+
+# --- the sensor's own low-pass ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_low_pass_has_the_response_of_its_order(order):
+    """|H|^2 = 1/(1 + w^(2 order)) with w the ratio of tangents that the bilinear map makes."""
+    plain = GyroConfig(arw_deg_per_sqrt_h=(1.0,) * 3, quantization_step_arcsec=NONE)
+    passed = replace(plain, low_pass_hz=(1.0, 2.0, 0.0), low_pass_order=order)
+    before, after = (
+        np.fft.rfft(np.diff(triad(at_rest(gyro, 4_000.0)), axis=1) * np.hanning(39_999))
+        for gyro in (plain, passed)
+    )
+    frequency = np.fft.rfftfreq(39_999, 0.1)
+    np.testing.assert_array_equal(after[2], before[2])
+    for gyro, corner in ((0, 1.0), (1, 2.0)):
+        for wanted in (0.1, corner, 2.0 * corner):
+            near = np.abs(frequency - wanted) < 0.01
+            ratio = np.sum(np.abs(after[gyro][near]) ** 2) / np.sum(np.abs(before[gyro][near]) ** 2)
+            tangents = math.tan(math.pi * wanted / 10.0) / math.tan(math.pi * corner / 10.0)
+            assert ratio == pytest.approx(1.0 / (1.0 + tangents ** (2 * order)), rel=0.03)
+
+
+def test_a_low_pass_passes_a_steady_rate_from_the_first_sample_on():
+    """Only what turns with the table, the Earth's 15 deg/h, lags by up to the time constant."""
+    gyro = replace(NOISELESS, low_pass_hz=(2.0, 2.0, 2.0))
+    table = TableConfig(rate_deg_per_s=10.0)
+    plain, passed = (triad(configured(table=table, gyro=each)) for each in (NOISELESS, gyro))
+    time_constant = 1.0 / (2.0 * math.pi * 2.0)
+    np.testing.assert_allclose(passed, plain, rtol=0.0, atol=2.0 * 15.0 * ARCSEC * time_constant)
+
+
+def test_the_truth_states_the_low_pass():
+    config = configured(gyro=replace(NOISELESS, low_pass_hz=(50.0, 10.0, 0.0)))
+    assert truth_of(config).low_pass_hz == {"x": 50.0, "y": 10.0, "z": 0.0}
+    with pytest.raises(ValueError, match=r"gyro\.low_pass_hz 250 is not below 250 Hz"):
+        configured(gyro=replace(NOISELESS, low_pass_hz=(250.0, 0.0, 0.0)))

@@ -21,7 +21,13 @@ from tests.rig.rigs import HARSH, from_first, triad
 @pytest.mark.parametrize("block_samples", [1, 77, 1000])
 @pytest.mark.parametrize("mode", ["ideal", "dithered"])
 def test_blocks_are_the_recording_whatever_their_size(block_samples, mode):
-    gyro = replace(HARSH.gyro, mode=mode, dither_rate_deg_per_s=400.0)
+    gyro = replace(
+        HARSH.gyro,
+        mode=mode,
+        dither_rate_deg_per_s=400.0,
+        low_pass_hz=(20.0, 5.0, 0.0),
+        low_pass_order=2,
+    )
     config = replace(
         HARSH,
         sample_rate_hz=100.0,

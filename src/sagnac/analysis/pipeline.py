@@ -1,25 +1,40 @@
 """From a recording to its angle random walk: the one place that composes."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final, TypedDict
 
 from threadpoolctl import ThreadpoolController
 
 from sagnac import series
 from sagnac.analysis.averaged import Averaged, averaged
-from sagnac.analysis.curves import curves_of, points_at, points_of, require_length, rounding_note
-from sagnac.analysis.fits import coefficients_of
+from sagnac.analysis.curves import (
+    Curves,
+    Points,
+    curves_of,
+    points_at,
+    points_of,
+    require_length,
+    rounding_note,
+)
+from sagnac.analysis.dither import Undithered, without_dither
+from sagnac.analysis.fits import Coefficients, coefficients_of
 from sagnac.analysis.headline import Headline, headline_of
-from sagnac.analysis.measurement import Measurement, measure, require_noise, turning_table
+from sagnac.analysis.measurement import (
+    Measurement,
+    TurningTable,
+    measure,
+    require_noise,
+    turning_table,
+)
 from sagnac.analysis.noticed import noticed
 from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
-from sagnac.analysis.residuals import residual_of
+from sagnac.analysis.residuals import Residual, residual_of
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
-from sagnac.analysis.shares import Share, shares_if_told
-from sagnac.analysis.sharing import sharing_notes
+from sagnac.analysis.shares import TableTold, told_by_table
+from sagnac.analysis.sharing import sharing_notes, sharing_notes_of_turning
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
@@ -78,48 +93,128 @@ def analyze(
 
 
 def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analysis:
+    """The stages in their order, and what each of them gives the next."""
+    prepared = _prepared(recording, settings, stages)
+    removed = _removed(prepared, stages)
+    answered = _answered(prepared, removed, stages)
+    with stages.stage("check"):
+        seen = _seen(prepared, removed, answered)
+        require_strict(seen, prepared.settings)
+    with stages.stage("spectrum"):
+        spectra = _spectra(prepared, removed)
+    return _composed(prepared, removed, answered, seen, spectra, seconds=stages.seconds)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Prepared:
+    """What is measured, and what the data are worth."""
+
+    recording: Recording
+    settings: Settings
+    undithered: Undithered
+    measured: Measurement
+    points: Points
+    table: TurningTable
+    findings: tuple[Note, ...]
+    spectrum: Spectrum
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Removed:
+    """What removal leaves of what is measured, and of a second pair of three gyros."""
+
+    left: Remainder
+    second: Remainder | None
+    points: Points
+
+    @property
+    def each(self) -> tuple[Remainder, ...]:
+        return (self.left,) if self.second is None else (self.left, self.second)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Answered:
+    """Curves, coefficients and the headline."""
+
+    curves: Curves
+    coefficients: Coefficients
+    found: Averaged | None
+    headline: Headline
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Spectra:
+    """What is drawn of what is left."""
+
+    spectrum: Spectrum
+    density: Spectrum | None
+    residual: Residual | None
+
+
+def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prepared:
     rate, interval = recording.sample_rate, settings.interval
     with stages.stage("difference"):
         gyros = settings.gyros_of(recording)
         settings = replace(settings, gyros=gyros)
-        measured = measure(recording, gyros)
-        before = points_at(measured.angle, rate, interval)
+        undithered = without_dither(recording, gyros, settings.method)
+        measured = measure(undithered.recording, gyros)
+        points = points_at(measured.angle, rate, interval)
         if settings.method != "fris":
             # Known before the search, which takes what time there is.
-            require_length(before.angle.size, before.rate, recording.duration)
+            require_length(points.angle.size, points.rate, recording.duration)
         table = turning_table(recording, gyros, settings.method)
     with stages.stage("check"):
         findings = findings_of(recording, settings)
         require_noise(measured)
     with stages.stage("spectrum"):
-        spectrum_before = figure_spectrum(measured.angle, rate)
+        spectrum = figure_spectrum(measured.angle, rate)
+    return _Prepared(
+        recording=recording,
+        settings=settings,
+        undithered=undithered,
+        measured=measured,
+        points=points,
+        table=table,
+        findings=findings,
+        spectrum=spectrum,
+    )
+
+
+def _removed(prepared: _Prepared, stages: Stages) -> _Removed:
+    settings, recording = prepared.settings, prepared.undithered.recording
     with stages.stage("lines") as fraction:
-        left = remainder_of(measured, table.angle, recording, settings, fraction)
+        table = prepared.table.angle
+        left = remainder_of(prepared.measured, table, recording, settings, fraction)
         second = None
-        if len(gyros) == MOST_GYROS:
-            pair = measure(recording, gyros[:2])
-            second = remainder_of(pair, table.angle, recording, settings, fraction)
-        points = points_of(left, interval)
+        if len(settings.gyros) == MOST_GYROS:
+            pair = measure(recording, settings.gyros[:2])
+            second = remainder_of(pair, table, recording, settings, fraction)
+        points = points_of(left, settings.interval)
         require_length(points.angle.size, points.rate, recording.duration)
+    return _Removed(left=left, second=second, points=points)
+
+
+def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answered:
+    settings, measured, left = prepared.settings, prepared.measured, removed.left
     with stages.stage("stability"):
-        curves = curves_of(measured, left, points, before, settings)
+        curves = curves_of(measured, left, removed.points, prepared.points, settings)
     with stages.stage("coefficients"):
         coefficients = coefficients_of(
-            recording,
+            prepared.recording,
             settings,
-            gyros=gyros,
+            gyros=settings.gyros,
             left=left,
-            second=second,
-            points=points,
+            second=removed.second,
+            points=removed.points,
             curve=curves.after,
         )
         found = None
         if settings.method not in PUBLISHED:
             found = averaged(
-                recording,
+                prepared.recording,
                 settings,
                 measured=measured,
-                gyros=gyros,
+                gyros=settings.gyros,
                 left=left,
                 coefficients=coefficients,
             )
@@ -131,70 +226,110 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
             found=found,
             settings=settings,
         )
-    with stages.stage("check"):
-        seen = _noticed(recording, measured, left, found, standing=table.angle is None)
-        seen = merged(findings, accepted(seen, settings.accepted))
-        require_strict(seen, settings)
-        trust = Trust.of(seen)
-        headline = trust.headline(headline)
-    with stages.stage("spectrum"):
-        spectrum = figure_spectrum(left.removal.residual, left.rate)
-        density = _density(left) if settings.estimators else None
-        residual = residual_of(measured, left, table.angle)
-    shares: Mapping[str, Share] = {}
-    if table.angle is not None:
-        shares = shares_if_told(recording, gyros, settings.confidence)
-    removals = [left] if second is None else [left, second]
-    notes = (
-        *recording.notes,
-        *(note for note in seen if note.level == "error"),
-        *table.notes,
-        *(note for one in removals for note in one.removal.notes),
-        *(() if left.once_a_turn else rounding_note(points, interval)),
-        *coefficients.notes,
-        *curves.notes,
-        *headline.notes,
-        *seen,
+    return _Answered(curves=curves, coefficients=coefficients, found=found, headline=headline)
+
+
+def _seen(prepared: _Prepared, removed: _Removed, answered: _Answered) -> tuple[Note, ...]:
+    """Findings of the data, and what the average noticed."""
+    noticed = _noticed(prepared, removed.left, answered.found)
+    return merged(prepared.findings, accepted(noticed, prepared.settings.accepted))
+
+
+def _noticed(prepared: _Prepared, left: Remainder, found: Averaged | None) -> tuple[Note, ...]:
+    """What the average noticed, and what a pair shares."""
+    if found is None:
+        return ()
+    recording, measured = prepared.undithered.recording, prepared.measured
+    table = prepared.table.angle
+    if table is None:
+        shared = sharing_notes(recording, measured, left, found)
+    else:
+        confidence = prepared.settings.confidence
+        shared = sharing_notes_of_turning(
+            recording, measured, left, found, table=table, confidence=confidence
+        )
+    sensor = recording.gyros[0].sensor
+    return (*noticed(measured.channel, found, measured.gyros_differenced, sensor), *shared)
+
+
+def _spectra(prepared: _Prepared, removed: _Removed) -> _Spectra:
+    left = removed.left
+    density = None
+    if prepared.settings.estimators:
+        steps = series.differences(left.removal.residual)
+        density = multitaper_density(steps, left.rate)
+    return _Spectra(
+        spectrum=figure_spectrum(left.removal.residual, left.rate),
+        density=density,
+        residual=residual_of(prepared.measured, left, prepared.table.angle),
     )
+
+
+def _composed(
+    prepared: _Prepared,
+    removed: _Removed,
+    answered: _Answered,
+    seen: tuple[Note, ...],
+    spectra: _Spectra,
+    *,
+    seconds: Mapping[str, float],
+) -> Analysis:
+    recording, settings, measured = prepared.recording, prepared.settings, prepared.measured
+    table = prepared.table.angle
+    trust = Trust.of(seen)
+    headline = trust.headline(answered.headline)
+    told = TableTold()
+    if table is not None:
+        told = told_by_table(recording, settings.gyros, settings.confidence)
+    each = answered.coefficients.per_gyro
     return Analysis(
         recording=recording,
         settings=settings,
         channel=measured.channel,
         gyros_differenced=measured.gyros_differenced,
-        table_rate=None if table.angle is None else mean_rate(table.angle, rate),
+        table_rate=None if table is None else mean_rate(table, recording.sample_rate),
         angle_random_walk=headline.estimate,
         source=headline.source,
-        fits=trust.fits(coefficients.fits),
-        lines=tuple(line for one in removals for line in one.removal.lines),
-        curve=curves.after,
-        curve_before=curves.before,
-        spectrum=spectrum,
-        spectrum_before=spectrum_before,
-        per_gyro={name: trust.estimate(own) for name, own in coefficients.per_gyro.items()},
-        notes=tuple(dict.fromkeys(notes)),
-        seconds=stages.seconds,
-        family=curves.family,
-        density=density,
-        residual=residual,
-        shares=shares,
-        **_of_average(found, headline, trust),
+        fits=trust.fits(answered.coefficients.fits),
+        lines=tuple(line for one in removed.each for line in one.removal.lines),
+        curve=answered.curves.after,
+        curve_before=answered.curves.before,
+        spectrum=spectra.spectrum,
+        spectrum_before=prepared.spectrum,
+        per_gyro={name: trust.estimate(own) for name, own in each.items()},
+        notes=_notes(prepared, removed, answered, headline, seen),
+        seconds=seconds,
+        family=answered.curves.family,
+        density=spectra.density,
+        residual=spectra.residual,
+        shares=told.shares,
+        triad=told.triad,
+        **_of_average(answered.found, headline, trust),
     )
 
 
-def _noticed(
-    recording: Recording,
-    measured: Measurement,
-    left: Remainder,
-    found: Averaged | None,
-    *,
-    standing: bool,
+def _notes(
+    prepared: _Prepared,
+    removed: _Removed,
+    answered: _Answered,
+    headline: Headline,
+    seen: tuple[Note, ...],
 ) -> tuple[Note, ...]:
-    """What the average noticed; at rest also what a pair shares."""
-    if found is None:
-        return ()
-    shared = sharing_notes(recording, measured, left, found) if standing else ()
-    sensor = recording.gyros[0].sensor
-    return (*noticed(measured.channel, found, measured.gyros_differenced, sensor), *shared)
+    """All notes, in the order of the stages, each once; errors in the data come first."""
+    rounding = rounding_note(removed.points, prepared.settings.interval)
+    notes = (
+        *prepared.recording.notes,
+        *prepared.undithered.notes,
+        *(note for note in seen if note.level == "error"),
+        *prepared.table.notes,
+        *(note for one in removed.each for note in one.removal.notes),
+        *(() if removed.left.once_a_turn else rounding),
+        *answered.coefficients.notes,
+        *answered.curves.notes,
+        *headline.notes,
+        *seen,
+    )
+    return tuple(dict.fromkeys(notes))
 
 
 class _OfAverage(TypedDict, total=False):
@@ -227,7 +362,3 @@ def _of_average(found: Averaged | None, headline: Headline, trust: Trust) -> _Of
         "covariance": Covariance(names=found.average.names, matrix=found.average.covariance),
         "parts": parts,
     }
-
-
-def _density(left: Remainder) -> Spectrum:
-    return multitaper_density(series.differences(left.removal.residual), left.rate)

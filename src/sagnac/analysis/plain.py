@@ -6,7 +6,7 @@ import numpy as np
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.shares import Interval
-from sagnac.units import DEGREE_PER_HOUR, field_unit
+from sagnac.units import DEGREE, DEGREE_PER_HOUR, field_unit
 
 
 def resting_data(analysis: Analysis) -> dict[str, Any]:
@@ -57,24 +57,42 @@ def shares_data(analysis: Analysis) -> dict[str, Any]:
     dict
         By gyro, each with ``value``, ``low`` and ``high``, or None where it cannot be told.
     """
-
-    def ends(interval: Interval | None, size: float = 1.0) -> dict[str, float] | None:
-        if interval is None:
-            return None
-        return {
-            "value": interval.value / size,
-            "low": interval.low / size,
-            "high": interval.high / size,
-        }
-
     return {
         name: {
-            "share": ends(one.share),
-            "bias_deg_per_h": ends(one.bias, DEGREE_PER_HOUR),
-            "asymmetry": ends(one.asymmetry),
+            "share": _ends(one.share),
+            "bias_deg_per_h": _ends(one.bias, DEGREE_PER_HOUR),
+            "asymmetry": _ends(one.asymmetry),
             "confidence": one.confidence,
         }
         for name, one in analysis.shares.items()
+    }
+
+
+def triad_data(analysis: Analysis) -> dict[str, Any] | None:
+    """Scale factor and axes of three gyros on a turning table.
+
+    Returns
+    -------
+    dict or None
+        ``scale``, and ``angles_deg`` between each gyro's axis and the table's, by gyro, each with
+        ``value``, ``low`` and ``high``.
+    """
+    triad = analysis.triad
+    if triad is None:
+        return None
+    return {
+        "scale": _ends(triad.scale),
+        "angles_deg": {name: _ends(one, DEGREE) for name, one in triad.angles.items()},
+    }
+
+
+def _ends(interval: Interval | None, size: float = 1.0) -> dict[str, float] | None:
+    if interval is None:
+        return None
+    return {
+        "value": interval.value / size,
+        "low": interval.low / size,
+        "high": interval.high / size,
     }
 
 

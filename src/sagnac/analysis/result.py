@@ -8,7 +8,7 @@ from typing import Any
 from sagnac.analysis.parts import Part
 from sagnac.analysis.residuals import Residual
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.shares import Share
+from sagnac.analysis.shares import Share, Triad
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
@@ -96,6 +96,8 @@ class Analysis:
         where those of a gyro are in rad/s.
     shares
         What each gyro shows of the table's rate; empty at rest.
+    triad
+        Scale factor and axes of three gyros on a turning table, else None.
     """
 
     recording: Recording
@@ -123,6 +125,7 @@ class Analysis:
     residual: Residual | None = None
     accelerometers: "tuple[Analysis, ...]" = ()
     shares: Mapping[str, Share] = field(default_factory=dict)
+    triad: Triad | None = None
 
     @property
     def findings(self) -> tuple[Note, ...]:

@@ -6,7 +6,7 @@ its axes are square, the squares of the three shares add up to the square of the
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -27,6 +27,7 @@ _EACH_WAY: Final = 0.1
 _UNEVEN: Final = 0.1
 # Part of the fastest rate below which a second counts for neither way.
 _TURNING: Final = 0.1
+_AXES: Final = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,14 +66,49 @@ class Share:
     confidence: float
 
 
-def shares_if_told(
-    recording: Recording, gyros: tuple[str, ...], confidence: float
-) -> Mapping[str, Share]:
-    """As `table_shares`; nothing where the recording does not tell them."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Triad:
+    """The scale factor and the axes of three gyros whose axes are square.
+
+    Attributes
+    ----------
+    scale
+        Common scale factor: the root of the sum of the squares of the shares.
+    angles
+        Gyro -> angle between its axis and the table's, rad, 0 to pi.
+    """
+
+    scale: Interval
+    angles: Mapping[str, Interval]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableTold:
+    """What a turning table tells of the gyros on it; nothing where it tells nothing."""
+
+    shares: Mapping[str, Share] = field(default_factory=dict)
+    triad: Triad | None = None
+
+
+def told_by_table(
+    recording: Recording, gyros: tuple[str, ...], confidence: float = 0.95
+) -> TableTold:
+    """Shares as by `table_shares` and, of three gyros, scale and axes; empty if it cannot be told.
+
+    Parameters
+    ----------
+    recording, gyros, confidence
+        As for `table_shares`.
+    """
     try:
-        return table_shares(recording, gyros, confidence=confidence)
+        fitted = _fitted(recording, gyros, confidence)
     except RecordingError:
-        return {}
+        return TableTold()
+    shares = {name: one.share for name, one in fitted.items()}
+    return TableTold(
+        shares=shares,
+        triad=_triad(fitted, confidence) if len(fitted) == _AXES else None,
+    )
 
 
 def table_shares(
@@ -96,8 +132,26 @@ def table_shares(
     Raises
     ------
     RecordingError
-        If there is no table, it does not turn, or the recording is too short.
+        If there is no table, it does not turn, it turns round all the time, or the recording is too
+        short.
     """
+    return {name: one.share for name, one in _fitted(recording, gyros, confidence).items()}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Fitted:
+    """A share, and by how much each stretch moves it.
+
+    `moves` (stretches,) are scaled so that the sum of their squares is the variance.
+    """
+
+    share: Share
+    moves: FloatArray
+    freedom: int
+
+
+def _fitted(recording: Recording, gyros: tuple[str, ...], confidence: float) -> dict[str, _Fitted]:
+    """The fit of each gyro."""
     if recording.table is None:
         raise RecordingError(
             "there is no table angle to compare the gyros with",
@@ -116,6 +170,13 @@ def table_shares(
     if not np.any(rates):
         raise RecordingError("the table does not turn", channel="table")
     design = _design(table, rates)
+    if design.columns.shape[0] < 4 * _STRETCHES:
+        raise RecordingError(
+            f"the table keeps its way over {design.columns.shape[0]} seconds only: too few for "
+            "shares of its rate",
+            channel="table",
+            remedy=f"turn it for {4 * _STRETCHES} s or more without turning round",
+        )
     return {
         name: _share(
             design, np.diff(series.every(angle_of(recording.gyro(name), rate), step)) / interval,
@@ -168,7 +229,27 @@ def _design(table: FloatArray, rates: FloatArray) -> _Design:
     )
 
 
-def _share(design: _Design, shown: FloatArray, confidence: float) -> Share:
+def _triad(fitted: Mapping[str, _Fitted], confidence: float) -> Triad:
+    """Scale and axes, with the covariance of the shares from the stretches that they have alike."""
+    shares = np.array([one.share.share.value for one in fitted.values()])
+    moves = np.stack([one.moves for one in fitted.values()])
+    freedom = min(one.freedom for one in fitted.values())
+    reach = float(stdtrit(freedom, 0.5 + 0.5 * confidence))
+    scale = float(np.linalg.norm(shares))
+    cosines = shares / scale
+    scale_error = reach * float(np.linalg.norm(cosines @ moves))
+    angles = {}
+    for name, cosine, own in zip(fitted, cosines, moves, strict=True):
+        error = reach * float(np.linalg.norm(own - cosine * (cosines @ moves))) / scale
+        low, value, high = np.arccos(np.clip([cosine + error, cosine, cosine - error], -1.0, 1.0))
+        angles[name] = Interval(value=float(value), low=float(low), high=float(high))
+    return Triad(
+        scale=Interval(value=scale, low=scale - scale_error, high=scale + scale_error),
+        angles=angles,
+    )
+
+
+def _share(design: _Design, shown: FloatArray, confidence: float) -> _Fitted:
     """Share, bias and asymmetry of one gyro."""
     shown = shown[design.kept]
     size = np.linalg.norm(design.columns, axis=0)
@@ -179,8 +260,8 @@ def _share(design: _Design, shown: FloatArray, confidence: float) -> Share:
     sums = np.zeros((_STRETCHES, columns.shape[1]))
     np.add.at(sums, design.stretch, scores)
     freedom = _STRETCHES - columns.shape[1]
-    covariance = inverse @ (sums.T @ sums) @ inverse * (_STRETCHES / freedom)
-    solution, covariance = solution / size, covariance / np.outer(size, size)
+    moves = (sums @ inverse) / size * math.sqrt(_STRETCHES / freedom)
+    solution, covariance = solution / size, moves.T @ moves
     reach = float(stdtrit(freedom, 0.5 + 0.5 * confidence))
 
     def combined(weights: FloatArray) -> Interval:
@@ -194,4 +275,8 @@ def _share(design: _Design, shown: FloatArray, confidence: float) -> Share:
         bias = combined(np.eye(count)[1])
     if design.two_speeds:
         asymmetry = combined(np.eye(count)[2] * 2.0 / float(solution[0]))
-    return Share(share=combined(share), bias=bias, asymmetry=asymmetry, confidence=confidence)
+    return _Fitted(
+        share=Share(share=combined(share), bias=bias, asymmetry=asymmetry, confidence=confidence),
+        moves=moves[:, 0],
+        freedom=freedom,
+    )

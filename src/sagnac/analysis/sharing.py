@@ -1,4 +1,4 @@
-"""Whether the two gyros of a pair share noise, which their difference hides."""
+"""Whether the two gyros of a pair share noise, which their difference hides: at rest, turning."""
 
 from typing import Final
 
@@ -8,10 +8,21 @@ from sagnac import series
 from sagnac.analysis.averaged import Averaged
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
+from sagnac.arrays import FloatArray
 from sagnac.coefficients.common_noise import Common, band_moments, common_noise
+from sagnac.coefficients.common_walk import CommonWalk, common_walk, differenced_factor
 from sagnac.errors import Note
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
+from sagnac.table.kinematics import (
+    Kinematics,
+    averaged,
+    block_gain,
+    harmonic_sum,
+    kinematics,
+)
+from sagnac.table.motion import follow_table
+from sagnac.table.turns import FEW_TURNS, full_turns
 
 # A correlation below this moves the answer by less than half a per cent.
 _WORTH_A_NOTE: Final = 0.01
@@ -78,4 +89,107 @@ def _note(channel: str, common: Common) -> Note:
         text=f"the two gyros share noise in the band of the answer ({said}): the difference reads "
         f"{abs(off):.2g} % {'low' if off < 0.0 else 'high'} against the gyros themselves; "
         "see each alone ({gyros})",
+    )
+
+
+# --- on a turning table -----------------------------------------------------------------------
+
+
+def sharing_notes_of_turning(
+    recording: Recording,
+    measured: Measurement,
+    left: Remainder,
+    found: Averaged,
+    *,
+    table: FloatArray,
+    confidence: float,
+) -> tuple[Note, ...]:
+    """What the cross spectrum of gyros on a turning table says, motion and orders taken out.
+
+    What the encoder adds to every gyro looks like the gyros' own, but not like an angle random
+    walk (`coefficients.common_walk`).
+
+    Parameters
+    ----------
+    recording
+        With the gyros.
+    measured, left
+        The difference, and what removal left of it.
+    found
+        The average, which says where N rules.
+    table
+        (samples,) unwrapped table angle, rad.
+    confidence
+        Of the interval.
+    """
+    walk = found.average.angle_random_walk
+    if measured.gyros_differenced == 1 or walk.status != "estimated":
+        return ()
+    if full_turns(table) < FEW_TURNS:
+        # Table motion and its orders are nearly one basis: nothing is left of a gyro alone.
+        return ()
+    kinematic = kinematics(table, recording.sample_rate)
+    increments = np.stack(
+        [
+            np.diff(_without_table(angle_of(gyro, recording.sample_rate), table, kinematic))
+            for gyro in (recording.gyro(name) for name in measured.gyros)
+        ]
+    )
+    rate = 1.0 / kinematic.interval
+    low, high = found.average.rests_on.band_hz
+    try:
+        shared = common_walk(
+            increments,
+            sample_rate=rate,
+            band_hz=(low, min(high, _PART_OF_RATE * rate)),
+            masked=left.removal.masked,
+            confidence=confidence,
+        )
+    except ValueError:
+        # A band that is too narrow, or of lines alone.
+        return ()
+    return (_note_of_turning(measured.channel, shared, walk.value),)
+
+
+# Part of the rate of averages above which they are bent.
+_PART_OF_RATE: Final = 0.25
+
+
+def _without_table(angle: FloatArray, table: FloatArray, kinematic: Kinematics) -> FloatArray:
+    """(averages,) of a gyro's angle, rad, without table motion, Earth rate and whole orders."""
+    parts = series.map(
+        lambda span: averaged(angle[span], kinematic.block),
+        angle.size,
+        angle,
+        length=kinematic.length,
+    )
+    averages = np.concatenate(parts)
+    motion = follow_table(averages, table, kinematic)
+    of = motion.kinematics
+    gain = block_gain(of, motion.orders)
+    orders = harmonic_sum(of.angle, motion.orders, motion.cosine * gain, motion.sine * gain)
+    return np.asarray(averages - motion.averages - orders)
+
+
+def _note_of_turning(channel: str, shared: CommonWalk, walk: float) -> Note:
+    low, factor, high = (
+        differenced_factor(square, walk) for square in (shared.high, shared.square, shared.low)
+    )
+    if not shared.is_present:
+        return Note(
+            channel=channel,
+            text="no angle random walk that the two gyros share is seen beside the table's motion: "
+            f"the difference reads at most {100.0 * (1.0 - low):.2g} % low against the gyros "
+            "themselves",
+        )
+    off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
+    return Note(
+        name="shared",
+        effect=factor,
+        channel=channel,
+        level="warning" if abs(off) >= 1.0 else "remark",
+        text="the two gyros share an angle random walk that their difference does not show: per "
+        f"gyro it reads {abs(off):.2g} % ({ends[0]:.2g} to {ends[1]:.2g} %) "
+        f"{'low' if off < 0.0 else 'high'} against the gyros themselves, unless the encoder "
+        "wanders that much",
     )

@@ -13,14 +13,14 @@ from sagnac import plot
 from sagnac.campaign.runner import Row
 from sagnac.campaign.table import Line
 from sagnac.repeatability.study import Repeatability
-from sagnac.report.style import STYLE, legend_above, styled
+from sagnac.report.style import STYLE, PowersOfTen, legend_above, styled
 from sagnac.units import HOUR
 
 # Panels beyond this are too small to read.
 MOST_PANELS: Final = 48
 _COLUMNS: Final = 4
 _PANEL: Final = (1.65, 1.5)
-_TITLE: Final = {"fontsize": 8.0, "loc": "left", "pad": 3.0}
+_TITLE: Final = {"fontsize": 7.0, "loc": "left", "pad": 3.0}
 
 
 def curve_panels(rows: Sequence[Row], lines: Sequence[Line]) -> Figure:
@@ -47,8 +47,12 @@ def curve_panels(rows: Sequence[Row], lines: Sequence[Line]) -> Figure:
                 axes.loglog(*_points(curve), color=plot.BLUE, linewidth=0.9)
             axes.set_title(title, **_TITLE)
             axes.tick_params(labelsize=7.0)
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_major_formatter(PowersOfTen())
         for axes in grid.flat[len(shown) :]:
             axes.set_axis_off()
+        for axes in grid.flat[max(len(shown) - _COLUMNS, 0) : len(shown)]:
+            axes.tick_params(labelbottom=True)
         figure.supxlabel("cluster time τ (s)", fontsize=8.5)
         figure.supylabel("Allan deviation (°/h)", fontsize=8.5)
         figure.subplots_adjust(
@@ -74,7 +78,7 @@ def control_chart(lines: Sequence[Line], found: Repeatability | None) -> Figure:
     found
         How they scatter; None if they are too few.
     """
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         _intervals(canvas.axes, np.arange(1.0, len(lines) + 1.0), lines)
         if found is not None:
             canvas.axes.axhline(found.mean.value, color=plot.INK, linewidth=0.9, label="mean")
@@ -98,7 +102,7 @@ def control_chart(lines: Sequence[Line], found: Repeatability | None) -> Figure:
 def time_chart(lines: Sequence[Line]) -> Figure:
     """N of the spans of one recording against time, with intervals."""
     middle = np.array([0.5 * (line.start_s + line.stop_s) for line in lines]) / HOUR
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         _intervals(canvas.axes, middle, lines)
         _scale(canvas.axes, "time from the start (h)")
         legend_above(canvas.axes, columns=2)
@@ -126,8 +130,7 @@ def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
 
 def _scale(axes: Axes, across: str) -> None:
     axes.set_xlabel(across)
-    axes.set_ylabel("angle random walk N, per gyro (°/√h)")
-    axes.yaxis.set_major_formatter(lambda value, _place: f"{value:.4g}")
+    axes.set_ylabel("N per gyro (°/√h)")
     low, high = axes.get_ylim()
     if low > 0.0 and high > 4.0 * low:
         axes.set_yscale("log")

@@ -68,8 +68,7 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
             if any(line.state == "done" for line in found)
         ],
         spans=_span_figures(lines),
-        columns=_COLUMNS,
-        rows=[{"state": line.state, "cells": _cells(line)} for line in lines],
+        **_listed(lines),
         version=__version__,
     )
     path = folder / "index.html"
@@ -211,10 +210,29 @@ def _span_figures(lines: Iterable[Line]) -> list[tuple[Markup, str]]:
     ]
 
 
+def _listed(lines: Sequence[Line]) -> dict[str, Any]:
+    """Every row, and the columns in which at least one row has something."""
+    cells = [_cells(line) for line in lines]
+    filled = [
+        column for column in range(len(_COLUMNS)) if any(row[column]["text"] for row in cells)
+    ]
+    return {
+        "columns": [
+            {"name": _COLUMNS[column], "numeric": any("numeric" in row[column] for row in cells)}
+            for column in filled
+        ],
+        "rows": [
+            {"state": line.state, "cells": [row[column] for column in filled]}
+            for line, row in zip(lines, cells, strict=True)
+        ],
+    }
+
+
 def _cells(line: Line) -> list[dict[str, Any]]:
     value, interval = _answer(line)
     span = "" if math.isnan(line.start_s) else f"{line.start_s / 3600:g}–{line.stop_s / 3600:g}"
     link = f"{line.report}/report.html" if line.report else ""
+    found = line.state == "done"
     return [
         {"text": Path(line.file).name, "key": line.file, "link": link},
         {"text": line.unit, "key": line.unit},
@@ -225,8 +243,8 @@ def _cells(line: Line) -> list[dict[str, Any]]:
         {"text": span, "key": "" if not span else line.start_s, "numeric": True},
         {**_numeric(line.n_deg_per_sqrt_h, value), "range": interval},
         {"text": line.verdict, "key": line.verdict},
-        _numeric(line.lines, str(line.lines)),
-        _numeric(line.notes, str(line.notes)),
+        _numeric(line.lines if found else math.nan, str(line.lines)),
+        _numeric(line.notes if found else math.nan, str(line.notes)),
         _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
     ]
 

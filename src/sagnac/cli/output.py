@@ -208,6 +208,7 @@ def in_full(analysis: "Analysis") -> tuple[str, ...]:
         text.density(analysis),
         text.coefficients(analysis),
         text.units(analysis),
+        text.shares(analysis),
         text.lines(analysis),
         brief.every_note(analysis.notes),
     )
@@ -221,5 +222,11 @@ def print_paths(paths: Sequence[Path]) -> None:
     folders = dict.fromkeys(path.parent for path in paths)
     for folder in folders:
         names = [path.name for path in paths if path.parent == folder]
-        line = textwrap.fill(f"wrote {folder}/: {', '.join(names)}", 80, subsequent_indent="  ")
+        line = textwrap.fill(
+            f"wrote {folder}/: {', '.join(names)}",
+            80,
+            subsequent_indent="  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
         print(line)

@@ -110,6 +110,49 @@ def band_moments(
     ValueError
         If no ordinate lies in the band or an argument makes no sense.
     """
+    cells = band_cells(increments, sample_rate=sample_rate, band_hz=band_hz, masked=masked)
+    return cells.mean(slice(None))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SharedCells:
+    """Spectral matrices of gyros, real part, in cells that hold no line.
+
+    Attributes
+    ----------
+    matrices
+        (gyros, gyros, cells) one-sided rate density, (rad/s)^2/Hz.
+    frequency
+        (cells,) in the middle of each, Hz, ascending.
+    """
+
+    matrices: FloatArray
+    frequency: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.matrices.shape[2:] != self.frequency.shape or self.frequency.size == 0:
+            raise ValueError(
+                f"matrices has shape {self.matrices.shape} and frequency {self.frequency.shape}; "
+                "give one of each a cell"
+            )
+
+    def mean(self, some: slice) -> Moments:
+        """Over some of the cells."""
+        count = self.frequency[some].size
+        return Moments(
+            matrix=self.matrices[:, :, some].mean(axis=2),
+            degrees_of_freedom=band_degrees_of_freedom(CELL * count),
+        )
+
+
+def band_cells(
+    increments: ArrayLike,
+    *,
+    sample_rate: float,
+    band_hz: tuple[float, float],
+    masked: Sequence[tuple[float, float]] = (),
+) -> SharedCells:
+    """Spectral matrices of several gyros over a band, cell by cell, as `band_moments` says it."""
     values = np.asarray(increments, dtype=np.float64)
     if values.ndim != 2 or values.shape[0] < 2 or not np.isfinite(values).all():
         raise ValueError(f"increments has shape {values.shape}; give two finite gyros or more")
@@ -121,7 +164,7 @@ def band_moments(
         np.arange(1, length // 2 + 1) * sample_rate / length, band_hz, side="left"
     )
     cells = (last - first) // CELL
-    if cells == 0:
+    if cells <= 0:
         raise ValueError(f"too few frequencies between {band_hz[0]:g} and {band_hz[1]:g} Hz")
     used = slice(1 + int(first), 1 + int(first + cells * CELL))
     products = np.zeros((values.shape[0], values.shape[0], int(cells)))
@@ -134,10 +177,8 @@ def band_moments(
     plain = _plain(products) & ~_within(place * sample_rate / length, masked, sample_rate / length)
     if not plain.any():
         raise ValueError(f"only lines between {band_hz[0]:g} and {band_hz[1]:g} Hz")
-    count = int(np.count_nonzero(plain))
-    return Moments(
-        matrix=products[:, :, plain].mean(axis=2),
-        degrees_of_freedom=band_degrees_of_freedom(CELL * count),
+    return SharedCells(
+        matrices=products[:, :, plain], frequency=place[plain] * sample_rate / length
     )
 
 

@@ -43,6 +43,7 @@ COEFFICIENT_NAMES: Final[tuple[CoefficientName, ...]] = (
     "rate_ramp",
 )
 STOCHASTIC_NAMES: Final[tuple[CoefficientName, ...]] = COEFFICIENT_NAMES[:4]
+SYMBOLS: Final[Mapping[CoefficientName, str]] = dict(zip(COEFFICIENT_NAMES, "QNBKR", strict=True))
 
 
 def allan_variance_basis(tau: FloatArray) -> FloatArray:

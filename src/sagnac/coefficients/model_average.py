@@ -20,6 +20,7 @@ from sagnac.coefficients.estimates import Estimate, Status, require_confidence
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
+    SYMBOLS,
     CoefficientName,
     rate_density_basis,
     slope_variance_basis,
@@ -38,10 +39,6 @@ _NEEDED: Final = 0.95
 _RAMP: Final = 3.0
 # Bands kept for a figure.
 _BANDS: Final = 10
-# The answer is of a single gyro or of a difference.
-_SYMBOLS: Final[Mapping[CoefficientName, str]] = dict(
-    zip(COEFFICIENT_NAMES, ("Q", "N", "B", "K", "R"), strict=True)
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +91,7 @@ class Resting:
         """One phrase for a person: ``0.01 to 4 Hz with N, B (93 % of the weight)``."""
         if not self.terms:
             return "no band in which the angle random walk rules"
-        letters = ", ".join(_SYMBOLS[name] for name in self.terms)
+        letters = ", ".join(SYMBOLS[name] for name in self.terms)
         low, high = self.band_hz
         if self.member == "whole band":
             return f"the whole band to {high:.3g} Hz, which {letters} describe"

@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -20,8 +19,8 @@ from sagnac.coefficients.cosine_spectrum import (
 )
 from sagnac.coefficients.estimates import Estimate, SquaredEstimate, require_confidence
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, cosine_power_basis
-from sagnac.coefficients.limits import CONVERGED, PRESENCE
-from sagnac.coefficients.maximum import errors_of, solve_normal
+from sagnac.coefficients.limits import CONVERGED, PRESENCE, crossing, likelihood_drop
+from sagnac.coefficients.maximum import errors_of, scaled_covariance, solve_normal
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.kinds import angle_increments
 from sagnac.recording.model import Kind
@@ -160,23 +159,47 @@ def three_cornered_hat(
     column = STOCHASTIC_NAMES.index("angle_random_walk")
     estimates, notes = {}, []
     for gyro, name in enumerate(gyros):
-        square = float(separated.squares[gyro, column])
-        error = float(separated.errors[gyro, column])
-        found = _walk_square(square, error, confidence)
+        square = float(separated.place.squares[gyro, column])
+        found = _profile(spectra, separated, (gyro, column), confidence)
         estimates[name] = found.of_one_gyro("angle_random_walk", 1, confidence)
         if found.status == "upper bound":
             notes.append(_bound_note(name, square))
     return Separation(angle_random_walk=estimates, notes=tuple(notes))
 
 
-def _walk_square(square: float, error: float, confidence: float) -> SquaredEstimate:
-    """Interval of a square that is three standard deviations above zero, or a bound."""
-    reach = error * float(ndtri(0.5 + 0.5 * confidence))
-    if square > math.sqrt(PRESENCE) * error and square > reach:
-        return SquaredEstimate(
-            value=square, low=square - reach, high=square + reach, status="estimated"
+def _profile(
+    spectra: "_PairSpectra", best: "_Separated", at: tuple[int, int], confidence: float
+) -> SquaredEstimate:
+    """Interval of a square that is three standard deviations above zero, or a bound.
+
+    By the profile of the likelihood: with few degrees of freedom the law of a square is skew, and
+    reaches farther up than down.
+    """
+    drop, bound_drop = likelihood_drop(confidence), likelihood_drop(2.0 * confidence - 1.0)
+    value, error = float(best.place.squares[at]), float(best.errors[at])
+
+    def deviance(square: float) -> float:
+        return _held(spectra, best.place, at, square).deviance
+
+    def limit(reference: float, origin: float, drop: float, sign: float, end: float) -> float:
+        return crossing(
+            lambda square: math.sqrt(max(deviance(square) - reference, 0.0)) - math.sqrt(drop),
+            origin,
+            sign * error * math.sqrt(drop),
+            end,
         )
-    return SquaredEstimate.bound(max(square, 0.0) + error * float(ndtri(max(confidence, 0.5))))
+
+    absent = deviance(0.0) if value > 0.0 else math.inf
+    lowest = best.place.deviance
+    if value > 0.0 and absent - lowest > max(PRESENCE, drop):
+        return SquaredEstimate(
+            value=value,
+            low=limit(lowest, value, drop, -1.0, 0.0),
+            high=limit(lowest, value, drop, 1.0, math.inf),
+            status="estimated",
+        )
+    origin = max(value, 0.0)
+    return SquaredEstimate.bound(limit(deviance(origin), origin, bound_drop, 1.0, math.inf))
 
 
 def _bound_note(gyro: str, square: float) -> Note:
@@ -263,9 +286,9 @@ class _Place:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Separated:
-    """Squares of each gyro and their errors, (3, terms) each."""
+    """The most likely place and the errors of its squares, (3, terms)."""
 
-    squares: FloatArray
+    place: _Place
     errors: FloatArray
 
 
@@ -275,17 +298,52 @@ def _separate(spectra: _PairSpectra) -> _Separated:
     The spectral matrix of the two differences is linear in the squares; scoring is least
     squares on its entries in the metric of their own covariance, repeated.
     """
-    place = _white_start(spectra)
+    place = _climbed(spectra, _white_start(spectra))
+    fisher, _ = _scored(spectra, place)
+    return _Separated(place=place, errors=errors_of(fisher).reshape(place.squares.shape))
+
+
+def _climbed(spectra: _PairSpectra, place: _Place, held: tuple[int, int] | None = None) -> _Place:
+    """The most likely place from one on, one square `held` as it is there."""
     for _ in range(100):
-        fisher, target = _scored(spectra, place)
-        lowered = _lowered(spectra, place, target)
+        lowered = _lowered(spectra, place, _target(spectra, place, held))
         if lowered is None:
             break
         fall = place.deviance - lowered.deviance
         place = lowered
         if fall < CONVERGED:
             break
-    return _Separated(squares=place.squares, errors=errors_of(fisher).reshape(place.squares.shape))
+    return place
+
+
+def _target(spectra: _PairSpectra, place: _Place, held: tuple[int, int] | None) -> FloatArray:
+    """(3, terms) squares that scoring goes to."""
+    fisher, score = _scored(spectra, place)
+    squares = place.squares.ravel().copy()
+    free = np.ones(squares.size, dtype=np.bool_)
+    if held is not None:
+        free[held[0] * place.squares.shape[1] + held[1]] = False
+    score = score - fisher[:, ~free] @ squares[~free]
+    squares[free] = solve_normal(fisher[np.ix_(free, free)], score[free])
+    return squares.reshape(place.squares.shape)
+
+
+def _held(spectra: _PairSpectra, best: _Place, at: tuple[int, int], square: float) -> _Place:
+    """The most likely place with one square held at a value."""
+    fisher, _ = _scored(spectra, best)
+    covariance = scaled_covariance(fisher)
+    scale = 1.0 / np.sqrt(np.diag(fisher))
+    row = at[0] * best.squares.shape[1] + at[1]
+    # How the other squares move when this one does.
+    direction = covariance[:, row] * scale / (covariance[row, row] * scale[row])
+    moved = best.squares + (direction * (square - best.squares[at])).reshape(best.squares.shape)
+    moved[at] = square
+    start = _likelihood(spectra, moved)
+    if not math.isfinite(start.deviance):
+        squares = best.squares.copy()
+        squares[at] = square
+        start = _likelihood(spectra, squares)
+    return _climbed(spectra, start, at) if math.isfinite(start.deviance) else start
 
 
 def _likelihood(spectra: _PairSpectra, squares: FloatArray) -> _Place:
@@ -318,7 +376,7 @@ def _white_start(spectra: _PairSpectra) -> _Place:
 
 
 def _scored(spectra: _PairSpectra, place: _Place) -> tuple[FloatArray, FloatArray]:
-    """Fisher information, (3 terms, 3 terms), and the squares that scoring goes to."""
+    """Fisher information, (3 terms, 3 terms), and its product with the squares to go to."""
     basis, terms = spectra.basis, spectra.basis.shape[1]
     reach = place.inverse @ _DIFFERENCES
     coupling = np.einsum("ig,bih->bgh", _DIFFERENCES, reach) ** 2
@@ -326,7 +384,7 @@ def _scored(spectra: _PairSpectra, place: _Place) -> tuple[FloatArray, FloatArra
     observed = np.einsum("big,bij,bjg->bg", reach, spectra.matrices, reach)
     score = 0.5 * np.einsum("b,bs,bg->gs", spectra.count, basis, observed)
     fisher = fisher.reshape(3 * terms, -1)
-    return fisher, solve_normal(fisher, score.ravel()).reshape(3, terms)
+    return fisher, score.ravel()
 
 
 def _lowered(spectra: _PairSpectra, place: _Place, target: FloatArray) -> _Place | None:

@@ -36,6 +36,7 @@ from sagnac.formats.suspicions import (
 from sagnac.recording.columns import Pulses, Taken, pulses_of
 from sagnac.recording.frames import GYRO_NAMES
 from sagnac.recording.model import Provenance, Recording
+from sagnac.recording.pickoff import Pickoff
 from sagnac.recording.quality import integrity
 
 # Whole numbers up to this are exact as float64.
@@ -88,6 +89,7 @@ def assemble(
         times=stretch.sampling.times,
         table=made.table.channel if made.table else None,
         null_pulse=made.pulses.rising if made.pulses else None,
+        pickoffs=made.pickoffs,
         provenance=replace(provenance(), span_s=sliced),
         notes=(
             *notes,
@@ -228,6 +230,7 @@ class Channels:
     accelerometers: tuple[Taken, ...]
     table: Taken | None
     pulses: Pulses | None
+    pickoffs: tuple[Pickoff, ...] = ()
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -253,7 +256,8 @@ def channels_of(
     """
     table = choice.table.column.key if choice.table is not None else None
     sensors = (*choice.gyros.values(), *choice.accelerometers.values())
-    keys = [column.key for column in sensors]
+    pickoffs = choice.pickoffs
+    keys = [column.key for column in (*sensors, *pickoffs.values())]
     columns = load_columns(stored, [*keys, table] if table is not None else keys, stretch)
     gyros = tuple(
         _gyro(name, columns.pop(column.key), scales.gyros[name], counter_bits)
@@ -274,7 +278,15 @@ def channels_of(
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
         pulses = pulses_of(load_columns(stored, [key], stretch)[key], column=key)
-    return Channels(gyros=gyros, accelerometers=accelerometers, table=made_table, pulses=pulses)
+    return Channels(
+        gyros=gyros,
+        accelerometers=accelerometers,
+        table=made_table,
+        pulses=pulses,
+        pickoffs=tuple(
+            Pickoff(gyro=name, values=columns.pop(column.key)) for name, column in pickoffs.items()
+        ),
+    )
 
 
 def _gyro(name: str, raw: FloatArray, scale: Scale, counter_bits: int | None) -> Taken:

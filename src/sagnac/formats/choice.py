@@ -1,7 +1,7 @@
-"""Which columns of a file are the gyros, the table, the time and the null pulse."""
+"""Which columns of a file are the gyros, their pick-offs, the table, the time, the null pulse."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -9,6 +9,7 @@ from sagnac.errors import Note, RecordingError
 from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
 from sagnac.recording.frames import GYRO_NAMES, NULL_PULSE_NAME, TABLE_NAMES, TIME_NAMES
+from sagnac.recording.pickoff import PICKOFF
 from sagnac.units import TIME_UNITS, canonical
 
 # Characters of a list of columns that an error shows.
@@ -42,10 +43,13 @@ class Choice:
         None where there is none, or none is wanted.
     notes
         What was left out.
+    pickoffs
+        Name of a dithered gyro -> column of its pick-off.
     """
 
     gyros: Mapping[str, Column]
     accelerometers: Mapping[str, Column] = field(default_factory=dict)
+    pickoffs: Mapping[str, Column] = field(default_factory=dict)
     table: Placed | None
     time: Placed | None
     null_pulse: Column | None
@@ -63,11 +67,12 @@ class Choice:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """What the columns are loaded by: gyros, accelerometers, table, time, null pulse."""
+        """What the columns are loaded by: gyros and the rest, in this order."""
         placed = [one.column for one in (self.table, self.time) if one is not None]
         pulse = [self.null_pulse] if self.null_pulse is not None else []
         sensed = (*self.gyros.values(), *self.accelerometers.values())
-        return tuple(column.key for column in (*sensed, *placed, *pulse))
+        taken = (*sensed, *placed, *pulse, *self.pickoffs.values())
+        return tuple(column.key for column in taken)
 
 
 def find(columns: Sequence[Column], name: str) -> Column | None:
@@ -144,6 +149,29 @@ def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> 
         if column is None:
             raise _missing(columns, key, "{accelerometers} or {columns NAME=COLUMN}")
         found[name] = column
+    return found
+
+
+def choose_pickoffs(
+    columns: Sequence[Column], statements: Statements, gyros: Iterable[str]
+) -> dict[str, Column]:
+    """The pick-off of each gyro: the column stated, else one called ``pickoff_`` and the gyro.
+
+    Raises
+    ------
+    RecordingError
+        If one that is stated is not there.
+    """
+    found = {}
+    for gyro in gyros:
+        stated = statements.column(PICKOFF + gyro)
+        if stated == "none":
+            continue
+        column = find(columns, stated or PICKOFF + gyro)
+        if stated and column is None:
+            raise _missing(columns, stated, f"{{columns {PICKOFF}{gyro}=COLUMN}}")
+        if column is not None:
+            found[gyro] = column
     return found
 
 
@@ -309,6 +337,7 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
     return Choice(
         gyros=gyros,
         accelerometers=accelerometers,
+        pickoffs=choose_pickoffs(columns, statements, gyros),
         table=table,
         time=chosen_time.time,
         null_pulse=choose_null_pulse(columns, statements),

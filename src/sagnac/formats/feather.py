@@ -15,6 +15,7 @@ from sagnac.formats.outgoing import Outgoing, Rows
 from sagnac.formats.registry import FEATHER
 from sagnac.formats.source import Source, Stored
 from sagnac.formats.statement import vocabulary
+from sagnac.recording.frames import NULL_PULSE_NAME
 
 
 def open_source(path: Path) -> Source:
@@ -63,7 +64,7 @@ def write(path: Path, out: Outgoing) -> None:
     """The columns with unit and kind in their metadata, the rate in the schema's."""
     fields = []
     for name in out.columns:
-        kind = pa.float64() if name in out.units else pa.uint8()
+        kind = pa.uint8() if name == NULL_PULSE_NAME else pa.float64()
         metadata = {"unit": out.units[name]} if name in out.units else {}
         if name in out.kinds:
             metadata["kind"] = out.kinds[name]

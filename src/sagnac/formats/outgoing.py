@@ -11,6 +11,7 @@ from sagnac import series
 from sagnac.formats.statement import ROLES, vocabulary
 from sagnac.recording.frames import NULL_PULSE_NAME
 from sagnac.recording.model import Kind, Recording
+from sagnac.recording.pickoff import PICKOFF
 
 Rows = dict[str, NDArray[Any]]
 
@@ -23,9 +24,9 @@ class Outgoing:
     ----------
     columns
         Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros, the
-        accelerometers, ``table``, ``null_pulse`` (bool).
+        accelerometers, ``table``, ``null_pulse`` (bool), and the pick-offs as they are.
     units
-        Name -> unit to write in; ``null_pulse`` has none.
+        Name -> unit to write in; ``null_pulse`` and pick-offs have none.
     sizes
         Name -> SI size of that unit.
     kinds
@@ -60,7 +61,7 @@ class Outgoing:
         return {
             name: values[block] / self.sizes[name]
             if name in self.sizes
-            else values[block].astype(np.uint8)
+            else values[block].astype(np.uint8 if name == NULL_PULSE_NAME else np.float64)
             for name, values in self.columns.items()
         }
 
@@ -116,6 +117,7 @@ def outgoing(recording: Recording) -> Outgoing:
         columns[name], units[name], sizes[name] = channel.values, unit.name, unit.size
     if recording.null_pulse is not None:
         columns[NULL_PULSE_NAME] = recording.null_pulse
+    columns.update({one.column: one.values for one in recording.pickoffs})
     return Outgoing(
         columns=columns,
         units=units,
@@ -135,6 +137,7 @@ def check_name(name: str) -> None:
         If it is empty, reserved, or holds a mark that files use.
     """
     reserved = name in ROLES or name in vocabulary()
+    reserved = reserved or name.startswith(PICKOFF)
     odd = set(name) & set(",;=[]:\"'#%") or not name.isprintable() or name != name.strip()
     if not name or reserved or odd or name.startswith("_"):
         raise ValueError(

@@ -19,6 +19,7 @@ from sagnac.formats.outgoing import Outgoing, Rows, check_name
 from sagnac.formats.registry import PARQUET
 from sagnac.formats.source import Source, Stored
 from sagnac.recording.channel import Kind, field_unit, quantity_of
+from sagnac.recording.pickoff import PICKOFF
 from sagnac.units import Sensor, unit_of
 
 ROWS_PER_GROUP: Final = 500_000
@@ -142,6 +143,8 @@ class Writer:
         Which columns there will be besides the sensors.
     accelerometers
         Which of `kinds` are accelerometers.
+    pickoffs
+        Names of the columns of pick-offs, written as they are.
 
     Raises
     ------
@@ -172,6 +175,7 @@ class Writer:
         null_pulse: bool = False,
         times: bool = False,
         accelerometers: Sequence[str] = (),
+        pickoffs: Sequence[str] = (),
     ) -> None:
         """Lay out the schema; nothing is written before the context is entered."""
         for name in kinds:
@@ -197,6 +201,7 @@ class Writer:
             fields.append(pa.field(name, pa.float64(), metadata=metadata))
         if null_pulse:
             fields.append(pa.field("null_pulse", pa.bool_()))
+        fields += [pa.field(name, pa.float64()) for name in pickoffs]
         self._schema = pa.schema(
             fields,
             metadata={
@@ -283,6 +288,7 @@ def write(path: Path, out: Outgoing) -> None:
         table="table" in out.columns,
         null_pulse="null_pulse" in out.columns,
         times="time" in out.columns,
+        pickoffs=[name for name in out.columns if name.startswith(PICKOFF)],
     ) as writer:
 
         def append(_: int, rows: Rows) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sagnac.formats.statement import Statement, of_name
+from sagnac.recording.pickoff import PICKOFF
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,6 +59,7 @@ class Statements:
                 name
                 for name in statement.columns
                 if name not in ("table", "time", "null_pulse", *self.accelerometers)
+                and not name.startswith(PICKOFF)
             )
             if names:
                 return names

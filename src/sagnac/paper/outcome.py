@@ -21,6 +21,7 @@ from sagnac.paper.plan import Run
 from sagnac.recording.difference import per_gyro
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.simulate import Simulation
+from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.degrees_of_freedom import ieee_relative_error
 from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
@@ -100,7 +101,7 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
         confidence=estimate.confidence,
         status=estimate.status,
         lines=len(analysis.lines),
-        least_squares=_least_squares_of(analysis),
+        least_squares=least_squares_of(curve, analysis.gyros_differenced),
         tau_s=tuple(curve.tau.tolist()),
         deviation=_shown(analysis, curve.deviation),
         low_curve=_shown(analysis, curve.low),
@@ -122,8 +123,21 @@ def _rate_sampled(recording: Recording, name: str, interval: float) -> Recording
     return Recording(gyros=(channel,), sample_rate=1.0 / interval)
 
 
-def _least_squares_of(analysis: Analysis) -> dict[Form, float]:
-    curve = analysis.curve
+def least_squares_of(curve: StabilityCurve, gyros_differenced: int = 1) -> dict[Form, float]:
+    """N by each of `FORMS`, of the points of a curve that are good to 10 %, as the paper cuts it.
+
+    Parameters
+    ----------
+    curve
+        Overlapping Allan deviation.
+    gyros_differenced
+        1, or 2 where the curve is of a difference.
+
+    Returns
+    -------
+    dict
+        Per gyro, deg/sqrt(h), signed as `least_squares` says; empty with fewer than five points.
+    """
     clusters = np.round(curve.tau * curve.sample_rate).astype(int)
     kept = np.array(
         [
@@ -138,7 +152,7 @@ def _least_squares_of(analysis: Analysis) -> dict[Form, float]:
             curve.tau[kept],
             curve.deviation[kept],
             form,
-            gyros_differenced=analysis.gyros_differenced,
+            gyros_differenced=gyros_differenced,
         )
         / DEGREE_PER_ROOT_HOUR
         for form in FORMS

@@ -75,7 +75,7 @@ def block_rates(recording: Recording, channel: Channel) -> tuple[FloatArray, NDA
     """Mean rate over blocks of about a second, rad/s, and the samples they start at."""
     samples = recording.samples
     second = max(1, round(recording.sample_rate))
-    blocks = max(min(samples // second, 4096), min(samples - 1, 20))
+    blocks = min(max(min(samples // second, 4096), 20), samples - 1)
     edges = np.linspace(0, samples - 1, blocks + 1).astype(np.intp)
     seconds = np.diff(edges) / recording.sample_rate
     return _block_angles(channel, recording.sample_rate, edges) / seconds, edges[:-1]

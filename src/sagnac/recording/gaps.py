@@ -77,6 +77,9 @@ def with_gaps_marked(recording: Recording) -> Recording:
             replace(one, values=on_grid(one.values, times, grid))
             for one in recording.accelerometers
         ),
+        pickoffs=tuple(
+            replace(one, values=on_grid(one.values, times, grid)) for one in recording.pickoffs
+        ),
         sample_rate=grid.sample_rate,
         times=None,
         notes=(*recording.notes, Note(text=text, channel="time")),
@@ -177,6 +180,11 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
     stretch = replace(
         recording,
         gyros=(replace(gyro, values=gyro.values[first:after]),),
+        pickoffs=tuple(
+            replace(one, values=one.values[first:after])
+            for one in recording.pickoffs
+            if one.gyro == name
+        ),
         times=times,
         table=None,
         null_pulse=None,

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from sagnac.arrays import FloatArray
 from sagnac.dataframes import pandas_for
 from sagnac.errors import Note, RecordingError
-from sagnac.recording.channel import Channel, Kind, require_rate, same_values
+from sagnac.recording.channel import Channel, Kind, numbers, require_rate, same_values
 from sagnac.recording.columns import Taken, gyro_of, pulses_of, seconds_of, table_of
 from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
+from sagnac.recording.pickoff import PICKOFF, Pickoff
 from sagnac.recording.stamps import Sampling, sampling
 
 __all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]
@@ -73,12 +74,15 @@ class Recording:
         Everything noticed while reading.
     accelerometers
         Channels of accelerometers sampled with the gyros; empty if there are none.
+    pickoffs
+        Of the dithers, sampled with the gyros; empty if there are none.
 
     Raises
     ------
     ValueError
         If there is no gyro, two have one name, lengths differ, the table is not one of angle,
-        `times` or `null_pulse` have another type, or the rate is no finite number above zero.
+        `times` or `null_pulse` have another type, a pick-off is of no gyro that is there, or the
+        rate is no finite number above zero.
 
     Examples
     --------
@@ -104,16 +108,21 @@ class Recording:
     provenance: Provenance | None = None
     notes: tuple[Note, ...] = ()
     accelerometers: tuple[Channel, ...] = ()
+    pickoffs: tuple[Pickoff, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gyros", tuple(self.gyros))
         object.__setattr__(self, "accelerometers", tuple(self.accelerometers))
         object.__setattr__(self, "notes", tuple(self.notes))
+        object.__setattr__(self, "pickoffs", tuple(self.pickoffs))
         if not self.gyros:
             raise ValueError("gyros is empty; give one channel or more")
         names = [channel.name for channel in (*self.gyros, *self.accelerometers)]
         if len(set(names)) < len(names):
             raise ValueError(f"gyros are called {', '.join(names)}; give each a name of its own")
+        dithered = [pickoff.gyro for pickoff in self.pickoffs]
+        if len(set(dithered)) < len(dithered) or not set(dithered) <= set(names):
+            raise ValueError(f"pick-offs are of {', '.join(dithered)}; give one a gyro at most")
         require_rate(self.sample_rate)
         if self.table is not None and self.table.kind != "angle":
             raise ValueError(
@@ -126,6 +135,7 @@ class Recording:
         for argument, values, wanted in (
             *((f"gyro {gyro.name}", gyro.values, np.float64) for gyro in self.gyros),
             *((f"accelerometer {a.name}", a.values, np.float64) for a in self.accelerometers),
+            *((f"pick-off of gyro {p.gyro}", p.values, np.float64) for p in self.pickoffs),
             ("table", None if self.table is None else self.table.values, np.float64),
             ("times", self.times, np.float64),
             ("null_pulse", self.null_pulse, np.bool_),
@@ -154,6 +164,7 @@ class Recording:
         table_unit: str = "deg",
         null_pulse: ArrayLike | None = None,
         period: float | None = None,
+        pickoffs: Mapping[str, ArrayLike] | None = None,
         **gyros: ArrayLike,
     ) -> Self:
         """A recording from columns in the units of the field, one keyword a gyro.
@@ -180,6 +191,8 @@ class Recording:
         period
             Reading, in `unit`, at which the gyros' counters start over (kind ``angle``); None
             if they never do.
+        pickoffs
+            Gyro name -> (samples,) what the pick-off of its dither shows, in any unit.
         **gyros
             Name -> (samples,) values: lists, arrays, columns of a frame.
 
@@ -205,6 +218,10 @@ class Recording:
             times=when.times,
             table=of_table.channel if of_table else None,
             null_pulse=pulses.rising if pulses else None,
+            pickoffs=tuple(
+                Pickoff(gyro=name, values=np.asarray(numbers(values, PICKOFF + name), np.float64))
+                for name, values in (pickoffs or {}).items()
+            ),
             notes=(
                 *when.notes,
                 *(note for one in taken for note in one.notes),
@@ -332,7 +349,12 @@ class Recording:
         for channel in self.accelerometers:
             if channel.name == name:
                 return replace(
-                    self, gyros=(channel,), accelerometers=(), table=None, null_pulse=None
+                    self,
+                    gyros=(channel,),
+                    accelerometers=(),
+                    pickoffs=(),
+                    table=None,
+                    null_pulse=None,
                 )
         present = ", ".join(channel.name for channel in self.accelerometers) or "none"
         raise RecordingError(

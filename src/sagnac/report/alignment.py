@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sagnac import plot
-from sagnac.alignment.azimuth import AzimuthError
+from sagnac.alignment.azimuth import AzimuthError, azimuth_error
 from sagnac.alignment.initial import Alignment, Start, flicker_deviation
 from sagnac.alignment.noise import GyroNoise
 from sagnac.alignment.position import PositionError
@@ -17,6 +18,7 @@ from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR
 
 ARCMINUTE: Final = 60.0 * ARCSECOND
 SCHEMA: Final = "sagnac.alignment/1"
+_SHORTEST_S: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,34 +47,79 @@ class Prospect:
     position: PositionError
 
 
+def compass_figure(
+    noise: GyroNoise, *, latitude: float, confidence: float, highest_bias_instability: float = 0.0
+) -> Figure:
+    """Azimuth error of a gyrocompass of two positions over an hour, and what makes it.
+
+    Parameters
+    ----------
+    noise
+        Of the gyro.
+    latitude
+        rad.
+    confidence
+        Of the interval.
+    highest_bias_instability
+        Upper bound of B, rad/s, if B was not estimated; 0 if there is none.
+    """
+    times = np.geomspace(_SHORTEST_S, HOUR, 181)
+    compass = azimuth_error(noise, latitude=latitude, times=times, confidence=confidence)
+    highest = GyroNoise(angle_random_walk=0.0, bias_instability=highest_bias_instability)
+    bound = azimuth_error(highest, latitude=latitude, times=times, confidence=confidence).floor
+    with styled() as canvas:
+        axes = canvas.axes
+        _draw_compass(axes, compass)
+        for floor, label in ((compass.floor, "floor by B"), (bound, "floor by B, at most")):
+            if floor > 0.0:
+                axes.axhline(
+                    floor / ARCMINUTE, color=plot.INK, linewidth=0.9, linestyle=":", label=label
+                )
+        _label_axes(axes, latitude)
+        legend_above(axes, columns=3)
+    return canvas.figure
+
+
 def azimuth_figure(prospect: Prospect) -> Figure:
     """Azimuth error against time, what N, B and K make of it, and the filter's."""
-    compass = prospect.compass
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         axes = canvas.axes
-        axes.fill_between(
-            compass.times, compass.low / ARCMINUTE, compass.high / ARCMINUTE,
-            color=plot.BLUE, alpha=0.18, linewidth=0.0,
-        )  # fmt: skip
-        axes.plot(
-            compass.times, compass.deviation / ARCMINUTE, color=plot.BLUE,
-            label="gyrocompass, two positions",
-        )  # fmt: skip
-        for place, symbol in enumerate("NBK"):
-            part = np.sqrt(compass.parts[:, place]) / ARCMINUTE
-            if np.any(part > 0.0):
-                axes.plot(compass.times, part, color=plot.QUIET, linewidth=0.8, linestyle="--")
-                axes.annotate(symbol, (compass.times[0], part[0]), color=plot.INK, fontsize=8.5)
+        _draw_compass(axes, prospect.compass)
         axes.plot(
             prospect.filtered.times, prospect.filtered.azimuth / ARCMINUTE, color=plot.ORANGE,
             label="Kalman filter, one position",
         )  # fmt: skip
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        axes.set_xlabel("time of alignment (s)")
-        axes.set_ylabel(f"azimuth error at {prospect.latitude / DEGREE:g}°, 1 σ (′)")
-        legend_above(axes, columns=2)
+        _label_axes(axes, prospect.latitude)
+        legend_above(axes, columns=3)
     return canvas.figure
+
+
+def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
+    """A gyrocompass with its interval, and dashed what each of N, B and K makes of it."""
+    axes.plot(
+        compass.times, compass.deviation / ARCMINUTE, color=plot.BLUE,
+        label="gyrocompass, two positions",
+    )  # fmt: skip
+    axes.fill_between(
+        compass.times, compass.low / ARCMINUTE, compass.high / ARCMINUTE,
+        color=plot.BLUE, alpha=0.18, linewidth=0.0,
+        label=f"its {100 * compass.confidence:g} % interval",
+    )  # fmt: skip
+    parts = {
+        symbol: np.sqrt(compass.parts[:, place]) / ARCMINUTE
+        for place, symbol in enumerate("NBK")
+        if np.any(compass.parts[:, place] > 0.0)
+    }
+    if len(parts) < 2:
+        return  # One term alone is the whole.
+    for symbol, part in parts.items():
+        axes.plot(compass.times, part, color=plot.QUIET, linewidth=0.8, linestyle="--")
+        axes.annotate(symbol, (compass.times[0], part[0]), color=plot.INK, fontsize=8.5)
+
+
+def _label_axes(axes: Axes, latitude: float) -> None:
+    across = "time of alignment (s)"
+    plot.logarithmic(axes, across, f"azimuth error at {latitude / DEGREE:g}°, 1 σ (′)")
 
 
 def prospect_text(prospect: Prospect) -> str:

@@ -7,13 +7,13 @@ import textwrap
 from collections.abc import Sequence
 from typing import Final
 
-from sagnac.analysis.headline_fit import headline_coefficients, headline_fit
+from sagnac.analysis.headline_fit import headline_coefficients
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import Note, counted, ranked
-from sagnac.plot import SYMBOLS
 from sagnac.report.command_line import note_text
+from sagnac.report.placed_notes import placed_notes
 from sagnac.report.text import table
 from sagnac.report.wording import TITLES, line_amplitude, line_position, reading_cells
 from sagnac.units import field_unit
@@ -80,8 +80,8 @@ def notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> str:
     others
         Analyses whose curves and fits it has notes on, besides its own.
     """
-    aside = {note for each in (analysis, *others) for note in _of_what_is_not_shown(each)}
-    ordered = [note for note in ranked(analysis.notes) if note not in aside]
+    placed = placed_notes(analysis, others)
+    ordered = (*placed.answer, *placed.reading)
     urgent = [note for note in ordered if note.level != "remark"]
     shown = (*urgent, *ordered[len(urgent) :][:_MOST_REMARKS])
     said = [_levelled(note) for note in shown]
@@ -89,16 +89,6 @@ def notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> str:
     if more:
         said.append(f"… and {counted(more, 'further note')}: --curve or the report shows all")
     return "\n".join(said)
-
-
-def _of_what_is_not_shown(analysis: Analysis) -> list[Note]:
-    """Notes on the curve, and on the fits to it."""
-    fits = [fit for name, fit in analysis.fits.items() if name != "likelihood"]
-    resting = headline_fit(analysis)
-    return [
-        *analysis.curve.notes,
-        *(note for fit in fits if fit is not resting for note in fit.notes),
-    ]
 
 
 def every_note(noticed: Sequence[Note]) -> str:

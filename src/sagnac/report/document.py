@@ -8,7 +8,13 @@ from typing import Any, Final
 from sagnac import __version__
 from sagnac.analysis.headline_fit import headline_coefficients
 from sagnac.analysis.judgement import verdict_of
-from sagnac.analysis.plain import covariance_data, parts_data, resting_data, shares_data
+from sagnac.analysis.plain import (
+    covariance_data,
+    parts_data,
+    resting_data,
+    shares_data,
+    triad_data,
+)
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate, in_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
@@ -54,6 +60,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         **_verdict(analysis),
         "parts": parts_data(analysis),
         "shares": shares_data(analysis),
+        "triad": triad_data(analysis),
         "estimates": {name: _coefficients(fit.coefficients) for name, fit in analysis.fits.items()},
         "per_gyro": {
             name: _estimate("angle_random_walk", estimate)

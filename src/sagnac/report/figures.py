@@ -32,7 +32,7 @@ _HUNDREDTHS: Final = re.compile(r"(\.\d{2})\d+")
 
 def stability_figure(analysis: Analysis) -> Figure:
     """Allan deviation before and after removal, the five-term fit, and its slopes."""
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         plot.stability(analysis, canvas.axes)
         legend_above(canvas.axes, columns=4)
     return canvas.figure
@@ -40,7 +40,7 @@ def stability_figure(analysis: Analysis) -> Figure:
 
 def spectrum_figure(analysis: Analysis) -> Figure:
     """Rate spectrum before and after removal, with the lines that were removed marked."""
-    with styled(legend_rows=2) as canvas:
+    with styled() as canvas:
         plot.spectrum(analysis, canvas.axes)
         if canvas.axes.get_legend() is not None:
             legend_above(canvas.axes, columns=3)
@@ -51,7 +51,7 @@ def parts_figure(analysis: Analysis) -> Figure | None:
     """N over parts of the recording against time; None if fewer than two parts show it."""
     if sum(part.shows for part in analysis.parts) < 2:
         return None
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         plot.parts(analysis, canvas.axes)
         legend_above(canvas.axes, columns=3)
     return canvas.figure
@@ -61,19 +61,20 @@ def residual_figure(analysis: Analysis) -> Figure | None:
     """What removal leaves against time; on a table also against its angle, and by orders."""
     if analysis.residual is None or analysis.residual.time.size < 2:
         return None
-    with styled(legend_rows=0) as canvas:
+    with styled() as canvas:
         figure = canvas.figure
+        sides = {"left": figure.subplotpars.left, "right": figure.subplotpars.right}
         figure.clear()
         if analysis.residual.by_angle is None:
             plot.residual(analysis, figure.add_subplot())
-            figure.subplots_adjust(top=0.96)
+            figure.subplots_adjust(top=0.96, **sides)
         else:
             figure.set_size_inches(figure.get_figwidth(), 6.4)
             against_time, against_angle, orders = figure.subplots(3, 1)
             plot.residual(analysis, against_time)
             plot.residual_by_angle(analysis, against_angle)
             plot.orders(analysis, orders)
-            figure.subplots_adjust(top=0.98, bottom=0.085, hspace=0.42)
+            figure.subplots_adjust(top=0.98, bottom=0.085, hspace=0.42, **sides)
     return figure
 
 
@@ -85,7 +86,7 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     analyses
         By method, all of one recording.
     """
-    with styled(legend_rows=2) as canvas:
+    with styled() as canvas:
         for method, analysis in analyses.items():
             curve = analysis.curve.per_gyro()
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from sagnac.analysis.headline_fit import headline_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.plot import BLUE, GREEN, ORANGE, SYMBOLS, logarithmic
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
+from sagnac.plot import BLUE, GREEN, ORANGE, logarithmic
 from sagnac.report.command_line import note_text
 from sagnac.report.style import legend_above, styled
 from sagnac.report.wording import figures, number
@@ -59,7 +59,7 @@ def _reading(estimate: Estimate | None, size: float) -> str:
 def force_figure(analyses: Sequence[Analysis]) -> Figure:
     """Allan deviation of accelerometers against cluster time."""
     unit = UNITS[_SENSED.rate_unit]
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         for analysis, color in zip(analyses, cycle((BLUE, ORANGE, GREEN)), strict=False):
             curve = analysis.curve
             canvas.axes.plot(

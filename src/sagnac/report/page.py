@@ -7,22 +7,25 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from sagnac import __version__
+from sagnac.alignment.noise import GyroNoise
 from sagnac.analysis.headline_fit import headline_coefficients, headline_estimates, headline_fit
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.errors import ranked
-from sagnac.plot import SYMBOLS
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
+from sagnac.report.alignment import compass_figure
 from sagnac.report.command_line import note_text
+from sagnac.report.document import analysis_document
 from sagnac.report.figures import ReportFigures, comparison_figure, report_figures, svg
 from sagnac.report.files import write_text
 from sagnac.report.forces import force_figure, force_notes, force_rows
 from sagnac.report.html import rendered
 from sagnac.report.methods import cited, sentences
+from sagnac.report.placed_notes import placed_notes
+from sagnac.report.shares import HEADER, share_remarks, share_rows
 from sagnac.report.spectra import residual_peaks
 from sagnac.report.title_block import TitleBlock
-from sagnac.report.verdicts import DECISIONS, found_text, gyro_text, limit_text, risk_text
+from sagnac.report.verdicts import DECISIONS, gyro_text, limit_text, risk_text
 from sagnac.report.wording import (
     FIT_TITLES,
     TITLES,
@@ -32,6 +35,7 @@ from sagnac.report.wording import (
     number,
     reading_cells,
     subject,
+    typeset,
     unit_cells,
     worst_gyro,
 )
@@ -44,6 +48,9 @@ _METHODS: Final[Mapping[str, str]] = {
     "fris": "fris: the angle at each full turn of the table",
     "none": "none: nothing removed",
 }
+
+# Of the figure on heading.
+_LATITUDE: Final = 45.0 * DEGREE
 
 
 def write_report(analysis: Analysis, path: Path) -> None:
@@ -80,6 +87,7 @@ def page(
     block = block or TitleBlock()
     methods, references = cited(sentences(analysis))
     drawn = figures or report_figures(analysis)
+    placed = placed_notes(analysis)
     return rendered(
         "report.html",
         title=block.title
@@ -92,7 +100,9 @@ def page(
         worst=worst_gyro(analysis),
         answer=_answer(analysis),
         verdict=_verdict(analysis),
-        notes=[(note.level, note_text(note)) for note in ranked(analysis.notes)],
+        notes=[(note.level, note_text(note)) for note in placed.answer],
+        curve_notes=[note_text(note) for note in placed.curve],
+        fit_notes=[note_text(note) for note in placed.fits],
         kalman=kalman_figures(analysis.angle_random_walk),
         per_gyro=[
             (name, reading_cells("angle_random_walk", estimate, plain=False))
@@ -145,8 +155,10 @@ def page(
         ],
         lines=_line_rows(analysis),
         names=any(line.name for line in analysis.lines),
+        shares=_shares(analysis),
         forces=_forces(analysis.accelerometers),
-        facts=_facts(analysis),
+        azimuth=_azimuth(analysis),
+        facts=[*_facts(analysis), *(("Read", note_text(note)) for note in placed.reading)],
         seconds=[(stage, f"{spent:.2f}") for stage, spent in analysis.seconds.items()],
         total=f"{sum(analysis.seconds.values()):.2f}",
         version=__version__,
@@ -223,7 +235,14 @@ def _verdict(analysis: Analysis) -> dict[str, Any] | None:
         "product": found.specification.product,
         "risk": risk_text(found),
         "rows": [
-            (gyro_text(one), limit_text(one), found_text(one), DECISIONS[one.decision], one.reason)
+            (
+                gyro_text(one),
+                typeset(limit_text(one)),
+                reading_cells(one.limit.coefficient, one.estimate, plain=False),
+                field_unit(one.limit.coefficient).symbol,
+                DECISIONS[one.decision],
+                one.reason,
+            )
             for one in found.judgements
         ],
     }
@@ -238,6 +257,19 @@ def _fit_title(analysis: Analysis) -> str:
     return "average over bands and terms" if resting is not None and resting.terms else ""
 
 
+def _shares(analysis: Analysis) -> dict[str, Any] | None:
+    """What each gyro shows of the table's rate, without columns that are empty; None at rest."""
+    if not analysis.shares:
+        return None
+    rows = share_rows(analysis)
+    filled = [place for place in range(len(HEADER)) if any(row[place] for row in rows)]
+    return {
+        "header": [HEADER[place] for place in filled],
+        "rows": [[row[place] for place in filled] for row in rows],
+        "remarks": share_remarks(analysis),
+    }
+
+
 def _forces(analyses: Sequence[Analysis]) -> dict[str, Any] | None:
     """The accelerometers; None if there are none."""
     if not analyses:
@@ -249,6 +281,21 @@ def _forces(analyses: Sequence[Analysis]) -> dict[str, Any] | None:
         "notes": force_notes(analyses),
         "figure": Markup(svg(force_figure(analyses), "forces", description)),
     }
+
+
+def _azimuth(analysis: Analysis) -> Markup | None:
+    """What N, B and K mean for heading; None if N was not seen."""
+    if analysis.angle_random_walk.status == "not observable":
+        return None
+    flicker = headline_coefficients(analysis).get("bias_instability")
+    bound = flicker.high if flicker is not None and flicker.status == "upper bound" else 0.0
+    figure = compass_figure(
+        GyroNoise.from_document(analysis_document(analysis)),
+        latitude=_LATITUDE,
+        confidence=analysis.settings.confidence,
+        highest_bias_instability=bound,
+    )
+    return Markup(svg(figure, "azimuth", "Azimuth error of a gyrocompass against time"))
 
 
 def _fits(analysis: Analysis) -> list[Fit]:

@@ -27,7 +27,7 @@ def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
 
 
 def _fris_figure(fris: Outcome, fos: Outcome) -> Figure:
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         axes = canvas.axes
         axes.plot(
             fris.tau_s, fris.deviation, color=ORANGE, marker="^", linewidth=1.0, label="fris, 9 s"
@@ -42,7 +42,7 @@ def _fris_figure(fris: Outcome, fos: Outcome) -> Figure:
 
 
 def _intervals_figure(outcomes: Sequence[Outcome]) -> Figure:
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         axes = canvas.axes
         for outcome, color, marker in zip(
             outcomes, (BLUE, GREEN, ORANGE), ("o", "D", "^"), strict=True
@@ -70,7 +70,7 @@ def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
         np.sqrt(2.0) * np.array(curve)[kept]
         for curve in (outcome.low_curve, outcome.deviation, outcome.high_curve)
     )
-    with styled(legend_rows=1) as canvas:
+    with styled() as canvas:
         axes = canvas.axes
         axes.fill_between(
             tau,
@@ -103,7 +103,7 @@ def _truth_line(axes: Axes, outcome: Outcome, times: float = 1.0) -> None:
 def _rate_figure(reproduction: Reproduction) -> Figure:
     prediction = reproduction.prediction
     rates = prediction.rates / DEGREE
-    with styled(legend_rows=3) as canvas:
+    with styled() as canvas:
         axes = canvas.axes
         for values, label, color, style in (
             (prediction.total, "predicted", INK, "-"),

@@ -8,8 +8,9 @@ from typing import Any, Final
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatterSciNotation
+from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 
 from sagnac.plot import INK
 
@@ -48,7 +49,8 @@ STYLE: Final[dict[Any, Any]] = {
 }
 _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
-_LEGEND_ROW: Final = 0.036  # of the height
+_LEGEND_ROW: Final = 0.165  # inches
+_ABOVE: Final = 0.09  # inches above a plot or its legend
 _POWER: Final = re.compile(r"\$\\mathdefault\{(.*?)(?:\\times)?10\^\{(.*?)\}\}\$")
 _RAISED: Final = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -85,22 +87,58 @@ class Canvas:
     axes: Axes
 
 
+class _Mantissas(ScalarFormatter):
+    """Numbers of a linear axis; their common power of ten stands with the unit of the axis."""
+
+    def __init__(self) -> None:
+        super().__init__(useOffset=False)
+        self.set_powerlimits((-3, 4))
+
+    def get_offset(self) -> str:
+        """Nothing: it would stand above the axis, where the legend is."""
+        return ""
+
+    def power(self) -> str:
+        """What the numbers are to be multiplied with, ``10⁻⁵``; empty if by nothing."""
+        _, marked, exponent = super().get_offset().partition("1e")
+        return f"10{exponent.translate(_RAISED)}" if marked else ""
+
+
+def _name_power(axis: Axis) -> None:
+    """Write the power of ten of a linear axis before its unit: ``N (10⁻⁵ °/√h)``."""
+    formatter = _Mantissas()
+    axis.set_major_formatter(formatter)
+    formatter.set_locs(axis.get_majorticklocs())  # type: ignore[arg-type]
+    power = formatter.power()
+    if power:
+        name, bracket, unit = axis.get_label_text().rpartition("(")
+        axis.set_label_text(f"{name}{bracket}{power} {unit}")
+
+
 @contextmanager
-def styled(legend_rows: int) -> Iterator[Canvas]:
-    """A figure in the style of the reports, with room above for a legend of `legend_rows` rows."""
+def styled() -> Iterator[Canvas]:
+    """A figure in the style of the reports."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=_SIZE)
         axes = figure.add_subplot()
-        figure.subplots_adjust(**_FRAME, top=0.98 - legend_rows * _LEGEND_ROW)
+        figure.subplots_adjust(**_FRAME, top=1.0 - _ABOVE / _SIZE[1])
         yield Canvas(figure=figure, axes=axes)
-        for axis, scale in ((axes.xaxis, axes.get_xscale()), (axes.yaxis, axes.get_yscale())):
-            if scale == "log":
-                axis.set_major_formatter(PowersOfTen())
-                axis.set_minor_formatter(PowersOfTen())
+        for each in figure.axes:
+            for axis, scale in ((each.xaxis, each.get_xscale()), (each.yaxis, each.get_yscale())):
+                if scale == "log":
+                    axis.set_major_formatter(PowersOfTen())
+                    axis.set_minor_formatter(PowersOfTen())
+                else:
+                    _name_power(axis)
 
 
 def legend_above(axes: Axes, columns: int) -> None:
-    """Put the legend above the plot, so that it hides no data."""
+    """Put the legend above the plot, so that it hides no data, and make room for its rows."""
+    rows = -(-len(axes.get_legend_handles_labels()[0]) // columns)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    top = 1.0 - (_ABOVE + rows * _LEGEND_ROW) / figure.get_figheight()
+    figure.subplots_adjust(top=top)
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(-0.02, 0.995),

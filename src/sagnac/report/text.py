@@ -13,12 +13,12 @@ from rich.table import Table
 from sagnac.analysis.headline_fit import headline_estimates
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import Note
-from sagnac.plot import SYMBOLS
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, note_text
 from sagnac.report.forces import force_notes, force_rows
+from sagnac.report.shares import HEADER, share_remarks, share_rows
 from sagnac.report.spectra import coarser, per_gyro_density, residual_peaks
 from sagnac.report.verdicts import (
     DECISIONS,
@@ -126,6 +126,14 @@ def coefficients(analysis: Analysis) -> str:
             for name in COEFFICIENT_NAMES
         ],
     )
+
+
+def shares(analysis: Analysis) -> str:
+    """Scale factor, axis, asymmetry and bias of each gyro on a turning table."""
+    if not analysis.shares:
+        return ""
+    said = [textwrap.fill(remark, 80) for remark in share_remarks(analysis)]
+    return "\n".join((table(HEADER, share_rows(analysis)), *said))
 
 
 def accelerometers(analyses: Sequence[Analysis]) -> str:

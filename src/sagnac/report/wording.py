@@ -1,6 +1,7 @@
 """Words, field units and digits that the page, the figures and the command line share."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
@@ -24,6 +25,7 @@ FIT_TITLES: Final[Mapping[FitName, str]] = {
     "weighted": "Weighted, non-negative",
     "paper": "Least squares on Eq. 3 (paper)",
 }
+_POWER: Final = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)")
 _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -79,6 +81,21 @@ def number(value: float, width: float | None = None, *, plain: bool = False) -> 
         return f"{value:.{max(digits - 1 - int(power), 0)}f}"
     if plain:
         return f"{mantissa}e{power}"
+    return _raised(mantissa, power)
+
+
+def typeset(text: str) -> str:
+    """A text with its powers of ten raised.
+
+    Examples
+    --------
+    >>> typeset("N ≤ 2.6e-05 °/√h")
+    'N ≤ 2.6 × 10⁻⁵ °/√h'
+    """
+    return _POWER.sub(lambda found: _raised(found[1], found[2]), text)
+
+
+def _raised(mantissa: str, power: str) -> str:
     return f"{mantissa} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
 
 

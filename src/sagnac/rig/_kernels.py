@@ -437,3 +437,28 @@ def lock_in_steps(
         if (k + 1) % stretches == 0:
             excess[k // stretches] = ahead
     return BeatState(ahead, entered, backscatter)
+
+
+@compiled()
+def dither_swing(
+    first: int,
+    cycles: float,
+    phase: float,
+    shaken: FloatArray,
+    left: tuple[float, float],
+    angle: FloatArray,
+    shown: FloatArray,
+) -> None:
+    """Add ``Re(left z)`` to `angle` and ``Re(z)`` to `shown`, both (n,).
+
+    ``z = (1 + shaken[:, 0] + i shaken[:, 1]) exp(i (2 pi cycles n + phase))``, with `first` the
+    number n of the first sample.
+    """
+    for n in range(angle.size):
+        turns = (first + n) * cycles
+        argument = 2.0 * np.pi * (turns - np.floor(turns)) + phase
+        cosine, sine = np.cos(argument), np.sin(argument)
+        real = (1.0 + shaken[n, 0]) * cosine - shaken[n, 1] * sine
+        imaginary = (1.0 + shaken[n, 0]) * sine + shaken[n, 1] * cosine
+        angle[n] += left[0] * real - left[1] * imaginary
+        shown[n] += real

@@ -16,6 +16,7 @@ from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import (
     GYRO_NAMES,
     DisturbanceConfig,
+    DitherConfig,
     EncoderConfig,
     GyroConfig,
     PlatformConfig,
@@ -67,6 +68,7 @@ class RigConfig:
     encoder: EncoderConfig = EncoderConfig()
     platform: PlatformConfig = PlatformConfig()
     gyro: GyroConfig = GyroConfig()
+    dither: DitherConfig = DitherConfig()
     disturbances: DisturbanceConfig = DisturbanceConfig()
 
     def __post_init__(self) -> None:
@@ -151,6 +153,12 @@ def _check_sampling(config: RigConfig) -> None:
                 "sample_rate_hz",
                 "give the frequency it folds to",
             )
+    highest = max(config.gyro.low_pass_hz)
+    if highest >= nyquist:
+        raise ConfigurationError(
+            f"gyro.low_pass_hz {highest:g} is not below {nyquist:g} Hz, half of sample_rate_hz",
+            "lower it, or give 0 for a gyro without a low-pass",
+        )
     if config.samples < 1:
         raise ConfigurationError(
             f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz",
@@ -182,6 +190,17 @@ def _check_modes(config: RigConfig) -> None:
         raise ConfigurationError(
             "gyro.mode is 'still' on a turning table",
             "set table.rate_deg_per_s = 0, or mode rate-biased or dithered",
+        )
+    if config.dither.is_left and config.gyro.mode != "dithered":
+        raise ConfigurationError(
+            f"dither.residue and dither.delay_s are of mode 'dithered'; gyro.mode is "
+            f"{config.gyro.mode!r}",
+            "set gyro.mode to 'dithered', or both to 0",
+        )
+    if config.gyro.dither_frequency_hz + min(config.dither.detuning_hz) <= 0.0:
+        raise ConfigurationError(
+            f"dither.detuning_hz {min(config.dither.detuning_hz):g} leaves no frequency",
+            "keep it above -gyro.dither_frequency_hz",
         )
     slowest, fastest = _sensed_rates(config)
     if config.gyro.mode == "rate-biased":
@@ -221,7 +240,7 @@ def _sensed_rates(config: RigConfig) -> tuple[FloatArray, FloatArray]:
 
 
 def preset(name: str) -> RigConfig:
-    """The configuration called `name`: ``quiet``, ``paper`` or ``harsh``.
+    """The configuration called `name`: ``quiet``, ``paper``, ``dithered`` or ``harsh``.
 
     Raises
     ------
@@ -271,6 +290,11 @@ PRESETS: Final[Mapping[str, RigConfig]] = {
         table=TableConfig(jitter_rms_deg_per_s=0.001),
     ),
     "paper": _PAPER,
+    "dithered": replace(
+        _PAPER,
+        gyro=replace(_PAPER.gyro, mode="dithered"),
+        dither=DitherConfig(residue=(0.01, 0.008, 0.012), delay_s=(1e-6, -2e-6, 3e-6)),
+    ),
     "harsh": replace(
         _PAPER,
         table=TableConfig(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 import numpy as np
+from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from sagnac.arrays import FloatArray
 from sagnac.rig import _kernels
@@ -207,6 +208,43 @@ class Trend:
         drift += self.per_kelvin * warmed
 
 
+# ---- the sensor's own low-pass --------------------------------------------------------
+
+
+@dataclass(slots=True, kw_only=True)
+class LowPass:
+    """A Butterworth low-pass of the rate that a gyro shows.
+
+    Attributes
+    ----------
+    sections
+        (sections, 6) of second order.
+    state
+        (sections, 2) of the filter; None before the first sample.
+    """
+
+    sections: FloatArray
+    state: FloatArray | None = None
+
+    @classmethod
+    def of(cls, config: GyroConfig, gyro: int, sample_rate: float) -> Self | None:
+        """Of one gyro; None if it has none."""
+        corner = config.low_pass_hz[gyro]
+        if corner == 0.0:
+            return None
+        return cls(sections=butter(config.low_pass_order, corner, fs=sample_rate, output="sos"))
+
+    def advance(self, steps: FloatArray, steady: float) -> FloatArray:
+        """(n,) increments behind the filter, rad, of those before it.
+
+        Before the first sample the gyro turned by `steady`, rad, in every sample.
+        """
+        if self.state is None:
+            self.state = sosfilt_zi(self.sections) * steady
+        filtered, self.state = sosfilt(self.sections, steps, zi=self.state)
+        return np.asarray(filtered)
+
+
 # ---- the whole gyro ------------------------------------------------------------------
 
 
@@ -230,10 +268,14 @@ class Gyro:
         Slow errors.
     lock_in
         Of a ring laser, or None.
+    low_pass
+        Of the sensor, or None.
     random
         Stream of the angle random walk.
     walked
-        Error of the angle so far, rad.
+        Error of the angle so far, rad; with a low-pass the angle behind it.
+    before
+        True angle at the last sample, rad.
     """
 
     direction: FloatArray
@@ -245,7 +287,9 @@ class Gyro:
     trend: Trend
     lock_in: LockIn | None
     random: np.random.Generator
+    low_pass: LowPass | None = None
     walked: float = 0.0
+    before: float = 0.0
 
     def advance(self, first: int, motion: Motion, angles: FloatArray) -> None:
         """Read the gyro at the next samples, the first of which has number `first`.
@@ -271,6 +315,26 @@ class Gyro:
             lost, strength = self.lock_in.advance(true)
             drift += lost
         noise = strength * math.sqrt(self.interval) * self.random.standard_normal(count)
+        if self.low_pass is not None:
+            noise += drift * self.interval
+            behind, nothing = self._behind_low_pass(self.low_pass, true, noise), np.zeros(count)
+            _kernels.readout(behind, nothing, nothing, self.interval, self.quantum, 0.0, angles)
+            return
         self.walked = _kernels.readout(
             true, noise, drift, self.interval, self.quantum, self.walked, angles
         )
+
+    def _behind_low_pass(
+        self, low_pass: LowPass, true: FloatArray, errors: FloatArray
+    ) -> FloatArray:
+        """(n,) angle, rad, behind the low-pass, of true angles and the increments of errors."""
+        steps = np.diff(true, prepend=self.before)
+        self.before = float(true[-1])
+        steady = float(steps[0])
+        steps += errors
+        steps = low_pass.advance(steps, steady)
+        # The sum of all samples in one order, whatever the blocks.
+        steps[0] += self.walked
+        angle = np.cumsum(steps)
+        self.walked = float(angle[-1])
+        return angle

@@ -175,16 +175,54 @@ class GyroConfig:
         float, Number(0.01, 100.0, "input angle per beat of the ring laser")
     ] = 1.5
     backscatter_diffusion_rad2_per_s: Annotated[
-        float, Number(0.0, 1e6, "D of the backscatter phase, whose variance grows by 2 D t")
+        float,
+        Number(0.0, 1e6, "D of the backscatter phase, whose variance grows by 2 D t; assumed"),
     ] = 150.0
     dither_frequency_hz: Annotated[float, Number(1.0, 1e4, "frequency of the dither")] = 400.0
     dither_rate_deg_per_s: Annotated[float, Number(0.1, 1e4, "peak rate of the dither")] = 100.0
     dither_amplitude_noise: Annotated[
         float, Number(0.0, 0.5, "rms of the peak rate from swing to swing, as a part of it")
     ] = 0.02
+    low_pass_hz: Annotated[
+        Triple, PerGyro(0.0, 1e5, "corner (-3 dB) of the sensor's own low-pass, 0 for none")
+    ] = (0.0, 0.0, 0.0)
+    low_pass_order: Annotated[int, Whole(1, 2, "of that low-pass, a Butterworth filter")] = 1
 
     def __post_init__(self) -> None:
         check(self, "gyro.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DitherConfig:
+    """What of the dither is left in the angles of a dithered gyro, and how its pick-off shows it.
+
+    Its frequency, rate and randomisation stand in `GyroConfig`. With nothing left there is no
+    pick-off in the recording either.
+    """
+
+    residue: Annotated[
+        Triple, PerGyro(0.0, 1.0, "part of the dither that the gyro's own stripping leaves")
+    ] = (0.0, 0.0, 0.0)
+    delay_s: Annotated[
+        Triple, PerGyro(-1e-3, 1e-3, "time by which the gyro's own stripping is late")
+    ] = (0.0, 0.0, 0.0)
+    detuning_hz: Annotated[
+        Triple, PerGyro(-100.0, 100.0, "of each gyro's dither from gyro.dither_frequency_hz")
+    ] = (-12.7, 0.0, 11.3)
+    ring_down_s: Annotated[
+        float, Number(0.01, 1e4, "correlation time of the dither's random amplitude and phase")
+    ] = 0.5
+    pickoff_noise_arcsec: Annotated[
+        float, Number(0.0, 3600.0, "rms noise of a pick-off from sample to sample")
+    ] = 0.01
+
+    def __post_init__(self) -> None:
+        check(self, "dither.")
+
+    @property
+    def is_left(self) -> bool:
+        """Whether any gyro has dither in its angle."""
+        return any(self.residue) or any(self.delay_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

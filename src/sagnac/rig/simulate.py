@@ -19,10 +19,12 @@ from sagnac.formats import parquet
 from sagnac.formats.files import replacing
 from sagnac.formats.registry import PARQUET
 from sagnac.recording.model import Channel, Recording
+from sagnac.recording.pickoff import PICKOFF, Pickoff
 from sagnac.rig.config import RigConfig
 from sagnac.rig.disturbances import Disturbances
+from sagnac.rig.dither import DitherMotion
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
-from sagnac.rig.gyro import Gyro, LockIn, SlowDrift, Trend, dither_of, ring_lasers_of
+from sagnac.rig.gyro import Gyro, LockIn, LowPass, SlowDrift, Trend, dither_of, ring_lasers_of
 from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.streams import RandomStreams, random_streams
 from sagnac.rig.table import Table, fastest_rate, table_command
@@ -60,6 +62,8 @@ class Block:
         (n,) bool, or None at rest.
     table_angle
         (n,) true table angle, rad (truth, not measured).
+    pickoffs
+        (3, n) dither of x, y, z as the pick-offs show it, arcsec, or None if no dither is left.
     """
 
     first: int
@@ -67,9 +71,11 @@ class Block:
     table: FloatArray | None
     null_pulse: BooleanArray | None
     table_angle: FloatArray
+    pickoffs: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for array in (self.angles, self.table, self.null_pulse, self.table_angle):
+        arrays = (self.angles, self.table, self.null_pulse, self.table_angle, self.pickoffs)
+        for array in arrays:
             if array is not None:
                 array.flags.writeable = False
 
@@ -91,6 +97,7 @@ class Rig:
     gyros: tuple[Gyro, ...]
     encoder: Encoder | None
     null_pulse: NullPulse | None
+    dithers: tuple[DitherMotion, ...] = ()
 
     @classmethod
     def before_first(cls, config: RigConfig) -> Self:
@@ -112,12 +119,21 @@ class Rig:
             gyros=_gyros(config, table.origin, streams),
             encoder=encoder,
             null_pulse=null_pulse,
+            dithers=tuple(
+                DitherMotion.drawn(config, g, streams.dither[g]) for g in range(len(GYRO_NAMES))
+            )
+            if config.dither.is_left
+            else (),
         )
 
     def advance(self, first: int, count: int) -> Block:
         """The next `count` samples, the first of which has number `first`."""
         motion = self.table.advance(first, count)
         angles = self.disturbances.advance(first, motion.angle, self.table.interval)
+        shown = [
+            dither.advance(first, measured)
+            for dither, measured in zip(self.dithers, angles, strict=bool(self.dithers))
+        ]
         for gyro, measured in zip(self.gyros, angles, strict=True):
             gyro.advance(first, motion, measured)
         return Block(
@@ -126,6 +142,7 @@ class Rig:
             table=None if self.encoder is None else self.encoder.read(motion.angle),
             null_pulse=None if self.null_pulse is None else self.null_pulse.advance(motion.angle),
             table_angle=motion.angle,
+            pickoffs=np.array(shown) if shown else None,
         )
 
 
@@ -150,6 +167,7 @@ def _gyros(config: RigConfig, origin: float, streams: RandomStreams) -> tuple[Gy
             ),
             trend=Trend.of(own, g),
             lock_in=LockIn(laser=lasers[g], dither=dither, interval=interval) if lasers else None,
+            low_pass=LowPass.of(own, g, config.sample_rate_hz),
             random=streams.white[g],
         )
         for g in range(len(GYRO_NAMES))
@@ -202,11 +220,14 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     angles = np.empty((len(GYRO_NAMES), config.samples))
     table = np.empty(config.samples) if config.turning else None
     pulse = np.empty(config.samples, dtype=np.bool_) if config.turning else None
+    pickoffs = np.empty_like(angles) if config.dither.is_left else None
     for block in blocks(config):
         angles[:, block.span] = block.angles
         if table is not None and pulse is not None:
             table[block.span] = block.table
             pulse[block.span] = block.null_pulse
+        if pickoffs is not None:
+            pickoffs[:, block.span] = block.pickoffs
         if progress is not None:
             progress(block.span.stop / config.samples)
     recording = Recording(
@@ -219,6 +240,9 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
         if table is None
         else Channel(name="table", kind="angle", shown_in="deg", values=table),
         null_pulse=pulse,
+        pickoffs=()
+        if pickoffs is None
+        else tuple(Pickoff(gyro=name, values=pickoffs[g]) for g, name in enumerate(GYRO_NAMES)),
     )
     return Simulation(recording=recording, truth=truth_of(config))
 
@@ -228,8 +252,8 @@ def write(
 ) -> tuple[Path, Path]:
     """Simulate into a file, its truth beside it as ``FILE.truth.json``.
 
-    Angles are in arcsec, the table in deg from 0 to 360 as its encoder reads. Parquet is
-    written block by block, so that the recording is never whole in memory; every other
+    Angles and pick-offs are in arcsec, the table in deg from 0 to 360 as its encoder reads.
+    Parquet is written block by block, so that the recording is never whole in memory; every other
     format that `sagnac.formats` writes is made in memory first.
 
     Parameters
@@ -279,12 +303,16 @@ def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> 
         sample_rate=config.sample_rate_hz,
         table=config.turning,
         null_pulse=config.turning,
+        pickoffs=[PICKOFF + name for name in GYRO_NAMES] if config.dither.is_left else [],
     ) as out:
         for block in blocks(config):
             columns: dict[str, NDArray[Any]] = dict(zip(GYRO_NAMES, block.angles, strict=True))
             if block.table is not None and block.null_pulse is not None:
                 columns["table"] = within_turn(block.table, config.encoder.lines)
                 columns["null_pulse"] = block.null_pulse
+            if block.pickoffs is not None:
+                names = (PICKOFF + name for name in GYRO_NAMES)
+                columns.update(zip(names, block.pickoffs, strict=True))
             out.append(columns)
             if progress is not None:
                 progress(block.span.stop / config.samples)

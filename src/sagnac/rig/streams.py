@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_STREAMS = 12
+_STREAMS = 15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -13,7 +13,7 @@ class RandomStreams:
 
     `white` and `slow` hold one for each gyro. The others belong to the table's jitter and
     wander, the null passages, the encoder's latch, the phases of table and encoder, and the
-    disturbances.
+    disturbances. `dither` holds one for each gyro, too.
     """
 
     jitter: np.random.Generator
@@ -24,6 +24,7 @@ class RandomStreams:
     white: tuple[np.random.Generator, ...]
     slow: tuple[np.random.Generator, ...]
     latch: np.random.Generator
+    dither: tuple[np.random.Generator, ...]
 
 
 def random_streams(seed: int) -> RandomStreams:
@@ -39,4 +40,5 @@ def random_streams(seed: int) -> RandomStreams:
         white=tuple(generators[5:8]),
         slow=tuple(generators[8:11]),
         latch=generators[11],
+        dither=tuple(generators[12:15]),
     )

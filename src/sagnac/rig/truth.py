@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.rig.config import RigConfig
 from sagnac.rig.disturbances import Disturbances, DrawnLines
+from sagnac.rig.dither import dither_frequency, folded, left_of
 from sagnac.rig.gyro import dither_of, ring_lasers_of
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import GYRO_NAMES, PlatformConfig, Triple
@@ -75,8 +76,26 @@ class LineTruth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DitherTruth:
+    """The dither of one gyro: where it is, where sampling folds it to, and what is left of it."""
+
+    frequency_hz: float
+    folded_hz: float
+    amplitude_arcsec: float
+    left_arcsec: float
+
+    def __post_init__(self) -> None:
+        if not (self.frequency_hz > 0.0 and self.amplitude_arcsec > 0.0):
+            raise ValueError("a dither has a frequency and an amplitude above zero")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """What the recording was made from; ``dataclasses.asdict`` of it is the JSON."""
+    """What the recording was made from; ``dataclasses.asdict`` of it is the JSON.
+
+    The coefficients of `gyros` and `pairs` are those before a gyro's own low-pass, whose corner
+    (-3 dB) is in `low_pass_hz`, 0 without one: well below the corner the recording shows them.
+    """
 
     schema: str
     seed: int
@@ -88,9 +107,11 @@ class Truth:
     earth_rate_b0_deg_per_h: Triple
     gyros: Mapping[str, NoiseTruth]
     pairs: Mapping[str, NoiseTruth]
+    low_pass_hz: Mapping[str, float]
     lines: tuple[LineTruth, ...]
     earth_rate_order_one: LineTruth | None
     config: Mapping[str, Any]
+    dither: Mapping[str, DitherTruth] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if tuple(self.gyros) != GYRO_NAMES:
@@ -118,10 +139,29 @@ def truth_of(config: RigConfig) -> Truth:
         earth_rate_b0_deg_per_h=tuple((earth / DEGREE_PER_HOUR).tolist()),
         gyros=gyros,
         pairs={f"{a}-{b}": _pair_truth(gyros[a], gyros[b]) for a, b in _PAIRS},
+        low_pass_hz=dict(zip(GYRO_NAMES, config.gyro.low_pass_hz, strict=True)),
         lines=_line_truths(config),
         earth_rate_order_one=_order_one(command, shares, earth),
         config=asdict(config),
+        dither=_dither_truths(config),
     )
+
+
+def _dither_truths(config: RigConfig) -> dict[str, DitherTruth]:
+    """Of every gyro; nothing if the gyros' own stripping leaves nothing."""
+    if not config.dither.is_left:
+        return {}
+    truths = {}
+    for g, name in enumerate(GYRO_NAMES):
+        frequency = dither_frequency(config, g)
+        amplitude = config.gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
+        truths[name] = DitherTruth(
+            frequency_hz=frequency,
+            folded_hz=folded(frequency, config.sample_rate_hz),
+            amplitude_arcsec=amplitude / ARCSECOND,
+            left_arcsec=abs(left_of(config, g)) * amplitude / ARCSECOND,
+        )
+    return truths
 
 
 def _mean_rate(command: TableCommand, duration: float) -> float:

@@ -11,15 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.stability.names import check_choice
 from sagnac.units import Quantity, Unit, field_unit, split_factor, unit_of
 
-LETTERS: Final[Mapping[CoefficientName, str]] = dict(
-    zip(COEFFICIENT_NAMES, ("Q", "N", "B", "K", "R"), strict=True)
-)
 _NAMES: Final[Mapping[str, CoefficientName]] = {
-    **{letter: name for name, letter in LETTERS.items()},
+    **{letter: name for name, letter in SYMBOLS.items()},
     **{name: name for name in COEFFICIENT_NAMES},
 }
 _QUANTITIES: Final[Mapping[CoefficientName, Quantity]] = {
@@ -65,7 +62,7 @@ class Limit:
     @property
     def letter(self) -> str:
         """Q, N, B, K or R."""
-        return LETTERS[self.coefficient]
+        return SYMBOLS[self.coefficient]
 
     @property
     def in_unit(self) -> float:
@@ -170,7 +167,7 @@ def _of_keys(stated: Mapping[str, Any], risk: float | None) -> Specification:
 def _limit(name: str, stated: object) -> Limit:
     if name not in _NAMES:
         raise ValueError(
-            f"spec {name!r} is no coefficient; use {', '.join(LETTERS.values())} "
+            f"spec {name!r} is no coefficient; use {', '.join(SYMBOLS.values())} "
             "(risk and product besides in a file)"
         )
     coefficient = _NAMES[name]
@@ -198,7 +195,7 @@ def _quantity(coefficient: CoefficientName, text: str) -> tuple[float, Unit]:
     try:
         unit = unit_of(name, _QUANTITIES[coefficient])
     except ValueError as error:
-        raise ValueError(f"spec {text!r} of {LETTERS[coefficient]}: {error}") from None
+        raise ValueError(f"spec {text!r} of {SYMBOLS[coefficient]}: {error}") from None
     return _positive(number, stripped), unit
 
 

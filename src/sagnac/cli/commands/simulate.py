@@ -24,7 +24,7 @@ def simulate(
         Parameter(name=["-o", "--output"], group=OUTPUT, metavar="FILE", help="The recording."),
     ],
     preset: Annotated[
-        Literal["quiet", "paper", "harsh"] | None,
+        Literal["quiet", "paper", "dithered", "harsh"] | None,
         Parameter(help="What to start from without a CONFIG.toml: paper unless stated."),
     ] = None,
     seed: Annotated[int | None, Parameter(metavar="N", help="Of every random stream.")] = None,

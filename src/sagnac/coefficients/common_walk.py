@@ -1,0 +1,205 @@
+"""The angle random walk that gyros on one turning table share.
+
+What gyros show beyond the motion of their table holds their own noise, what they share (drive,
+temperature), and the error of the encoder that said how the table moves. The error of a readout is
+white noise of the angle: its cross spectrum rises as f^2. What gyros warm up by falls as f^-2. An
+angle random walk that gyros share is level between. So the three are fitted to the cross spectra.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import stdtrit
+
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.common_noise import SharedCells, band_cells
+from sagnac.coefficients.estimates import require_confidence
+from sagnac.coefficients.laws import STOCHASTIC_NAMES, rate_density_basis
+
+# Bins to a decade, and fewest cells in one: a covariance made of fewer bends its own weights.
+_BINS: Final = 6
+_LEAST_CELLS: Final = 6
+# Terms that the cross spectra may have, and fewest bins to tell them from each other.
+_TERMS: Final = tuple(
+    STOCHASTIC_NAMES.index(name)
+    for name in ("quantization", "angle_random_walk", "rate_random_walk")
+)
+_LEAST_BINS: Final = 5
+# Rounds in which a spectrum is smoothed by its terms, and how far off the seen one it may get.
+_ROUNDS: Final = 4
+_OFF: Final = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommonWalk:
+    """Square of the angle random walk that gyros share.
+
+    Attributes
+    ----------
+    square, low, high
+        rad^2/s with its interval; below zero if the gyros lean on each other.
+    confidence
+        Of the interval.
+    """
+
+    square: float
+    low: float
+    high: float
+    confidence: float
+
+    def __post_init__(self) -> None:
+        if not self.low <= self.square <= self.high:
+            raise ValueError(f"square {self.square:g} lies outside {self.low:g} to {self.high:g}")
+
+    @property
+    def is_present(self) -> bool:
+        """Whether the interval leaves zero out."""
+        return self.low > 0.0 or self.high < 0.0
+
+
+def differenced_factor(shared: float, walk: float) -> float:
+    """What differencing makes of N per gyro, as a factor: ``sqrt(n^2 / (n^2 + c))``.
+
+    Parameters
+    ----------
+    shared
+        c, square of the angle random walk that both share, rad^2/s.
+    walk
+        n, per gyro as the difference shows it, rad/sqrt(s).
+    """
+    own = walk**2
+    # What gyros share with opposite sign raises n^2 by no more than all of it.
+    return math.sqrt(own / max(own + shared, 1e-3 * own))
+
+
+def common_walk(
+    increments: ArrayLike,
+    *,
+    sample_rate: float,
+    band_hz: tuple[float, float],
+    masked: Sequence[tuple[float, float]] = (),
+    confidence: float = 0.95,
+) -> CommonWalk:
+    """Angle random walk that two or more gyros share, from their cross spectra.
+
+    White noise, its sum and its second difference (N, K and Q) are fitted to the cross spectra of
+    all pairs by least squares in the metric of the Wishart law,
+    ``cov(S_ij, S_kl) = (S_ik S_jl + S_il S_jk) / degrees of freedom``.
+
+    Parameters
+    ----------
+    increments
+        (gyros, samples), rad, of angles that were averaged over the interval between them, table
+        motion out.
+    sample_rate
+        Samples per second.
+    band_hz, masked
+        As in `band_moments`.
+    confidence
+        Of the interval, which grows by what the three terms do not explain.
+
+    Returns
+    -------
+    CommonWalk
+
+    Raises
+    ------
+    ValueError
+        If the band is too narrow to tell the three from each other.
+    """
+    require_confidence(confidence)
+    cells = band_cells(increments, sample_rate=sample_rate, band_hz=band_hz, masked=masked)
+    bins = _bins(cells)
+    if len(bins) < _LEAST_BINS:
+        raise ValueError(f"{len(bins)} bins do not tell what gyros share; give {_LEAST_BINS}")
+    frequency = np.array([cells.frequency[span].mean() for span in bins])
+    basis = rate_density_basis(frequency, 1.0 / sample_rate)[:, _TERMS]
+    # Averages over the interval make of a walk's increments c_0 = 2/3 and c_1 = 1/6; white noise of
+    # the angle stays white.
+    averaged = (2.0 + np.cos(2.0 * np.pi * frequency / sample_rate)) / 3.0
+    basis[:, 1:] *= averaged[:, np.newaxis]
+    scale = np.sqrt(np.mean(basis**2, axis=0))
+    own = _TERMS.index(STOCHASTIC_NAMES.index("angle_random_walk"))
+    moments = [cells.mean(span) for span in bins]
+    freedom = np.array([each.degrees_of_freedom for each in moments])
+    spectra = np.stack([each.matrix for each in moments])
+    solution, covariance, left = _fitted(spectra, basis / scale, freedom)
+    square = float(solution[own] / scale[own])
+    reach = float(stdtrit(left.freedom, 0.5 + 0.5 * confidence) / scale[own])
+    reach *= math.sqrt(max(1.0, left.square / left.freedom) * float(covariance[own, own]))
+    return CommonWalk(square=square, low=square - reach, high=square + reach, confidence=confidence)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Left:
+    """Chi-square that a fit leaves, and its degrees of freedom."""
+
+    square: float
+    freedom: int
+
+
+def _fitted(
+    spectra: FloatArray, basis: FloatArray, freedom: FloatArray
+) -> tuple[FloatArray, FloatArray, _Left]:
+    """Terms of the cross spectra of all pairs, their covariance, and what they leave.
+
+    The metric is of smooth spectra: in that of the observed ones what chance makes low would weigh
+    more.
+    """
+    first, second = np.triu_indices(spectra.shape[1], 1)
+    smooth = _smooth(spectra, basis, freedom)
+    fisher, score = np.zeros((basis.shape[1],) * 2), np.zeros(basis.shape[1])
+    total = 0.0
+    for row, seen, known, count in zip(basis, spectra, smooth, freedom, strict=True):
+        cross = seen[first, second]
+        covariance = (
+            known[np.ix_(first, first)] * known[np.ix_(second, second)]
+            + known[np.ix_(first, second)] * known[np.ix_(second, first)]
+        ) / count
+        metric = np.linalg.inv(covariance)
+        of_all = metric.sum(axis=0)
+        fisher += np.outer(row, row) * of_all.sum()
+        score += row * (of_all @ cross)
+        total += float(cross @ metric @ cross)
+    inverse = np.linalg.inv(fisher)
+    solution = inverse @ score
+    left = total - float(score @ solution)
+    return solution, inverse, _Left(square=left, freedom=freedom.size * first.size - solution.size)
+
+
+def _smooth(spectra: FloatArray, basis: FloatArray, freedom: FloatArray) -> FloatArray:
+    """(bins, gyros, gyros) spectra as the terms make them, near the observed ones."""
+    gyros = spectra.shape[1]
+    own = np.stack([spectra[:, gyro, gyro] for gyro in range(gyros)], axis=1)
+    model = own
+    for _ in range(_ROUNDS):
+        weight = np.sqrt(freedom)[:, np.newaxis] / model
+        fitted = [
+            basis @ np.linalg.lstsq(basis * part[:, np.newaxis], part * seen, rcond=None)[0]
+            for part, seen in zip(weight.T, own.T, strict=True)
+        ]
+        model = np.clip(np.stack(fitted, axis=1), own / _OFF, own * _OFF)
+    size = np.sqrt(model)
+    seen = np.sqrt(own)
+    coherency = spectra / (seen[:, :, np.newaxis] * seen[:, np.newaxis, :])
+    # Coherency changes slowly, and that of a bin itself would weigh it: its neighbours say it.
+    padded = np.concatenate([coherency[1:2], coherency, coherency[-2:-1]])
+    coherency = 0.5 * (padded[:-2] + padded[2:])
+    coherency[:, np.arange(gyros), np.arange(gyros)] = 1.0
+    return coherency * size[:, :, np.newaxis] * size[:, np.newaxis, :]
+
+
+def _bins(cells: SharedCells) -> list[slice]:
+    """Runs of cells, a sixth of a decade and six cells long or more."""
+    bins: list[slice] = []
+    start = 0
+    for stop in range(1, cells.frequency.size + 1):
+        wide = cells.frequency[stop - 1] >= cells.frequency[start] * 10.0 ** (1.0 / _BINS)
+        if wide and stop - start >= _LEAST_CELLS:
+            bins.append(slice(start, stop))
+            start = stop
+    return bins

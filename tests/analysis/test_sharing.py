@@ -1,0 +1,54 @@
+"""What a note says of noise that both gyros of a pair have, against what was put in."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.rig.config import preset
+from sagnac.rig.simulate import simulate
+
+RATE = 100.0
+WALK = math.radians(2.5e-5) / 60.0  # rad/sqrt(s), of each gyro alone
+
+
+def analysis_of(common, seed=4):
+    """Half an hour at 40 deg/s with a walk of `common` times that of a gyro in both."""
+    paper = preset("paper")
+    low = tuple(line for line in paper.disturbances.time if line[0] < 0.5 * RATE)
+    config = replace(
+        paper,
+        duration_s=1800.0,
+        sample_rate_hz=RATE,
+        seed=seed,
+        disturbances=replace(paper.disturbances, time=low),
+    )
+    recording = simulate(config).recording
+    generator = np.random.default_rng(seed)
+    shared = (
+        common * WALK / math.sqrt(RATE) * np.cumsum(generator.standard_normal(recording.samples))
+    )
+    gyros = tuple(
+        replace(gyro, values=gyro.values + shared) if gyro.name in "xz" else gyro
+        for gyro in recording.gyros
+    )
+    return analyze(replace(recording, gyros=gyros), Settings(gyros=("x", "z")))
+
+
+def test_a_common_walk_on_a_turning_table_is_noted_with_its_effect():
+    analysis = analysis_of(1.5)
+    assert analysis.angle_random_walk.value == pytest.approx(WALK, rel=0.1)
+    (note,) = [note for note in analysis.notes if note.name == "shared"]
+    assert note.level == "warning"
+    assert note.effect == pytest.approx(1.0 / math.hypot(1.0, 1.5), rel=0.15)
+    assert "low against the gyros themselves" in note.text
+
+
+def test_gyros_that_share_nothing_but_the_table_are_said_to():
+    notes = analysis_of(0.0).notes
+    assert not [note for note in notes if note.name == "shared"]
+    (note,) = [note for note in notes if "no angle random walk that the two gyros" in note.text]
+    assert note.channel == "x-z"
