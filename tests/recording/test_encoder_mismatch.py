@@ -1,11 +1,14 @@
 """Whether the encoder and the gyros turn together."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_mismatch import (
+    block_rates,
     jumps_of_encoder,
     require_encoder_follows,
     turned_around,
@@ -137,5 +140,5 @@ def test_rates_of_blocks_are_those_of_the_samples(sample_rate, samples):
     gyro = Channel(name="x", kind="rate", values=rate)
     rates, starts = block_rates(Recording(gyros=(gyro,), sample_rate=sample_rate), gyro)
     edges = [*starts, samples - 1]
-    blocks = zip(edges[:-1], edges[1:], strict=True)
+    blocks = itertools.pairwise(edges)
     assert rates == pytest.approx([rate[one + 1 : other + 1].mean() for one, other in blocks])
