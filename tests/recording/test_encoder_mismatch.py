@@ -1,11 +1,14 @@
 """Whether the encoder and the gyros turn together."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_mismatch import (
+    block_rates,
     jumps_of_encoder,
     require_encoder_follows,
     turned_around,
@@ -128,3 +131,14 @@ def test_what_a_gyro_turns_around_a_step_holds_two_samples_on_each_side(kind):
     turned = turned_around(gyro, RATE, np.array([0, 9, 18]))
     # From sample 0 to 3, from 7 to 12 and from 16 to the last, 19.
     assert turned == pytest.approx([9.0, 144.0 - 49.0, 361.0 - 256.0])
+
+
+@pytest.mark.parametrize("sample_rate", [0.1, 1.0, 1.4, 7.0])
+@pytest.mark.parametrize("samples", [16, 21, 500])
+def test_rates_of_blocks_are_those_of_the_samples(sample_rate, samples):
+    rate = np.random.default_rng(3).normal(size=samples)
+    gyro = Channel(name="x", kind="rate", values=rate)
+    rates, starts = block_rates(Recording(gyros=(gyro,), sample_rate=sample_rate), gyro)
+    edges = [*starts, samples - 1]
+    blocks = itertools.pairwise(edges)
+    assert rates == pytest.approx([rate[one + 1 : other + 1].mean() for one, other in blocks])

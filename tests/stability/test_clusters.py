@@ -26,3 +26,9 @@ def test_default_clusters_follow_the_row(estimator, sizes):
     found = cluster_sizes(None, 101, 1.0, properties_of(estimator))
     assert found.sizes[: len(sizes)].tolist() == sizes
     assert found.notes == ()
+
+
+def test_a_time_just_out_of_range_differs_from_the_limit_in_the_message():
+    asked = r"1200001 s is out of range for oadev; use 1 s to 1200000 s"
+    with pytest.raises(ValueError, match=asked):
+        cluster_sizes([1200001.0], 2_400_001, 1.0, properties_of("oadev"))

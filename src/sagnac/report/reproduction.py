@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from sagnac.formats.files import replacing_folder
 from sagnac.paper.reproduce import Reproduction
 from sagnac.report.figures import write_png
 from sagnac.report.files import write_text
@@ -11,7 +12,7 @@ from sagnac.report.reproduction_tables import tables
 
 
 def write(reproduction: Reproduction, folder: Path) -> list[Path]:
-    """Page, pictures and tables into `folder`; each whole or not at all.
+    """Page, pictures and tables into `folder`, all of them or none; what else it has stays.
 
     Returns
     -------
@@ -23,13 +24,14 @@ def write(reproduction: Reproduction, folder: Path) -> list[Path]:
     RecordingError
         If the folder cannot be written to.
     """
-    written = [folder / "reproduction.html"]
+    names = ["reproduction.html"]
     figures = figures_of(reproduction)
-    for name, figure in figures.items():
-        written.append(folder / f"{name}.png")
-        write_png(figure, written[-1])
-    for name, text in tables(reproduction).items():
-        written.append(folder / f"{name}.csv")
-        write_text(written[-1], text)
-    write_text(written[0], page(reproduction, figures))
-    return written
+    with replacing_folder(folder) as new:
+        for name, figure in figures.items():
+            names.append(f"{name}.png")
+            write_png(figure, new / names[-1])
+        for name, text in tables(reproduction).items():
+            names.append(f"{name}.csv")
+            write_text(new / names[-1], text)
+        write_text(new / names[0], page(reproduction, figures))
+    return [folder / name for name in names]

@@ -59,8 +59,8 @@ def cluster_sizes(
     outside = (rounded < smallest) | (rounded > largest)
     if outside.any():
         raise ValueError(
-            f"taus: {wanted[outside][0]:g} s is out of range for {estimator.name}; "
-            f"use {smallest / sample_rate:g} s to {largest / sample_rate:g} s"
+            f"taus: {wanted[outside][0]:.12g} s is out of range for {estimator.name}; "
+            f"use {smallest / sample_rate:.12g} s to {largest / sample_rate:.12g} s"
         )
     sizes = np.unique(rounded.astype(np.int64))
     moved = np.abs(rounded - wanted * sample_rate) > 1e-6 * rounded

@@ -1,0 +1,106 @@
+"""Commands that a signal ends at any instant leave the old result whole, or the new one."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import sagnac
+from sagnac.cli import main
+
+ROOT = Path(sagnac.__file__).parent.parent
+# Parts of a whole run at which a signal comes, drawn for each command and signal.
+INSTANTS = 1
+# What an old result differs by, so that a mixture shows.
+OTHER = {
+    "analyze": ["--confidence", "0.9"],
+    "simulate": ["--seed", "2"],
+    "convert": ["--slice", "0:30"],
+}
+
+
+def ended(
+    words: list[str], folder: Path, number: signal.Signals, seconds: float
+) -> subprocess.Popen[bytes]:
+    """A run that gets a signal after some time, unless it was over before."""
+    with (folder / "said.txt").open("wb") as said:
+        running = subprocess.Popen(
+            [sys.executable, "-m", "sagnac", *words],
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stdout=said,
+            stderr=said,
+        )
+        try:
+            running.wait(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            running.send_signal(number)
+            running.wait(timeout=120.0)
+    return running
+
+
+def commands(still: Path, folder: Path) -> dict[str, tuple[list[str], Path]]:
+    """What is run, and what it makes."""
+    report, made, copy = folder / "report", folder / "made.npz", folder / "copy.csv"
+    return {
+        "analyze": (["analyze", str(still), "--method", "none", "-o", str(report)], report),
+        "simulate": (["simulate", "-o", str(made), "--duration", "60", "--table-rate", "0"], made),
+        "convert": (["convert", str(still), str(copy)], copy),
+    }
+
+
+def files_of(result: Path) -> dict[str, bytes]:
+    """A result as it stands: a folder with its files, or a file with those beside it."""
+    found = result.iterdir() if result.is_dir() else result.parent.glob(f"{result.stem}*")
+    return {entry.name: entry.read_bytes() for entry in sorted(found)}
+
+
+def put_back(result: Path, files: dict[str, bytes]) -> None:
+    """Restore a result as it stood."""
+    folder = result if result.is_dir() else result.parent
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
+
+
+@pytest.mark.parametrize("name", ["analyze", "simulate", "convert"])
+def test_a_result_is_old_or_new_whatever_ends_the_run(name, still, tmp_path):
+    folder = tmp_path / "results"
+    folder.mkdir()
+    words, result = commands(still, folder)[name]
+    assert main([*words, *OTHER[name]]) == 0
+    before = files_of(result)
+    began = time.monotonic()
+    assert ended(words, tmp_path, signal.SIGKILL, 120.0).returncode == 0
+    lasts = time.monotonic() - began
+    whole = files_of(result)
+    assert whole.keys() == before.keys()
+    assert whole != before
+    drawn = random.Random(name)
+    for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT) * INSTANTS:
+        put_back(result, before)
+        run = ended(words, tmp_path, number, drawn.uniform(0.3, 1.0) * lasts)
+        after = files_of(result)
+        assert after == before or is_new(after, whole, before)
+        if number == signal.SIGKILL:
+            continue
+        # A signal that comes before the command has begun ends the interpreter.
+        assert run.returncode in (0, 128 + number, -number)
+        assert not list(folder.glob(f".*.{run.pid}.*.part"))
+    # The next run removes what a killed one left.
+    assert main(words) == 0
+    assert not list(folder.glob(".*.part"))
+
+
+def is_new(after: dict[str, bytes], whole: dict[str, bytes], before: dict[str, bytes]) -> bool:
+    """Whether a result is the new one: of a report, whose documents hold times, every figure."""
+    if after.keys() != whole.keys():
+        return False
+    if "analysis.json" in after:
+        return all(
+            after[name] != before[name] or whole[name] == before[name] for name in after
+        ) and all(after[name] == whole[name] for name in after if name.endswith((".png", ".csv")))
+    return after == whole
