@@ -140,7 +140,7 @@ def row_of(number: int, method: Method, simulation: Simulation) -> dict[str, Any
             }
             for line in analysis.lines
         ],
-        "notes": list(analysis.notes),
+        "notes": [str(note) for note in analysis.notes],
     }
 
 

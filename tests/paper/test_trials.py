@@ -13,8 +13,8 @@ def test_trials_have_the_line_that_they_name():
         line for line in truth_of(named[NEAREST_TRIAL].config).lines
         if line.scale == "time"
     )  # fmt: skip
-    assert line.amplitude_arcsec["z"] == pytest.approx(0.0389, rel=1e-9)
-    assert line.frequency_hz == pytest.approx(1.0 / 38.71)
+    assert line.amplitude_arcsec["z"] == pytest.approx(0.0387, rel=1e-9)
+    assert line.frequency_hz == pytest.approx(1.0 / 39.9)
     assert named["white"].config.disturbances.time == ()
     assert min(f for f, _ in named["aliasing"].config.disturbances.time) > 0.5
 
