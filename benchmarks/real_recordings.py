@@ -246,7 +246,10 @@ The LN-100's answers lie on the plateau that is left below 0.3 Hz. Slepian taper
 much of its dither that they show a plateau at twice the height. Of PSINS the sway of the bench
 reaches the lowest frequencies of the whole recording: what is read there, 0.06 °/√h for z, is N of
 gyro and bench together, and only the quiet stretch, 0.009 °/√h, shows the gyro. Parts of 75 s of
-that stretch do not reach below the sway; halves do, and agree with the whole.
+that stretch do not reach below the sway; halves do, and agree with the whole. For z a warning names
+the hump at 2.8 Hz and the lower level behind it. The x of the medium MPU6050 is level twice: at
+2.5 °/√h below 0.04 Hz, with 6 % of the weight, and at 0.33 °/√h from 1 Hz on; the interval spans
+both, and a warning says so.
 
 {pictures}
 """
