@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac import plot
 from sagnac.campaign.runner import Row
 from sagnac.campaign.table import Line
+from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE
 from sagnac.repeatability.study import Repeatability
 from sagnac.report.style import STYLE, PowersOfTen, legend_above, styled
 from sagnac.units import HOUR
@@ -44,7 +44,7 @@ def curve_panels(rows: Sequence[Row], lines: Sequence[Line]) -> Figure:
                 for curve in others:
                     axes.loglog(*_points(curve), color="#dcdcdc", linewidth=0.5)
             for curve in curves:
-                axes.loglog(*_points(curve), color=plot.BLUE, linewidth=0.9)
+                axes.loglog(*_points(curve), color=BLUE, linewidth=0.9)
             axes.set_title(title, **_TITLE)
             axes.tick_params(labelsize=7.0)
             for axis in (axes.xaxis, axes.yaxis):
@@ -81,18 +81,18 @@ def control_chart(lines: Sequence[Line], found: Repeatability | None) -> Figure:
     with styled() as canvas:
         _intervals(canvas.axes, np.arange(1.0, len(lines) + 1.0), lines)
         if found is not None:
-            canvas.axes.axhline(found.mean.value, color=plot.INK, linewidth=0.9, label="mean")
+            canvas.axes.axhline(found.mean.value, color=INK, linewidth=0.9, label="mean")
             canvas.axes.axhspan(
-                found.mean.low, found.mean.high, color=plot.GREEN, alpha=0.15, label="its interval"
+                found.mean.low, found.mean.high, color=GREEN, alpha=0.15, label="its interval"
             )
             if found.next_unit is not None:
                 for limit in (found.next_unit.low, found.next_unit.high):
-                    canvas.axes.axhline(limit, color=plot.ORANGE, linewidth=0.9, linestyle="--")
-                canvas.axes.plot([], [], "--", color=plot.ORANGE, label="next unit")
+                    canvas.axes.axhline(limit, color=ORANGE, linewidth=0.9, linestyle="--")
+                canvas.axes.plot([], [], "--", color=ORANGE, label="next unit")
             for outlier in found.outliers:
                 canvas.axes.plot(
                     outlier.index + 1.0, lines[outlier.index].n_deg_per_sqrt_h, "o",
-                    markersize=9.0, markerfacecolor="none", color=plot.ORANGE,
+                    markersize=9.0, markerfacecolor="none", color=ORANGE,
                 )  # fmt: skip
         _scale(canvas.axes, "recording, in the order of the table")
         legend_above(canvas.axes, columns=4)
@@ -123,7 +123,7 @@ def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
             high = np.array([lines[index].high for index in chosen])
             reach = np.maximum(np.stack([value - low, high - value]), 0.0)
         axes.errorbar(
-            place[chosen], value, yerr=reach, fmt=marker, color=plot.BLUE, elinewidth=0.8,
+            place[chosen], value, yerr=reach, fmt=marker, color=BLUE, elinewidth=0.8,
             markersize=3.6, label=label,
         )  # fmt: skip
 

@@ -7,11 +7,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac import plot
 from sagnac.alignment.azimuth import AzimuthError, azimuth_error
 from sagnac.alignment.initial import Alignment, Start, flicker_deviation
 from sagnac.alignment.noise import GyroNoise
 from sagnac.alignment.position import PositionError
+from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
 from sagnac.report.style import legend_above, styled
 from sagnac.report.wording import TITLES, number
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR
@@ -73,7 +73,7 @@ def compass_figure(
         for floor, label in ((compass.floor, "floor by B"), (bound, "floor by B, at most")):
             if floor > 0.0:
                 axes.axhline(
-                    floor / ARCMINUTE, color=plot.INK, linewidth=0.9, linestyle=":", label=label
+                    floor / ARCMINUTE, color=INK, linewidth=0.9, linestyle=":", label=label
                 )
         _label_axes(axes, latitude)
         legend_above(axes, columns=3)
@@ -86,7 +86,7 @@ def azimuth_figure(prospect: Prospect) -> Figure:
         axes = canvas.axes
         _draw_compass(axes, prospect.compass)
         axes.plot(
-            prospect.filtered.times, prospect.filtered.azimuth / ARCMINUTE, color=plot.ORANGE,
+            prospect.filtered.times, prospect.filtered.azimuth / ARCMINUTE, color=ORANGE,
             label="Kalman filter, one position",
         )  # fmt: skip
         _label_axes(axes, prospect.latitude)
@@ -97,12 +97,12 @@ def azimuth_figure(prospect: Prospect) -> Figure:
 def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
     """A gyrocompass with its interval, and dashed what each of N, B and K makes of it."""
     axes.plot(
-        compass.times, compass.deviation / ARCMINUTE, color=plot.BLUE,
+        compass.times, compass.deviation / ARCMINUTE, color=BLUE,
         label="gyrocompass, two positions",
     )  # fmt: skip
     axes.fill_between(
         compass.times, compass.low / ARCMINUTE, compass.high / ARCMINUTE,
-        color=plot.BLUE, alpha=0.18, linewidth=0.0,
+        color=BLUE, alpha=0.18, linewidth=0.0,
         label=f"its {100 * compass.confidence:g} % interval",
     )  # fmt: skip
     parts = {
@@ -113,13 +113,13 @@ def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
     if len(parts) < 2:
         return  # One term alone is the whole.
     for symbol, part in parts.items():
-        axes.plot(compass.times, part, color=plot.QUIET, linewidth=0.8, linestyle="--")
-        axes.annotate(symbol, (compass.times[0], part[0]), color=plot.INK, fontsize=8.5)
+        axes.plot(compass.times, part, color=QUIET, linewidth=0.8, linestyle="--")
+        axes.annotate(symbol, (compass.times[0], part[0]), color=INK, fontsize=8.5)
 
 
 def _label_axes(axes: Axes, latitude: float) -> None:
     across = "time of alignment (s)"
-    plot.logarithmic(axes, across, f"azimuth error at {latitude / DEGREE:g}°, 1 σ (′)")
+    logarithmic(axes, across, f"azimuth error at {latitude / DEGREE:g}°, 1 σ (′)")
 
 
 def prospect_text(prospect: Prospect) -> str:

@@ -13,17 +13,18 @@ from matplotlib.figure import Figure
 
 from sagnac import plot
 from sagnac.analysis.result import Analysis
+from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, logarithmic
 from sagnac.report.files import write_bytes
 from sagnac.report.style import STYLE, legend_above, styled
 from sagnac.report.wording import in_field_unit, number
 from sagnac.units import DEGREE_PER_HOUR
 
 COLORS: Final = {
-    "none": plot.QUIET,
-    "fris": plot.ORANGE,
-    "fos-paper": plot.GREEN,
-    "fos-korenberg": plot.INK,
-    "fos": plot.BLUE,
+    "none": QUIET,
+    "fris": ORANGE,
+    "fos-paper": GREEN,
+    "fos-korenberg": INK,
+    "fos": BLUE,
 }
 MARKERS: Final = {"none": "s", "fris": "^", "fos-paper": "D", "fos-korenberg": "v", "fos": "o"}
 
@@ -94,16 +95,14 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
                 curve.tau,
                 curve.deviation / DEGREE_PER_HOUR,
                 yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR,
-                color=COLORS.get(method, plot.INK),
+                color=COLORS.get(method, INK),
                 marker=MARKERS.get(method, "x"),
                 linewidth=1.0,
                 elinewidth=0.7,
                 label=f"{method}: {_short_answer(analysis)}",
             )
         one = next(iter(analyses.values()))
-        plot.logarithmic(
-            canvas.axes, "cluster time τ (s)", f"Allan deviation, {plot.channel_of(one)} (°/h)"
-        )
+        logarithmic(canvas.axes, "cluster time τ (s)", f"Allan deviation, {channel_of(one)} (°/h)")
         legend_above(canvas.axes, columns=2)
     return canvas.figure
 

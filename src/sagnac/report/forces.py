@@ -11,7 +11,7 @@ from sagnac.analysis.headline_fit import headline_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
-from sagnac.plot import BLUE, GREEN, ORANGE, logarithmic
+from sagnac.plot.frame import BLUE, GREEN, ORANGE, logarithmic
 from sagnac.report.command_line import note_text
 from sagnac.report.style import legend_above, styled
 from sagnac.report.wording import figures, number

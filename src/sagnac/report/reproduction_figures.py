@@ -6,9 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac import plot
 from sagnac.paper.reproduce import Outcome, Reproduction
-from sagnac.plot import BLUE, GREEN, INK, ORANGE
+from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, logarithmic
 from sagnac.report.reproduction_values import cells_of, curves_of, white_deviation, within_cut
 from sagnac.report.style import legend_above, styled
 from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
@@ -36,7 +35,7 @@ def _fris_figure(fris: Outcome, fos: Outcome) -> Figure:
             fos.tau_s, fos.deviation, color=BLUE, marker="o", linestyle="none", label="fos, 1 s"
         )
         _truth_line(axes, fos)
-        plot.logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z per gyro (°/h)")
+        logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z per gyro (°/h)")
         legend_above(axes, columns=3)
     return canvas.figure
 
@@ -56,7 +55,7 @@ def _intervals_figure(outcomes: Sequence[Outcome]) -> Figure:
                 label=f"every {outcome.interval_s:g} s",
             )
         _truth_line(axes, outcomes[0])
-        plot.logarithmic(axes, "cluster time τ (s)", "Allan deviation, z (°/h)")
+        logarithmic(axes, "cluster time τ (s)", "Allan deviation, z (°/h)")
         legend_above(axes, columns=4)
     return canvas.figure
 
@@ -83,7 +82,7 @@ def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
         )
         axes.plot(tau, middle, color=BLUE, marker="o", linestyle="none", label="x − z")
         _truth_line(axes, outcome, float(np.sqrt(2.0)))
-        plot.logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")
+        logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")
         legend_above(axes, columns=3)
     return canvas.figure
 
@@ -135,6 +134,6 @@ def _rate_figure(reproduction: Reproduction) -> Figure:
                 color=color,
                 label=label,
             )
-        plot.logarithmic(axes, "table rate (°/s)", "N̄ (°/√h)")
+        logarithmic(axes, "table rate (°/s)", "N̄ (°/√h)")
         legend_above(axes, columns=3)
     return canvas.figure

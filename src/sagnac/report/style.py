@@ -12,7 +12,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 
-from sagnac.plot import INK
+from sagnac.plot.frame import INK
 
 _FAINT: Final = "#e4e4e4"
 _TICKS: Final = "#6b6b6b"

@@ -1,0 +1,12 @@
+"""Pictures of a result on an axis of matplotlib: stability, spectrum, lines.
+
+Each function takes a result and an axis, draws, and gives the axis back; without an axis it
+draws on the current one of ``pyplot``. Values are in the field's units and per gyro.
+"""
+
+from sagnac.plot.amplitude import lines
+from sagnac.plot.density import spectrum
+from sagnac.plot.deviation import stability
+from sagnac.plot.remainder import orders, parts, residual, residual_by_angle
+
+__all__ = ["lines", "orders", "parts", "residual", "residual_by_angle", "spectrum", "stability"]

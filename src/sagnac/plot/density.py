@@ -1,0 +1,194 @@
+"""Rate noise density against frequency."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from sagnac.analysis.result import Analysis
+from sagnac.analysis.spectra import Spectrum
+from sagnac.coefficients.laws import (
+    SYMBOLS,
+)
+from sagnac.plot.frame import (
+    BLUE,
+    INK,
+    ORANGE,
+    QUIET,
+    after_removal,
+    axes_of,
+    channel_of,
+    logarithmic,
+    removed,
+)
+from sagnac.plot.marks import LABELLED_LINES, SCALES, placed_lines, short_position
+from sagnac.recording.difference import per_gyro
+from sagnac.units import (
+    DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_DRAWN_BINS: Final = 2400
+
+
+def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+    """Rate noise density before and after removal (°/h/√Hz, per gyro), its lines marked.
+
+    Parameters
+    ----------
+    analysis
+        What to draw; N is drawn too if it was estimated.
+    ax
+        Where to draw; without it the current axis of ``pyplot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    A still gyro of white rate noise with a vibration at 2 Hz:
+
+    >>> import numpy as np
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import Recording, analyze, plot
+    >>> rate = 1e-6 * np.random.default_rng(1).standard_normal(6000)
+    >>> rate += 1e-6 * np.cos(2.0 * np.pi * 2.0 * np.arange(6000) / 10.0)
+    >>> recording = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> axes = plot.spectrum(analyze(recording), ax=Figure().add_subplot())
+    >>> axes.get_ylabel()
+    'rate noise density, x (°/h/√Hz)'
+    """
+    axes = axes_of(ax)
+    before, after = (
+        _drawn_bins(one, analysis.gyros_differenced)
+        for one in (analysis.spectrum_before, analysis.spectrum)
+    )
+    if removed(analysis):
+        axes.plot(
+            before.frequency, before.density, color=QUIET, linewidth=0.8, label="before removal"
+        )
+    axes.plot(
+        after.frequency,
+        after.density,
+        color=BLUE,
+        linewidth=0.8,
+        alpha=0.7,
+        label=after_removal(analysis),
+    )
+    logarithmic(axes, "frequency (Hz)", f"rate noise density, {channel_of(analysis)} (°/h/√Hz)")
+    if not after.frequency.size:
+        # Logarithmic axes find no limits of their own without data.
+        axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
+        axes.text(0.5, 0.5, analysis.source, transform=axes.transAxes, ha="center")
+        return axes
+    axes.margins(x=0.01)
+    if analysis.angle_random_walk.status == "estimated":
+        level = math.sqrt(2.0) * analysis.angle_random_walk.value
+        axes.axhline(
+            level / DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+            color=INK,
+            linewidth=0.9,
+            linestyle=(0, (5, 3)),
+            label="√2 N",
+        )
+    _rested_on(axes, analysis)
+    _mark_lines(axes, analysis)
+    axes.legend()
+    return axes
+
+
+def _rested_on(axes: "Axes", analysis: Analysis) -> None:
+    """The band that the answer rests on, and the law of its model and of each term there."""
+    resting = analysis.average
+    if resting is None or resting.law is None or analysis.angle_random_walk.status != "estimated":
+        return
+    lowest, highest = axes.get_xlim()
+    low, high = max(resting.band_hz[0], lowest), min(resting.band_hz[1], highest)
+    if not low < high:
+        return
+    axes.axvspan(low, high, color=ORANGE, alpha=0.08, linewidth=0, label="band of the answer")
+    frequency = np.geomspace(low, min(high, 0.5 / resting.law.interval), 200)
+    bottom, top = axes.get_ylim()
+    root = np.sqrt(resting.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    letters = ", ".join(SYMBOLS[name] for name in resting.terms)
+    behind = " behind a low-pass" if resting.law.order else ""
+    axes.plot(frequency, root, color=ORANGE, linewidth=1.3, label=f"{letters}{behind}")
+    for place, square in enumerate(resting.law.squares):
+        if square > 0.0 and len(resting.terms) > 1:
+            alone = tuple(
+                square if one == place else 0.0 for one in range(len(resting.law.squares))
+            )
+            term = np.sqrt(replace(resting.law, squares=alone).density(frequency))
+            axes.plot(
+                frequency,
+                term / DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+                color=ORANGE,
+                linewidth=0.7,
+                linestyle=(0, (2, 3)),
+            )
+    # A term may lie far below the data within its band.
+    axes.set_ylim(bottom, top)
+
+
+def _mark_lines(axes: "Axes", analysis: Analysis) -> None:
+    """A tick above the spectrum for each line, the strongest with their names."""
+    placed = placed_lines(analysis)
+    if not placed:
+        return
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (high / low) ** 0.28)
+    stage = axes.get_xaxis_transform()  # x in Hz, y a share of the height
+    for scale, style in SCALES.items():
+        places = [frequency for frequency, line in placed if line.scale == scale]
+        if places:
+            axes.plot(
+                places,
+                np.full(len(places), 0.82),
+                linestyle="none",
+                marker="|",
+                markersize=7,
+                markeredgewidth=1.0,
+                color=style.color,
+                transform=stage,
+                label=style.label,
+            )
+    taken: list[float] = []
+    span = math.log(axes.get_xlim()[1] / axes.get_xlim()[0])
+    for frequency, line in placed:
+        here = math.log(frequency) / span
+        if len(taken) == LABELLED_LINES or any(abs(here - other) < 0.035 for other in taken):
+            continue
+        taken.append(here)
+        axes.text(
+            frequency,
+            0.845,
+            short_position(line),
+            transform=stage,
+            rotation=90,
+            ha="center",
+            va="bottom",
+            fontsize=7,
+            color=SCALES[line.scale].color,
+            clip_on=False,
+        )
+
+
+def _drawn_bins(measured: Spectrum, gyros_differenced: int) -> Spectrum:
+    """Root density of one gyro, lowest and highest of each log-spaced bin: no peak is lost."""
+    size = per_gyro(1.0, gyros_differenced) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    keep = (measured.frequency > 0.0) & (measured.density > 0.0)
+    frequency, level = measured.frequency[keep], size * np.sqrt(measured.density[keep])
+    if frequency.size <= _DRAWN_BINS:
+        return Spectrum(frequency=frequency, density=level)
+    edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)
+    starts = np.unique(np.searchsorted(frequency, edges)).tolist()
+    chosen: list[int] = []
+    for start, stop in pairwise(starts):
+        part = level[start:stop]
+        chosen.extend(sorted({start + int(part.argmin()), start + int(part.argmax())}))
+    return Spectrum(frequency=frequency[chosen], density=level[chosen])

@@ -1,0 +1,191 @@
+"""Deviation against cluster time."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from sagnac.analysis.headline_fit import headline_coefficients, headline_fit
+from sagnac.analysis.result import Analysis
+from sagnac.arrays import FloatArray
+from sagnac.coefficients.laws import (
+    COEFFICIENT_NAMES,
+    SYMBOLS,
+    CoefficientName,
+    allan_variance,
+)
+from sagnac.plot.frame import (
+    BLUE,
+    INK,
+    QUIET,
+    after_removal,
+    axes_of,
+    channel_of,
+    logarithmic,
+    removed,
+)
+from sagnac.stability.curve import StabilityCurve
+from sagnac.units import (
+    DEGREE_PER_HOUR,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# How the Allan deviation of each term rises with tau on a log-log plot.
+_SLOPES: Final[Mapping[CoefficientName, str]] = {
+    "quantization": "−1",
+    "angle_random_walk": "−½",
+    "bias_instability": "0",
+    "rate_random_walk": "+½",
+    "rate_ramp": "+1",
+}
+_ROOM_FOR_LABEL: Final = 75.0  # points
+
+
+def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "Axes":
+    """Deviation against cluster time, with its interval; of an analysis with the fit.
+
+    Parameters
+    ----------
+    result
+        An analysis: Allan deviation before and after removal (°/h), the fit that the answer
+        rests on, and each term that it estimated with its slope. Or one curve, in its own unit.
+        The curve of a difference of two gyros is drawn per gyro, as the answer is.
+    ax
+        Where to draw; without it the current axis of ``pyplot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import plot, stability_curve
+    >>> rate = np.random.default_rng(1).standard_normal(1000)
+    >>> curve = stability_curve(rate, kind="rate", sample_rate=10.0)
+    >>> plot.stability(curve, ax=Figure().add_subplot()).get_xlabel()
+    'cluster time τ (s)'
+    """
+    axes = axes_of(ax)
+    if isinstance(result, StabilityCurve):
+        _draw_curve(axes, result.per_gyro())
+    else:
+        _draw_curves(axes, result)
+    axes.legend()
+    return axes
+
+
+def _draw_curve(axes: "Axes", curve: StabilityCurve) -> None:
+    """One curve, in the unit of the values that it was made of."""
+    unit = "unit of the values" if curve.estimator == "tdev" else "unit of the values per s"
+    _points(axes, curve, 1.0, label=curve.estimator)
+    logarithmic(axes, "cluster time τ (s)", f"{curve.estimator} ({unit})")
+    _limits(axes, curve.tau, curve.deviation, curve.low)
+
+
+def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
+    """The curves before and after removal, in °/h, with the fit."""
+    before, after = analysis.curve_before.per_gyro(), analysis.curve.per_gyro()
+    if removed(analysis):
+        axes.plot(
+            before.tau,
+            before.deviation / DEGREE_PER_HOUR,
+            color=QUIET,
+            marker="s",
+            markersize=2.8,
+            linewidth=0.9,
+            label="before removal",
+        )
+    _points(axes, after, DEGREE_PER_HOUR, label=after_removal(analysis))
+    logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel_of(analysis)} (°/h)")
+    _limits(
+        axes,
+        after.tau,
+        *(array / DEGREE_PER_HOUR for array in (before.deviation, after.deviation, after.low)),
+    )
+    _fitted(axes, analysis)
+
+
+def _points(axes: "Axes", curve: StabilityCurve, unit: float, *, label: str) -> None:
+    """The points of a curve and its interval, in `unit`."""
+    axes.plot(
+        curve.tau, curve.deviation / unit, color=BLUE, marker="o", linestyle="none", label=label
+    )
+    axes.fill_between(
+        curve.tau,
+        curve.low / unit,
+        curve.high / unit,
+        color=BLUE,
+        alpha=0.2,
+        linewidth=0,
+        label=f"its {100 * curve.confidence:g} % interval",
+    )
+
+
+def _limits(axes: "Axes", tau: FloatArray, *deviations: FloatArray) -> None:
+    """Room for the data, not for what a fit says far below it."""
+    values = np.concatenate(deviations)
+    values = values[np.isfinite(values) & (values > 0.0)]
+    if tau.size:
+        axes.set_xlim(0.75 * tau.min(), 1.35 * tau.max())
+    if values.size:
+        axes.set_ylim(0.6 * values.min(), 1.7 * values.max())
+
+
+def _fitted(axes: "Axes", analysis: Analysis) -> None:
+    """What the answer rests on: its sum, and each term it estimated with its slope."""
+    fit = headline_fit(analysis)
+    shortest = 0.0
+    if fit is None and analysis.average is not None and analysis.average.terms:
+        # What the average says holds below the upper edge of its band.
+        shortest = 0.5 / analysis.average.band_hz[1]
+    coefficients = headline_coefficients(analysis) if fit is None else fit.coefficients
+    values = {
+        name: coefficients[name].value
+        for name in COEFFICIENT_NAMES
+        if name in coefficients and coefficients[name].status == "estimated"
+    }
+    if not values:
+        return
+    left, right = axes.get_xlim()
+    tau = np.geomspace(max(left, shortest), right, 200)
+    total = np.sqrt(allan_variance(tau, values)) / DEGREE_PER_HOUR
+    name_of_fit = "average" if fit is None else fit.method
+    axes.plot(tau, total, color=INK, linewidth=1.2, label=f"fit ({name_of_fit})")
+    low, high = axes.get_ylim()
+    for name, value in values.items():
+        part = np.sqrt(allan_variance(tau, {name: value})) / DEGREE_PER_HOUR
+        axes.plot(tau, part, color=INK, linewidth=0.7, linestyle=(0, (2, 3)))
+        inside = np.flatnonzero((part > low) & (part < high))
+        # No term lies above the sum, so the side below its line is free of data.
+        _below(axes, tau[inside], part[inside], f"{SYMBOLS[name]}, slope {_SLOPES[name]}")
+
+
+def _below(axes: "Axes", tau: FloatArray, level: FloatArray, text: str) -> None:
+    """Write along and below the middle of a line, if there is room for it."""
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415
+
+    if tau.size == 0:
+        return
+    points = axes.transData.transform(np.stack([tau, level], axis=1))
+    run, rise = points[-1] - points[0]
+    if math.hypot(run, rise) < _ROOM_FOR_LABEL * axes.figure.dpi / 72.0:
+        return
+    middle = tau.size // 2
+    axes.annotate(
+        text,
+        (tau[middle], level[middle]),
+        xytext=(0, -4.0),
+        textcoords="offset points",
+        rotation=math.degrees(math.atan2(rise, run)),
+        rotation_mode="anchor",
+        ha="center",
+        va="top",
+        fontsize=8,
+        color="#4a4a4a",
+        path_effects=[withStroke(linewidth=2.2, foreground="white")],
+    )

@@ -1,0 +1,47 @@
+"""Axes, colours and labels that all pictures share."""
+
+from typing import TYPE_CHECKING, Final
+
+from sagnac.analysis.result import Analysis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+INK: Final = "#1a1a1a"
+QUIET: Final = "#9a9a9a"
+BLUE: Final = "#1f5a96"
+ORANGE: Final = "#c4561b"
+GREEN: Final = "#2f7d5b"
+
+
+def axes_of(given: "Axes | None") -> "Axes":
+    """The axes given, else the current ones of ``pyplot``."""
+    if given is not None:
+        return given
+    from matplotlib import pyplot  # noqa: PLC0415  (half a second that a stability curve need not wait for)
+
+    return pyplot.gca()
+
+
+def logarithmic(axes: "Axes", across: str, up: str) -> None:
+    """Both scales logarithmic, and what they are of."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(across)
+    axes.set_ylabel(up)
+
+
+def channel_of(analysis: Analysis) -> str:
+    """What is drawn, for a label: ``x − z per gyro``."""
+    readable = analysis.channel.replace("-", " − ")
+    return f"{readable} per gyro" if analysis.gyros_differenced > 1 else readable
+
+
+def removed(analysis: Analysis) -> bool:
+    """Whether the periodic parts were removed."""
+    return analysis.settings.method != "none"
+
+
+def after_removal(analysis: Analysis) -> str:
+    """What is left, for a label: as recorded if nothing was removed."""
+    return "after removal" if removed(analysis) else "as recorded"
