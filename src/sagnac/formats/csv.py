@@ -1,6 +1,7 @@
 """Text tables: any usual mark between fields, numbers and times as instruments write them."""
 
 import json
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import field as field_of
@@ -145,6 +146,7 @@ def _parsed(
     is_direct = not blanks and not encoding.startswith("utf-16")
     stream = path if is_direct else TidyStream(path, encoding=encoding, blanks=blanks)
     kinds = {key: _column_type(laid_out.fields[place], laid_out) for key, place in wanted.items()}
+    shown, sys.unraisablehook = sys.unraisablehook, _unshown
     try:
         reader = arrow_csv.open_csv(
             stream,
@@ -173,8 +175,13 @@ def _parsed(
         with damaged(CSV.name):
             raise
     finally:
+        sys.unraisablehook = shown
         if isinstance(stream, TidyStream):
             stream.close()
+
+
+def _unshown(_: object) -> None:
+    """A row that is no UTF-8 never gets to `_odd_row`: the library would print why, and refuses."""
 
 
 def _odd_row(row: Any) -> str:

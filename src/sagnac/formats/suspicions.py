@@ -26,6 +26,8 @@ _USUAL_RATES: Final = (1.0, 2e4)
 _COMMON: Final = 200.0
 _BLOCKS: Final = 64
 _LEAST_SAMPLES: Final = 10 * _BLOCKS
+# Fewest places that an encoder in counts has in a turn.
+_FEWEST_PLACES: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +104,8 @@ def table_counter_notes(key: str, raw: FloatArray, scale: Scale) -> tuple[Note, 
     if finite_extent(raw) <= 1.001 * turn:
         return ()
     found = roll_overs(raw)
-    if found is None:
+    # No counter has fewer places in a turn; damaged readings may seem to.
+    if found is None or not found.period > _FEWEST_PLACES:
         return ()
     period = _likely_period(found.period)
     text = (

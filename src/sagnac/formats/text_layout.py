@@ -291,7 +291,7 @@ def _header(before: Sequence[str], split: _Split) -> _Header:
     units: tuple[str | None, ...] = (None,) * split.count
     if filled:
         stated = _units(_names(before[filled[-1]], split))
-        if len(filled) > 1 and stated is not None:
+        if len(filled) > 1 and stated is not None and len(stated) == split.count:
             units = stated
             filled.pop()
     if not filled:
