@@ -10,6 +10,7 @@ import platform
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -77,9 +78,7 @@ def by_peaks(angle: FloatArray) -> Found:
 
 def methods() -> dict[str, Callable[[FloatArray], Found]]:
     of: dict[str, Callable[[FloatArray], Found]] = {
-        f"FOS, 1/{cells}T" if cells > 1 else "FOS, 1/T": (
-            lambda angle, cells=cells: by_grid(angle, cells)  # type: ignore[misc]
-        )
+        f"FOS, 1/{cells}T" if cells > 1 else "FOS, 1/T": partial(by_grid, cells=cells)
         for cells in CELLS
     }
     return of | {"joint fit (fos)": by_joint_fit, "FFT peaks": by_peaks}

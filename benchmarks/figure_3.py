@@ -63,7 +63,7 @@ def phase_of_line(seed: int) -> float:
 
 
 def curve_of(angle: FloatArray, interval: float) -> StabilityCurve:
-    """Of angles once a second, taken every `interval` s."""
+    """The curve of angles once a second, taken every `interval` s."""
     step = round(interval)
     return stability_curve(angle[::step], kind="angle", sample_rate=1.0 / step)
 

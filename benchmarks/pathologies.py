@@ -54,7 +54,7 @@ class Pathology:
 
 
 def _clip(low: float, high: float) -> Spoil:
-    """Limits at so many sigma over the strength: the stronger, the nearer."""
+    """Limits at `low` and `high` sigma, divided by the strength: a stronger one lies nearer."""
 
     def spoil(rate: FloatArray, strength: float, _: Generator) -> FloatArray:
         mean = float(np.median(rate))

@@ -37,7 +37,7 @@ PAGE: Final = DOCS / "real_recordings.md"
 SEED: Final = 20261122
 # The walk put on top, in units of the answer.
 ADDED: Final = (2.0, 5.0)
-# Of the spectrum in the pictures: time-bandwidth product, tapers, bins a decade.
+# The spectrum in the pictures: its time-bandwidth product, tapers and bins a decade.
 # Seven tapers of 4 would leak so much of a dither that the LN-100 shows it as a plateau.
 BANDWIDTH: Final = 6.0
 TAPERS: Final = 7

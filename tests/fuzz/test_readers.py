@@ -15,8 +15,8 @@ from sagnac.recording.model import Recording
 from tests.fuzz.worker import STATEMENTS, outcome
 
 SEED = 20_130_227
-# So many of each format; SAGNAC_FUZZ takes a part of them.
-# Of HDF5 fewer: another process tries each first.
+# Damaged files of each format; SAGNAC_FUZZ takes a part of them. HDF5 has fewer, since another
+# process tries each first.
 FILES = {"csv": 3500, "npz": 4500, "mat": 5500, "h5": 400, "parquet": 4500, "imu": 1600}
 SECONDS = 60.0
 MOST_MEMORY = 2 * 2**30

@@ -39,7 +39,7 @@ def clipped(low: float, high: float) -> Recording:
 
 
 def bent(limit: float) -> Recording:
-    """A soft limit at so many sigma."""
+    """A soft limit, `limit` in sigma."""
     return of_rate(MEAN + limit * SIGMA * np.tanh((still() - MEAN) / (limit * SIGMA)))
 
 

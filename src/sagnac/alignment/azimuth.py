@@ -101,7 +101,7 @@ def azimuth_error(
     variance = parts.sum(axis=1) + constant
     slope = 2.0 * basis * noise.values / rate**2
     scatter = np.sqrt(np.einsum("ti,ij,tj->t", slope, noise.covariance, slope))
-    # Of a variance, which stays above zero: the interval is one of its logarithm.
+    # A variance stays above zero, so the interval is taken for its logarithm.
     reach = float(ndtri(0.5 + 0.5 * confidence)) * scatter / np.maximum(variance, 1e-300)
     deviation = np.sqrt(variance)
     floor = math.sqrt(float(basis[0, 1] * noise.bias_instability**2) / rate**2 + constant)

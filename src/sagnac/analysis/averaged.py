@@ -111,9 +111,10 @@ def averaged(
 ) -> Averaged | None:
     """The average over bands and terms of what removal left.
 
-    It is of every sample, or of every so many if nothing dithers the readout before that. The
-    likelihood fit is of fewer angles: it is a member of the average of those, and is the answer
-    if their levels bear it out and the average of every sample allows its value.
+    It uses every sample. If nothing dithers the readout from one sample to the next, it uses
+    samples farther apart. The likelihood fit is of fewer angles: it is a member of the average of
+    those, and is the answer if their levels bear it out and the average of every sample allows its
+    value.
 
     Parameters
     ----------

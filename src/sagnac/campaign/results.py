@@ -12,7 +12,7 @@ from sagnac.formats.files import replacing
 
 State = Literal["done", "failed", "lost"]
 _FOLDER: Final = "results"
-# Of an analysis.json: what the table and the page are made of. `verdict` is there if a
+# Keys of analysis.json that the table and the page are made of. `verdict` is there if a
 # specification was given.
 _KEPT: Final = (
     "input",

@@ -4,7 +4,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from sagnac.campaign import local
 from sagnac.campaign.results import Result, read_result
@@ -78,7 +77,8 @@ class Campaign:
         return tuple(row for row in self.rows if row.result.state != "done")
 
 
-_NOBODY: Final[Callable[[Standing], None]] = lambda _standing: None  # noqa: E731
+def _nobody(_: Standing) -> None:
+    """Nobody is told."""
 
 
 def run(
@@ -87,7 +87,7 @@ def run(
     completed: Completed | None = None,
     *,
     span: float | None = None,
-    told: Callable[[Standing], None] = _NOBODY,
+    told: Callable[[Standing], None] = _nobody,
 ) -> Campaign:
     """Do every task whose result the folder does not hold.
 

@@ -150,7 +150,7 @@ def groups_of(lines: Iterable[Line]) -> dict[tuple[str, str], list[Line]]:
 
 
 def _rate(task: Task, table_rate: Any, *, measured: bool) -> float:
-    """Of the label, else as measured: to 0.1 deg/s, in which a table holds its rate; 0 at rest."""
+    """Table rate in deg/s: the label's, else the measured one to 0.1 deg/s; 0 at rest."""
     label = task.labels.get("rate", "")
     try:
         return float(label)

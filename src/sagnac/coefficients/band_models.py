@@ -73,7 +73,7 @@ class BandModel:
         return np.asarray(laws / (1.0 + self.fall * frequency ** (2.0 * self.order)))
 
     def times(self, factor: float) -> "BandModel":
-        """The law of rates that are so many times as large."""
+        """The law of rates `factor` times as large."""
         return replace(self, squares=tuple(factor**2 * square for square in self.squares))
 
 

@@ -11,7 +11,7 @@ from sagnac.filters.overbound import Overbound
 from sagnac.filters.settings import FilterSetting, worst
 from sagnac.units import DEGREE_PER_HOUR_PER_ROOT_HOUR, DEGREE_PER_ROOT_HOUR
 
-# Of the delta angles that the filter of PX4 is updated with, unless another rate is stated.
+# Rate of the delta angles that update the filter of PX4, Hz, unless another is stated.
 PX4_RATE: Final = 100.0
 # Ranges that PX4's parameter reference states.
 _PX4_RANGES: Final = {"EKF2_GYR_NOISE": (1e-4, 0.1), "EKF2_GYR_B_NOISE": (0.0, 0.01)}

@@ -167,7 +167,7 @@ class _Candidate:
 
 
 def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
-    """From below the shortest cluster time, where a Markov rate is white, to the longest."""
+    """Markov times, s, from the first cluster time to the last, even in the logarithm."""
     decades = float(np.log10(tau[-1] / tau[0]))
     count = max(2, 1 + round(_TIMES_PER_DECADE * decades))
     return tuple(float(time) for time in np.geomspace(tau[0], tau[-1], count))

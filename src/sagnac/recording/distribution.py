@@ -21,7 +21,7 @@ _TOGETHER: Final = 64
 _KEPT: Final = 12.0
 # Samples at either end that are left out.
 _EDGE: Final = 512
-# Steps of the readout have a distribution of their own if the scatter is below so many of them.
+# Steps of the readout shape the distribution if the scatter is below this many steps.
 _FINE: Final = 5.0
 # Standard errors, and least size, of an excess kurtosis below zero, and of a skewness or a
 # kurtosis above it, that are said. Noise of N that a soft limit lowers by 5 % has one of -0.4.

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from sagnac.arrays import FloatArray
 
-# Of a squared length: what rounding leaves of a direction that others already span.
+# Share of a squared length that rounding leaves of a direction that others already span.
 _NOTHING: Final = 1e-10
 
 

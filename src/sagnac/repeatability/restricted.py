@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from sagnac.arrays import FloatArray
 from sagnac.repeatability.design import Design
 
-# Of the variance of all values: a component below this is none.
+# A component below this share of the variance of all values is none.
 _ABSENT = 1e-7
 
 

@@ -49,7 +49,7 @@ _METHODS: Final[Mapping[str, str]] = {
     "none": "none: nothing removed",
 }
 
-# Of the figure on heading.
+# Latitude of the figure on heading.
 _LATITUDE: Final = 45.0 * DEGREE
 
 

@@ -8,7 +8,7 @@ from sagnac.specification.limits import Limit, Specification
 
 Decision = Literal["pass", "fail", "undecided"]
 
-# A sum of confidence and risk that is one but for rounding.
+# By this much rounding may move a sum of confidence and risk off one.
 _ROUNDING: Final = 1e-9
 
 
