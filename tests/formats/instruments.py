@@ -95,7 +95,7 @@ def tdms(path: Path, values: Axes, **properties) -> Path:
     return path
 
 
-def mseed(path: Path, counts: np.ndarray, gap: int = 0) -> Path:
+def mseed(path: Path, counts: np.ndarray, gap: int = 0, **options) -> Path:
     """One source of counts; `gap` of its samples are missing in the middle."""
     with MS3TraceList() as traces:
         half = counts.size // 2
@@ -107,7 +107,7 @@ def mseed(path: Path, counts: np.ndarray, gap: int = 0) -> Path:
                 RATE,
                 starttime=EPOCH // 1000 * 1000 + round(after * 1e9 / RATE),
             )
-        traces.to_file(path, encoding=DataEncoding.STEIM2)
+        traces.to_file(path, encoding=DataEncoding.STEIM2, **options)
     return path
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sagnac.formats import Statement, read
+from sagnac.formats import Statement, columns, read
 from sagnac.formats.psins import Header, read_header
 from tests.formats.examples import ARCSECOND, IMU_HEADER, imu, refused, save
 
@@ -19,6 +19,18 @@ def test_psins_header_states_rate_kind_and_factors(tmp_path):
         np.testing.assert_allclose(gyro.values, expected, rtol=1e-14)
 
 
+def test_accelerometers_count_millionths_of_g_seconds(tmp_path):
+    path, counts = imu(tmp_path / "run.imu")
+    assert read(path).accelerometers == ()
+    recording = read(path, accelerometers=("ax", "ay", "az"))
+    assert [one.name for one in recording.accelerometers] == ["ax", "ay", "az"]
+    for one, column in zip(recording.accelerometers, counts.T[3:], strict=True):
+        assert (one.kind, one.sensor) == ("increment", "accelerometer")
+        np.testing.assert_allclose(one.values, 125e-6 * 9.78 * column, rtol=1e-12)
+    path, _ = imu(tmp_path / "gyros.imu", header=IMU_HEADER.replace("125 125 125", "0 0 0"))
+    assert columns(path) == ("x", "y", "z")
+
+
 def test_psins_damaged(tmp_path):
     path, _ = imu(tmp_path / "run.imu")
     save(path, path.read_text()[:-7])
@@ -31,4 +43,10 @@ def test_psins_damaged(tmp_path):
 
 def test_the_header_alone(tmp_path):
     path, _ = imu(tmp_path / "run.imu")
-    assert read_header(path) == Header(lines=6, interval_ms=5.0, counts_arcsec=(0.1, 0.2, 0.4))
+    size = 125.0 * (1e-6 * 9.78)
+    assert read_header(path) == Header(
+        lines=6,
+        interval_ms=5.0,
+        counts_arcsec=(0.1, 0.2, 0.4),
+        counts_m_per_s=(size, size, size),
+    )

@@ -15,7 +15,7 @@ import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
 from sagnac.errors import Note, RecordingError
-from sagnac.formats.files import damaged, replacing
+from sagnac.formats.files import damaged, replacing_set
 from sagnac.formats.labview import X_COLUMN, preamble_of
 from sagnac.formats.outgoing import Outgoing
 from sagnac.formats.registry import CSV
@@ -314,15 +314,14 @@ def write(path: Path, out: Outgoing) -> None:
     """The columns with ``name[unit]`` headers, and ``FILE.toml`` stating kind and rate."""
     delimiter = "\t" if path.suffix.lower() == ".tsv" else ","
     headers = [f"{name}[{out.units[name]}]" if name in out.units else name for name in out.columns]
-    statement = path.with_name(path.name + ".toml")
-    with replacing(path) as temporary, replacing(statement) as temporary_statement:
+    with replacing_set(path) as folder:
         kinds = ", ".join(f"{json.dumps(name)} = {json.dumps(k)}" for name, k in out.kinds.items())
         names = "".join(f"{k} = {json.dumps(v.split(','))}\n" for k, v in out.sensors.items())
-        temporary_statement.write_text(
+        (folder / f"{path.name}.toml").write_text(
             f"{names}kind = {{ {kinds} }}\nsample_rate = {out.sample_rate!r}\n",
             encoding="utf-8",
         )
-        with temporary.open("wb") as stream:
+        with (folder / path.name).open("wb") as stream:
             stream.write((delimiter.join(headers) + "\n").encode())
             options = arrow_csv.WriteOptions(
                 include_header=False, delimiter=delimiter, quoting_style="none"

@@ -4,6 +4,7 @@ import ctypes
 import glob
 import os
 import shutil
+import signal
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +16,10 @@ from sagnac.errors import RecordingError
 # What is being written ends so, and begins with as much of the name as leaves room for the rest.
 _PART: Final = ".part"
 _LONGEST: Final = 180
+# Signals that end a run.
+_ENDING: Final = {
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+}
 
 
 @contextmanager
@@ -90,6 +95,96 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
+def replacing_set(path: Path) -> Iterator[Path]:
+    """A temporary folder whose files become `path` and those that go with it if all goes well.
+
+    The names of two files cannot change at once. So the old files beside go before `path` changes,
+    and the new ones come after it: a process that is killed meanwhile leaves a file without those
+    beside, never with those of another. Signals wait so long.
+
+    Parameters
+    ----------
+    path
+        The file that the others go with; the folder has one of its name in the end.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written to, or the disk is full.
+    """
+    with _folder_beside(path) as folder:
+        with _named_as(folder, path.parent):
+            yield folder
+        names = [entry.name for entry in folder.iterdir() if entry.name != path.name]
+        with _signals_waiting():
+            for name in names:
+                path.with_name(name).unlink(missing_ok=True)
+            for name in (path.name, *names):
+                os.replace(folder / name, path.with_name(name))
+
+
+@contextmanager
+def _folder_beside(path: Path) -> Iterator[Path]:
+    """A temporary folder beside `path` that goes in the end, with what is left in it.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written to, or the disk is full.
+    """
+    try:
+        remove_leftovers(path)
+        folder = Path(
+            tempfile.mkdtemp(
+                prefix=f".{path.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=path.parent
+            )
+        )
+    except OSError as error:
+        raise _unwritable(path, error) from None
+    try:
+        yield folder
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def _named_as(temporary: Path, folder: Path) -> Iterator[None]:
+    """Let what is wrong with a file of a temporary folder be told of the one that it becomes.
+
+    Raises
+    ------
+    RecordingError
+        The one raised inside.
+    """
+    try:
+        yield
+    except RecordingError as error:
+        if Path(error.path).parent != temporary:
+            raise
+        raise RecordingError(
+            error.problem,
+            path=str(folder / Path(error.path).name),
+            channel=error.channel,
+            remedy=error.remedy,
+        ) from error.__cause__
+
+
+@contextmanager
+def _signals_waiting() -> Iterator[None]:
+    """Let signals that end a run come after this, if the system can do that."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
 def replacing_folder(folder: Path) -> Iterator[Path]:
     """A temporary folder beside `folder` whose files replace those of it, all at once or none.
 
@@ -104,16 +199,11 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
     folder = folder.absolute()
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        remove_leftovers(folder)
-        temporary = Path(
-            tempfile.mkdtemp(
-                prefix=f".{folder.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=folder.parent
-            )
-        )
     except OSError as error:
         raise _unwritable(folder, error) from None
-    try:
-        yield temporary
+    with _folder_beside(folder) as temporary:
+        with _named_as(temporary, folder):
+            yield temporary
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(0o777 & ~mask)
@@ -122,10 +212,6 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
             _change_places(temporary, folder)
         else:
             os.replace(temporary, folder)
-    except OSError as error:
-        raise _unwritable(folder, error) from error
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def remove_leftovers(path: Path) -> None:

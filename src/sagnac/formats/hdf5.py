@@ -1,8 +1,5 @@
 """HDF5: datasets in the root or in groups, attributes for unit, kind and rate."""
 
-import math
-import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged, replacing
+from sagnac.formats.hdf5_soundness import require_survivable, require_whole
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import Outgoing, Rows
 from sagnac.formats.registry import HDF5
-from sagnac.formats.room import require_content
 from sagnac.formats.source import Column, Source, Stored, Vector, column, vectors
 
 _STATED: Final = frozenset(
@@ -35,15 +31,6 @@ _STATED: Final = frozenset(
         "null_pulse",
     }
 )
-# Reads the attributes of all datasets and groups, and nothing else.
-_TRIAL: Final = """
-import sys, h5py
-with h5py.File(sys.argv[1], "r") as file:
-    list(file.attrs.values())
-    file.visititems(lambda name, item: list(item.attrs.values()) and None)
-"""
-# s after which it hangs.
-_PATIENCE: Final = 30.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +52,7 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not HDF5 or is cut off.
     """
-    _require_survivable(path)
+    require_survivable(path, HDF5.name)
     with damaged(HDF5.name), h5py.File(path, "r") as file:
         names: list[str] = []
         file.visititems(
@@ -89,7 +76,7 @@ def open_source(path: Path) -> Source:
     def load(keys: Sequence[str]) -> Stored:
         with damaged(HDF5.name), h5py.File(path, "r") as file:
             for key in keys:
-                _require_whole(file[found[key].vector.array], path)
+                require_whole(file[found[key].vector.array], path)
             lengths = {key: max(file[found[key].vector.array].shape) for key in keys}
         return Stored(lengths=lengths, pieces=pieces)
 
@@ -100,33 +87,6 @@ def open_source(path: Path) -> Source:
         stated=from_mapping(stated),
         unreadable=unreadable,
     )
-
-
-def _require_survivable(path: Path) -> None:
-    """Refuse a file over which the library crashes or hangs: another process tries it first.
-
-    The library follows the addresses of texts in attributes without a check.
-    """
-    try:
-        tried = subprocess.run(
-            [sys.executable, "-I", "-c", _TRIAL, str(path.absolute())],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            timeout=_PATIENCE,
-            check=False,
-        )
-        survived = tried.returncode >= 0
-    except subprocess.TimeoutExpired:
-        survived = False
-    except OSError:
-        # No process can be started here: the file is taken as it is.
-        return
-    if not survived:
-        raise RecordingError(
-            f"is not {HDF5.name}, or is damaged: the library ends over it",
-            remedy="get the file again from its source",
-        )
 
 
 def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
@@ -160,37 +120,6 @@ def _is_numeric(dataset: h5py.Dataset) -> bool:
     """Whether it holds real numbers."""
     is_text = dataset.attrs.get("MATLAB_class", b"") == b"char"
     return dataset.dtype.kind in "biuf" and not is_text and dataset.shape is not None
-
-
-def _require_whole(dataset: h5py.Dataset, path: Path) -> None:
-    """Refuse a dataset with parts that were never written: they would be read as zeros."""
-    size = path.stat().st_size
-    missing = ""
-    if dataset.is_virtual:
-        for source in dataset.virtual_sources():
-            file = path if source.file_name == "." else path.parent / source.file_name
-            missing = missing or _missing_source(file, source.dset_name)
-    elif dataset.chunks:
-        chunks = math.prod(
-            -(-length // chunk) for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)
-        )
-        written = dataset.id.get_num_chunks()
-        missing = f"{chunks - written} of {chunks} chunks were never written" * (written < chunks)
-        require_content(dataset.nbytes, size, dataset.name.lstrip("/"))
-    elif not dataset.external and dataset.id.get_storage_size() < dataset.nbytes:
-        missing = "its values were never written"
-    if missing:
-        raise RecordingError(
-            missing, channel=dataset.name.lstrip("/"), remedy="get the file again from its source"
-        )
-
-
-def _missing_source(file: Path, name: str) -> str:
-    """Why a part of a virtual dataset is not there; empty if it is."""
-    if not file.is_file():
-        return f"the file of a part of it, {file.name}, is not there"
-    with h5py.File(file, "r") as source:
-        return "" if name in source else f"{file.name} has no dataset {name}"
 
 
 def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Iterator[NDArray[Any]]:

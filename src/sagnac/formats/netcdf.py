@@ -1,6 +1,7 @@
-"""NetCDF 4: variables of one dimension, scaled as their attributes say (CF conventions).
+"""NetCDF: variables of one dimension, scaled as their attributes say (CF conventions).
 
-A file of NetCDF 4 is one of HDF5 whose datasets are the variables.
+A file of NetCDF 4 is one of HDF5 whose datasets are the variables. A classic one (NetCDF 3, or with
+offsets of 64 bits) is read whole; one with data of 64 bits (CDF-5) is not read.
 """
 
 import re
@@ -11,12 +12,15 @@ from typing import Any, Final
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+from scipy.io import netcdf_file
 
 from sagnac import series
+from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged
+from sagnac.formats.hdf5_soundness import require_survivable, require_whole
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.registry import NETCDF
-from sagnac.formats.source import Column, Source, Stored, column
+from sagnac.formats.source import Column, Source, Stored, column, in_memory
 
 _STATED: Final = frozenset(
     {"accelerometers"}
@@ -34,11 +38,18 @@ _STATED: Final = frozenset(
 )
 # How the format marks a dimension without values of its own ("NetCDF-4 file format" in the guide).
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
+# How the classic formats begin, and their versions.
+_CLASSIC: Final = b"CDF"
+_VERSIONS: Final = (b"\x01", b"\x02")
+_DATA_OF_64_BITS: Final = b"\x05"
+_OF_VARIABLE: Final = (
+    "units", "unit", "kind", "_FillValue", "missing_value", "scale_factor", "add_offset",
+)  # fmt: skip
 _SINCE: Final = re.compile(r"^\s*(\w+)\s+since\s", re.I)
 
 
 def open_source(path: Path) -> Source:
-    """Variables of numbers, in groups too.
+    """Variables of numbers, of NetCDF 4 in groups too.
 
     Attributes of the file may hold the keys of a `Statement`; those of a variable ``units`` and
     ``kind``.
@@ -46,8 +57,18 @@ def open_source(path: Path) -> Source:
     Raises
     ------
     RecordingError
-        If the file is not NetCDF 4 or is cut off.
+        If the file is not NetCDF or is cut off.
     """
+    with path.open("rb") as stream:
+        version = stream.read(len(_CLASSIC) + 1).removeprefix(_CLASSIC)
+    if version in _VERSIONS:
+        return _classic(path)
+    if version == _DATA_OF_64_BITS:
+        raise RecordingError(
+            "is NetCDF of the kind CDF-5, which is not read",
+            remedy=f"make it NetCDF 4: nccopy -k nc4 {path.name} {path.stem}-4.nc",
+        )
+    require_survivable(path, NETCDF.name)
     with damaged(NETCDF.name), h5py.File(path, "r") as file:
         found = dict(_variables(file))
         columns = tuple(_column(name, file[name].attrs) for name in found)
@@ -62,7 +83,33 @@ def open_source(path: Path) -> Source:
                     yield {key: _scaled(raw, variable.attrs)}
 
     def load(keys: Sequence[str]) -> Stored:
+        with damaged(NETCDF.name), h5py.File(path, "r") as file:
+            for key in keys:
+                if "_FillValue" not in file[key].attrs:
+                    # Nothing tells what was never written from what was.
+                    require_whole(file[key], path)
         return Stored(lengths={key: found[key] for key in keys}, pieces=pieces)
+
+    return Source(format=NETCDF.name, columns=columns, load=load, stated=from_mapping(stated))
+
+
+def _classic(path: Path) -> Source:
+    """Variables of numbers of a classic file."""
+    with damaged(NETCDF.name), netcdf_file(path, "r", mmap=False) as file:
+        attributes = {
+            name: {key: getattr(one, key) for key in _OF_VARIABLE if hasattr(one, key)}
+            for name, one in file.variables.items()
+            if len(one.shape) == 1 and one.data.dtype.kind in "biuf"
+        }
+        columns = tuple(_column(name, own) for name, own in attributes.items())
+        stated = {key: _plain(getattr(file, key)) for key in _STATED if hasattr(file, key)}
+
+    def load(keys: Sequence[str]) -> Stored:
+        with damaged(NETCDF.name), netcdf_file(path, "r", mmap=False) as file:
+            values = {key: np.array(file.variables[key].data) for key in keys}
+        # They are stored with the highest byte first.
+        native = {key: one.astype(one.dtype.newbyteorder("=")) for key, one in values.items()}
+        return in_memory({key: _scaled(one, attributes[key]) for key, one in native.items()})
 
     return Source(format=NETCDF.name, columns=columns, load=load, stated=from_mapping(stated))
 

@@ -82,9 +82,10 @@ def _heads(path: Path) -> dict[str, _Head]:
     heads: dict[str, _Head] = {}
     with zipfile.ZipFile(path) as archive:
         for member in archive.namelist():
-            if not member.endswith(".npy"):
-                continue
+            # Opened whatever it is called: that compares the name with the one beside its data.
             with archive.open(member) as stream:
+                if not member.endswith(".npy"):
+                    continue
                 version = np.lib.format.read_magic(stream)
                 read = (
                     np.lib.format.read_array_header_1_0

@@ -1,8 +1,9 @@
 """PSINS ``.imu`` text logs: increments in counts, after a header that sizes them.
 
-Reference: the comment block of the files that the PSINS toolbox (G. Yan) writes. Of the
-three lines of six numbers after it, the second holds the sampling interval (ms, fifth),
-the third the size of one gyro count (arcsec, first to third).
+Reference: the comment block of the files that the PSINS toolbox (G. Yan) writes. Three
+lines of six numbers follow it: the second holds the sampling interval (ms, fifth) and g (m/s²,
+sixth), the third the size of one gyro count (arcsec, first to third) and of one accelerometer
+count (1e-6 g s, fourth to sixth).
 """
 
 import os
@@ -20,6 +21,7 @@ from sagnac.formats.files import damaged
 from sagnac.formats.registry import PSINS
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
+from sagnac.recording.frames import ACCELEROMETER_NAMES, GYRO_NAMES
 
 _HEADER_ROWS: Final = 3
 _MOST_HEADER_LINES: Final = 1000
@@ -27,7 +29,7 @@ _NO_END: Final = Note(
     level="warning",
     text="its last line has no end: the file may be cut off, and its last number wrong",
 )
-_ROW: Final = ("x", "y", "z", "accelerometer_x", "accelerometer_y", "accelerometer_z")
+_ROW: Final = (*GYRO_NAMES, *ACCELEROMETER_NAMES)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,16 +44,19 @@ class Header:
         Sampling interval, ms.
     counts_arcsec
         Sizes of one count of x, y and z, arcsec.
+    counts_m_per_s
+        Sizes of one count of ax, ay and az, m/s; those of a log without accelerometers are 0.
 
     Raises
     ------
     RecordingError
-        If one of these is not positive.
+        If the interval or a size of a gyro is not positive.
     """
 
     lines: int
     interval_ms: float
     counts_arcsec: tuple[float, float, float]
+    counts_m_per_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if not (self.interval_ms > 0.0 and all(size > 0.0 for size in self.counts_arcsec)):
@@ -89,11 +94,21 @@ def read_header(path: Path) -> Header:
             remedy="correct it, or give a CSV with {rate}, {kind} and {unit}",
         )
     x, y, z = rows[2][:3]
-    return Header(lines=lines, interval_ms=rows[1][4], counts_arcsec=(x, y, z))
+    micro_g = 1e-6 * rows[1][5]
+    ax, ay, az = (micro_g * size for size in rows[2][3:])
+    return Header(
+        lines=lines,
+        interval_ms=rows[1][4],
+        counts_arcsec=(x, y, z),
+        counts_m_per_s=(ax, ay, az),
+    )
 
 
 def open_source(path: Path) -> Source:
-    """Columns by the header of the log. Gyros are ``x``, ``y``, ``z``, kind ``increment``.
+    """Columns by the header of the log, kind ``increment``.
+
+    Gyros are ``x``, ``y``, ``z``; accelerometers are ``ax``, ``ay``, ``az`` if the header sizes all
+    of their counts.
 
     Raises
     ------
@@ -106,11 +121,16 @@ def open_source(path: Path) -> Source:
         rows = _rows(path, header)
         return in_memory({key: rows[:, _ROW.index(key)] for key in keys})
 
+    has_forces = all(size > 0.0 for size in header.counts_m_per_s)
+    units = (
+        *(f"{size!r}arcsec" for size in header.counts_arcsec),
+        *(f"{size!r}m/s" for size in header.counts_m_per_s if has_forces),
+    )
     return Source(
         format=PSINS.name,
         columns=tuple(
-            Column(key=name, name=name, unit=f"{size!r}arcsec", kind="increment")
-            for name, size in zip(_ROW, header.counts_arcsec, strict=False)
+            Column(key=name, name=name, unit=unit, kind="increment")
+            for name, unit in zip(_ROW, units, strict=False)
         ),
         load=load,
         stated=Statement(sample_rate=round(1e3 / header.interval_ms, 9)),

@@ -15,7 +15,7 @@ from sagnac.formats.precedence import Statements
 from sagnac.formats.registry import BINARY, ROSBAG, Format, formats
 from sagnac.formats.source import Source
 from sagnac.formats.statement import Statement, one_statement
-from sagnac.formats.suggestion import suggestion
+from sagnac.formats.suggestion import accelerometer_inputs, suggestion
 from sagnac.recording.model import Provenance, Recording
 
 
@@ -135,13 +135,40 @@ def missing(path: Path | str, statement: Statement | None = None, **stated: Any)
     ...     missing(path)
     {'columns': 'x=gyro_x[deg/s]', 'kind': 'rate', 'time': 'stamp:s'}
     """
+    return suggestion(*_opened(path, one_statement(statement, stated)))
+
+
+def accelerometers_in(
+    path: Path | str, statement: Statement | None = None, **stated: Any
+) -> dict[str, str]:
+    """What has to be stated besides for the accelerometers of a file to be read as well.
+
+    Parameters
+    ----------
+    path, statement, **stated
+        See `read`.
+
+    Returns
+    -------
+    dict of str
+        Input -> value, as of `missing`; to be put beside what is stated of the gyros. Empty if
+        the file seems to have none, or if they are read already.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+    """
+    return accelerometer_inputs(*_opened(path, one_statement(statement, stated)))
+
+
+def _opened(path: Path | str, caller: Statement) -> tuple[Source, Statements]:
+    """A file, and what is stated of it."""
     path = Path(path)
-    caller = one_statement(statement, stated)
     with about(path):
         by_toml = beside(path).statement
         source = _open(path, Statements(caller=caller, beside=by_toml))
-        statements = Statements(caller=caller, beside=by_toml, file=source.stated)
-        return suggestion(source, statements)
+        return source, Statements(caller=caller, beside=by_toml, file=source.stated)
 
 
 def write(recording: Recording, path: Path | str) -> Path:
@@ -261,7 +288,7 @@ def _module(known: Format, doing: str) -> Any:
 
 
 def _sha256(path: Path) -> str:
-    """Of a file, or of the files of a folder in the order of their names."""
+    """Digest of a file, or of the files of a folder in the order of their names."""
     if not path.is_dir():
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -11,6 +11,7 @@ import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,6 +23,7 @@ from rosbags.typesys import Stores, get_typestore
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import ROSBAG
+from sagnac.formats.ros1_chunks import messages_of
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
 from sagnac.recording.frames import ACCELEROMETER_NAMES, GYRO_NAMES
@@ -34,6 +36,7 @@ _BLOCK: Final = 1 << 15
 _MOST_LISTED: Final = 8
 _STAMP: Final = "stamp"
 _RECEIVED: Final = "received"
+_NUMBERS: Final = "numbers"
 # Column -> place among the doubles, and unit.
 _FIELDS: Final = {
     **{f"angular_velocity.{axis}": (_GYRO_AT + i, "rad/s") for i, axis in enumerate("xyz")},
@@ -198,7 +201,7 @@ def _topic(bag: AnyReader, name: str) -> _Topic:
     first = _numbers(topic, [bytes(raw)])
     rate, force = message.angular_velocity, message.linear_acceleration
     expected = [rate.x, rate.y, rate.z, force.x, force.y, force.z]
-    ours = [first["doubles"][0, place] for place, _ in _FIELDS.values()]
+    ours = [first[_NUMBERS][0, place] for place, _ in _FIELDS.values()]
     seconds = int(stamp.sec) * 10**9 + int(stamp.nanosec)
     if not np.array_equal(ours, expected, equal_nan=True) or first[_STAMP][0] != seconds:
         raise ValueError(f"messages of {name} are not those of sensor_msgs/Imu")
@@ -207,11 +210,23 @@ def _topic(bag: AnyReader, name: str) -> _Topic:
 
 def _numbers(topic: _Topic, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:
     """Stamps, ns, and the doubles of some messages, (messages, 37)."""
+    if any(len(message) < _least(topic) for message in raw):
+        raise ValueError(f"a message of {topic.name} is cut off")
     ends = b"".join(message[-8 * _DOUBLES :] for message in raw)
     begin = b"".join(message[topic.stamp_at : topic.stamp_at + 8] for message in raw)
+    return _decoded(topic, begin, ends)
+
+
+def _least(topic: _Topic) -> int:
+    """Bytes that a message has at least."""
+    return 8 * _DOUBLES + topic.stamp_at + 8
+
+
+def _decoded(topic: _Topic, begin: bytes, ends: bytes) -> dict[str, NDArray[Any]]:
+    """Stamps, ns, and doubles, (messages, 37), from their bytes one after another."""
     doubles = np.frombuffer(ends, f"{topic.order}f8").reshape(-1, _DOUBLES)
     seconds, nano = np.frombuffer(begin, f"{topic.order}u4").reshape(-1, 2).T.astype(np.int64)
-    return {_STAMP: seconds * 10**9 + nano, "doubles": doubles}
+    return {_STAMP: seconds * 10**9 + nano, _NUMBERS: doubles}
 
 
 def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, NDArray[Any]]:
@@ -220,31 +235,37 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
         key: np.empty(topic.messages, np.float64 if field in _FIELDS else np.int64)
         for key, field in fields.items()
     }
-    done = 0
-    for raw, received in _blocks(bag, topic):
-        numbers = _numbers(topic, raw)
-        block = slice(done, done + len(raw))
-        for key, field in fields.items():
-            if field in _FIELDS:
-                arrays[key][block] = numbers["doubles"][:, _FIELDS[field][0]]
-            else:
-                arrays[key][block] = numbers[_STAMP] if field == _STAMP else received
-        done = block.stop
-    return {key: values[:done] for key, values in arrays.items()}
-
-
-def _blocks(bag: AnyReader, topic: _Topic) -> Iterator[tuple[list[bytes], list[int]]]:
-    """Messages of a topic and when each was received, ns, many at a time."""
     connections = [one for one in bag.connections if one.topic == topic.name]
-    raw: list[bytes] = []
-    received: list[int] = []
-    for _, when, message in bag.messages(connections=connections):
-        if len(message) < 8 * _DOUBLES + topic.stamp_at + 8:
+    by_chunks = not bag.is2 and len(connections) == 1
+    pieces = _by_chunks(connections[0], topic) if by_chunks else _blocks(bag, connections, topic)
+    done = 0
+    for numbers in pieces:
+        block = slice(done, done + numbers[_RECEIVED].size)
+        for key, field in fields.items():
+            shown = numbers[_NUMBERS][:, _FIELDS[field][0]] if field in _FIELDS else numbers[field]
+            arrays[key][block] = shown
+        done = block.stop
+    if done != topic.messages:
+        raise ValueError(f"it holds {done} of {topic.messages} messages of {topic.name}")
+    return arrays
+
+
+def _by_chunks(connection: Any, topic: _Topic) -> Iterator[dict[str, NDArray[Any]]]:
+    """Numbers of a topic of ROS 1, and when each message was received, ns, chunk by chunk."""
+    for messages in messages_of(connection.owner, connection.id):
+        if np.any(messages.end - messages.begin < _least(topic)):
             raise ValueError(f"a message of {topic.name} is cut off")
-        raw.append(bytes(message))
-        received.append(when)
-        if len(raw) == _BLOCK:
-            yield raw, received
-            raw, received = [], []
-    if raw:
-        yield raw, received
+        begin, ends = messages.first(topic.stamp_at, 8), messages.last(8 * _DOUBLES)
+        numbers = _decoded(topic, begin.tobytes(), ends.tobytes())
+        yield {**numbers, _RECEIVED: messages.received}
+
+
+def _blocks(
+    bag: AnyReader, connections: Sequence[Any], topic: _Topic
+) -> Iterator[dict[str, NDArray[Any]]]:
+    """Numbers of a topic, and when each message was received, ns, many messages at a time."""
+    every = bag.messages(connections=connections)
+    while block := list(islice(every, _BLOCK)):
+        numbers = _numbers(topic, [bytes(raw) for _, _, raw in block])
+        received = np.array([when for _, when, _ in block], dtype=np.int64)
+        yield {**numbers, _RECEIVED: received}

@@ -19,7 +19,15 @@ from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column, Source
 from sagnac.formats.suspicions import likely_time_unit
 from sagnac.formats.unit_text import parsed_unit
-from sagnac.units import ANGLE_UNITS, RATE_UNITS, TIME_UNITS, canonical
+from sagnac.recording.frames import ACCELEROMETER_NAMES
+from sagnac.units import (
+    ACCELERATION_UNITS,
+    ANGLE_UNITS,
+    RATE_UNITS,
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    canonical,
+)
 
 # What stands for something that no file tells: to be replaced by whoever knows it.
 KIND: Final = "KIND"
@@ -30,6 +38,10 @@ COLUMN: Final = "COLUMN"
 
 _GYRO: Final = re.compile(r"gyr|kreisel|dreh|omega|ang(?:ular)?[_ ]?(?:vel|rate)|^w[_ ]?", re.I)
 _OTHER: Final = re.compile(r"acc|beschl|mag|temp|orient|quat|cov|force|pos|vel(?!oc)|euler", re.I)
+_FORCE: Final = re.compile(r"acc|beschl|force|kraft|^f[_ ]?[xyz]|^a[_ ]?[xyz]", re.I)
+_FORCE_AXIS: Final = (
+    r"(?:^|[^a-z]|acc|accel|acceleration|beschleunigung|force|kraft|^[af]){axis}(?:$|[^a-z])"
+)
 _AXIS: Final = r"(?:^|[^a-z]|gyro?|omega|w|kreisel|rate){axis}(?:$|[^a-z])"
 _MARKS: Final = set(",=\"'")
 
@@ -57,6 +69,57 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
     _table(source.columns, statements, taken, missing)
     _sampling(source, statements, taken, missing)
     return missing
+
+
+def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, str]:
+    """Inputs by which the accelerometers of a file that states none are read as well.
+
+    Parameters
+    ----------
+    source, statements
+        As for `suggestion`.
+
+    Returns
+    -------
+    dict of str
+        ``{"columns": "ax=acc_x", "accelerometers": "ax", "unit": "accelerometers=UNIT"}``: what
+        goes beside what is stated of the gyros. Empty if there seem to be none, or accelerometers
+        are stated already.
+    """
+    if any(one.accelerometers is not None for one in statements.in_order):
+        return {}
+    found = {
+        name: column
+        for name, axis in zip(ACCELEROMETER_NAMES, "xyz", strict=True)
+        if (column := _force(source.columns, name, axis)) is not None
+    }
+    if not found:
+        return {}
+    inputs = {"accelerometers": ",".join(found)}
+    renamed = [f"{name}={column_text(one)}" for name, one in found.items() if one.key != name]
+    if renamed:
+        inputs["columns"] = ",".join(renamed)
+    if any(one.unit is None for one in found.values()):
+        inputs["unit"] = f"accelerometers={UNIT}"
+    return inputs
+
+
+def _force(columns: Sequence[Column], name: str, axis: str) -> Column | None:
+    """The column that seems to be one accelerometer, None if several may be."""
+    in_axis = re.compile(_FORCE_AXIS.format(axis=axis), re.I)
+    found = [
+        one
+        for one in columns
+        if one.name == name or (in_axis.search(one.name) and _may_be_force(one))
+    ]
+    return found[0] if len(found) == 1 else None
+
+
+def _may_be_force(column: Column) -> bool:
+    """By its unit if it has one, else by its name."""
+    if column.unit is None:
+        return _FORCE.search(column.name) is not None
+    return parsed_unit(column.unit).name in (*ACCELERATION_UNITS, *VELOCITY_UNITS)
 
 
 def named(columns: Sequence[Column], gyro: str) -> Column | None:

@@ -1,6 +1,8 @@
 """PX4 logs (ULog): gyros and accelerometers of ``sensor_gyro`` or ``sensor_combined``."""
 
+import io
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,22 +25,42 @@ _FIELDS: Final = {
         **{f"accelerometer_m_s2[{i}]": "m/s^2" for i in range(3)},
     },
 }
+# Bytes of a message that say its length and type.
+_MESSAGE_HEAD: Final = 3
 _TIMES: Final = ("timestamp_sample", "timestamp")
+
+
+class _Stream(io.BufferedReader):
+    """A file that tells how many bytes of the last message are not there.
+
+    The library ends at a message that is not whole as it does at the end of a log.
+    """
+
+    lacking = 0
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        content = super().read(size)
+        is_end = not content and size == _MESSAGE_HEAD
+        self.lacking = 0 if is_end or size is None else max(size - len(content), 0)
+        return content
 
 
 def open_source(path: Path) -> Source:
     """Fields of the sensors' messages; those of a second sensor have its number.
 
     Gyros are ``x``, ``y``, ``z`` of ``sensor_gyro`` if there is one, else of ``sensor_combined``.
+    A log that ends within a message is read as far as it goes, with a note.
 
     Raises
     ------
     RecordingError
-        If the file is not ULog or is cut off, or logs no gyro.
+        If the file is not ULog or is damaged, or logs no gyro.
     """
     # The library leaves a file open that it opened itself and cannot read.
-    with damaged(ULOG.name), path.open("rb") as stream:
-        log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)
+    with damaged(ULOG.name), io.FileIO(path) as raw, _Stream(raw) as stream:
+        # What it prints of a damaged file is refused here.
+        with redirect_stdout(io.StringIO()):
+            log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)
         if log.file_corruption:
             raise ValueError("messages are damaged")
         sets = {
@@ -67,7 +89,7 @@ def open_source(path: Path) -> Source:
         columns=tuple(columns),
         load=load,
         stated=_stated(sets),
-        notes=_notes(log),
+        notes=_notes(log, lacking=stream.lacking),
     )
 
 
@@ -81,7 +103,7 @@ def _stated(sets: dict[str, Any]) -> Statement:
         prefix, fields = "sensor_combined", tuple(f"gyro_rad[{i}]" for i in range(3))
     else:
         return Statement(kind="rate")
-    time = next(name for name in _TIMES if name in sets[prefix].data)
+    time = next((name for name in _TIMES if name in sets[prefix].data), None)
     columns = {axis: f"{prefix}.{name}" for axis, name in zip(_AXES, fields, strict=True)}
     forces = {}
     if prefix == "sensor_combined":
@@ -92,13 +114,20 @@ def _stated(sets: dict[str, Any]) -> Statement:
         columns={**columns, **forces},
         gyros=_AXES,
         accelerometers=tuple(forces) or None,
-        time=f"{prefix}.{time}",
+        time=f"{prefix}.{time}" if time else None,
     )
 
 
-def _notes(log: ULog) -> tuple[Note, ...]:
-    if not log.dropouts:
-        return ()
-    lost = sum(one.duration for one in log.dropouts)
-    text = f"the logger dropped out {counted(len(log.dropouts), 'time')}, {lost} ms in all"
-    return (Note(text=text, level="warning", channel="time"),)
+def _notes(log: ULog, *, lacking: int) -> tuple[Note, ...]:
+    texts = []
+    if log.dropouts:
+        lost = sum(one.duration for one in log.dropouts)
+        texts.append(
+            f"the logger dropped out {counted(len(log.dropouts), 'time')}, {lost} ms in all"
+        )
+    if lacking:
+        texts.append(
+            f"{counted(lacking, 'byte')} of the last message are missing: the log was cut off, or "
+            "is damaged there"
+        )
+    return tuple(Note(text=text, level="warning", channel="time") for text in texts)

@@ -1,0 +1,105 @@
+"""HDF5 files over which the library ends, or that lack what they declare: refused before."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+import h5py
+
+from sagnac.errors import RecordingError
+from sagnac.formats.room import require_content
+
+# Reads the attributes of all datasets and groups, and nothing else.
+_TRIAL: Final = """
+import sys, h5py
+with h5py.File(sys.argv[1], "r") as file:
+    list(file.attrs.values())
+    file.visititems(lambda name, item: list(item.attrs.values()) and None)
+"""
+# s after which it hangs.
+_PATIENCE: Final = 30.0
+
+
+def require_survivable(path: Path, name: str) -> None:
+    """Refuse a file over which the library crashes or hangs: another process tries it first.
+
+    The library follows the addresses of texts in attributes without a check.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    name
+        Of its format.
+
+    Raises
+    ------
+    RecordingError
+        If it is such a file.
+    """
+    try:
+        tried = subprocess.run(
+            [sys.executable, "-I", "-c", _TRIAL, str(path.absolute())],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            timeout=_PATIENCE,
+            check=False,
+        )
+        survived = tried.returncode >= 0
+    except subprocess.TimeoutExpired:
+        survived = False
+    except OSError:
+        # No process can be started here: the file is taken as it is.
+        return
+    if not survived:
+        raise RecordingError(
+            f"is not {name}, or is damaged: the library ends over it",
+            remedy="get the file again from its source",
+        )
+
+
+def require_whole(dataset: h5py.Dataset, path: Path) -> None:
+    """Refuse a dataset with parts that were never written: they would be read as zeros.
+
+    Parameters
+    ----------
+    dataset
+        Of an open file.
+    path
+        Of that file.
+
+    Raises
+    ------
+    RecordingError
+        If parts of it are missing.
+    """
+    size = path.stat().st_size
+    missing = ""
+    if dataset.is_virtual:
+        for source in dataset.virtual_sources():
+            file = path if source.file_name == "." else path.parent / source.file_name
+            missing = missing or _missing_source(file, source.dset_name)
+    elif dataset.chunks:
+        chunks = math.prod(
+            -(-length // chunk) for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)
+        )
+        written = dataset.id.get_num_chunks()
+        missing = f"{chunks - written} of {chunks} chunks were never written" * (written < chunks)
+        require_content(dataset.nbytes, size, dataset.name.lstrip("/"))
+    elif not dataset.external and dataset.id.get_storage_size() < dataset.nbytes:
+        missing = "its values were never written"
+    if missing:
+        raise RecordingError(
+            missing, channel=dataset.name.lstrip("/"), remedy="get the file again from its source"
+        )
+
+
+def _missing_source(file: Path, name: str) -> str:
+    """Why a part of a virtual dataset is not there; empty if it is."""
+    if not file.is_file():
+        return f"the file of a part of it, {file.name}, is not there"
+    with h5py.File(file, "r") as source:
+        return "" if name in source else f"{file.name} has no dataset {name}"
