@@ -85,6 +85,28 @@ def late(samples: int) -> Recording:
     return of_rate(values[samples:], z=values[: SAMPLES - samples])
 
 
+def growing(growth: float) -> Recording:
+    return of_rate(MEAN + (still() - MEAN) * np.linspace(1.0, 1.0 + growth, SAMPLES))
+
+
+def copied_in_part(share: float, samples: int) -> Recording:
+    """The noise of z is in part that of x, late."""
+    x, own = still() - MEAN, still(2) - MEAN
+    z = share * np.roll(x, samples) + np.sqrt(1.0 - share**2) * own
+    return of_rate(MEAN + x, z=MEAN + z)
+
+
+def block_twice(samples: int) -> Recording:
+    values = still()
+    return of_rate(np.insert(values, 20_000, values[5000 : 5000 + samples]))
+
+
+def starting_over(times: int) -> Recording:
+    """An angle whose counter is too narrow."""
+    turned = angle(still())
+    return of_angle(np.mod(turned, (turned[-1] - turned[0]) / times))
+
+
 # Name of the finding, the recording, and the factor on N: what theory or the making says.
 PATHOLOGIES: dict[str, tuple[str, Callable[[], Recording], float | None]] = {
     "clipped at one sigma": ("clipping", lambda: clipped(-1.0, 1.0), 0.718),
@@ -125,6 +147,12 @@ PATHOLOGIES: dict[str, tuple[str, Callable[[], Recording], float | None]] = {
     "unsigned, 24 bits": ("wraps", lambda: unsigned(24), None),
     "half ten times as loud": ("unsteady", lambda: louder(0.5, 10.0), np.sqrt(50.5)),
     "a twentieth ten times as loud": ("unsteady", lambda: louder(0.05, 10.0), np.sqrt(5.95)),
+    "an angle that starts over": ("wraps", lambda: starting_over(5), None),
+    # Power that grows as a straight line of its logarithm: the mean over the least.
+    "grows by a fifth": ("unsteady", lambda: growing(0.2), 1.10),
+    "a block twice": ("repeats", lambda: block_twice(200), 1.0),
+    "a fifth of it is late": ("copy", lambda: copied_in_part(0.2, 3), np.sqrt(0.8)),
+    "three seconds late": ("copy", lambda: late(300), None),
     "one sample late": ("copy", lambda: late(1), 0.0),
     "seven samples late": ("copy", lambda: late(7), 0.0),
     "the same gyro": ("copy", lambda: of_rate(still(), z=2.0 * still()), 0.0),

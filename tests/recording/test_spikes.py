@@ -18,3 +18,43 @@ def test_spikes_are_found_and_weighed():
     assert after * RATE == pytest.approx(1.0, rel=0.02)
     assert found.added_walk**2 == pytest.approx((before - after) * RATE, rel=0.1)
     assert find_spikes(rng.standard_normal(40_000), sample_rate=RATE).index.size == 0
+
+
+@pytest.mark.parametrize("freedom", [3, 4, 6])
+def test_the_end_of_a_heavy_tail_is_noise(freedom):
+    rng = np.random.default_rng(16)
+    noise = rng.standard_t(freedom, 90_000)
+    found = find_spikes(noise, sample_rate=RATE)
+    assert found.tail
+    assert found.index.size == 0
+    assert found.added_walk == 0.0
+    # Spikes of heights of their own stand out of the same noise.
+    noise[rng.integers(0, noise.size, 400)] += 400.0
+    spiked_too = find_spikes(noise, sample_rate=RATE)
+    assert not spiked_too.tail
+    assert spiked_too.index.size > 350
+
+
+@pytest.mark.parametrize("height", [10.0, 40.0, 1000.0])
+def test_few_spikes_are_no_tail(height):
+    rng = np.random.default_rng(17)
+    noise = rng.standard_normal(90_000)
+    noise[[1000, 50_000, 70_000]] += height
+    found = find_spikes(noise, sample_rate=RATE)
+    assert not found.tail
+    assert found.index.tolist() == [1000, 50_000, 70_000]
+
+
+def test_a_spike_is_as_high_as_it_lies_off_the_median_of_its_neighbours():
+    rng = np.random.default_rng(3)
+    values = rng.standard_normal(2000)
+    places = np.array([0, 1, 700, 1998, 1999, *range(800, 1200, 100)])
+    values[places] += 1e3
+    found = find_spikes(values, sample_rate=RATE)
+    around = np.pad(values, 2, mode="reflect")
+    naive = [
+        values[n] - np.median([*around[n : n + 2], *around[n + 3 : n + 5]])
+        for n in range(values.size)
+    ]
+    assert set(places[2:3].tolist() + list(range(800, 1200, 100))) <= set(found.index.tolist())
+    assert found.height == pytest.approx(np.array(naive)[found.index], rel=1e-12)

@@ -86,3 +86,12 @@ def test_stamps_off_an_even_spacing_are_noted_with_the_worst():
     stamps = np.arange(100) / 8.0
     stamps[50] += 0.0613
     assert "stamps up to 0.0613 s off an even spacing" in sampling(stamps).notes[0].text
+
+
+@pytest.mark.parametrize("gap", [False, True])
+def test_stamps_that_are_no_times_are_refused(gap):
+    stamps = 1e-320 * np.arange(100.0)
+    if gap:
+        stamps[50] = np.nan
+    with pytest.raises(RecordingError, match="faster than any sensor samples"):
+        sampling(stamps)

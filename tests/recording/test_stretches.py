@@ -43,3 +43,11 @@ def test_the_remedy_names_a_slice_inside_the_stretch():
     assert text == "take the sound stretch with {slice 0.334:2.000}"
     assert remedy_of(recording, Stretch(first=0, after=recording.samples)).endswith("{slice 0:}")
     assert "from its source" in remedy_of(recording, Stretch(first=5, after=20))
+
+
+def test_stamps_of_a_damaged_file_name_no_slice():
+    gyro = rate_gyro(noise(1.0))
+    times = np.arange(gyro.values.size) / 300.0
+    times[100] = 1e307
+    recording = Recording(gyros=(gyro,), sample_rate=300.0, times=times)
+    assert "from its source" in remedy_of(recording, Stretch(first=100, after=601))

@@ -20,7 +20,7 @@ def case():
 
 
 def columns_of(case, *, shift=None):
-    return room.design(case[1], np.array([1.0, 3.0]), with_drift=True, shift=shift)
+    return room.design(case[1], np.array([1.0, 3.5]), with_drift=True, shift=shift)
 
 
 def test_increments_are_those_of_the_columns_written_out(case):
@@ -33,7 +33,7 @@ def test_increments_are_those_of_the_columns_written_out(case):
         kinematic.sine,
         np.arange(kinematic.angle.size) ** 2.0,
     ]
-    for order in (1.0, 3.0):
+    for order in (1.0, 3.5):
         written += [np.cos(order * kinematic.angle), np.sin(order * kinematic.angle)]
     assert columns.size == 9
     block = slice(100, 400)
@@ -50,7 +50,7 @@ def test_the_triangle_is_that_of_all_rows_at_once(case, monkeypatch):
     averages, _ = case
     columns, target = columns_of(case), np.diff(averages)
     monkeypatch.setattr(room, "_AT_ONCE", 37)
-    found = room.triangle(columns, target)
+    found = room.triangle(columns, target[np.newaxis])
     rows = np.vstack([columns.increments(slice(0, target.size)), target]).T
     assert found.shape == (9, 9)
     assert np.tril(found, -1) == pytest.approx(np.zeros((9, 9)))
@@ -58,24 +58,39 @@ def test_the_triangle_is_that_of_all_rows_at_once(case, monkeypatch):
     assert found.T @ found / np.outer(scale, scale) == pytest.approx(
         rows.T @ rows / np.outer(scale, scale), abs=1e-12
     )
-    reduced = room.Triangle.of(found)
+    reduced = room.Triangle.of(found, columns.size)
     free = reduced.solution(np.zeros(8))
     expected = np.linalg.lstsq(rows[:, :-1] / scale[:-1], target, rcond=None)[0] / scale[:-1]
     assert free == pytest.approx(expected, rel=1e-6, abs=1e-14)
     left = room.leftover(columns, target, free)
     assert left == pytest.approx(target - rows[:, :-1] @ expected, abs=1e-14)
+    assert reduced.deviation(free, target.size) == pytest.approx(
+        np.sqrt(np.mean(left**2)), rel=1e-9
+    )
     # A penalty large enough leaves nothing of its coefficient.
     held = reduced.solution(np.array([0.0, 0.0, 1e9, 1e9, 0.0, 0.0, 0.0, 0.0]))
     assert np.abs(held[2:4]).max() < 1e-12
 
 
-def test_noise_is_robust_to_lines_only_if_they_are_known():
+def test_noise_is_robust_to_lines():
     left = np.random.default_rng(0).standard_normal(4000)
     with_line = left + 3.0 * np.cos(np.arange(4000) * 0.3)
-    assert room.noise(left, lines_taken=False) == pytest.approx(1.0, rel=0.05)
-    assert room.noise(left, lines_taken=True) == pytest.approx(1.0, rel=0.05)
-    assert room.noise(with_line, lines_taken=False) == pytest.approx(np.sqrt(5.5), rel=0.05)
-    assert room.noise(with_line, lines_taken=True) == pytest.approx(1.0, rel=0.05)
+    assert room.noise_beside_lines(left) == pytest.approx(1.0, rel=0.05)
+    assert room.noise_beside_lines(with_line) == pytest.approx(1.0, rel=0.05)
+
+
+def test_gyros_fitted_together_are_as_each_alone(case):
+    averages, kinematic = case
+    other = 0.3 * averages + 1e-8 * np.random.default_rng(5).standard_normal(averages.size)
+    for harmonics in (None, np.array([1.0, 3.0, 4.5])):
+        both = room.kinematic_fits(
+            np.stack([averages, other]), kinematic, harmonics, with_drift=True
+        )
+        for own, found in zip((averages, other), both, strict=True):
+            alone = room.kinematic_fit(own, kinematic, harmonics, with_drift=True)
+            assert (found.share, found.drift) == pytest.approx((alone.share, alone.drift), rel=1e-9)
+            assert found.earth == pytest.approx(alone.earth, rel=1e-6)
+            assert found.cosine == pytest.approx(alone.cosine, rel=1e-6, abs=1e-14)
 
 
 def test_the_fit_finds_what_was_put_in(case):
@@ -93,6 +108,6 @@ def test_the_fit_finds_what_was_put_in(case):
 def test_sizes_that_do_not_go_together_are_refused(case):
     averages, kinematic = case
     with pytest.raises(ValueError, match="averages have shape"):
-        room.regression(averages[:-1], columns_of(case), lines_taken=False)
+        room.regressions(averages[np.newaxis, :-1], columns_of(case), lines_taken=False)
     with pytest.raises(ValueError, match="a column has shape"):
         room.design(kinematic, np.empty(0), with_drift=False, shift=np.zeros(3))

@@ -7,9 +7,11 @@ import pytest
 
 from sagnac import series
 from sagnac.table.kinematics import (
+    are_whole,
     averaged,
     block_gain,
     harmonic_sum,
+    harmonics_of,
     highest_harmonic,
     kinematics,
     shifted_series,
@@ -33,6 +35,21 @@ def test_integrals_and_averages_are_the_same_by_blocks_of_any_length(monkeypatch
     assert found.starts[-1] == pytest.approx([cosine[-1], sine[-1]], abs=1e-12)
     with pytest.raises(ValueError, match="read-only"):
         found.angle[0] = 0.0
+
+
+def test_integrals_are_trapezoids_of_the_cosine_and_the_sine_of_any_angle():
+    generator = np.random.default_rng(2)
+    for table in (
+        np.cumsum(generator.uniform(-3.0, 3.0, 5000)),
+        -4000.0 + np.linspace(0.0, 9.0, 5000),
+        np.array([1e5]),
+        np.empty(0),
+    ):
+        found = sine_cosine_integrals(table, 0.01)
+        for integral, values in zip(found, (np.cos(table), np.sin(table)), strict=True):
+            areas = 0.005 * (values[1:] + values[:-1])
+            expected = np.concatenate([np.zeros(min(table.size, 1)), np.cumsum(areas)])
+            assert integral == pytest.approx(expected, abs=1e-14)
 
 
 def test_a_shift_reads_between_samples_and_holds_the_ends():
@@ -67,6 +84,25 @@ def test_a_harmonic_sum_is_written_out():
     angle = np.linspace(0.0, 9.0, 50)
     total = harmonic_sum(angle, np.array([1.0, 2.5]), np.array([3.0, 0.0]), np.array([0.0, -2.0]))
     assert total == pytest.approx(3.0 * np.cos(angle) - 2.0 * np.sin(2.5 * angle))
+
+
+def test_harmonics_are_multiples_of_the_angle_and_a_sum_takes_them_with_others():
+    angle = np.linspace(-3.0, 9.0, 50)
+    waves = harmonics_of(angle, 128)
+    assert waves == pytest.approx(np.exp(1j * np.outer(np.arange(129), angle)), abs=1e-12)
+    # Eight hundred turns on, a phase in double precision is off by 1e-10; their product is not.
+    far = 5026.5 + angle
+    exact = np.cos(np.outer(np.arange(129), far.astype(np.longdouble)))
+    if np.finfo(np.longdouble).eps < 1e-18:
+        assert harmonics_of(far, 128).real == pytest.approx(exact.astype(float), abs=1e-13)
+    assert harmonics_of(angle, 0) == pytest.approx(np.ones((1, 50)))
+    orders = np.array([128.0, 3.0, 300.0, 0.5, 3.0])
+    assert are_whole(orders).tolist() == [True, True, False, False, True]
+    cosine, sine = np.arange(5.0), 1.0 - np.arange(5.0)
+    phase = np.outer(orders, angle)
+    assert harmonic_sum(angle, orders, cosine, sine) == pytest.approx(
+        cosine @ np.cos(phase) + sine @ np.sin(phase), abs=1e-10
+    )
 
 
 def test_steadiness_of_even_growing_and_reversing_rates():

@@ -1,11 +1,13 @@
 """The table's rotation against closed forms and against motion integrated here."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sagnac import series
-from sagnac.table.kinematics import averaged, kinematics
-from sagnac.table.motion import follow_table
+from sagnac.table.kinematics import averaged, kinematics, sine_cosine_integrals
+from sagnac.table.motion import follow_table, follow_table_together
 from tests.table.turning import (
     ARCSECOND,
     DRIFT,
@@ -48,7 +50,7 @@ def test_motion_is_recovered_and_taken_off(speed, harmonics):
     assert found.share == pytest.approx(SHARE, abs=2e-8)
     assert found.drift == pytest.approx(DRIFT, abs=1e-8)
     assert found.earth == pytest.approx(EARTH_TERMS, abs=3e-8)
-    # The harmonic is left in; the walk is left in but for a few degrees of freedom.
+    # The harmonic is left in; the walk is left in, less a few degrees of freedom.
     left = left - order_three - walk
     left -= np.polyval(np.polyfit(np.arange(left.size), left, 1), np.arange(left.size))
     assert np.std(left) < np.std(walk)
@@ -116,6 +118,22 @@ def test_harmonics_given_as_taken_out_are_said_with_what_is_left_of_them():
     assert found.share == pytest.approx(SHARE, abs=1e-9)
 
 
+@pytest.mark.parametrize("speed", [wandering(600.0), reversing(600.0)], ids=["wander", "reverse"])
+def test_gyros_that_follow_one_table_together_do_as_each_by_itself(speed):
+    fine, table = motion(speed)
+    kinematic = kinematics(table, RATE)
+    walk = np.cumsum(1e-9 * np.random.default_rng(4).standard_normal(kinematic.angle.size))
+    own = averaged(sensed(fine), kinematic.block) + walk
+    averages = np.stack([own, 0.5 * own + 1e-7 * np.cos(2.0 * kinematic.angle)])
+    together = follow_table_together(averages, table, kinematic)
+    for found, one in zip(together, averages, strict=True):
+        alone = follow_table(one, table, kinematic)
+        assert found.share == pytest.approx(alone.share, rel=1e-9)
+        assert found.earth == pytest.approx(alone.earth, rel=1e-6)
+        assert found.kinematics.lag == pytest.approx(alone.kinematics.lag, abs=1e-9)
+        assert found.averages == pytest.approx(alone.averages, abs=1e-12)
+
+
 def test_averages_are_those_of_the_motion():
     _, table = motion(wandering(100.0))
     kinematic = kinematics(table, RATE)
@@ -123,6 +141,23 @@ def test_averages_are_those_of_the_motion():
     whole = series.made(found.over, table.size, length=kinematic.length)
     difference = found.averages - averaged(whole, kinematic.block)
     assert np.ptp(difference) < 1e-12
+
+
+def test_the_motion_of_a_block_is_the_model_written_out():
+    _, table = motion(wandering(100.0))
+    kinematic = kinematics(table, RATE)
+    found = follow_table(
+        averaged(SHARE * table + 1e-5 * np.sin(table), kinematic.block), table, kinematic
+    )
+    found = replace(found, drift=3e-6, earth=(2e-5, -7e-5))
+    cosine, sine = sine_cosine_integrals(table, 1.0 / RATE)
+    expected = found.share * table + 3e-6 * np.arange(table.size) / RATE
+    expected += 2e-5 * cosine - 7e-5 * sine
+    length = kinematic.length
+    assert table.size > 2 * length
+    for start in range(0, table.size, length):
+        block = slice(start, min(start + length, table.size))
+        assert found.over(block) == pytest.approx(expected[block], abs=1e-13)
 
 
 def test_motion_arguments_that_cannot_be_are_refused():

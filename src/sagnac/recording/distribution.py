@@ -5,23 +5,18 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.fft import irfft, rfft
 
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
 from sagnac.recording.profile import Profile
+from sagnac.recording.white import whitened
 
 # Samples looked at, the most and the least.
 _LOOKED_AT: Final = 2**15
 _LEAST: Final = 2**12
-# Frequencies whose median is the level of the noise there, and times that level that a line keeps.
-_TOGETHER: Final = 64
-_KEPT: Final = 12.0
-# Samples at either end that are left out.
-_EDGE: Final = 512
-# Steps of the readout shape the distribution if the scatter is below this many steps.
+# Steps of the readout shape the distribution if the noise between lines strays over fewer of them.
 _FINE: Final = 5.0
 # Standard errors, and least size, of an excess kurtosis below zero, and of a skewness or a
 # kurtosis above it, that are said. Noise of N that a soft limit lowers by 5 % has one of -0.4.
@@ -41,6 +36,8 @@ class Shape:
         Third cumulant and fourth (excess kurtosis), of unit variance.
     ratio
         Standard deviation over that which the quartiles tell.
+    scatter
+        Standard deviation of the noise between lines, in the unit of the changes.
     samples
         How many numbers.
     """
@@ -48,6 +45,7 @@ class Shape:
     skewness: float
     kurtosis: float
     ratio: float
+    scatter: float
     samples: int
 
     @property
@@ -72,51 +70,61 @@ def shape_of(changes: FloatArray) -> Shape:
     changes
         (samples,)
     """
-    white = _whitened(changes)
-    white = (white - white.mean()) / white.std()
+    found = whitened(changes)
+    white = (found.values - found.values.mean()) / found.values.std()
     low, high = np.quantile(white, [0.25, 0.75])
     squares = white * white
     return Shape(
         skewness=float(squares @ white) / white.size,
         kurtosis=float(squares @ squares) / white.size - 3.0,
         ratio=1.349 / float(high - low) if high > low else math.inf,
+        scatter=found.scatter,
         samples=white.size,
     )
 
 
-def _whitened(changes: FloatArray) -> FloatArray:
-    transform = rfft(changes)
-    power = transform.real**2 + transform.imag**2
-    blocks = power.size // _TOGETHER
-    level = np.median(power[: blocks * _TOGETHER].reshape(blocks, _TOGETHER), axis=1)
-    level = np.repeat(level, _TOGETHER) / math.log(2.0)
-    level = np.append(level, np.full(power.size - level.size, level[-1]))
-    scale = np.sqrt(np.maximum(level, power / _KEPT))
-    transform = np.divide(transform, scale, out=np.zeros_like(transform), where=scale > 0.0)
-    # The slowest are drift.
-    transform[:_TOGETHER] = 0.0
-    # The end does not go on at the beginning, and what that makes of both is no noise.
-    return np.asarray(irfft(transform, changes.size)[_EDGE:-_EDGE])
-
-
 def distribution_notes(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
     """A soft limit, with what it does to N, or noise that is full of spikes: a warning."""
+    shape = _shape_in(profile)
+    return _flat(gyro, shape) or _heavy(gyro, shape)
+
+
+def heavy_notes(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """Noise that is full of spikes alone."""
+    return _heavy(gyro, _shape_in(profile))
+
+
+def flat_notes(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """A soft limit alone, with what it does to N."""
+    return _flat(gyro, _shape_in(profile))
+
+
+def _shape_in(profile: Profile) -> Shape | None:
+    """The distribution of a gyro's noise; None if there are too few samples or coarse steps."""
     changes = profile.changes[:_LOOKED_AT]
     if changes.size < _LEAST or _FINE * profile.step > profile.scale:
-        return ()
+        return None
     shape = shape_of(changes)
-    if shape.is_flat:
-        text = (
-            f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}), as if it came "
-            "near the end of its range: a soft saturation; take a wider range"
-        )
-        # Of x - a x^3 the excess kurtosis is -24 a, and the standard deviation 1 - 3 a.
-        return (finding("clipping", gyro.name, text, effect=1.0 + shape.kurtosis / 8.0),)
-    if shape.is_heavy:
-        text = (
-            f"its noise is no even noise (skewness {shape.skewness:.2g}, excess kurtosis "
-            f"{shape.kurtosis:.2g}): spikes or bursts are a part of it, and of its angle random "
-            "walk"
-        )
-        return (finding("spikes", gyro.name, text, effect=shape.ratio, level="warning"),)
-    return ()
+    return None if _FINE * profile.step > shape.scatter else shape
+
+
+def _flat(gyro: Channel, shape: Shape | None) -> tuple[Note, ...]:
+    if shape is None or not shape.is_flat:
+        return ()
+    text = (
+        f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}), as if it came "
+        "near the end of its range: a soft saturation; take a wider range"
+    )
+    # Of x - a x^3 the excess kurtosis is -24 a, and the standard deviation 1 - 3 a.
+    return (finding("clipping", gyro.name, text, effect=1.0 + shape.kurtosis / 8.0),)
+
+
+def _heavy(gyro: Channel, shape: Shape | None) -> tuple[Note, ...]:
+    if shape is None or not shape.is_heavy:
+        return ()
+    text = (
+        f"its noise is no even noise (skewness {shape.skewness:.2g}, excess kurtosis "
+        f"{shape.kurtosis:.2g}): spikes or bursts are a part of it, and of its angle random "
+        "walk"
+    )
+    return (finding("spikes", gyro.name, text, effect=shape.ratio, level="warning"),)

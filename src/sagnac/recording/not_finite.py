@@ -1,15 +1,20 @@
-"""Samples that are NaN or infinite."""
+"""Samples that are NaN or infinite, or as good as that."""
 
-from sagnac.arrays import FloatArray
+from typing import Final
+
+from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import Note, counted
 from sagnac.recording.encoder import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.soundness import remedy_of
 from sagnac.recording.stretches import Places, is_not_finite
 
+# rad, rad/s or s: nothing is so large, and squares of what is larger end beyond all numbers.
+_LARGEST: Final = 1e30
+
 
 def not_finite_notes(recording: Recording, name: str, values: FloatArray) -> tuple[Note, ...]:
-    """Samples of one channel, or of the time, that are NaN or infinite: an error.
+    """Samples of one channel, or of the time, that are NaN, infinite or beyond 1e30: an error.
 
     Parameters
     ----------
@@ -20,10 +25,12 @@ def not_finite_notes(recording: Recording, name: str, values: FloatArray) -> tup
     values
         (samples,) of that channel.
     """
-    places = Places(values=values, test=is_not_finite)
+    places = Places(values=values, test=_is_no_number)
     bad = places.tally()
     if bad.count == 0:
         return ()
+    not_finite = Places(values=values, test=is_not_finite).tally().count
+    what = "NaN or infinite" if not_finite == bad.count else f"NaN, infinite or beyond {_LARGEST:g}"
     # Reading has interpolated what it could of a table.
     beyond = (
         f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, "
@@ -32,8 +39,13 @@ def not_finite_notes(recording: Recording, name: str, values: FloatArray) -> tup
         else ""
     )
     text = (
-        f"{counted(bad.count, 'sample')} NaN or infinite{beyond}, the first at "
+        f"{counted(bad.count, 'sample')} {what}{beyond}, the first at "
         f"{second_of(recording, bad.first):.3f} s; "
         f"{remedy_of(recording, places.longest_between(recording.samples))}"
     )
     return (Note(name="missing", level="error", channel=name, text=text),)
+
+
+def _is_no_number(values: FloatArray) -> BooleanArray:
+    """Whether values are NaN, infinite, or beyond what anything turns."""
+    return ~((values < _LARGEST) & (values > -_LARGEST))

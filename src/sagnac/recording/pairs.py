@@ -15,12 +15,17 @@ from sagnac.recording.model import Recording
 from sagnac.recording.profile import Profile
 
 # Samples by which one gyro may be late, and samples looked at.
-_LATEST: Final = 16
+_LATEST: Final = 1024
 _LOOKED_AT: Final = 2**15
-# Correlation from which on one gyro is said to copy another, and by how much that at a delay has
-# to exceed that without, which two gyros on one table have.
-_COPIES: Final = 0.5
-_MORE: Final = 0.2
+# Correlation from which on one gyro is said to copy another: least, and in units of what chance
+# makes; and how many times that without delay, which two gyros on one table have.
+_COPIES: Final = 0.05
+_SIGMAS: Final = 7.0
+_MORE: Final = 2.0
+# Parts of the record that have to show the copy, each this share of the correlation or more: lines
+# that happen to lie together do not last.
+_PARTS: Final = 4
+_LASTS: Final = 0.5
 # Correlation from which on two gyros may be one, and part of the noise that two differ by.
 _ALL_ALIKE: Final = 0.99
 _DIFFER: Final = 1e-6
@@ -42,11 +47,14 @@ class Likeness:
         The highest, at that delay.
     together
         Without delay.
+    samples
+        How many were compared.
     """
 
     delay: int
     correlation: float
     together: float
+    samples: int
 
 
 def pair_notes(recording: Recording, profiles: dict[str, Profile]) -> tuple[Note, ...]:
@@ -68,31 +76,47 @@ def pair_notes(recording: Recording, profiles: dict[str, Profile]) -> tuple[Note
 
 
 def likeness(first: FloatArray, second: FloatArray) -> Likeness:
-    """How far the changes of two gyros are the same at any delay up to 16 samples.
+    """How far the changes of two gyros are the same at any delay up to 1024 samples.
 
     Every frequency counts alike, whatever its power: the mean cosine of the phase between the two
     (phase transform of Knapp and Carter, 1976). So lines and sway that both sense weigh as little
-    as they are wide.
+    as they are wide; a Hann taper keeps them so. The correlation is the mean over four parts of
+    the record; if one of them shows less than half of it, there is none.
 
     Parameters
     ----------
     first, second
         (samples,) what each sample turned.
     """
-    size = min(first.size, second.size, _LOOKED_AT)
+    size = min(first.size, second.size, _LOOKED_AT) // _PARTS
+    latest = min(_LATEST, size // 2)
+    parts = np.stack(
+        [
+            _phases(first[start : start + size], second[start : start + size], latest)
+            for start in range(0, _PARTS * size, size)
+        ]
+    )
+    mean = parts.mean(axis=0)
+    lasts = np.all(parts * np.sign(mean) >= _LASTS * np.abs(mean), axis=0)
+    best = int(np.argmax(np.abs(mean) * lasts))
+    return Likeness(
+        delay=best - latest,
+        correlation=float(mean[best] * lasts[best]),
+        together=float(mean[latest]),
+        samples=_PARTS * size,
+    )
+
+
+def _phases(first: FloatArray, second: FloatArray, latest: int) -> FloatArray:
+    """(2 latest + 1,) mean cosine of the phase between two series, by the delay of the second."""
     # Padded by the delays that are looked at, so that nothing comes round.
-    length = next_fast_len(size + _LATEST, real=True)
-    one, other = (rfft(some[:size] - some[:size].mean(), length) for some in (first, second))
+    length = next_fast_len(first.size + latest, real=True)
+    taper = np.hanning(first.size)
+    one, other = (rfft((some - some.mean()) * taper, length) for some in (first, second))
     cross = np.conj(one) * other
     power = np.abs(cross)
     cross = np.divide(cross, power, out=np.zeros_like(cross), where=power > 0.0)
-    alike = irfft(cross, length)
-    delays = np.arange(-_LATEST, _LATEST + 1)
-    found = alike[delays]
-    best = int(np.argmax(np.abs(found)))
-    return Likeness(
-        delay=int(delays[best]), correlation=float(found[best]), together=float(alike[0])
-    )
+    return np.asarray(irfft(cross, length)[np.arange(-latest, latest + 1)])
 
 
 def _copied(first: str, second: str, profiles: dict[str, Profile]) -> list[Note]:
@@ -100,7 +124,8 @@ def _copied(first: str, second: str, profiles: dict[str, Profile]) -> list[Note]
     found = likeness(one, other)
     if found.delay:
         alike = abs(found.correlation)
-        if alike < _COPIES or alike < abs(found.together) + _MORE:
+        least = max(_COPIES, _SIGMAS / math.sqrt(found.samples), _MORE * abs(found.together))
+        if alike < least:
             return []
         late, early = (second, first) if found.delay > 0 else (first, second)
         text = (

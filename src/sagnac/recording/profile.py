@@ -17,8 +17,12 @@ _LEAST: Final = 64
 # standard normal number among that share of the smallest.
 _KEPT: Final = 0.99
 _KEPT_SQUARE: Final = 0.9247
-# Differences below this part of the largest are rounding.
+# Roots of that power beyond which a sample counts as if it were there.
+_FAR: Final = 3.0
+# Differences below this part of the largest are rounding, and so are those below this many last
+# places of the largest value: an angle of many turns is rounded where its changes would not be.
 _ROUNDING: Final = 1e-9
+_LAST_PLACES: Final = 8.0
 # Samples of a block that its median is taken of.
 _SAMPLED: Final = 4096
 # Samples whose blocks are worked on at once, about.
@@ -40,6 +44,8 @@ class Profile:
         (blocks,) half the mean square of their differences: the variance of white noise.
     typical
         (blocks,) the same without the largest hundredth of them: single samples do not move it.
+    spread
+        (blocks,) mean square of the changes about their median, single samples far off cut down.
     step
         Smallest difference of changes that is not 0: what the readout counts in; infinite if
         there is none.
@@ -51,6 +57,7 @@ class Profile:
     level: FloatArray
     power: FloatArray
     typical: FloatArray
+    spread: FloatArray
     step: float
     block: int
 
@@ -76,10 +83,12 @@ def profile_of(channel: Channel) -> Profile:
     # Fewer than a block are one.
     block = min(max(_LEAST, changes.size // _BLOCKS), changes.size)
     blocks = changes.size // block
+    low, high = series.extent(channel.values)
+    rounding = _LAST_PLACES * float(np.finfo(np.float64).eps) * max(abs(low), abs(high))
 
     def of_blocks(some: slice) -> FloatArray:
         rows = changes[some.start * block : some.stop * block].reshape(-1, block)
-        return _noise_of(rows)
+        return _noise_of(rows, rounding)
 
     together = max(1, _AT_ONCE // block)
     found = np.concatenate(series.map(of_blocks, blocks, changes, length=together))
@@ -89,23 +98,28 @@ def profile_of(channel: Channel) -> Profile:
         power=found[:, 1],
         typical=found[:, 2],
         step=float(found[:, 3].min()),
+        spread=found[:, 4],
         block=block,
     )
 
 
-def _noise_of(rows: FloatArray) -> FloatArray:
-    """(blocks, 4) median, power, typical power and smallest step of (blocks, samples)."""
+def _noise_of(rows: FloatArray, last_places: float) -> FloatArray:
+    """(blocks, 5) median, power, typical power, smallest step and spread of (blocks, samples)."""
     sampled = rows[:, :: max(1, rows.shape[1] // _SAMPLED)]
     size = np.abs(np.diff(rows, axis=1))
     count = max(size.shape[1], 1)
     kept = max(1, int(_KEPT * size.shape[1]))
-    rounding = _ROUNDING * size.max(axis=1, initial=0.0, keepdims=True)
+    rounding = np.maximum(_ROUNDING * size.max(axis=1, initial=0.0, keepdims=True), last_places)
     finest = size.min(axis=1, where=size > rounding, initial=math.inf)
     whole = np.einsum("ij,ij->i", size, size)
     if kept < size.shape[1]:
         size.partition(kept, axis=1)
     smallest = size[:, :kept]
     typical = np.einsum("ij,ij->i", smallest, smallest) / kept / _KEPT_SQUARE
-    return np.stack(
-        [np.median(sampled, axis=1), 0.5 * whole / count, 0.5 * typical, finest], axis=1
-    )
+    level = np.median(sampled, axis=1)
+    off = rows - level[:, np.newaxis]
+    # A sample far off counts as one that is not.
+    farthest = _FAR * np.sqrt(typical)[:, np.newaxis]
+    np.clip(off, -farthest, farthest, out=off)
+    spread = np.einsum("ij,ij->i", off, off) / rows.shape[1]
+    return np.stack([level, 0.5 * whole / count, 0.5 * typical, finest, spread], axis=1)

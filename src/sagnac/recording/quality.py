@@ -6,9 +6,10 @@ from dataclasses import replace
 from typing import Final
 
 from sagnac import series
+from sagnac.arrays import FloatArray
 from sagnac.errors import Note, ranked
 from sagnac.recording.channel import Channel
-from sagnac.recording.distribution import distribution_notes
+from sagnac.recording.distribution import distribution_notes, flat_notes, heavy_notes
 from sagnac.recording.dropouts import dropout_notes
 from sagnac.recording.encoder_mismatch import table_notes
 from sagnac.recording.gaps import stamp_notes
@@ -22,6 +23,7 @@ from sagnac.recording.resolution import resolution_notes
 from sagnac.recording.saturation import saturation_notes
 from sagnac.recording.spikes import spike_notes
 from sagnac.recording.stuck import stuck_notes
+from sagnac.recording.twice import twice_notes
 from sagnac.recording.unsteady import step_notes, unsteady_notes
 from sagnac.recording.wraps import wrap_notes
 from sagnac.recording.wrong_unit import wrong_unit_notes
@@ -85,6 +87,8 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
         notes += wrong_unit_notes(recording, gyro)
         notes += _of_samples(recording, gyro, profiles[gyro.name], standing=not turns)
     notes += pair_notes(recording, profiles)
+    if recording.table is not None and turns:
+        notes += jump_notes(recording, recording.table)
     return ranked(notes)
 
 
@@ -98,20 +102,67 @@ def _of_samples(
         lambda: dropout_notes(recording, gyro, profile),
         lambda: saturation_notes(recording, gyro, profile),
         lambda: repeat_notes(recording, gyro, profile),
+        lambda: twice_notes(recording, gyro),
     )
     for cause in causes:
         # The others would only see what follows from it.
         found = cause()
         if found:
             return found
-    spikes = spike_notes(recording, gyro, profile)
-    found = spikes or jump_notes(recording, gyro)
-    if standing:
+    found = spike_notes(recording, gyro, profile) or jump_notes(recording, gyro)
+    if _warns(found):
         # A table that starts and stops changes noise and rate by right.
-        found += unsteady_notes(recording, gyro, profile)
-        found += () if found else step_notes(recording, gyro, profile)
-        found += () if found else distribution_notes(gyro, profile)
-    return found
+        return found + (unsteady_notes(recording, gyro, profile) if standing else ())
+    if not standing:
+        # No motion makes large deviations rare.
+        return found + flat_notes(gyro, profile)
+    changing = unsteady_notes(recording, gyro, profile)
+    stepping = () if changing else step_notes(recording, gyro, profile)
+    shape = () if stepping else distribution_notes(gyro, profile)
+    return found + changing + stepping + shape
+
+
+def _warns(notes: Iterable[Note]) -> bool:
+    return any(note.level != "remark" for note in notes)
+
+
+def judged_remainder(
+    recording: Recording, channel: str, increments: FloatArray, sample_rate: float
+) -> tuple[Note, ...]:
+    """The judgement of what is left of gyros on a turning table without motion, lines and spikes.
+
+    Noise that changes, and noise that is full of spikes, do not show beside the motion.
+
+    Parameters
+    ----------
+    recording
+        It tells when a sample was taken.
+    channel
+        Gyro name, or ``x-z``.
+    increments
+        (samples,) rad.
+    sample_rate
+        Of these, Hz.
+
+    Returns
+    -------
+    tuple of Note
+        Findings, each with a `name`.
+    """
+    left = Channel(name=channel, values=increments, kind="increment", shown_in="rad")
+    alone = replace(
+        recording,
+        gyros=(left,),
+        sample_rate=sample_rate,
+        times=None,
+        table=None,
+        null_pulse=None,
+        accelerometers=(),
+        pickoffs=(),
+    )
+    profile = profile_of(left)
+    # Steps of two readouts together are flat, and no soft limit.
+    return unsteady_notes(alone, left, profile) or heavy_notes(left, profile)
 
 
 def accepted(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:

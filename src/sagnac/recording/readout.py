@@ -133,7 +133,8 @@ def readout_of(angle: ArrayLike) -> Readout:
             finest, size = _smallest_change(values, 0.0)
             if size == 0.0:
                 return Readout(step=0.0, every=1)
-            step, _ = _smallest_change(values, _ROUNDING * size)
+            least = _ROUNDING * size
+            step = finest if finest > least else _smallest_change(values, least)[0]
         if _variance_of_steps(taken) >= _DITHERED * step**2:
             return Readout(step=finest if every == 1 else step, every=every)
         taken = series.every(taken, 2)
@@ -264,8 +265,9 @@ def _smallest_change(values: FloatArray, above: float) -> tuple[float, float]:
     def changes_in(block: slice) -> _Changes:
         changes = np.abs(np.diff(values[block.start : block.stop + 2], n=2))
         changes = changes[changes > rounding]
+        larger = changes if above <= rounding else changes[changes > above]
         return _Changes(
-            smallest=float(changes[changes > above].min(initial=math.inf)),
+            smallest=float(larger.min(initial=math.inf)),
             squares=float(changes @ changes),
         )
 
@@ -280,7 +282,10 @@ def _variance_of_steps(values: FloatArray) -> float:
 
     def variances(some: slice) -> float:
         steps = np.diff(values[_STEADY * some.start : _STEADY * some.stop + 1])
-        return float(steps.reshape(-1, _STEADY).var(axis=1, ddof=1).sum())
+        # What all of them share is no variance, and would leave it to rounding.
+        steps -= steps.mean()
+        sums = steps.reshape(-1, _STEADY) @ np.ones(_STEADY)
+        return float(steps @ steps - sums @ sums / _STEADY) / (_STEADY - 1)
 
     length = max(1, series.SPAN // _STEADY)
     return series.total(variances, count, values, length=length) / count

@@ -12,8 +12,10 @@ def remedy_of(recording: Recording, stretch: Stretch) -> str:
     Rounded inwards to ms, so that the slice named holds no sample outside the stretch.
     """
     first, last = stretch.first, stretch.after - 1
-    if stretch.samples < MINIMUM_SAMPLES:
+    begin = 0.0 if first == 0 else second_of(recording, first) * 1e3
+    # Stamps of a damaged file may be any number.
+    if stretch.samples < MINIMUM_SAMPLES or not math.isfinite(begin):
         return "get the file again from its source"
-    start = 0.0 if first == 0 else math.ceil(second_of(recording, first) * 1e3) / 1e3
+    start = math.ceil(begin) / 1e3
     stop = "" if last == recording.samples - 1 else f"{second_of(recording, last):.3f}"
     return f"take the sound stretch with {{slice {start:g}:{stop}}}"

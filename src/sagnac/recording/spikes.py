@@ -6,11 +6,12 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.errors import Note, counted
+from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import effect_words
 from sagnac.recording.model import Recording, second_of
@@ -20,11 +21,18 @@ from sagnac.recording.profile import Profile
 _SPIKE_CHANCE: Final = 1e-3
 # More of the samples than this are no spikes, but the noise.
 _MANY: Final = 0.01
+# A heavy tail of the noise goes on below the limit: from 0.6 of the limit up to it lie more than
+# twice as many samples as beyond it. A tail that falls as x^-3 has 3.6 times as many there, one as
+# x^-6 20 times; spikes whose heights are spread evenly have fewer than one.
+_TAIL: Final = 2.0
+_BELOW: Final = 0.6
 # Samples looked at around each for its neighbourhood.
 _AROUND: Final = 2
 # Samples whose median is the level that a spike stands on, and share of it that has to stay.
 _WIDE: Final = 8
 _KEPT: Final = 0.5
+# A limit is this much above that of chance: the scatter of a block is not known better.
+_MARGIN: Final = 1.15
 _BLOCK: Final = 2**16
 # Samples of a block that tell its scatter, about.
 _TELL: Final = 2**13
@@ -48,12 +56,15 @@ class Spikes:
     many
         Whether there were more than one in a hundred samples: that is the noise, and none is
         listed.
+    tail
+        Whether they are the end of a heavy tail: that is the noise as well, and none is listed.
     """
 
     index: IntegerArray
     height: FloatArray
     added_walk: float
     many: bool = False
+    tail: bool = False
 
 
 def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
@@ -72,7 +83,8 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     Returns
     -------
     Spikes
-        None are listed if more than one in a hundred samples were one: that is the noise.
+        None are listed if more than one in a hundred samples were one, or if they are the end of
+        a heavy tail that goes on below them: that is the noise.
     """
     values = np.asarray(increments, dtype=np.float64)
     if values.ndim != 1 or values.size < LEAST_FOR_SPIKES:
@@ -85,18 +97,27 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     index = np.concatenate([block.index for block in blocks])
     height = np.concatenate([block.height for block in blocks])
     many = index.size > _MANY * values.size
-    if many:
+    by_chance = 2.0 * values.size * float(ndtr(-_BELOW * _MARGIN * limit))
+    below = sum(block.below for block in blocks) - by_chance
+    tail = not many and index.size > 0 and below > _TAIL * sum(block.beyond for block in blocks)
+    if many or tail:
         index, height = index[:0], height[:0]
     added = math.sqrt(float(height @ height) * sample_rate / values.size)
-    return Spikes(index=index, height=height, added_walk=added, many=many)
+    return Spikes(index=index, height=height, added_walk=added, many=many, tail=tail)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Far:
-    """Samples of one block that lie far off their neighbours."""
+    """Samples of one block that lie far off their neighbours.
+
+    Besides how many lie beyond the limit, whether the angle keeps them or not, and how many lie
+    somewhat below it.
+    """
 
     index: IntegerArray
     height: FloatArray
+    beyond: int
+    below: int
 
 
 def _spikes_in(values: FloatArray, block: slice, limit: float) -> _Far:
@@ -107,12 +128,19 @@ def _spikes_in(values: FloatArray, block: slice, limit: float) -> _Far:
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
     inner = some[np.abs(some) <= np.quantile(np.abs(some), 0.95)]
     scale = max((high - low) / 1.349, 1.3 * float(np.sqrt(np.mean(inner**2))))
-    found = np.flatnonzero((np.abs(off) > 1.15 * limit * scale) & (scale > 0.0))
+    # A gyro that stands still in a block shows no scatter: nothing lies off there.
+    size, reach = np.abs(off), _MARGIN * limit * scale if scale > 0.0 else math.inf
+    found = np.flatnonzero(size > reach)
     stays = [
         place for place in found.tolist() if _stays(values, place + block.start, float(off[place]))
     ]
     index = np.array(stays, dtype=np.int64)
-    return _Far(index=index + block.start, height=off[index])
+    return _Far(
+        index=index + block.start,
+        height=off[index],
+        beyond=found.size,
+        below=int(np.count_nonzero(size > _BELOW * reach)) - found.size,
+    )
 
 
 def _stays(values: FloatArray, place: int, height: float) -> bool:
@@ -131,11 +159,9 @@ def _stays(values: FloatArray, place: int, height: float) -> bool:
 def _off_neighbours(values: FloatArray) -> FloatArray:
     """Each sample less the median of the two before and the two after."""
     padded = np.pad(values, _AROUND, mode="reflect")
-    first, second, third, fourth = padded[:-4], padded[1:-3], padded[3:-1], padded[4:]
-    # The middle two of four lie between the higher of the lower ones and the lower of the higher.
-    lower = np.maximum(np.minimum(first, second), np.minimum(third, fourth))
-    higher = np.minimum(np.maximum(first, second), np.maximum(third, fourth))
-    return np.asarray(values - 0.5 * (lower + higher))
+    off = np.empty(values.size)
+    _kernels.off_neighbours(padded, off)
+    return off
 
 
 def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
@@ -165,12 +191,18 @@ def spike_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[
     if changes.size < LEAST_FOR_SPIKES:
         return ()
     found = find_spikes(changes, sample_rate=1.0)
-    if found.many:
+    if found.many and not profile.is_coarse:
         text = (
             f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours: it is no "
             "even noise, and its angle random walk contains them"
         )
         return (Note(name="spikes", channel=gyro.name, text=text, level="warning"),)
+    if found.tail:
+        text = (
+            "some samples lie far off their neighbours, as the end of a heavy tail of the noise "
+            "that goes on below them: the angle random walk contains them"
+        )
+        return (Note(name="spikes", channel=gyro.name, text=text, level="remark"),)
     if found.index.size == 0:
         return ()
     inside = profile.scale

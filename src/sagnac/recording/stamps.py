@@ -16,6 +16,8 @@ from sagnac.errors import Note, RecordingError
 # from sound recordings); from more than four samples missing, the angle turned meanwhile is a
 # guess. Shorter ones are a remark.
 GAP_STEPS: Final = 5.0
+# Stamps closer than this, s, are no times, or in another unit.
+_SHORTEST: Final = 1e-15
 # Sampling is called uniform if no stamp is off its place by more than this share of a step.
 UNIFORM: Final = 1e-6
 # Rates stated twice, by stamps and in words, have to agree to this.
@@ -68,7 +70,8 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     Raises
     ------
     RecordingError
-        If the stamps do not run forwards and no rate is stated, or the two disagree.
+        If the stamps do not run forwards and no rate is stated, the two disagree, or no sensor
+        samples as fast.
     """
     times = series.less(stamps, stamps[0])
     finite = all(series.map(lambda block: np.isfinite(times[block]).all(), times.size, times))
@@ -80,8 +83,8 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
             raise RecordingError(
                 "does not run forwards", channel="time", remedy="state {time none} and {rate HZ}"
             )
-        return Sampling(times=times, sample_rate=1.0 / usual)
-    step = float(times[-1]) / (times.size - 1)
+        return Sampling(times=times, sample_rate=1.0 / _plausible(usual))
+    step = _plausible(float(times[-1]) / (times.size - 1))
     worst = _furthest_off(times, step)
     clock = _resolution(times)
     # Stamps are exact only to the last digit that was written, or that a float holds.
@@ -106,6 +109,23 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         "off an even spacing"
     )
     return Sampling(times=times, sample_rate=rate, notes=(Note(text=text, channel="time"),))
+
+
+def _plausible(step: float) -> float:
+    """The step, s.
+
+    Raises
+    ------
+    RecordingError
+        If no sensor samples as fast: the stamps are no times, or in another unit.
+    """
+    if step >= _SHORTEST:
+        return step
+    raise RecordingError(
+        f"the stamps are {step:.3g} s apart, faster than any sensor samples",
+        channel="time",
+        remedy="state their unit ({time COLUMN:UNIT}), or {time none} and {rate HZ}",
+    )
 
 
 def median_step(times: FloatArray, *, repeats: bool = True) -> float:

@@ -7,10 +7,11 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.errors import Note
+from sagnac.errors import Note, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
-from sagnac.recording.model import Recording
+from sagnac.recording.model import Recording, second_of
+from sagnac.recording.stretches import Places
 from sagnac.units import UNITS, split_factor
 
 _BINS: Final = 64
@@ -25,13 +26,19 @@ _LEAST_SHARE: Final = 0.01
 # Widths of counters, and how near to one the range has to lie.
 _BITS: Final = (8, 12, 16, 18, 20, 24, 32)
 _NEAR: Final = 0.02
+# An angle falls by this part of all that it covers, which is this many usual steps or more; it
+# covers half of that between two falls, and falls are rare.
+_FALL: Final = 0.8
+_FALL_STEPS: Final = 50.0
+_COVERS: Final = 0.5
+_MOST_FALLS: Final = 0.1
+_LOOKED_AT: Final = 20_000
 
 
 def wrap_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
-    """Values at the two ends of a counter's range and none between."""
-    del recording
+    """Values at the two ends of a counter's range and none between; an angle that falls by it."""
     if gyro.kind == "angle":
-        return ()
+        return _falls_of_an_angle(recording, gyro)
     values = gyro.values
     lowest, highest = series.extent(values)
     middle = _middle_of_gap(values, lowest, highest)
@@ -46,6 +53,33 @@ def wrap_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
         "are read as unsigned; read them as signed, or state the width with {counter-bits}"
     )
     return (finding("wraps", gyro.name, text, effect=_effect(values, middle), level="error"),)
+
+
+def _falls_of_an_angle(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+    """Steps of an angle, all against its motion, by nearly all that it ever covers."""
+    values = gyro.values
+    lowest, highest = series.extent(values)
+    extent = highest - lowest
+    usual = np.diff(values[: _LOOKED_AT + 1])
+    if extent <= _FALL_STEPS * float(np.median(np.abs(usual))):
+        return ()
+    falls = Places(
+        values=values, test=lambda some: np.abs(np.diff(some)) > _FALL * extent, following=1
+    )
+    found = falls.tally()
+    if not 0 < found.count <= _MOST_FALLS * values.size:
+        return ()
+    at = falls.all()
+    steps = series.at(values, at + 1) - series.at(values, at)
+    motion = float(values[-1] - values[0] - steps.sum())
+    if not (np.all(steps * motion < 0.0) and abs(motion) > _COVERS * found.count * extent):
+        return ()
+    text = (
+        f"{counted(found.count, 'fall')} by all of the angle that it covers, the first at "
+        f"{second_of(recording, found.first + 1):.3f} s, as of a counter that starts over; state "
+        "the width of the counter with {counter-bits}, or make the angle continuous"
+    )
+    return (finding("wraps", gyro.name, text, effect=None),)
 
 
 def _middle_of_gap(values: FloatArray, lowest: float, highest: float) -> float | None:

@@ -10,16 +10,19 @@ from typing import Final
 
 import numpy as np
 import scipy.linalg
+import scipy.linalg.lapack
 
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.table.earth import LARGEST_EARTH_RATE, bounded_by_earth
-from sagnac.table.kinematics import Kinematics, highest_harmonic
+from sagnac.table.kinematics import Kinematics, are_whole, harmonics_of, highest_harmonic
 
 # Orders allowed for while nobody knows which there are.
 _NUISANCE_ORDERS: Final = 128
 # Averages whose columns are held at a time.
 _AT_ONCE: Final = 8192
+# Columns that LAPACK works on at once, at the most.
+_PANEL: Final = 64
 # Columns of Earth rate among those of a `Design`.
 _EARTH: Final = slice(2, 4)
 # Singular values below this share of the largest are directions that the data do not distinguish.
@@ -98,13 +101,21 @@ class Design:
     def increments(self, block: slice) -> FloatArray:
         """(coefficients, block) increments of every column."""
         here = slice(block.start, block.stop + 1)
-        phase = np.outer(self.orders, self.kinematic.angle[here])
-        rows = np.empty((self.size, phase.shape[1]))
+        rows = np.empty((self.size, block.stop - block.start))
         for row, column in zip(rows, self.columns, strict=False):
-            row[:] = column[here]
-        rows[len(self.columns) :: 2] = np.cos(phase)
-        rows[len(self.columns) + 1 :: 2] = np.sin(phase)
-        return np.diff(rows, axis=1)
+            np.subtract(column[here][1:], column[here][:-1], out=row)
+        cosines, sines = rows[len(self.columns) :: 2], rows[len(self.columns) + 1 :: 2]
+        angle, whole = self.kinematic.angle[here], are_whole(self.orders)
+        if whole.any():
+            waves = harmonics_of(angle, int(self.orders[whole].max()))
+            for row in np.flatnonzero(whole):
+                wave = waves[int(self.orders[row])]
+                np.subtract(wave.real[1:], wave.real[:-1], out=cosines[row])
+                np.subtract(wave.imag[1:], wave.imag[:-1], out=sines[row])
+        for row in np.flatnonzero(~whole):
+            cosines[row] = np.diff(np.cos(self.orders[row] * angle))
+            sines[row] = np.diff(np.sin(self.orders[row] * angle))
+        return rows
 
 
 def design(
@@ -152,20 +163,40 @@ def kinematic_fit(
     shift
         (averages,) change, rad/s, that a shift of the encoder in time makes; None: none is sought.
     """
+    (found,) = kinematic_fits(
+        averages[np.newaxis], kinematic, harmonics, with_drift=with_drift, shift=shift
+    )
+    return found
+
+
+def kinematic_fits(
+    averages: FloatArray,
+    kinematic: Kinematics,
+    harmonics: FloatArray | None,
+    *,
+    with_drift: bool,
+    shift: FloatArray | None = None,
+) -> tuple[KinematicFit, ...]:
+    """`kinematic_fit` of several gyros on one table, (gyros, averages): the columns are the same.
+
+    They are made, and made orthogonal, once.
+    """
     orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
     orders = orders[orders <= highest_harmonic(kinematic)]
     columns = design(kinematic, orders, with_drift=with_drift, shift=shift)
     # Harmonics are known only after a search, which takes lines in time out as well.
-    return regression(averages, columns, lines_taken=harmonics is not None and harmonics.size > 0)
+    return regressions(averages, columns, lines_taken=harmonics is not None and harmonics.size > 0)
 
 
-def regression(averages: FloatArray, columns: Design, *, lines_taken: bool) -> KinematicFit:
+def regressions(
+    averages: FloatArray, columns: Design, *, lines_taken: bool
+) -> tuple[KinematicFit, ...]:
     """Least squares of the columns on increments of averages, Earth rate held by its prior.
 
     Parameters
     ----------
     averages
-        (averages,) of the gyro angle, rad.
+        (gyros, averages) of the gyro angles, rad; each is fitted by itself.
     columns
         As `design` makes them.
     lines_taken
@@ -177,15 +208,29 @@ def regression(averages: FloatArray, columns: Design, *, lines_taken: bool) -> K
     ValueError
         If there are fewer than two averages, or not as many as the columns have.
     """
-    if averages.shape != columns.kinematic.angle.shape or averages.size < 2:
+    if averages.shape[1:] != columns.kinematic.angle.shape or averages.shape[-1] < 2:
         raise ValueError(
             f"averages have shape {averages.shape} and the kinematics "
-            f"{columns.kinematic.angle.shape}; give two or more of each"
+            f"{columns.kinematic.angle.shape}; give two or more of each, gyro by gyro"
         )
-    target = np.diff(averages)
-    reduced = Triangle.of(triangle(columns, target))
-    left = leftover(columns, target, reduced.solution(np.zeros(columns.size)))
-    penalty = noise(left, lines_taken=lines_taken) / (columns.deviations * reduced.scale)
+    targets = np.diff(averages)
+    rows = triangle(columns, targets)
+    return tuple(
+        _regression(Triangle.of(rows, columns.size, number), target, columns, lines_taken)
+        for number, target in enumerate(targets)
+    )
+
+
+def _regression(
+    reduced: "Triangle", target: FloatArray, columns: Design, lines_taken: bool
+) -> KinematicFit:
+    """The fit of one gyro, from the triangle of its target."""
+    free = reduced.solution(np.zeros(columns.size))
+    if lines_taken:
+        noise = noise_beside_lines(leftover(columns, target, free))
+    else:
+        noise = reduced.deviation(free, target.size)
+    penalty = noise / (columns.deviations * reduced.scale)
     solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
     plain = len(columns.columns)
     earth = solution[_EARTH]
@@ -200,19 +245,26 @@ def regression(averages: FloatArray, columns: Design, *, lines_taken: bool) -> K
     )
 
 
-def triangle(columns: Design, target: FloatArray) -> FloatArray:
-    """Triangular factor of the columns beside the target, (rows, coefficients + 1).
+def triangle(columns: Design, targets: FloatArray) -> FloatArray:
+    """Triangular factor of the columns beside the targets, (rows, coefficients + targets).
 
     Orthogonal triangles, not the normal equations: the parts of these columns that tell them apart
     can be 1e-7 of their size, which squared is below rounding.
     """
-    width = columns.size + 1
+    size, width = columns.size, columns.size + targets.shape[0]
 
     def stacked(before: FloatArray, block: slice) -> FloatArray:
-        rows = np.vstack([before, np.vstack([columns.increments(block), target[block]]).T])
-        return np.asarray(scipy.linalg.qr(rows, mode="r", overwrite_a=True)[0][:width])
+        # Columns of the regression are rows here, as LAPACK wants them.
+        known = before.shape[0]
+        rows = np.empty((width, known + block.stop - block.start))
+        rows[:, :known] = before.T
+        rows[:size, known:] = columns.increments(block)
+        rows[size:, known:] = targets[:, block]
+        work = _PANEL * width
+        factor = scipy.linalg.lapack.dgeqrf(rows.T, lwork=work, overwrite_a=True)[0]
+        return np.asarray(np.triu(factor[:width]))
 
-    return series.reduce(stacked, np.empty((0, width)), target.size, length=_AT_ONCE)
+    return series.reduce(stacked, np.empty((0, width)), targets.shape[1], length=_AT_ONCE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -227,19 +279,26 @@ class Triangle:
         (rows,) what it has to give.
     scale
         (coefficients,) length of each column; 1 for a column of zeros.
+    beyond
+        Sum of squares of the target that no columns can give, rad^2.
     """
 
     factor: FloatArray
     right: FloatArray
     scale: FloatArray
+    beyond: float
 
     @classmethod
-    def of(cls, rows: FloatArray) -> "Triangle":
-        """Of what `triangle` makes: columns, and the target last."""
-        scale = np.sqrt(np.einsum("ij,ij->j", rows, rows))[:-1]
+    def of(cls, rows: FloatArray, size: int, number: int = 0) -> "Triangle":
+        """The triangle of one target, from the rows that `triangle` makes of `size` columns."""
+        factor, target = rows[:size, :size], rows[:, size + number]
+        scale = np.sqrt(np.einsum("ij,ij->j", factor, factor))
         scale[scale == 0.0] = 1.0
         return cls(
-            factor=rows[: scale.size, :-1] / scale, right=rows[: scale.size, -1], scale=scale
+            factor=factor / scale,
+            right=target[:size],
+            scale=scale,
+            beyond=float(target[size:] @ target[size:]),
         )
 
     def solution(self, penalty: FloatArray) -> FloatArray:
@@ -249,6 +308,11 @@ class Triangle:
         return np.asarray(
             scipy.linalg.lstsq(stacked, target, cond=_COLLINEAR)[0] / self.scale, dtype=np.float64
         )
+
+    def deviation(self, solution: FloatArray, count: int) -> float:
+        """Root mean square of what a solution leaves of `count` increments, rad."""
+        left = self.right - self.factor @ (solution * self.scale)
+        return float(np.sqrt((left @ left + self.beyond) / count))
 
 
 def leftover(columns: Design, target: FloatArray, solution: FloatArray) -> FloatArray:
@@ -260,10 +324,8 @@ def leftover(columns: Design, target: FloatArray, solution: FloatArray) -> Float
     )
 
 
-def noise(left: FloatArray, *, lines_taken: bool) -> float:
-    """Standard deviation of white noise in what is left, rad; see `regression`."""
-    if not lines_taken:
-        return float(np.sqrt(np.mean(left**2)))
+def noise_beside_lines(left: FloatArray) -> float:
+    """Standard deviation, rad, of white noise in what is left, whatever orders are still in."""
     power = np.abs(np.fft.rfft(left)[1:]) ** 2 / left.size
     # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
     return float(np.sqrt(np.median(power) / np.log(2.0)))

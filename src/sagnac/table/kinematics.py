@@ -7,7 +7,10 @@ from typing import Final
 import numpy as np
 
 from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.spectrum.order_tables import HIGHEST
+from sagnac.spectrum.sums import angle_series
+from sagnac.table import _kernels
 
 KINEMATIC_RATE: Final = 10.0
 """Rate, Hz, of the averages that kinematic terms are fitted to.
@@ -146,14 +149,9 @@ def sine_cosine_integrals(table: FloatArray, dt: float) -> tuple[FloatArray, Flo
     dt
         Time between samples, s.
     """
-    return _trapezoids(np.cos(table), dt), _trapezoids(np.sin(table), dt)
-
-
-def _trapezoids(values: FloatArray, dt: float) -> FloatArray:
-    """Running integral from zero on; importing scipy.integrate for it would take a third of a s."""
-    integral = np.zeros_like(values)
-    np.cumsum(dt * (values[1:] + values[:-1]) / 2.0, out=integral[1:])
-    return integral
+    of_cosine, of_sine = np.empty(table.size), np.empty(table.size)
+    _kernels.sine_cosine_integrals(table, dt, of_cosine, of_sine)
+    return of_cosine, of_sine
 
 
 def highest_harmonic(kinematic: Kinematics) -> float:
@@ -224,16 +222,56 @@ def harmonic_sum(
     angle: FloatArray, orders: FloatArray, cosine: FloatArray, sine: FloatArray
 ) -> FloatArray:
     """Sum over the orders of ``cosine * cos(order * angle) + sine * sin(order * angle)``."""
+    whole = are_whole(orders)
     total = np.zeros(angle.size)
-    for order, a, b in zip(orders, cosine, sine, strict=True):
+    if whole.any():
+        places = orders[whole].astype(np.int64)
+        sums = np.zeros(int(places.max()) + 1, dtype=np.complex128)
+        np.add.at(sums, places, cosine[whole] - 1j * sine[whole])
+        total += angle_series(angle, sums)
+    for order, a, b in zip(orders[~whole], cosine[~whole], sine[~whole], strict=True):
         total += a * np.cos(order * angle) + b * np.sin(order * angle)
     return total
+
+
+def are_whole(orders: FloatArray) -> BooleanArray:
+    """(orders,) which are whole numbers of no great size: those go by products of one wave."""
+    return np.asarray((orders >= 0.0) & (orders <= HIGHEST) & (orders == np.rint(orders)))
+
+
+def harmonics_of(angle: FloatArray, highest: int) -> ComplexArray:
+    """(highest + 1, samples) values of ``exp(1j * k * angle)`` for k = 0 ... `highest`.
+
+    Each is a product of two lower ones. That takes a fifth of the time of a sine and a cosine,
+    and does not round a phase of many turns.
+    """
+    waves = np.empty((highest + 1, angle.size), dtype=np.complex128)
+    waves[0] = 1.0
+    if highest:
+        waves[1].real, waves[1].imag = np.cos(angle), np.sin(angle)
+    filled = 2
+    while filled <= highest:
+        more = min(filled - 1, highest + 1 - filled)
+        np.multiply(waves[1 : 1 + more], waves[filled - 1], out=waves[filled : filled + more])
+        filled += more
+    return waves
 
 
 def averaged(angle: FloatArray, block: int) -> FloatArray:
     """Means of `angle`, in its unit, over its whole blocks of `block` samples."""
     whole = angle.size // block
     return np.asarray(angle[: whole * block].reshape(whole, block).mean(axis=1))
+
+
+def block_averages(angle: FloatArray, kinematic: Kinematics) -> FloatArray:
+    """(averages,) of a (samples,) angle over the blocks of the kinematics, in its unit."""
+    parts = series.map(
+        lambda span: averaged(angle[span], kinematic.block),
+        angle.size,
+        angle,
+        length=kinematic.length,
+    )
+    return np.concatenate(parts)
 
 
 def shifted_series(values: FloatArray, samples: float) -> FloatArray:

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.table.kinematic_fit import kinematic_fit
+from sagnac.table import _kernels
+from sagnac.table.kinematic_fit import KinematicFit, kinematic_fit, kinematic_fits
 from sagnac.table.kinematics import (
     Kinematics,
     block_gain,
     harmonic_sum,
     highest_harmonic,
-    sine_cosine_integrals,
     steadiness,
 )
 from sagnac.table.shift import shifted_kinematics
@@ -69,15 +69,10 @@ class TableMotion:
         of = self.kinematics
         if span.start % of.length:
             raise ValueError(f"a block starts at {span.start}; give a multiple of {of.length}")
-        alpha = of.table[span]
-        dt = 1.0 / of.sample_rate
-        motion = self.share * alpha
-        motion += (self.drift * dt) * np.arange(span.start, span.start + alpha.size)
-        starts = of.starts[span.start // of.length]
-        for factor, start, integral in zip(
-            self.earth, starts, sine_cosine_integrals(alpha, dt), strict=True
-        ):
-            motion += factor * (integral + start)
+        alpha, dt = of.table[span], 1.0 / of.sample_rate
+        rates = np.array([self.share, self.drift * dt, *self.earth, dt])
+        motion = np.empty(alpha.size)
+        _kernels.motion(alpha, span.start, rates, of.starts[span.start // of.length], motion)
         return motion
 
     @property
@@ -143,6 +138,28 @@ def follow_table(
     if steady.tells_shift:
         shifted = shifted_kinematics(averages, encoder, kinematic, harmonics, found)
         found = kinematic_fit(averages, shifted, harmonics, with_drift=steady.tells_drift)
+    return _motion(found, kinematic, shifted, taken)
+
+
+def follow_table_together(
+    averages: FloatArray, encoder: FloatArray, kinematic: Kinematics
+) -> tuple[TableMotion, ...]:
+    """`follow_table` of several gyros, (gyros, averages) rad, whose harmonics nobody knows.
+
+    Unless the table tells a shift, which may differ from gyro to gyro, they are fitted in one pass.
+    """
+    steady = steadiness(kinematic)
+    if steady.tells_shift:
+        return tuple(follow_table(own, encoder, kinematic) for own in averages)
+    harmonics = np.empty(0) if full_turns(encoder) < FEW_TURNS else None
+    fits = kinematic_fits(averages, kinematic, harmonics, with_drift=steady.tells_drift)
+    return tuple(_motion(found, kinematic, kinematic, None) for found in fits)
+
+
+def _motion(
+    found: KinematicFit, kinematic: Kinematics, shifted: Kinematics, taken: "_Harmonics | None"
+) -> TableMotion:
+    """What was found, its harmonics those of the angle, those that were taken out among them."""
     gain = block_gain(kinematic, found.orders)
     of_cosine, of_sine = found.cosine / gain, found.sine / gain
     if taken is not None:

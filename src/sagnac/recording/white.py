@@ -1,0 +1,68 @@
+"""Noise between the lines of a record, made white."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.fft import irfft, rfft
+
+from sagnac.arrays import FloatArray
+
+# Frequencies whose median is the level of the noise there, and times that level that a line keeps.
+_TOGETHER: Final = 64
+_KEPT: Final = 12.0
+# Samples at either end that are left out.
+EDGE: Final = 512
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class White:
+    """White noise.
+
+    Attributes
+    ----------
+    values
+        (samples - 1024,) of any scale, from sample 512 on.
+    scatter
+        Standard deviation of the noise between the lines as it was, in the unit of the changes.
+    """
+
+    values: FloatArray
+    scatter: float
+
+
+def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KEPT) -> White:
+    """What samples turned, each frequency divided by the level around it.
+
+    Lines are cut down to a few times the level, which is the median over 64 frequencies, or over
+    a band.
+
+    Parameters
+    ----------
+    changes
+        (samples,), more than 1024.
+    bands
+        How many equal bands have a level each, so that lines that wander stay within one.
+    kept
+        Times the level that a line keeps.
+    """
+    if changes.size <= 2 * EDGE:
+        raise ValueError(f"changes has {changes.size} samples; give more than {2 * EDGE}")
+    transform = rfft(changes)
+    power = transform.real**2 + transform.imag**2
+    together = max(_TOGETHER, power.size // bands) if bands else _TOGETHER
+    blocks = power.size // together
+    level = np.median(power[: blocks * together].reshape(blocks, together), axis=1)
+    level = np.repeat(level, together) / math.log(2.0)
+    level = np.append(level, np.full(power.size - level.size, level[-1]))
+    scatter = math.sqrt(2.0 * float(level.sum())) / changes.size
+    scale = np.sqrt(np.maximum(level, power / kept))
+    transform = np.divide(transform, scale, out=np.zeros_like(transform), where=scale > 0.0)
+    # The slowest are drift.
+    transform[:_TOGETHER] = 0.0
+    # The end does not go on at the beginning, and what that makes of both is no noise.
+    return White(
+        values=np.asarray(irfft(transform, changes.size)[EDGE:-EDGE]),
+        scatter=scatter,
+    )
