@@ -16,7 +16,7 @@ def test_a_fit_is_the_maximum_of_the_gamma_likelihood():
     shape = np.full(12, 40.0)
     laws = np.stack([np.geomspace(1e-2, 4, 12), np.ones(12)], axis=1)
     level = rng.gamma(shape, (laws @ [0.5, 1.0]) / shape)
-    first, last, mask, _, _, squares, covariance = every_model(
+    (first, last, mask, _), _, squares, covariance = every_model(
         level, shape, laws, 1, 4, 0, 0, False, np.inf
     )
     row = np.flatnonzero((first == 0) & (last == 12) & (mask == 3))[0]
@@ -77,7 +77,7 @@ def test_a_fall_is_fitted_at_the_maximum_of_the_gamma_likelihood():
     shape, rise = np.full(14, 60.0), np.geomspace(1e-3, 1.0, 14)
     laws = np.stack([np.ones(14), rise], axis=1)
     level = rng.gamma(shape, 1.0 / (1.0 + rise) / shape)
-    first, last, mask, _, _, squares, covariance = every_model(
+    (first, last, mask, _), _, squares, covariance = every_model(
         level, shape, laws, 0, 4, 0b11, 0, True, np.inf
     )
     row = np.flatnonzero((first == 0) & (last == 14) & (mask == 3))[0]

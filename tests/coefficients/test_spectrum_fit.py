@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.fft import dct, idct
 
+from sagnac.coefficients.estimates import FitBand
 from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.errors import RecordingError
 from tests.coefficients.examples import NAMES, white
@@ -208,3 +209,17 @@ def test_sinusoid_intervals_hold_the_truth():
 def test_a_sinusoid_out_of_range_is_refused(frequency):
     with pytest.raises(ValueError, match="below one half"):
         likelihood_fit(white(100, 1), kind="rate", sample_rate=1.0, sinusoid=frequency)
+
+
+def test_a_fit_states_the_band_that_it_used() -> None:
+    rates = np.random.default_rng(3).standard_normal(4000)
+    whole = likelihood_fit(rates, kind="rate", sample_rate=10.0, masked=[(1.0, 1.1)]).band
+    assert whole is not None
+    assert (whole.low, whole.high, whole.interval) == (0.0, 5.0, 0.1)
+    assert whole.masked == ((1.0, 1.1),)
+    assert whole.is_whole
+    part = likelihood_fit(rates, kind="rate", sample_rate=10.0, band=(0.1, 2.5)).band
+    assert part is not None
+    assert (part.low, part.high, part.is_whole) == (0.1, 2.5, False)
+    with pytest.raises(ValueError, match="give low below high"):
+        FitBand(low=2.0, high=1.0, interval=0.1)

@@ -42,7 +42,7 @@ def test_a_gyro_far_quieter_than_the_others_gets_a_bound_and_a_note():
 @pytest.mark.statistics
 @pytest.mark.parametrize(("samples", "truths"), [(60, (1, 1, 1)), (500, (1, 2, 4))])
 def test_intervals_and_bounds_of_three_gyros_hold(samples, truths):
-    """Of all answers, estimates and bounds together, with few and with more degrees of freedom."""
+    """Estimates and bounds together, with few and with more degrees of freedom."""
     held, runs = np.zeros(3), 200
     for seed in range(runs):
         generator = np.random.default_rng(seed)

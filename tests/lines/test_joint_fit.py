@@ -176,7 +176,7 @@ def test_covariance_is_the_scatter_of_the_estimates():
             np.concatenate([(errors / deviation[:2]).ravel(), places[1:] / deviation[2, 1:]])
         )
     ratios = np.array(ratios)
-    # Of 200 normal variates a standard deviation is good to 5 %, a mean to 0.07; four of each.
+    # 200 normal variates: the standard deviation is good to 5 %, the mean to 0.07; four of each.
     assert np.std(ratios, axis=0) == pytest.approx(np.ones(11), abs=0.2)
     assert np.mean(ratios, axis=0) == pytest.approx(np.zeros(11), abs=0.28)
     assert np.sqrt(np.mean(ratios**2)) == pytest.approx(1.0, abs=0.06)

@@ -83,7 +83,8 @@ def test_any_small_search_is_greedy_least_squares(seed, samples, spacing, candid
 
 
 def test_time_scale_of_a_uniform_record():
-    # Multiples of one cycle a record, where the pairs are orthogonal but for the line's part.
+    # The candidates are multiples of one cycle a record. Their pairs are orthogonal to each other,
+    # but not to the straight line.
     generator = np.random.default_rng(1)
     time = np.arange(300) / 10.0
     signal = np.cumsum(generator.standard_normal(300))

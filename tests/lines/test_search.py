@@ -243,7 +243,7 @@ def test_a_line_that_drifts_is_fitted_in_blocks_and_said_so():
     assert note.channel == "x"
     assert note.level == "remark"
     assert note.text.startswith("the line at 20 Hz drifts, by 2")
-    # What was taken of the noise is what is said: in power, so many hertz of its density.
+    # The note says how much noise was taken, as a bandwidth of its density.
     left = np.diff(removal.residual)
     lost = np.sum(np.diff(noise) ** 2) - np.sum(left**2)
     said = np.sum(removal.taken[1]) * 2.0 * samples / RATE * SIGMA**2
@@ -314,7 +314,7 @@ def test_orders_and_tones_on_a_wandering_table_are_told_apart():
     assert between.phase == pytest.approx(1.0, abs=5.0 * between.phase_error)
     in_time = found_at(removal.lines, "time", 7.3033, 1e-3)
     assert in_time.amplitude == pytest.approx(3e-9, abs=5.0 * in_time.amplitude_error)
-    # Table motion, orders and tones out; the noise in, but for its few degrees of freedom.
+    # Table motion, orders and tones out; the noise stays, less a few degrees of freedom.
     assert np.sum(np.diff(removal.residual - noise) ** 2) < 60.0 * SIGMA**2
 
 

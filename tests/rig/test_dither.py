@@ -68,7 +68,7 @@ def test_the_random_part_has_the_strength_and_ring_down_asked_for():
     assert np.std(random.real) == pytest.approx(0.1, rel=0.15)
     lag = 5
     correlation = np.mean(random[lag:] * random[:-lag].conj()).real / np.mean(np.abs(random) ** 2)
-    # Of 400 s and a ring-down of 0.2 s, 2000 independent values: 2 % each.
+    # 400 s with a ring-down of 0.2 s hold 2000 independent values: 2 % each.
     assert correlation == pytest.approx(np.exp(-lag * 0.04 / 0.2), abs=0.08)
 
 

@@ -133,7 +133,7 @@ def naive_floor(power, law):
 def test_floor_by_spans_of_a_series_or_every_other_bin_of_one(monkeypatch, mapped, step):
     power = np.random.default_rng(4).exponential(size=90_000)
     # White noise has a law that is level; the floor is then the running median alone.
-    level = Tabulated(points=np.array([1.0]), levels=np.array([1.0]))
+    level = Tabulated(points=np.array([1.0, 2.0]), levels=np.ones(2))
     monkeypatch.setattr(floors, "tabulated", lambda law: level)
     if mapped:
         monkeypatch.setattr(series, "IN_MEMORY", 1000)
@@ -180,6 +180,16 @@ def test_a_table_of_a_law_is_the_law():
     assert table[0] == table[1]
     part = slice(12_345, 12_900)
     np.testing.assert_array_equal(tabulated(law).over(part), table[part])
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0, 60), (5, 8), (50, 54), (10, 41), (7, 7)])
+def test_between_the_points_of_a_table_the_level_is_linear_and_beyond_them_that_of_the_last(
+    start, stop
+):
+    points = np.array([1.0, 2.0, 3.0, 3.5, 7.0, 20.25, 40.0])
+    levels = np.array([5.0, 3.0, 3.0, 9.0, 1.0, 2.0, 0.5])
+    found = Tabulated(points=points, levels=levels).over(slice(start, stop))
+    assert found == pytest.approx(np.interp(np.arange(start, stop), points, levels), rel=1e-13)
 
 
 def test_ratios_are_medians_over_the_law_window_by_window():

@@ -275,6 +275,26 @@ def _ruled(
 
 
 @compiled(error_model="numpy")
+def _chosen(mask: int, columns: IntegerArray) -> int:
+    """Number of terms of a bit mask, their columns filled in."""
+    size = 0
+    for c in range(columns.size):
+        if mask >> c & 1:
+            columns[size] = c
+            size += 1
+    return size
+
+
+@compiled(error_model="numpy")
+def _stands(deviance: float, squares: FloatArray, size: int, depth: float) -> bool:
+    """Whether a model was fitted, its terms are above zero and it falls no deeper than known."""
+    positive = np.isfinite(deviance)
+    for c in range(size):
+        positive = positive and squares[c] > 0.0
+    return positive and depth <= _DEEPEST
+
+
+@compiled(error_model="numpy")
 def every_model(
     level: FloatArray,
     shape: FloatArray,
@@ -285,15 +305,7 @@ def every_model(
     barred: int,
     falls: bool,
     lightest: float,
-) -> tuple[
-    IntegerArray,
-    IntegerArray,
-    IntegerArray,
-    IntegerArray,
-    FloatArray,
-    FloatArray,
-    FloatArray,
-]:
+) -> tuple[IntegerArray, FloatArray, FloatArray, FloatArray]:
     """Fit every contiguous band with every choice of terms.
 
     Parameters are scaled so that laws are about one. Models with a coefficient at or below zero
@@ -304,30 +316,21 @@ def every_model(
 
     Returns
     -------
-    first, last, mask, ruled, deviance, squares, covariance
-        One row a model: band of bins, bit mask of terms, number of bins that the walk rules.
+    places, deviance, squares, covariance
+        One column (places) or row a model. Its places are the first bin of its band, the one
+        behind the last, its bit mask of terms, and the number of bins that the walk rules.
     """
     bins, terms = laws.shape
     most = (1 << terms) * bins * (bins + 1) // 2
-    first_of = np.empty(most, dtype=np.int64)
-    last_of = np.empty(most, dtype=np.int64)
-    mask_of = np.empty(most, dtype=np.int64)
-    ruled_of = np.empty(most, dtype=np.int64)
-    deviance_of = np.empty(most)
-    squares_of = np.zeros((most, terms))
-    covariance_of = np.zeros((most, terms, terms))
+    places, deviances = np.empty((4, most), dtype=np.int64), np.empty(most)
+    squares_of, covariance_of = np.zeros((most, terms)), np.zeros((most, terms, terms))
     columns = np.empty(terms, dtype=np.int64)
-    squares = np.empty(terms)
-    mean = np.empty(bins)
+    squares, mean = np.empty(terms), np.empty(bins)
     found = 0
     for mask in range(1, 1 << terms):
         if mask & needed != needed or mask & barred != 0:
             continue
-        size = 0
-        for c in range(terms):
-            if mask >> c & 1:
-                columns[size] = c
-                size += 1
+        size = _chosen(mask, columns)
         for first in range(bins):
             for last in range(first + max(least, size + 1), bins + 1):
                 left_out = bins - (last - first)
@@ -337,44 +340,20 @@ def every_model(
                 deviance = _scoring(
                     level, shape, laws, first, last, columns, size, falls, squares, mean, hopeless
                 )
-                positive = np.isfinite(deviance)
-                for c in range(size):
-                    positive = positive and squares[c] > 0.0
                 fall = squares[size - 1] if falls else 0.0
-                if not positive or fall * laws[last - 1, terms - 1] > _DEEPEST:
+                if not _stands(deviance, squares, size, fall * laws[last - 1, terms - 1]):
                     continue
                 lightest = min(lightest, deviance + 2.0 * (size + left_out))
+                covariance = covariance_of[found]
                 if not _gamma_covariance(
-                    level,
-                    shape,
-                    laws,
-                    mean,
-                    first,
-                    last,
-                    columns,
-                    size,
-                    falls,
-                    fall,
-                    covariance_of[found],
+                    level, shape, laws, mean, first, last, columns, size, falls, fall, covariance
                 ):
-                    covariance_of[found] = 0.0
+                    covariance[:] = 0.0
                     continue
-                ruled_of[found] = _ruled(
-                    laws, squares, mean, first, last, columns, size, falls, walk
-                )
-                first_of[found] = first
-                last_of[found] = last
-                mask_of[found] = mask
-                deviance_of[found] = deviance
+                ruled = _ruled(laws, squares, mean, first, last, columns, size, falls, walk)
+                places[:, found] = first, last, mask, ruled
+                deviances[found] = deviance
                 for c in range(size):
                     squares_of[found, columns[c]] = squares[c]
                 found += 1
-    return (
-        first_of[:found],
-        last_of[:found],
-        mask_of[:found],
-        ruled_of[:found],
-        deviance_of[:found],
-        squares_of[:found],
-        covariance_of[:found],
-    )
+    return places[:, :found], deviances[:found], squares_of[:found], covariance_of[:found]

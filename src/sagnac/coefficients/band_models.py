@@ -302,7 +302,7 @@ def _models(
     Logarithms of weights are absolute.
     """
     laws = scaled.of(order)
-    first, last, mask, ruled, deviance, squares, covariance = every_model(
+    places, deviance, squares, covariance = every_model(
         np.ones(scaled.shape.size),
         scaled.shape,
         np.ascontiguousarray(laws),
@@ -313,6 +313,7 @@ def _models(
         order > 0,
         lightest,
     )
+    first, last, mask, ruled = places
     # The kernel knows one fall, in the column behind the laws.
     columns = np.r_[:FALL, FALL + order - 1][: laws.shape[1]]
     mask = (mask & ((1 << FALL) - 1)) | (1 << (FALL + order - 1) if order else 0)

@@ -13,7 +13,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len, rfft
-from scipy.ndimage import median_filter
 from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
@@ -184,6 +183,8 @@ def band_cells(
 
 def _plain(products: FloatArray) -> BooleanArray:
     """Cells in which no gyro stands out of its neighbourhood, and none beside one that does."""
+    from scipy.ndimage import median_filter  # noqa: PLC0415  (a tenth of a second)
+
     plain = np.ones(products.shape[2], dtype=np.bool_)
     for gyro in range(products.shape[0]):
         density = products[gyro, gyro]

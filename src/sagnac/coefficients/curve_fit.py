@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final, cast
 
 import numpy as np
@@ -329,6 +330,8 @@ def _curve_interval(
     one_sided = float(ndtri(max(confidence, 0.5)))
     unlimited, error = model.unlimited(method, reference, column)
 
+    # Both limits are looked for from one place.
+    @cache
     def deviations(square: float) -> float:
         start = reference.copy()
         start[column] = square

@@ -50,6 +50,10 @@ def estimate_units(
     return units
 
 
+# Part of its whole band that a fit may lack at the upper edge by rounding.
+_ROUNDING: Final = 1e-9
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConvertedEstimate:
     """Three figures of an `Estimate` in `unit`; ``float`` of it is the value."""
@@ -234,6 +238,42 @@ class SquaredEstimate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FitBand:
+    """The frequencies that a fit of a spectrum used.
+
+    Attributes
+    ----------
+    low, high
+        Lowest and highest, Hz.
+    interval
+        Between the angles of the spectrum, s.
+    masked
+        Bands (low, high) within it that were left out for lines, Hz.
+
+    Raises
+    ------
+    ValueError
+        If the frequencies are not in order, or `interval` is not above zero.
+    """
+
+    low: float
+    high: float
+    interval: float
+    masked: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.low < self.high:
+            raise ValueError(f"low is {self.low}, high is {self.high}; give low below high")
+        if not self.interval > 0.0:
+            raise ValueError(f"interval is {self.interval!r}; give seconds above zero")
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing above the band is left out."""
+        return self.high * self.interval >= 0.5 * (1.0 - _ROUNDING)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Fit:
     """All coefficients by one method.
 
@@ -252,6 +292,8 @@ class Fit:
     departure
         Of a likelihood fit: relative departure of the spectrum from the terms that chance does
         not explain, 1 or more if bins had to be left out; 0 if the terms suffice.
+    band
+        Of a likelihood fit: the frequencies it used; else None.
 
     Raises
     ------
@@ -264,6 +306,7 @@ class Fit:
     notes: tuple[Note, ...] = ()
     departure: float = 0.0
     optional: Mapping[OptionalName, Estimate] = field(default_factory=dict)
+    band: FitBand | None = None
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, FitName)

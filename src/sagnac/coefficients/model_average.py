@@ -166,7 +166,7 @@ class Average:
         return self.coefficients["angle_random_walk"]
 
     def per_gyro(self, gyros_differenced: int) -> "Average":
-        """Of one gyro, of the average of a difference: squares halved."""
+        """Average of one gyro, if this is of a difference: squares halved."""
         if gyros_differenced == 1:
             return self
         factor = 1.0 / math.sqrt(gyros_differenced)

@@ -8,6 +8,7 @@ from sagnac.coefficients.cosine_spectrum import CosineSpectrum, cosine_spectrum
 from sagnac.coefficients.estimates import (
     Estimate,
     Fit,
+    FitBand,
     OptionalName,
     SquaredEstimate,
     require_confidence,
@@ -157,6 +158,7 @@ def spectrum_fit(
             cosine, weighed.spectrum.frequency, best.mean, confidence
         ).of_one_gyro("sinusoid_amplitude", gyros_differenced, confidence)
     unseen = SquaredEstimate.unseen()
+    low, high = band or (0.0, 0.5 / cosine.interval)
     return Fit(
         method="likelihood",
         coefficients={
@@ -166,4 +168,10 @@ def spectrum_fit(
         notes=weighed.notes,
         departure=weighed.departure,
         optional=optional,
+        band=FitBand(
+            low=low,
+            high=high,
+            interval=cosine.interval,
+            masked=tuple((float(one[0]), float(one[1])) for one in masked),
+        ),
     )

@@ -306,6 +306,52 @@ def _best_of(
 
 
 @compiled()
+def _repeated(sines: FloatArray, size: int, step: int) -> FloatArray:
+    """(size,) `sines` over and over, forwards (`step` 1) or backwards from the first (-1)."""
+    result = np.empty(size)
+    for index in range(size):
+        result[index] = sines[step * index % sines.size]
+    return result
+
+
+@compiled()
+def _take(
+    even: FloatArray,
+    odd: FloatArray,
+    start: int,
+    stop: int,
+    a: float,
+    b: float,
+    wave: FloatArray,
+    inverse: FloatArray,
+    lag: int,
+    step: int,
+) -> None:
+    """Take `a` and `b` times the overlap off the products of candidates `start` to `stop` - 1.
+
+    The overlap is `wave`, from its first on, times `inverse`, from `lag` on, forwards (`step` 1)
+    or backwards (-1). The loops have neither branch nor remainder, so that the compiler makes of
+    them several candidates at once.
+    """
+    count = stop - start
+    if count <= 0:
+        return
+    evens, odds = even[start - 1 : stop - 1], odd[start - 1 : stop - 1]
+    if step > 0:
+        near = inverse[lag:]
+        for index in range(count):
+            shared = wave[index] * near[index]
+            evens[index] -= a * shared
+            odds[index] -= b * shared
+    else:
+        near = inverse[lag - count + 1 :]
+        for index in range(count):
+            shared = wave[index] * near[count - 1 - index]
+            evens[index] -= a * shared
+            odds[index] -= b * shared
+
+
+@compiled()
 def grid_update(
     even: FloatArray,
     odd: FloatArray,
@@ -332,6 +378,8 @@ def grid_update(
     adds beyond is negligible. Blocks that nothing reaches keep their best, unless they are stale.
     """
     sines, cosines, inverse = tables
+    cycle = sines.size
+    ahead, back = _repeated(sines, block + cycle, 1), _repeated(sines, block + cycle, -1)
     for number in range(best.size):
         low, high = number * block + 1, min((number + 1) * block, even.size)
         touched = stale[number]
@@ -340,16 +388,23 @@ def grid_update(
             a, b = 0.5 * even_change[term], 0.5 * odd_change[term]
             if low - far <= place <= high + far:
                 touched = True
-                for m in range(low, high + 1):
-                    shared = _overlap(m - place, length, sines, inverse)
-                    even[m - 1] -= a * shared
-                    odd[m - 1] -= b * shared
+                split = min(max(place, low), high + 1)
+                wave = back[(low - place) % cycle :]
+                _take(even, odd, low, split, a, b, wave, inverse, place - low, -1)
+                wave = ahead[(split - place) % cycle :]
+                _take(even, odd, split, high + 1, a, b, wave, inverse, split - place, 1)
+                if low <= place <= high:
+                    # The table of inverses has a 0 for the overlap with itself, which is 1.
+                    even[place - 1] -= a
+                    odd[place - 1] -= b
             if low + place <= far or length - (high + place) <= far:
                 touched = True
-                for m in range(low, high + 1):
-                    shared = _overlap(m + place, length, sines, inverse)
-                    even[m - 1] -= a * shared
-                    odd[m - 1] += b * shared
+                # Beyond half a cycle a sample the table of inverses is gone through backwards.
+                split = min(max(length // 2 + 1 - place, low), high + 1)
+                wave = ahead[(low + place) % cycle :]
+                _take(even, odd, low, split, a, -b, wave, inverse, low + place, 1)
+                wave, lag = ahead[(split + place) % cycle :], length - (split + place)
+                _take(even, odd, split, high + 1, a, -b, wave, inverse, lag, -1)
         if low <= tilt_reach:
             touched = True
             for m in range(low, high + 1):

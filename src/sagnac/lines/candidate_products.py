@@ -141,7 +141,7 @@ class MatrixProducts(CandidateProducts):
         self.terms = matrix.shape[2] if matrix.ndim == 3 else 1
         self._columns = matrix.reshape(samples, -1)
         self.data = self._with(rest)
-        # Of 1, of the ramp, and of every chosen term with all candidates.
+        # Products of 1, of the ramp and of every chosen term with all candidates.
         self._known = [self._with(np.ones(samples)), self._with(ramp)]
         squares = np.einsum("ij,ij->j", self._columns, self._columns) / samples
         self.own_first = squares[:: self.terms].copy()

@@ -306,8 +306,8 @@ def _nothing_removed(ended: State, channel: str) -> Removal:
     """The angle as it is, with the reason."""
     turns = 0.0 if ended.turning is None else ended.turning.turns
     text = (
-        f"over {turns:.2g} turns of the table its motion and its orders cannot be told apart: "
-        "nothing was removed"
+        f"over {round(turns, 1):g} turns of the table its motion and its orders cannot be told "
+        "apart: nothing was removed"
     )
     angle = ended.record.angle
     return Removal(

@@ -24,7 +24,7 @@ from sagnac.lines.products import Sampling, sampling
 from sagnac.lines.rescaling import Wander, wander
 from sagnac.lines.turning import Turning, turning
 from sagnac.lines.wandering import DriftingLine, values
-from sagnac.table.kinematics import averaged, kinematics
+from sagnac.table.kinematics import averaged, block_averages, kinematics
 from sagnac.table.motion import TableMotion, follow_table
 from sagnac.table.turns import is_turning
 
@@ -323,13 +323,7 @@ def first_state(record: Record) -> State:
     motion = None
     if encoder is not None and is_turning(encoder):
         kinematic = kinematics(encoder, record.sample_rate)
-        parts = series.map(
-            lambda span: averaged(angle[span], kinematic.block),
-            angle.size,
-            angle,
-            length=kinematic.length,
-        )
-        motion = follow_table(np.concatenate(parts), encoder, kinematic)
+        motion = follow_table(block_averages(angle, kinematic), encoder, kinematic)
     state = State(record=record, motion=motion, components=no_components(angle.size))
     turns = state.turning
     return state if turns is None else replace(state, earth_reach=earth_amplitudes(turns))

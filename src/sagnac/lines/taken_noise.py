@@ -16,6 +16,8 @@ from sagnac.stability.curve import StabilityCurve
 
 # Bins on each side of a line whose noise the fit takes with the line.
 TAKEN_BINS: Final = 2.0
+# Bins on each side of an order that are left out: a table that is not quite steady spreads it.
+WIDEST_BINS: Final = 20.0
 # Cells that the noise taken with one line is spread over.
 _MOST_CELLS: Final = 64
 # An order spread over as many bands of that width takes two of many ordinates: nothing to mask.
@@ -30,7 +32,8 @@ _SEEN_SHARE: Final = 1e-3
 def masked_bands(lines: tuple[Line, ...], known: Lineup) -> tuple[tuple[float, float], ...]:
     """(low, high) bands in Hz in which the fit took the noise with the line."""
     rate = known.sample_rate
-    width = TAKEN_BINS * rate / known.samples
+    cell = rate / known.samples
+    width, spread = TAKEN_BINS * cell, WIDEST_BINS * cell
     bands = [
         (found.band[0] * rate - width, found.band[1] * rate + width) for found in known.drifting
     ]
@@ -42,7 +45,7 @@ def masked_bands(lines: tuple[Line, ...], known: Lineup) -> tuple[tuple[float, f
             low, high = float(speed[0]), float(speed[-1])
             if line.frequency * (high - low) < _SPREAD * width:
                 center = 0.5 * (low + high) * line.frequency
-                bands.append((center - 10.0 * width, center + 10.0 * width))
+                bands.append((center - spread, center + spread))
     return tuple(bands)
 
 

@@ -25,7 +25,7 @@ from sagnac.units import ARCSECOND, DEGREE
 
 
 def dither_frequency(config: RigConfig, gyro: int) -> float:
-    """Of the dither of one gyro, Hz."""
+    """Frequency of the dither of one gyro, Hz."""
     return config.gyro.dither_frequency_hz + config.dither.detuning_hz[gyro]
 
 

@@ -191,7 +191,7 @@ class Trend:
 
     @classmethod
     def of(cls, config: GyroConfig, gyro: int) -> Self:
-        """Of one gyro."""
+        """The trend of one gyro, from its configuration."""
         return cls(
             bias=config.bias_deg_per_h[gyro] * DEGREE_PER_HOUR,
             ramp=config.rate_ramp_deg_per_h_per_h[gyro] * DEGREE_PER_HOUR_PER_HOUR,
@@ -228,7 +228,7 @@ class LowPass:
 
     @classmethod
     def of(cls, config: GyroConfig, gyro: int, sample_rate: float) -> Self | None:
-        """Of one gyro; None if it has none."""
+        """The low-pass of one gyro; None if it has none."""
         corner = config.low_pass_hz[gyro]
         if corner == 0.0:
             return None

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sagnac import formats
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.formats import parquet
-from sagnac.formats.files import replacing
+from sagnac.formats.files import replacing_set
 from sagnac.formats.registry import PARQUET
 from sagnac.recording.model import Channel, Recording
 from sagnac.recording.pickoff import PICKOFF, Pickoff
@@ -280,19 +280,20 @@ def write(
     _require_config(config)
     path = Path(path)
     truth_path = path.with_name(path.name + ".truth.json")
-    with replacing(truth_path) as temporary:
-        temporary.write_text(
+    with replacing_set(path) as folder:
+        temporary = folder / path.name
+        (folder / truth_path.name).write_text(
             json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False) + "\n",
             encoding="utf-8",
         )
         if path.suffix.lower() in PARQUET.suffixes:
-            _write_parquet(config, path, progress)
+            _write_parquet(config, temporary, progress)
         else:
             recording = simulate(config, progress).recording
             if recording.table is not None:
                 wrapped = within_turn(recording.table.values, config.encoder.lines)
                 recording = replace(recording, table=replace(recording.table, values=wrapped))
-            formats.write(recording, path)
+            formats.write(recording, temporary)
     return path, truth_path
 
 

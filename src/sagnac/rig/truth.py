@@ -148,7 +148,7 @@ def truth_of(config: RigConfig) -> Truth:
 
 
 def _dither_truths(config: RigConfig) -> dict[str, DitherTruth]:
-    """Of every gyro; nothing if the gyros' own stripping leaves nothing."""
+    """Dither of every gyro; empty if the gyros' own stripping leaves nothing."""
     if not config.dither.is_left:
         return {}
     truths = {}

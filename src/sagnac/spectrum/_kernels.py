@@ -71,12 +71,14 @@ def tapered_power(transform: ComplexArray, turns: ComplexArray, power: FloatArra
 @compiled(nogil=True)
 def interpolated(start: int, points: FloatArray, levels: FloatArray, series: FloatArray) -> None:
     """Fill `series` with levels at the whole numbers from `start` on, linear between the points."""
-    segment = 0
+    n = 0
     last = points.size - 2
-    for n in range(series.size):
-        number = float(start + n)
-        while segment < last and points[segment + 1] < number:
-            segment += 1
-        share = (number - points[segment]) / (points[segment + 1] - points[segment])
-        share = min(max(share, 0.0), 1.0)
-        series[n] = levels[segment] + share * (levels[segment + 1] - levels[segment])
+    for segment in range(last + 1):
+        begin, end = points[segment], points[segment + 1]
+        share = 1.0 / (end - begin)
+        first, rise = levels[segment], levels[segment + 1] - levels[segment]
+        # Before the first point and behind the last one the level stays.
+        stop = series.size if segment == last else min(series.size, int(end) - start + 1)
+        for place in range(n, stop):
+            series[place] = first + min(max((start + place - begin) * share, 0.0), 1.0) * rise
+        n = max(n, stop)

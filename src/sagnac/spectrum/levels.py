@@ -10,7 +10,7 @@ of a bin of lines moves it little.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise
 from typing import Final
 
@@ -245,10 +245,18 @@ def _standing(cells: FloatArray, shape: float) -> BooleanArray:
     return np.asarray(beside if np.count_nonzero(~beside) >= 3 else standing)
 
 
+@cache
+def _gauss() -> tuple[FloatArray, FloatArray]:
+    """Nodes and weights of Gauss's quadrature, whatever is integrated."""
+    nodes, weights = np.polynomial.legendre.leggauss(600)
+    nodes.flags.writeable = weights.flags.writeable = False
+    return nodes, weights
+
+
 @lru_cache(maxsize=64)
 def _quantiles(shape: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Places from 0 to 1 with their weights, and the gamma quantiles of mean one there."""
-    nodes, weights = np.polynomial.legendre.leggauss(600)
+    nodes, weights = _gauss()
     place = 0.5 * (nodes + 1.0)
     return place, 0.5 * weights, gammaincinv(shape, place) / shape
 

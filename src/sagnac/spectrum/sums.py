@@ -288,8 +288,11 @@ def _finufft() -> Any:
         ) from error
 
 
-def _turns(frequencies: FloatArray, lag: float) -> FloatArray:
-    """``frequencies * lag`` in cycles, without whole ones and without the rounding of many."""
+def _turns(frequencies: FloatArray, lag: float | FloatArray) -> FloatArray:
+    """``frequencies * lag`` in cycles, without whole ones and without the rounding of many.
+
+    A lag is a number, or one a row: (lags, 1).
+    """
     coarse = np.rint(frequencies / _FREQUENCY_STEP) * _FREQUENCY_STEP
     cycles = coarse * lag
     return np.asarray((cycles - np.rint(cycles)) + (frequencies - coarse) * lag)
@@ -300,6 +303,7 @@ def _waves(frequencies: FloatArray, count: int) -> ComplexArray:
     # Products of two short tables: a product is a tenth of an exponential.
     fine = 32
     coarse = -(-count // fine)
-    near = np.exp(2j * np.pi * np.array([_turns(frequencies, k) for k in range(fine)]))
-    far = np.exp(2j * np.pi * np.array([_turns(frequencies, fine * k) for k in range(coarse)]))
-    return (far[:, np.newaxis] * near).reshape(coarse * fine, -1)[:count]
+    lags = np.arange(max(fine, coarse), dtype=np.float64)[:, np.newaxis]
+    near = np.exp(2j * np.pi * _turns(frequencies, lags[:fine]))
+    far = np.exp(2j * np.pi * _turns(frequencies, fine * lags[:coarse]))
+    return np.asarray((far[:, np.newaxis] * near).reshape(coarse * fine, -1)[:count])

@@ -11,6 +11,7 @@ from scipy.fft import prev_fast_len
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.spectrum.order_tables import table_series
 from sagnac.spectrum.periodogram import density as rate_density
 from sagnac.spectrum.tapers import (
     CELL,
@@ -36,6 +37,8 @@ _STEP: Final = 4
 _USED: Final = 0.2
 # Smallest record, samples.
 LEAST_SAMPLES: Final = 64
+# A Hann weight as a sum of whole orders of a phase.
+_HANN: Final = np.array([0.5, -0.5], dtype=np.complex128)
 # Cycles a record below which a law bends within the window.
 _BENDS: Final = 60.0
 
@@ -190,7 +193,7 @@ def _straight(values: FloatArray) -> _Straight:
 
     def sums(block: slice) -> FloatArray:
         place = np.arange(block.start, block.stop) + 0.5
-        weight = np.sin(math.pi * place / size) ** 2
+        weight = table_series(2.0 * math.pi / size * place, _HANN)
         place -= 0.5 * size
         part = values[block]
         return np.array([weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2])
@@ -270,12 +273,17 @@ def _anti_alias(step: int, left: int) -> FloatArray:
 def _decimated(record: _Straight, taps: FloatArray, step: int) -> FloatArray:
     """Every `step`-th output of a symmetric filter, polyphase: a series."""
 
+    phases = np.append(taps, np.zeros(-taps.size % step)).reshape(-1, step)
+
     def outputs(block: slice) -> FloatArray:
         inputs = record.less_line(block.start * step, (block.stop - 1) * step + taps.size)
+        rows = np.append(inputs, np.zeros(-inputs.size % step)).reshape(-1, step)
+        # One product for all phases; then each output is the sum of a diagonal.
+        partial = phases @ rows.T
         count = block.stop - block.start
-        total = np.zeros(count)
-        for lag in range(taps.size):
-            total += taps[lag] * inputs[lag : lag + (count - 1) * step + 1 : step]
+        total = partial[0, :count].copy()
+        for lag in range(1, phases.shape[0]):
+            total += partial[lag, lag : lag + count]
         return total
 
     count = (record.values.size - taps.size) // step + 1

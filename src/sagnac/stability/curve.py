@@ -41,6 +41,7 @@ from sagnac.stability.degrees_of_freedom import chi_squared_limits
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.names import Estimator, Gaps, check_choice
 from sagnac.stability.noise_type import NoiseTypes, check_noise_type, identified_noise_types
+from sagnac.stability.sums import Points
 
 # Rows that a notebook shows of a curve.
 _SHOWN_POINTS: Final = 12
@@ -305,14 +306,7 @@ def stability_curve(
         noise = identified_noise_types(track, points.clusters, row)
     else:
         noise = NoiseTypes(exponents=np.full(tau.size, noise_type, dtype=np.int64))
-    edf = np.array(
-        [
-            ESTIMATORS[rule].freedom(int(alpha), int(cluster), angles, int(windows))
-            for rule, alpha, cluster, windows in zip(
-                points.rules, noise.exponents, points.clusters, points.windows, strict=True
-            )
-        ]
-    )
+    edf = _degrees_of_freedom(points, noise, angles)
     low, high = chi_squared_limits(deviation, edf, confidence)
     missing = Note(text=f"{track.missing} of {samples.size} samples are missing")
     return StabilityCurve(
@@ -334,6 +328,18 @@ def stability_curve(
             *points.notes,
             *noise.notes,
         ),
+    )
+
+
+def _degrees_of_freedom(points: Points, noise: NoiseTypes, angles: int) -> FloatArray:
+    """(points,) equivalent degrees of freedom, by the rule and the noise type of each point."""
+    return np.array(
+        [
+            ESTIMATORS[rule].freedom(int(alpha), int(cluster), angles, int(windows))
+            for rule, alpha, cluster, windows in zip(
+                points.rules, noise.exponents, points.clusters, points.windows, strict=True
+            )
+        ]
     )
 
 
