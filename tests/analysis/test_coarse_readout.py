@@ -30,7 +30,7 @@ def test_a_coarse_readout_on_a_still_bench_does_not_shorten_the_interval():
         assert answer.status == "estimated"
         assert [note for note in result.notes if "readout step of x (0.001 arcsec)" in note.text]
         errors.append((answer.value - walk) / ((answer.high - answer.low) / (2.0 * 1.96)))
-    # Of 16 independent errors of unit variance.
+    # The mean of 16 independent errors of unit variance.
     assert abs(np.mean(errors)) < 3.0 / math.sqrt(16.0)
     assert np.sum(np.square(errors)) < 39.3  # chi-square of 16: exceeded once in a thousand
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sagnac import series
-from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.pipeline import analyze, answer_of
 from sagnac.analysis.settings import Settings
 from sagnac.errors import RecordingError
 from sagnac.formats import read, write
@@ -63,6 +63,15 @@ def test_the_pair_gives_the_walk_that_was_put_in(simulation, answers):
     assert half < 0.1 * truth
     assert answers["fos"].gyros_differenced == 2
     assert answers["fos"].channel == "x-z"
+
+
+@pytest.mark.parametrize("method", ["fos", "fos-paper", "none"])
+def test_the_answer_alone_is_that_of_the_whole_analysis(simulation, answers, method):
+    alone, whole = answer_of(simulation.recording, replace(PAIR, method=method)), answers[method]
+    for name in ("angle_random_walk", "gyros_differenced", "fits", "lines"):
+        assert repr(getattr(alone, name)) == repr(getattr(whole, name))
+    for name in ("tau", "deviation", "low", "high"):
+        np.testing.assert_array_equal(getattr(alone.curve, name), getattr(whole.curve, name))
 
 
 def test_every_line_put_in_is_listed_and_no_other(simulation, answers):
@@ -308,7 +317,7 @@ MEASURE = """
 import resource, sys
 from pathlib import Path
 from sagnac import series
-from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.pipeline import analyze, answer_of
 from sagnac.analysis.settings import Settings
 from sagnac.formats import read
 from sagnac.recording.quality import check

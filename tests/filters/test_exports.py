@@ -7,6 +7,7 @@ import tomllib
 
 import numpy as np
 import pytest
+import yaml
 
 from sagnac.errors import RecordingError
 from sagnac.filters.definitions import DEFINITIONS
@@ -69,6 +70,28 @@ def test_kalibr_by_the_worked_formula_of_its_wiki(name):
     assert "accelerometer_noise_density" not in read
     stated = Wanted(settings=TRIAD, accelerometer=(2e-3, 3e-3))
     assert float(keys(exported(name, stated))["accelerometer_random_walk"]) == 3e-3
+
+
+@pytest.mark.parametrize("name", ["kalibr", "allan-variance-ros", "openvins", "robot-localization"])
+def test_a_yaml_parser_reads_numbers(name):
+    text = exported(name, Wanted(settings=TRIAD, accelerometer=(2e-3, 3e-3)))
+    # OpenCV's own first line, which YAML 1.1 writes with a space.
+    read = yaml.safe_load(text.removeprefix("%YAML:1.0\n"))
+    if name == "robot-localization":
+        matrix = read["imu"]["angular_velocity_covariance"]
+        assert matrix == pytest.approx(np.diag([3.6e-5] * 3).ravel())  # 9e-8 at 400 Hz
+        return
+    block = read["imu0"] if name == "openvins" else read
+    # Keys of Kalibr's YAML formats.
+    wanted = {
+        "accelerometer_noise_density": 2e-3,
+        "accelerometer_random_walk": 3e-3,
+        "gyroscope_noise_density": 3e-4,
+        "gyroscope_random_walk": 2e-6,
+        "update_rate": 400.0,
+    }
+    assert {key: block[key] for key in wanted} == pytest.approx(wanted)
+    assert block["rostopic"] == "/imu0"
 
 
 def test_openvins_has_a_block_for_each():

@@ -19,8 +19,8 @@ def exact(variance):
 def test_the_limit_is_that_of_chi_squared():
     edf = 1000.0 / TAU
     found = upper_limit(TAU, TAU**-0.5, edf, confidence=0.9)
-    assert found.tau[-1] == 64.0  # the last with ten degrees of freedom
-    chance = 0.1 / 7.0
+    assert found.tau[-1] == 32.0  # the last with twenty degrees of freedom
+    chance = 0.1 / 6.0
     for tau, limit in zip(found.tau, found.limit, strict=True):
         lower = stats.chi2.ppf(chance, 1000.0 / tau)
         assert limit == pytest.approx(np.sqrt(1000.0 / tau / lower / tau), rel=1e-9)
@@ -44,6 +44,18 @@ def test_a_markov_rate_is_taken_where_it_is_worth_it():
     for found in (simple, full):
         assert np.all(found.model.allan_deviation(TAU) >= np.sqrt(variance) * (1.0 - 1e-9))
     assert full.inflation < min(1.02, simple.inflation)
+
+
+@pytest.mark.parametrize("bend", [0.05, 0.3])
+def test_no_pair_of_white_noise_and_a_walk_is_inflated_less(bend):
+    variance = 1.0 / TAU + bend * markov_allan_variance(TAU, 0.3, 20.0) + 1e-6 * TAU / 3.0
+    found = overbound(exact(variance), most_markov=0).model
+    inflation = np.mean(np.log(found.allan_deviation(TAU) ** 2 / variance))
+    # For every N the least K that lies above.
+    for square in np.linspace(0.0, (variance * TAU).max(), 2000):
+        walk = max(0.0, ((variance - square / TAU) * 3.0 / TAU).max())
+        model = square / TAU + walk * TAU / 3.0
+        assert inflation <= np.mean(np.log(model / variance)) + 1e-9
 
 
 def test_what_a_tool_wants_is_there():

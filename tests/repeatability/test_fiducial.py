@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from sagnac.repeatability.design import Design
-from sagnac.repeatability.fiducial import draws_of
+from sagnac.repeatability.fiducial import chance_of_less, draws_of
 from tests.repeatability.examples import DYESTUFF
 
 
@@ -33,3 +34,29 @@ def test_runs_without_a_free_contrast_are_refused() -> None:
     design = Design.of([1.0, 2.0], {"unit": ("a", "b")})
     with pytest.raises(ValueError, match="measure more runs"):
         draws_of(design)
+
+
+def test_a_bound_is_above_zero_however_close_the_runs_lie() -> None:
+    known, count = 0.01, 12
+    shape = np.random.default_rng(5).normal(size=count)
+    shape -= shape.mean()
+    law = chi2(count - 1)
+    for length in (0.0, 1e-9, 2.0, 12.0):
+        # Residual squares that sum up to `length` known variances.
+        values = shape * np.sqrt(length * known / (shape @ shape))
+        design = Design.of(values, {}, np.full(count, known))
+        assert chance_of_less(design) == pytest.approx(law.cdf(length), rel=1e-6)
+        draws = draws_of(design, count=40_000, bounded=("run",)).of("run")
+        # The squares over known + s are chi-square.
+        wanted = known * (max(length, law.ppf(0.16)) / law.ppf(0.025) - 1.0)
+        assert np.quantile(draws, 0.975) == pytest.approx(wanted, rel=0.05)
+
+
+def test_bounds_hold_at_least_as_often_as_they_say() -> None:
+    random, known, held = np.random.default_rng(6), 0.01, 0
+    for number in range(300):
+        values = random.normal(0.0, np.sqrt(known + 0.25 * known), 8)
+        design = Design.of(values, {}, np.full(values.size, known))
+        draws = draws_of(design, count=400, seed=number, bounded=("run",)).of("run")
+        held += bool(0.25 * known <= np.quantile(draws, 0.95))
+    assert held >= 0.95 * 300 - 3.0 * np.sqrt(0.95 * 0.05 * 300)

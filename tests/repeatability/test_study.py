@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.paper.published import TABLE_1, TABLE_2
-from sagnac.repeatability.study import Run, repeatability
+from sagnac.repeatability.study import Deviation, Run, repeatability
 from tests.repeatability.examples import CELLS, Campaign
 
 
@@ -32,6 +32,9 @@ def test_paper_table_2_shows_a_scatter_of_runs_and_not_that_rates_differ() -> No
 
 def test_paper_table_1_has_one_cell_that_the_others_do_not_bear_out() -> None:
     found = repeatability(table_runs(dict(TABLE_1)))
+    # Days scatter by less than runs let expect.
+    assert found.deviations["day"].status == "upper bound"
+    assert 0.05 < found.deviations["day"].high < 0.3
     (outlier,) = found.outliers
     assert table_runs(dict(TABLE_1))[outlier.index].value == 6.5700e-4
     assert outlier.mean_without < found.mean.value
@@ -59,6 +62,46 @@ def test_intervals_of_runs_are_known_errors() -> None:
     assert bare.deviations["run"].low > 0.05
     assert found.next_unit is not None
     assert set(found.next_day) == {"0", "1", "2"}
+
+
+def close_runs(scatter: float, width: float) -> list[Run]:
+    """Runs of 3 units, 3 days and 4 rates whose N scatters by less than its intervals say."""
+    random = np.random.default_rng(8)
+    return [
+        Run(
+            value=value,
+            low=value * math.exp(-width),
+            high=value * math.exp(width),
+            labels=dict(zip(("unit", "day", "rate"), map(str, cell), strict=True)),
+        )
+        for cell in CELLS
+        for value in [math.exp(scatter * random.normal())]
+    ]
+
+
+def test_runs_closer_than_their_intervals_show_no_scatter_that_is_zero() -> None:
+    found = repeatability(close_runs(0.01, 0.1))
+    assert "too wide" in found.hidden["run"]
+    assert set(found.deviations) == {"unit", "day", "rate"}
+    for one in found.deviations.values():
+        assert one.status == "upper bound"
+        assert one.low == 0.0
+        # The means of 9 to 12 runs of 5 % each bound a scatter of theirs to some 5 %.
+        assert 0.01 < one.value == one.high < 0.2
+
+
+def test_runs_that_do_not_differ_say_nothing() -> None:
+    runs = [Run(value=1e-8, labels={"unit": unit, "day": day}) for unit in "abc" for day in "1234"]
+    found = repeatability(runs)
+    assert found.deviations == {}
+    assert found.hidden == dict.fromkeys(("unit", "day", "run"), "the runs do not differ")
+
+
+def test_a_scatter_of_zero_cannot_be_reported() -> None:
+    with pytest.raises(ValueError, match="never zero"):
+        Deviation(value=0.0, low=0.0, high=0.0)
+    with pytest.raises(ValueError, match="has the value"):
+        Deviation(value=0.1, low=0.0, high=0.2, status="upper bound")
 
 
 def test_dates_show_a_drift() -> None:

@@ -4,13 +4,15 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.special import ndtri
 
 import sagnac
 from sagnac.analysis.forecast import shown_by
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.errors import RecordingError
-from sagnac.specification.planning import Shown
+from sagnac.rig.config import preset
+from sagnac.specification.planning import LeftOut, Shown
 
 WHITE = Shown(
     value=1.0,
@@ -49,7 +51,8 @@ def test_terms_that_are_fitted_beside_n_take_information():
         coefficients={"angle_random_walk": 1.0, "rate_random_walk": 0.1},
     )
     duration = 2000.0
-    frequency = np.arange(1, 20_001) / (2.0 * duration)
+    # The lowest bin goes with the slope.
+    frequency = np.arange(2, 20_001) / (2.0 * duration)
     shares = np.stack([np.ones_like(frequency), (2.0 * np.pi * frequency) ** -2.0], axis=1)
     relative = shares / (shares @ [1.0, 0.01])[:, np.newaxis]
     variance = np.linalg.inv(0.5 * relative.T @ relative)[0, 0]
@@ -59,10 +62,30 @@ def test_terms_that_are_fitted_beside_n_take_information():
     )
 
 
+def test_what_lines_take_shrinks_with_the_duration():
+    # A line of 20 cells on either side takes 40/T of a band to 5 Hz.
+    lines = tuple(LeftOut(low=f, high=f, cells=20.0) for f in (1.0, 2.0, 3.0, 4.0))
+    fewer = dataclasses.replace(WHITE, left_out=lines)
+    for duration in (100.0, 1e3, 1e5):
+        left = 1.0 - 4.0 * 40.0 / duration / 5.0
+        wanted = WHITE.expected(duration) / np.sqrt(left)
+        assert fewer.expected(duration) == pytest.approx(wanted, rel=1e-3)
+    band = dataclasses.replace(WHITE, left_out=(LeftOut(low=2.0, high=4.0, cells=0.0),))
+    assert band.expected(1e5) == pytest.approx(WHITE.expected(1e5) / np.sqrt(0.6), rel=1e-3)
+    # Where nothing is left, nothing is known; the duration is found all the same.
+    assert fewer.expected(20.0) == np.inf
+    assert fewer.expected(fewer.duration_for(0.05)) == pytest.approx(0.05, rel=5e-3)
+    with pytest.raises(ValueError, match="are no band"):
+        LeftOut(low=2.0, high=1.0, cells=0.0)
+
+
 def test_the_duration_is_that_of_the_width():
     # Bins are whole: at a tenth there are some two hundred.
     for width in (0.1, 0.01):
         assert WHITE.expected(WHITE.duration_for(width)) == pytest.approx(width, rel=5e-3)
+    # An interval that is there already takes no more than there is.
+    narrow = dataclasses.replace(WHITE, low=0.97, high=1.03)
+    assert narrow.duration_for(0.031) == narrow.duration < narrow.duration_for(0.029)
     with pytest.raises(RecordingError, match="more than a year"):
         WHITE.duration_for(1e-6)
     with pytest.raises(RecordingError, match="lies at the limit"):
@@ -101,3 +124,52 @@ def test_from_a_tenth_of_the_record():
     whole = shown_by(analyzed(angle))
     forecast = shown_by(analyzed(angle[: samples // 10])).expected(whole.duration)
     assert forecast == pytest.approx(whole.half_width, rel=0.1)
+
+
+def test_from_a_tenth_that_lines_leave_little_of():
+    """On a table the tenth is answered by an average, the whole by the likelihood."""
+    base = preset("paper")
+    tones = tuple(line for line in base.disturbances.time if line[0] < 25.0)
+    config = dataclasses.replace(
+        base,
+        seed=3,
+        duration_s=3000.0,
+        sample_rate_hz=50.0,
+        disturbances=dataclasses.replace(base.disturbances, time=tones),
+    )
+    recording = sagnac.simulate(config).recording
+
+    def analyzed(samples):
+        part = dataclasses.replace(
+            recording,
+            gyros=tuple(
+                dataclasses.replace(one, values=one.values[:samples]) for one in recording.gyros
+            ),
+            table=dataclasses.replace(recording.table, values=recording.table.values[:samples]),
+            null_pulse=recording.null_pulse[:samples],
+        )
+        return sagnac.analyze(part, sagnac.Settings(gyros=("x", "z")))
+
+    early = analyzed(15_000)
+    assert early.average.member == "average"
+    shown = shown_by(early)
+    assert shown.efficient
+    assert len(shown.left_out) > 10
+    whole = analyzed(150_000)
+    assert whole.average.member == "whole band"
+    found = shown_by(whole)
+    assert shown.expected(found.duration) == pytest.approx(found.half_width, rel=0.1)
+
+
+def test_an_average_that_a_low_pass_keeps_stays_an_average():
+    """The likelihood does not see that the spectrum falls within its band."""
+    random, rate = np.random.default_rng(7), 50.0
+    white = random.standard_normal(30_000)
+    decay = np.exp(-2.0 * np.pi * 1.0 / rate)
+    low_passed = lfilter([1.0 - decay], [1.0, -decay], white)
+    recording = sagnac.Recording.from_arrays(
+        x=low_passed, kind="rate", unit="deg/s", sample_rate=rate
+    )
+    shown = shown_by(sagnac.analyze(recording, sagnac.Settings(method="none")))
+    assert not shown.efficient
+    assert shown.highest < 5.0

@@ -21,7 +21,7 @@ from sagnac.analysis.warm_up import (
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.coefficients.mixture import Interval
-from sagnac.coefficients.model_average import Average, average
+from sagnac.coefficients.model_average import Average, Resting, average
 from sagnac.coefficients.whole_band import WholeBand
 from sagnac.recording.model import Recording
 from sagnac.recording.readout import joint_readout
@@ -31,8 +31,6 @@ from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
 
 # Fewest bins that say anything of a band.
 _LEAST_BINS: Final = 4
-# Part of the whole band that a fit may lack at its upper edge by rounding.
-_ROUNDING: Final = 1e-9
 # Part of the band of fewer angles up to which the terms have to describe every sample: a bin less.
 _REACHED: Final = 0.79
 
@@ -222,13 +220,13 @@ def _every_sample(
 
 def _whole_band(coefficients: Coefficients, gyros_differenced: int) -> WholeBand | None:
     """The likelihood fit of what was measured, if it used the whole band."""
-    fit, points = coefficients.fits["likelihood"], coefficients.points
-    if coefficients.highest < 0.5 * points.rate * (1.0 - _ROUNDING):
+    fit = coefficients.fits["likelihood"]
+    if fit.band is None or not fit.band.is_whole:
         return None
     factor = float(np.sqrt(gyros_differenced))
     return WholeBand(
         coefficients={name: each.times(factor) for name, each in fit.coefficients.items()},
-        band_hz=(0.0, coefficients.highest),
+        band_hz=(fit.band.low, fit.band.high),
         describes=fit.departure == 0.0,
     )
 
@@ -257,7 +255,7 @@ def _by_whole_band(
     describe every sample up to there, they do not describe what folds.
     """
     walk = basis.average.angle_random_walk
-    if basis.average.rests_on.band_hz[1] < _REACHED * 0.5 * fine.rate:
+    if not reaches(basis.average.rests_on, 0.5 * fine.rate):
         return basis
     value = whole_band.angle_random_walk.value
     if walk.status != "not observable" and not walk.low <= value <= walk.high:
@@ -266,6 +264,11 @@ def _by_whole_band(
     other = _basis(few, masked, confidence, whole_band)
     won = other is not None and other.average.rests_on.member == "whole band"
     return other if other is not None and won else basis
+
+
+def reaches(resting: Resting, highest: float) -> bool:
+    """Whether what an average rests on describes every sample up to a frequency, Hz."""
+    return resting.band_hz[1] >= _REACHED * highest
 
 
 def _slope(increments: FloatArray, rate: float) -> float:

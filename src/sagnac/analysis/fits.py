@@ -40,8 +40,6 @@ class Coefficients:
         What the readout steps allow.
     points
         The angles that the likelihood fit is of.
-    highest
-        Upper edge of its band, Hz; 0 where there is none.
     notes
         What was noticed.
     """
@@ -50,16 +48,12 @@ class Coefficients:
     per_gyro: Mapping[str, Estimate]
     readout: JointReadout
     points: Points
-    highest: float
     notes: tuple[Note, ...]
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BandFit:
-    """A likelihood fit and the upper edge of its band, Hz."""
-
-    fit: Fit
-    highest: float
+    @property
+    def highest(self) -> float:
+        """Upper edge of the band of the likelihood fit, Hz; 0 if there is none."""
+        return _highest(self.fits["likelihood"])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,18 +98,18 @@ def coefficients_of(
             fine = points_at(left.removal.residual, recording.sample_rate, finer)
         readout = joint_readout(recording, gyros, fine.rate)
     if readout.every is None:
-        band = BandFit(fit=nothing_observed("likelihood", settings.confidence), highest=0.0)
+        likelihood = nothing_observed("likelihood", settings.confidence)
     else:
         if readout.every > 1:
             fine = Points(
                 angle=series.every(fine.angle, readout.every), rate=fine.rate / readout.every
             )
-        band = _fit_likelihood(fine, differenced, settings.confidence, left.removal.masked)
+        likelihood = _fit_likelihood(fine, differenced, settings.confidence, left.removal.masked)
     of_gyro = _from_cluster(curve, readout.time)
     fits: dict[FitName, Fit] = {
         "paper": _fit_curve("paper", of_gyro, differenced, settings.confidence),
         "weighted": _fit_curve("weighted", of_gyro, differenced, settings.confidence),
-        "likelihood": band.fit,
+        "likelihood": likelihood,
     }
     hat = _Hat()
     if second is not None and readout.every is not None:
@@ -126,14 +120,13 @@ def coefficients_of(
             left=left,
             second=second,
             fine=fine,
-            highest=band.highest,
+            highest=_highest(likelihood),
         )
     return Coefficients(
         fits=fits,
         per_gyro=hat.per_gyro,
         readout=readout,
         points=fine,
-        highest=band.highest,
         notes=(*readout.notes, *hat.notes, *(note for fit in fits.values() for note in fit.notes)),
     )
 
@@ -161,13 +154,17 @@ def unobserved(name: CoefficientName, confidence: float) -> Estimate:
 
 def _fit_likelihood(
     points: Points, differenced: int, confidence: float, masked: tuple[tuple[float, float], ...]
-) -> BandFit:
+) -> Fit:
     """`fit_likelihood`; lines that leave no frequencies observe nothing, and it says so."""
     try:
         return fit_likelihood(points, differenced, confidence, masked)
     except RecordingError as error:
         note = Note(text=f"no likelihood fit: {error}", level="warning")
-        return BandFit(fit=nothing_observed("likelihood", confidence, note), highest=0.0)
+        return nothing_observed("likelihood", confidence, note)
+
+
+def _highest(fit: Fit) -> float:
+    return 0.0 if fit.band is None else fit.band.high
 
 
 def fit_likelihood(
@@ -175,7 +172,7 @@ def fit_likelihood(
     differenced: int,
     confidence: float,
     masked: tuple[tuple[float, float], ...],
-) -> BandFit:
+) -> Fit:
     """Likelihood fit over the widest band that the five terms describe.
 
     Vibration and resonances at high frequency are no gyro noise. The band is halved until chance
@@ -193,15 +190,14 @@ def fit_likelihood(
         )
 
     highest = 0.5 * points.rate
-    best = BandFit(fit=over(None), highest=highest)
-    latest = best.fit
+    best = latest = over(None)
     while latest.departure != 0.0:
         highest *= 0.5
         if highest * points.angle.size / points.rate <= 2 * LEAST_POINTS:
             break
         latest = over((0.0, highest))
-        if latest.departure < best.fit.departure:
-            best = BandFit(fit=latest, highest=highest)
+        if latest.departure < best.departure:
+            best = latest
     return best
 
 

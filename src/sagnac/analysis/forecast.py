@@ -1,14 +1,28 @@
 """What an analysis shows of N, for a forecast of what a longer recording would."""
 
+from typing import Final
+
+from sagnac.analysis.averaged import reaches
 from sagnac.analysis.headline_fit import headline_coefficients
 from sagnac.analysis.result import Analysis
+from sagnac.coefficients.estimates import FitBand
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
+from sagnac.coefficients.model_average import Resting
 from sagnac.errors import RecordingError
-from sagnac.specification.planning import Shown
+from sagnac.lines.taken_noise import WIDEST_BINS
+from sagnac.specification.planning import LeftOut, Shown
+
+# Cells that a fit leaves out on either side of what is masked.
+_BESIDE: Final = 1.0
 
 
 def shown_by(analysis: Analysis) -> Shown:
     """N of an analysis with its interval, and the terms that share its spectrum.
+
+    The likelihood of the whole band leaves every order out with forty cells of 1/duration. So a
+    short recording may show too little of the band for it to be the answer, and a longer one
+    enough. If the fit describes the spectrum of the short one, it is taken to be the answer of the
+    longer.
 
     Raises
     ------
@@ -29,8 +43,8 @@ def shown_by(analysis: Analysis) -> Shown:
             channel=analysis.channel,
             remedy="record longer",
         )
-    efficient = resting.member == "whole band"
-    highest = resting.band_hz[1]
+    band = _likely_band(analysis, resting)
+    duration = analysis.recording.duration
     return Shown(
         value=walk.value,
         low=walk.low,
@@ -42,9 +56,36 @@ def shown_by(analysis: Analysis) -> Shown:
             if found.status == "estimated" and name in STOCHASTIC_NAMES
         },
         # The likelihood fits them all; a band those that it needs.
-        terms=STOCHASTIC_NAMES if efficient else resting.terms,
-        duration=analysis.recording.duration,
-        highest=highest,
-        interval=0.5 / highest if efficient else 1.0 / analysis.recording.sample_rate,
-        efficient=efficient,
+        terms=resting.terms if band is None else STOCHASTIC_NAMES,
+        duration=duration,
+        highest=resting.band_hz[1] if band is None else band.high,
+        interval=1.0 / analysis.recording.sample_rate if band is None else band.interval,
+        efficient=band is not None,
+        left_out=() if band is None else tuple(_left_out(*one, duration) for one in band.masked),
+    )
+
+
+def _likely_band(analysis: Analysis, resting: Resting) -> FitBand | None:
+    """The whole band of the likelihood if a longer recording's answer will be of it, else None.
+
+    It is if it is now, or if nothing speaks against it but that so little of the band is left
+    beside the lines.
+    """
+    fit = analysis.fits.get("likelihood")
+    if fit is None or fit.band is None or not fit.band.is_whole:
+        return None
+    if resting.member == "whole band":
+        return fit.band
+    describes = fit.departure == 0.0 and reaches(resting, fit.band.high)
+    return fit.band if describes else None
+
+
+def _left_out(low: float, high: float, duration: float) -> LeftOut:
+    """What a line or a band of vibration takes: of a line as many cells at any duration."""
+    cells = min(0.5 * (high - low) * duration, WIDEST_BINS)
+    beside = cells / duration
+    return LeftOut(
+        low=min(low + beside, 0.5 * (low + high)),
+        high=max(high - beside, 0.5 * (low + high)),
+        cells=cells + _BESIDE,
     )

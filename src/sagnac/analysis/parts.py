@@ -51,7 +51,7 @@ class Part:
         return not math.isnan(self.value)
 
     def per_gyro(self, gyros_differenced: int) -> "Part":
-        """Of one gyro, of a part of a difference."""
+        """The part as of one gyro, if this is of a difference."""
         factor = 1.0 / math.sqrt(gyros_differenced)
         return Part(
             start_s=self.start_s,

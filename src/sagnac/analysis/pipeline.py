@@ -31,7 +31,7 @@ from sagnac.analysis.noticed import noticed
 from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.residuals import Residual, residual_of
-from sagnac.analysis.result import Analysis, Covariance
+from sagnac.analysis.result import Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
 from sagnac.analysis.shares import TableTold, told_by_table
 from sagnac.analysis.sharing import sharing_notes, sharing_notes_of_turning
@@ -42,8 +42,10 @@ from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
 from sagnac.errors import Note
+from sagnac.kernels import cache_notes
+from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
-from sagnac.recording.quality import accepted
+from sagnac.recording.quality import accepted, judged_remainder
 from sagnac.table.turns import mean_rate
 
 # Many small products, a few large ones: threads would spend their time waiting for each other.
@@ -92,13 +94,46 @@ def analyze(
         return _analysis(recording, settings or Settings(), stages)
 
 
+def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
+    """The figures of `analyze` alone: no spectra, no shares, nothing on noise in common.
+
+    For many recordings of which nobody reads a report.
+
+    Parameters
+    ----------
+    recording, settings
+        As for `analyze`.
+
+    Raises
+    ------
+    RecordingError
+        If the recording cannot give what `settings` ask for; one line, with the remedy.
+    """
+    stages = Stages(None, recording.provenance.path if recording.provenance else "recording")
+    with _BLAS.limit(limits=1, user_api="blas"):
+        prepared = _prepared(recording, settings or Settings(), stages)
+        removed = _removed(prepared, stages)
+        answered = _answered(prepared, removed, stages)
+        seen = _seen(prepared, _noticed(prepared, removed.left, answered.found))
+    require_strict(seen, prepared.settings)
+    trust = Trust.of(seen)
+    return Answer(
+        angle_random_walk=trust.headline(answered.headline).estimate,
+        gyros_differenced=prepared.measured.gyros_differenced,
+        fits=trust.fits(answered.coefficients.fits),
+        lines=_lines(removed),
+        curve=answered.curves.after,
+    )
+
+
 def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analysis:
     """The stages in their order, and what each of them gives the next."""
     prepared = _prepared(recording, settings, stages)
     removed = _removed(prepared, stages)
     answered = _answered(prepared, removed, stages)
     with stages.stage("check"):
-        seen = _seen(prepared, removed, answered)
+        shared = _shared(prepared, removed.left, answered.found)
+        seen = _seen(prepared, (*_noticed(prepared, removed.left, answered.found), *shared))
         require_strict(seen, prepared.settings)
     with stages.stage("spectrum"):
         spectra = _spectra(prepared, removed)
@@ -116,7 +151,6 @@ class _Prepared:
     points: Points
     table: TurningTable
     findings: tuple[Note, ...]
-    spectrum: Spectrum
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,8 +178,9 @@ class _Answered:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Spectra:
-    """What is drawn of what is left."""
+    """What is drawn of what is measured, and of what is left of it."""
 
+    before: Spectrum
     spectrum: Spectrum
     density: Spectrum | None
     residual: Residual | None
@@ -166,8 +201,6 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
     with stages.stage("check"):
         findings = findings_of(recording, settings)
         require_noise(measured)
-    with stages.stage("spectrum"):
-        spectrum = figure_spectrum(measured.angle, rate)
     return _Prepared(
         recording=recording,
         settings=settings,
@@ -176,7 +209,6 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
         points=points,
         table=table,
         findings=findings,
-        spectrum=spectrum,
     )
 
 
@@ -229,27 +261,53 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
     return _Answered(curves=curves, coefficients=coefficients, found=found, headline=headline)
 
 
-def _seen(prepared: _Prepared, removed: _Removed, answered: _Answered) -> tuple[Note, ...]:
-    """Findings of the data, and what the average noticed."""
-    noticed = _noticed(prepared, removed.left, answered.found)
+def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:
+    """Findings of the data, and what was noticed of what is left."""
     return merged(prepared.findings, accepted(noticed, prepared.settings.accepted))
 
 
 def _noticed(prepared: _Prepared, left: Remainder, found: Averaged | None) -> tuple[Note, ...]:
-    """What the average noticed, and what a pair shares."""
+    """What the average noticed, and what is wrong with what is left of a turning table."""
+    if found is None:
+        return ()
+    recording, measured = prepared.undithered.recording, prepared.measured
+    sensor = recording.gyros[0].sensor
+    notes = noticed(measured.channel, found, measured.gyros_differenced, sensor)
+    if prepared.table.angle is None:
+        return notes
+    return (*notes, *_of_remainder(recording, measured.channel, left, found))
+
+
+def _shared(prepared: _Prepared, left: Remainder, found: Averaged | None) -> tuple[Note, ...]:
+    """What a pair shares."""
     if found is None:
         return ()
     recording, measured = prepared.undithered.recording, prepared.measured
     table = prepared.table.angle
     if table is None:
-        shared = sharing_notes(recording, measured, left, found)
-    else:
-        confidence = prepared.settings.confidence
-        shared = sharing_notes_of_turning(
-            recording, measured, left, found, table=table, confidence=confidence
-        )
-    sensor = recording.gyros[0].sensor
-    return (*noticed(measured.channel, found, measured.gyros_differenced, sensor), *shared)
+        return sharing_notes(recording, measured, left, found)
+    confidence = prepared.settings.confidence
+    return sharing_notes_of_turning(
+        recording, measured, left, found, table=table, confidence=confidence
+    )
+
+
+def _of_remainder(
+    recording: Recording, channel: str, left: Remainder, found: Averaged
+) -> tuple[Note, ...]:
+    """The judgement of what is left of a turning table, less what the average says itself."""
+    if left.once_a_turn:
+        return ()
+    known = found.parts is not None and not found.parts.agree
+    cleaned = found.cleaned
+    # The answer may be of fewer angles; every sample tells more.
+    increments = (
+        cleaned.increments
+        if cleaned.rate == left.rate
+        else series.differences(left.removal.residual)
+    )
+    notes = judged_remainder(recording, channel, increments, left.rate)
+    return tuple(note for note in notes if not (known and note.name == "unsteady"))
 
 
 def _spectra(prepared: _Prepared, removed: _Removed) -> _Spectra:
@@ -258,10 +316,12 @@ def _spectra(prepared: _Prepared, removed: _Removed) -> _Spectra:
     if prepared.settings.estimators:
         steps = series.differences(left.removal.residual)
         density = multitaper_density(steps, left.rate)
+    measured = prepared.measured
     return _Spectra(
+        before=figure_spectrum(measured.angle, measured.sample_rate),
         spectrum=figure_spectrum(left.removal.residual, left.rate),
         density=density,
-        residual=residual_of(prepared.measured, left, prepared.table.angle),
+        residual=residual_of(measured, left, prepared.table.angle),
     )
 
 
@@ -291,11 +351,11 @@ def _composed(
         angle_random_walk=headline.estimate,
         source=headline.source,
         fits=trust.fits(answered.coefficients.fits),
-        lines=tuple(line for one in removed.each for line in one.removal.lines),
+        lines=_lines(removed),
         curve=answered.curves.after,
         curve_before=answered.curves.before,
         spectrum=spectra.spectrum,
-        spectrum_before=prepared.spectrum,
+        spectrum_before=spectra.before,
         per_gyro={name: trust.estimate(own) for name, own in each.items()},
         notes=_notes(prepared, removed, answered, headline, seen),
         seconds=seconds,
@@ -306,6 +366,10 @@ def _composed(
         triad=told.triad,
         **_of_average(answered.found, headline, trust),
     )
+
+
+def _lines(removed: _Removed) -> tuple[Line, ...]:
+    return tuple(line for one in removed.each for line in one.removal.lines)
 
 
 def _notes(
@@ -328,6 +392,7 @@ def _notes(
         *answered.curves.notes,
         *headline.notes,
         *seen,
+        *cache_notes(),
     )
     return tuple(dict.fromkeys(notes))
 

@@ -14,6 +14,7 @@ from sagnac.recording.difference import per_gyro
 # Equal parts of the record whose mean rates are shown.
 _PARTS: Final = 240
 # Parts of a turn; half of them are orders.
+# A power of two, so that a mask folds an angle into one turn.
 _SECTORS: Final = 256
 # Turns from which on a mean over turns is one.
 _LEAST_TURNS: Final = 3.0
@@ -96,7 +97,7 @@ def _by_angle(
         """Count and both increments of each sector; a block lacks the step from the one before."""
         here = slice(max(block.start - 1, 0), block.stop)
         middle = 0.5 * (table[here][1:] + table[here][:-1])
-        sector = np.floor(middle / (2.0 * np.pi) * _SECTORS).astype(np.int64) % _SECTORS
+        sector = np.floor(middle * (_SECTORS / (2.0 * np.pi))).astype(np.int64) & (_SECTORS - 1)
         return np.stack(
             [
                 np.bincount(sector, minlength=_SECTORS).astype(np.float64),

@@ -43,6 +43,23 @@ class Covariance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Answer:
+    """What a recording answers, without what a report shows beside it.
+
+    Attributes
+    ----------
+    angle_random_walk, gyros_differenced, fits, lines, curve
+        As of `Analysis`.
+    """
+
+    angle_random_walk: Estimate
+    gyros_differenced: int
+    fits: Mapping[FitName, Fit]
+    lines: tuple[Line, ...]
+    curve: StabilityCurve
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Analysis:
     """Everything one recording gave; what the report, the JSON and the tables are made of.
 
@@ -67,8 +84,8 @@ class Analysis:
     lines
         Every periodic component found, strongest first.
     curve, curve_before
-        Stability of `channel` after and before removal, at the same interval. Of a difference of
-        two gyros: ``curve.per_gyro()`` is what one gyro makes of it.
+        Stability of `channel` after and before removal, at the same interval. For a difference
+        of two gyros ``curve.per_gyro()`` is that of one gyro.
     spectrum, spectrum_before
         Rate spectrum of `channel` after and before removal, smoothed for a figure.
     per_gyro

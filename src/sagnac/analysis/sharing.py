@@ -16,12 +16,12 @@ from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import (
     Kinematics,
-    averaged,
+    block_averages,
     block_gain,
     harmonic_sum,
     kinematics,
 )
-from sagnac.table.motion import follow_table
+from sagnac.table.motion import follow_table_together
 from sagnac.table.turns import FEW_TURNS, full_turns
 
 # A correlation below this moves the answer by less than half a per cent.
@@ -129,12 +129,9 @@ def sharing_notes_of_turning(
         # Table motion and its orders are nearly one basis: nothing is left of a gyro alone.
         return ()
     kinematic = kinematics(table, recording.sample_rate)
-    increments = np.stack(
-        [
-            np.diff(_without_table(angle_of(gyro, recording.sample_rate), table, kinematic))
-            for gyro in (recording.gyro(name) for name in measured.gyros)
-        ]
-    )
+    gyros = (recording.gyro(name) for name in measured.gyros)
+    angles = [angle_of(gyro, recording.sample_rate) for gyro in gyros]
+    increments = np.diff(_without_table(angles, table, kinematic))
     rate = 1.0 / kinematic.interval
     low, high = found.average.rests_on.band_hz
     try:
@@ -155,20 +152,17 @@ def sharing_notes_of_turning(
 _PART_OF_RATE: Final = 0.25
 
 
-def _without_table(angle: FloatArray, table: FloatArray, kinematic: Kinematics) -> FloatArray:
-    """(averages,) of a gyro's angle, rad, without table motion, Earth rate and whole orders."""
-    parts = series.map(
-        lambda span: averaged(angle[span], kinematic.block),
-        angle.size,
-        angle,
-        length=kinematic.length,
-    )
-    averages = np.concatenate(parts)
-    motion = follow_table(averages, table, kinematic)
-    of = motion.kinematics
-    gain = block_gain(of, motion.orders)
-    orders = harmonic_sum(of.angle, motion.orders, motion.cosine * gain, motion.sine * gain)
-    return np.asarray(averages - motion.averages - orders)
+def _without_table(
+    angles: list[FloatArray], table: FloatArray, kinematic: Kinematics
+) -> FloatArray:
+    """(gyros, averages) of angles, rad, without table motion, Earth rate and whole orders."""
+    averages = np.stack([block_averages(angle, kinematic) for angle in angles])
+    for number, motion in enumerate(follow_table_together(averages, table, kinematic)):
+        of = motion.kinematics
+        gain = block_gain(of, motion.orders)
+        orders = harmonic_sum(of.angle, motion.orders, motion.cosine * gain, motion.sine * gain)
+        averages[number] -= motion.averages + orders
+    return averages
 
 
 def _note_of_turning(channel: str, shared: CommonWalk, walk: float) -> Note:

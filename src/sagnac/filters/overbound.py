@@ -18,8 +18,9 @@ from sagnac.coefficients.laws import allan_variance_basis, markov_allan_variance
 from sagnac.errors import RecordingError
 from sagnac.filters.state_space import FilterModel, Markov
 
-# Fewest degrees of freedom of a point that bounds the model.
-LEAST_FREEDOM: Final = 10.0
+# Fewest degrees of freedom of a point that bounds the model. At ten the limit is twice the curve,
+# and white noise and a walk above it lie far above the rest.
+LEAST_FREEDOM: Final = 20.0
 # Correlation times tried per decade of cluster time.
 _TIMES_PER_DECADE: Final = 2
 # A further Markov rate has to lower the mean excess of the variance by this share.
@@ -28,6 +29,10 @@ _WORTH: Final = 0.05
 _LEAST_WALK: Final = 0.02
 # Terms smaller than this share of the variance everywhere are left out.
 _NEGLIGIBLE: Final = 1e-9
+# Laws, scaled to one, whose determinant is less than this do not cross.
+_PARALLEL: Final = 1e-12
+# Part of the limit by which a corner may lie below it before it is scaled up.
+_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -84,8 +89,8 @@ def upper_limit(
         (points,): s, rad/s, and equivalent degrees of freedom of the variance.
     confidence
         That the curve lies below everywhere. The chance is shared among the octaves of cluster
-        time (Bonferroni), for points within one are nearly one. Points of fewer than ten degrees
-        of freedom say too little and are left out.
+        time (Bonferroni), for points within one are nearly one. Points of fewer than twenty
+        degrees of freedom say too little and are left out.
 
     Raises
     ------
@@ -121,6 +126,10 @@ def overbound(
 ) -> Overbound:
     """The smallest model of some terms above an upper limit.
 
+    With Markov rates the mean excess of the variance is the least. White noise and a walk alone
+    have to rise above a flat part on both sides of it; there the mean logarithm of the deviation is
+    the least, the inflation itself, so that a large excess at one end does not raise all the rest.
+
     Parameters
     ----------
     limit
@@ -143,6 +152,8 @@ def overbound(
     if most_markov not in (0, 1, 2):
         raise ValueError(f"most_markov is {most_markov!r}; use 0, 1 or 2")
     least = (least_white**2, _LEAST_WALK * 3.0 * limit.limit[-1] ** 2 / limit.tau[-1] * walks)
+    if most_markov == 0 and not angle:
+        return Overbound(model=_white_and_walk(limit, least), limit=limit)
     best = _smallest(limit, (), least, angle)
     chosen: tuple[float, ...] = ()
     for _ in range(most_markov):
@@ -171,6 +182,30 @@ def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
     decades = float(np.log10(tau[-1] / tau[0]))
     count = max(2, 1 + round(_TIMES_PER_DECADE * decades))
     return tuple(float(time) for time in np.geomspace(tau[0], tau[-1], count))
+
+
+def _white_and_walk(limit: UpperLimit, least: tuple[float, float]) -> FilterModel:
+    """White noise and a walk of the least mean logarithm above the limit everywhere.
+
+    The logarithm of a sum is concave in its terms, so that the best pair is a corner of what the
+    limit and the least squares allow: every corner is tried.
+    """
+    laws = allan_variance_basis(limit.tau)[:, [1, 3]] / limit.limit[:, np.newaxis] ** 2
+    scale = laws.max(axis=0)
+    laws = laws / scale
+    bounds = np.concatenate([laws, np.eye(2)])
+    floors = np.concatenate([np.ones(limit.tau.size), np.array(least) * scale])
+    first, second = np.triu_indices(floors.size, 1)
+    pairs = np.stack([bounds[first], bounds[second]], axis=1)
+    crossing = np.abs(np.linalg.det(pairs)) > _PARALLEL
+    wanted = np.stack([floors[first], floors[second]], axis=1)[crossing]
+    corners = np.linalg.solve(pairs[crossing], wanted[..., np.newaxis])[..., 0]
+    allowed = np.all(corners @ bounds.T >= floors - _ROUNDING, axis=1)
+    corners = np.maximum(corners[allowed], 0.0)
+    best = corners[np.argmin(np.log(corners @ laws.T).mean(axis=1))]
+    # Above means above.
+    white, walk = best * max(1.0, 1.0 / float((laws @ best).min())) / scale
+    return FilterModel(white=float(np.sqrt(white)), walk=float(np.sqrt(walk)))
 
 
 def _smallest(

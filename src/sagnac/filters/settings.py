@@ -49,7 +49,7 @@ def setting_of(sensor: Sensor, *, confidence: float = 0.95, most_markov: int = 2
         Its curve and its N.
     confidence
         That the Allan deviation of the gyro lies below that of the models, at all cluster times of
-        ten degrees of freedom or more together.
+        twenty degrees of freedom or more together.
     most_markov
         Of the full model.
 

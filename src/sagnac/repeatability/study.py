@@ -1,10 +1,10 @@
 """How N scatters over a campaign: the answer in terms of N."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from scipy.special import ndtri
@@ -12,10 +12,10 @@ from scipy.special import ndtri
 from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
 from sagnac.repeatability.design import Design
-from sagnac.repeatability.fiducial import draws_of
+from sagnac.repeatability.fiducial import chance_of_less, draws_of
 from sagnac.repeatability.outliers import departures, slope_of_days
 from sagnac.repeatability.prediction import Located, Outlook
-from sagnac.repeatability.restricted import restricted_components
+from sagnac.repeatability.restricted import Components, restricted_components
 
 FACTORS: Final = ("unit", "day", "rate")
 
@@ -73,6 +73,35 @@ class Range:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Deviation:
+    """A standard deviation of ln N with its limits.
+
+    Attributes
+    ----------
+    value, low, high
+        Of an upper bound `value` is `high`, and `low` is zero.
+    status
+        A scatter that did not show is an upper bound, never zero.
+
+    Raises
+    ------
+    ValueError
+        If `high` is not above zero, or a bound has another value or lower limit.
+    """
+
+    value: float
+    low: float
+    high: float
+    status: Literal["estimated", "upper bound"] = "estimated"
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.low <= self.high and self.high > 0.0):
+            raise ValueError(f"low is {self.low}, high is {self.high}; a scatter is never zero")
+        if self.status == "upper bound" and (self.low, self.value) != (0.0, self.high):
+            raise ValueError(f"an upper bound of {self.high} has the value {self.value}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Outlier:
     """A run that the others do not bear out.
 
@@ -110,7 +139,7 @@ class Repeatability:
         Standard deviation of ln N that the interval of a typical run stands for; 0 if runs have
         none.
     hidden
-        Factors whose scatter the runs cannot show, and why.
+        Factors, and ``run``, whose scatter the runs cannot show, and why.
     next_unit
         N that one run of a unit not measured yet will give, on a new day, at a new rate; None
         unless the runs show how units scatter.
@@ -126,7 +155,7 @@ class Repeatability:
     """
 
     mean: Range
-    deviations: Mapping[str, Range]
+    deviations: Mapping[str, Deviation]
     within: float
     hidden: Mapping[str, str]
     next_unit: Range | None
@@ -175,19 +204,15 @@ def repeatability(
         raise _too_few(len(runs))
     components = restricted_components(design)
     outlook = Outlook(design=design, components=components)
-    draws = draws_of(design)
-    deviations = {
-        name: _deviation(components.factors[name], draws.factors[name], confidence)
-        for name in design.seen
-    }
-    deviations["run"] = _deviation(components.run, draws.run, confidence)
+    unseen = _unseen(design, components, confidence)
+    deviations = _deviations(design, components, set(unseen), confidence)
     hidden = {name: _ALONE.format(name) for name in used if name not in labels}
     units = design.levels("unit") if "unit" in labels else ()
     return Repeatability(
         mean=_of_logarithm(outlook.mean, confidence),
         deviations=deviations,
         within=math.sqrt(design.typical_variance),
-        hidden={**hidden, **design.hidden},
+        hidden={**hidden, **design.hidden, **unseen},
         next_unit=(
             _of_logarithm(outlook.further_run({}), confidence) if "unit" in design.seen else None
         ),
@@ -210,6 +235,10 @@ def repeatability(
     )
 
 
+_ALIKE: Final = "the runs do not differ"
+_TOO_WIDE: Final = (
+    "the runs differ by less than their own intervals let expect, which are too wide to show it"
+)
 _ALONE: Final = "no two runs share a {}, so that its scatter is that of runs"
 
 
@@ -220,9 +249,35 @@ def _too_few(count: int) -> RecordingError:
     )
 
 
-def _deviation(variance: float, draws: FloatArray, confidence: float) -> Range:
-    low, high = np.quantile(draws, [0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence])
-    return Range(value=math.sqrt(variance), low=math.sqrt(low), high=math.sqrt(high))
+def _unseen(design: Design, components: Components, confidence: float) -> dict[str, str]:
+    """What the runs cannot show for they lie too close together, and why."""
+    if np.ptp(design.values) == 0.0 and not np.any(design.variances):
+        return dict.fromkeys((*design.seen, "run"), _ALIKE)
+    too_close = chance_of_less(design) < 0.5 - 0.5 * confidence
+    return {"run": _TOO_WIDE} if components.run == 0.0 and too_close else {}
+
+
+def _deviations(
+    design: Design, components: Components, unseen: Collection[str], confidence: float
+) -> dict[str, Deviation]:
+    """By factor and ``run``; a scatter that does not show is an upper bound."""
+    tail = 0.5 - 0.5 * confidence
+    draws = draws_of(design)
+    seen = {}
+    for name, variance in (*components.factors.items(), ("run", components.run)):
+        if name in unseen:
+            continue
+        low, high = np.quantile(draws.of(name), [tail, 1.0 - tail])
+        # Draws that are nearly all zero allow no more than a bound either.
+        if high > variance > 0.0:
+            seen[name] = Deviation(
+                value=math.sqrt(variance), low=math.sqrt(low), high=math.sqrt(high)
+            )
+        else:
+            bounded = draws_of(design, bounded=(name,)).of(name)
+            bound = math.sqrt(float(np.quantile(bounded, 1.0 - tail)))
+            seen[name] = Deviation(value=bound, low=0.0, high=bound, status="upper bound")
+    return seen
 
 
 def _of_logarithm(located: Located, confidence: float) -> Range:

@@ -5,8 +5,11 @@ The information on the squares of Q, N, B and K in the spectrum of a record of l
     I_ij = T int s_i(f) s_j(f) / S(f)^2 df  over 1/(2 T) <= f <= f_high,
 
 with S the sum of the terms as estimated (Whittle), says how wide the interval of N is after T. If
-the answer is of the likelihood of the whole band, that is the width. An average over bands is
-wider, by as much as the short recording shows.
+the answer is of the likelihood of the whole band, that is the width. The width of an average over
+bands is taken to change with T as that of the information does, from what the short recording
+shows.
+
+What is left out for a line is as many cells of 1/T wide at any T: a longer record loses less.
 """
 
 import math
@@ -27,6 +30,41 @@ LONGEST: Final = 365.25 * 86_400.0
 _SINGLE: Final = 512
 _NODES: Final = 2048
 _POWER: Final = 0.9
+# The lowest bin goes with the slope, which is fitted besides.
+_FIRST: Final = 2
+# Fewest bins for each term.
+_LEAST: Final = 4.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """Frequencies that say nothing of N: a line that was removed, or a band of vibration.
+
+    Attributes
+    ----------
+    low, high
+        Of the line (equal) or band, Hz.
+    cells
+        Left out on either side besides, in units of one over the duration.
+
+    Raises
+    ------
+    ValueError
+        If the frequencies are not in order, or `cells` is negative.
+    """
+
+    low: float
+    high: float
+    cells: float
+
+    def __post_init__(self) -> None:
+        if not (self.low <= self.high and self.cells >= 0.0):
+            raise ValueError(f"low {self.low}, high {self.high}, cells {self.cells} are no band")
+
+    def at(self, duration: float) -> tuple[float, float]:
+        """Lowest and highest frequency that a recording of `duration` s loses, Hz."""
+        beside = self.cells / duration
+        return self.low - beside, self.high + beside
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +88,10 @@ class Shown:
     interval
         Between the angles of which quantization is white, s.
     efficient
-        Whether the interval is what the information says, as that of a likelihood.
+        Whether a longer recording's interval is taken to be what the information says, that of a
+        likelihood. The interval of this one may be of an average all the same.
+    left_out
+        What lines and vibration take.
 
     Raises
     ------
@@ -68,6 +109,7 @@ class Shown:
     highest: float
     interval: float
     efficient: bool = False
+    left_out: tuple[LeftOut, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0.0 < self.low < self.value < self.high:
@@ -94,6 +136,9 @@ class Shown:
     def duration_for(self, half_width: float) -> float:
         """Duration, s, for a relative half width of the interval.
 
+        It is no longer than the short recording if the interval of that is narrow enough, which the
+        one expected of a likelihood need not be.
+
         Raises
         ------
         RecordingError
@@ -115,7 +160,8 @@ class Shown:
                 low = middle
             else:
                 high = middle
-        return math.exp(high)
+        enough = self.duration if half_width >= self.half_width else math.inf
+        return min(math.exp(high), enough)
 
     def duration_to_decide(self, limit: float, *, power: float = _POWER) -> float:
         """Duration, s, after which the interval leaves a limit to one side.
@@ -143,11 +189,13 @@ class Shown:
 
 def _variance_of_walk(shown: Shown, duration: float) -> float:
     """Variance of N^2 over N^4 by the information of a record."""
-    frequency, weight = _bins(duration, shown.highest)
+    frequency, weight = _bins(duration, shown.highest, shown.left_out)
     columns = [STOCHASTIC_NAMES.index(name) for name in shown.terms if name in STOCHASTIC_NAMES]
     squares = np.array([shown.coefficients.get(name, 0.0) ** 2 for name in STOCHASTIC_NAMES])
     laws = rate_density_basis(frequency, shown.interval)[:, : len(STOCHASTIC_NAMES)]
     relative = laws / (laws @ squares)[:, np.newaxis]
+    if weight.sum() < _LEAST * len(columns):
+        return math.inf
     # In units of N^2, so that nothing is small or large.
     relative = relative[:, columns] * shown.value**2
     scale = np.sqrt((relative**2 * weight[:, np.newaxis]).sum(axis=0))
@@ -157,13 +205,19 @@ def _variance_of_walk(shown: Shown, duration: float) -> float:
     return float(np.linalg.pinv(information)[walk, walk]) / float(scale[walk]) ** 2
 
 
-def _bins(duration: float, highest: float) -> tuple[FloatArray, FloatArray]:
+def _bins(
+    duration: float, highest: float, left_out: tuple[LeftOut, ...]
+) -> tuple[FloatArray, FloatArray]:
     """Frequencies k/(2 T), Hz, and how many bins each stands for."""
-    count = max(1, int(2.0 * duration * highest))
-    if count <= _SINGLE + _NODES:
-        index = np.arange(1.0, count + 1.0)
-        return index / (2.0 * duration), np.ones(count)
-    edges = np.geomspace(_SINGLE + 0.5, count + 0.5, _NODES + 1)
-    index = np.concatenate([np.arange(1.0, _SINGLE + 1.0), 0.5 * (edges[1:] + edges[:-1])])
-    weight = np.concatenate([np.ones(_SINGLE), np.diff(edges)])
-    return index / (2.0 * duration), weight
+    count = max(_FIRST, int(2.0 * duration * highest))
+    edges = np.arange(_FIRST, min(count, _SINGLE + _NODES) + 2.0) - 0.5
+    if count > _SINGLE + _NODES:
+        grouped = np.geomspace(_SINGLE + 0.5, count + 0.5, _NODES + 1)
+        edges = np.concatenate([np.arange(_FIRST, _SINGLE + 1.0) - 0.5, grouped])
+    edges /= 2.0 * duration
+    frequency = 0.5 * (edges[1:] + edges[:-1])
+    lost = np.zeros(frequency.size)
+    for one in left_out:
+        low, high = one.at(duration)
+        lost += np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
+    return frequency, 2.0 * duration * np.maximum(np.diff(edges) - lost, 0.0)

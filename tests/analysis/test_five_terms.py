@@ -1,0 +1,63 @@
+"""What the whole answer costs where five terms are the truth and the likelihood alone would do.
+
+Run by ``make test-statistics``; prints the table that stands in the documentation. The noises are
+those of `tests.coefficients.test_statistics`, made without the package.
+"""
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.recording.model import Recording
+from tests.coefficients.test_statistics import (
+    CASES,
+    SEED,
+    average,
+    cramer_rao,
+    simulated_rates,
+)
+
+RECORDINGS = 200
+# One unit of the simulated rate, rad/s.
+UNIT = 1e-6
+# Chance moves the root mean square error of 200 recordings by 5 % (one standard error).
+CHANCE = 2.0 / np.sqrt(2.0 * RECORDINGS)
+
+
+def answers(case, count):
+    """(count, 7): value, low and high of the answer and of the likelihood, and which it was."""
+    generator = np.random.default_rng([SEED, 1000 + CASES.index(case)])
+    rates = [simulated_rates(gyro, count, generator) for gyro in case.gyros]
+    rows = []
+    for number in range(count):
+        gyros = dict(zip("xz", (UNIT * each[number] for each in rates), strict=False))
+        recording = Recording.from_arrays(**gyros, kind="rate", unit="rad/s", sample_rate=1.0)
+        analysis = analyze(recording, Settings(gyros=tuple(gyros), method="none"))
+        answer = analysis.angle_random_walk
+        assert answer.status == "estimated"
+        fitted = analysis.fits["likelihood"].coefficients["angle_random_walk"]
+        both = [answer.value, answer.low, answer.high, fitted.value, fitted.low, fitted.high]
+        won = analysis.average is not None and analysis.average.member == "whole band"
+        rows.append([*(each / UNIT for each in both), won])
+    return np.array(rows)
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_the_answer_is_nearly_as_narrow_as_the_likelihood_of_five_terms(case, capsys):
+    value, low, high, _, fitted_low, fitted_high, won = answers(case, RECORDINGS).T
+    truth = average(case.gyros)
+    held = float(np.mean((low <= truth) & (truth <= high)))
+    wider = (high - low) / (fitted_high - fitted_low)
+    error = float(np.sqrt(np.mean((value - truth) ** 2)) / cramer_rao(case.gyros, "QNBK"))
+    with capsys.disabled():
+        print(
+            f"\n| {case.name} | {100.0 * held:.1f} % | {error:.3f} | {np.median(wider):.3f} | "
+            f"{np.mean(wider):.3f} | {100.0 * np.mean(won):.0f} % |",
+            end="",
+        )
+    # One run in a hundred of a coverage of 95 % lies under 91.5 % or over 98.5 %.
+    assert 0.915 <= held <= 0.985
+    assert np.median(wider) <= 1.25
+    assert error <= 1.15 * (1.0 + CHANCE)

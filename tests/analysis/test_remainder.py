@@ -1,0 +1,55 @@
+"""Noise of gyros on a turning table: what shows when motion is out, and in one gyro alone."""
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.recording.model import Recording
+
+RATE, SAMPLES = 100.0, 18_000
+SIGMA = 1.8  # deg/h: N is 0.003 deg/sqrt(h)
+TABLE = 20.0  # deg/s
+
+
+def turning(spoil, seed=1):
+    """A pair of which the noise of x is spoilt."""
+    random = np.random.default_rng(seed)
+    rate = TABLE + 0.01 * np.sin(2.0 * np.pi * np.arange(SAMPLES) / RATE * TABLE / 30.0)
+    noise = {name: SIGMA * random.standard_normal(SAMPLES) for name in ("x", "z")}
+    noise["x"] = spoil(noise["x"], random)
+    shares = {"x": 0.577, "z": 0.575}
+    return Recording.from_arrays(
+        **{name: 3600.0 * share * rate + noise[name] for name, share in shares.items()},
+        kind="rate",
+        unit="deg/h",
+        sample_rate=RATE,
+        table=np.cumsum(rate) / RATE,
+        table_unit="deg",
+    )
+
+
+def spikes(noise, random):
+    return np.where(random.random(SAMPLES) < 0.2, noise + 10.0 * SIGMA, noise)
+
+
+def growth(noise, random):
+    return noise * np.linspace(1.0, 1.5, SAMPLES)
+
+
+def soft_limit(noise, random):
+    return SIGMA * np.tanh(noise / SIGMA)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "name", "channel"),
+    [(spikes, "spikes", "x-z"), (growth, "unsteady", "x-z"), (soft_limit, "clipping", "x")],
+)
+def test_noise_that_is_no_even_noise_is_named(spoil, name, channel):
+    found = {(one.name, one.channel) for one in analyze(turning(spoil)).findings}
+    assert (name, channel) in found
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_of_sound_noise_nothing_is_said(seed):
+    sound = analyze(turning(lambda noise, random: noise, seed))
+    assert [one for one in sound.findings if one.level != "remark"] == []
