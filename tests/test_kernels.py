@@ -7,7 +7,10 @@ from pathlib import Path
 
 import sagnac
 
-RUN = "import loops; print(loops.double(21))"
+RUN = (
+    "import loops; from sagnac.kernels import cache_notes; "
+    "print(loops.double(21), *(note.text for note in cache_notes()))"
+)
 LOOPS = """from sagnac.kernels import compiled
 
 @compiled()
@@ -16,10 +19,10 @@ def double(number):
 """
 
 
-def outcome(folder: Path, **environment: str) -> str:
+def outcome(folder: Path, run: str = RUN, **environment: str) -> str:
     root = str(Path(sagnac.__file__).parent.parent)
     done = subprocess.run(
-        [sys.executable, "-c", RUN],
+        [sys.executable, "-c", run],
         cwd=folder,
         env={**os.environ, "PYTHONPATH": f"{root}{os.pathsep}{folder}", **environment},
         capture_output=True,
@@ -36,7 +39,16 @@ def test_a_loop_runs_without_anywhere_to_cache_it(tmp_path):
     nowhere = tmp_path / "file"
     nowhere.write_text("")
     (tmp_path / "__pycache__").write_text("not a folder")
-    assert outcome(tmp_path, HOME=str(nowhere), XDG_CACHE_HOME=str(nowhere)) == "42"
+    said = outcome(tmp_path, HOME=str(nowhere), XDG_CACHE_HOME=str(nowhere))
+    assert said.startswith("42 compiled loops are not kept")
+    assert "NUMBA_CACHE_DIR" in said
+
+
+def test_a_cache_that_cannot_be_written_is_said(tmp_path):
+    (tmp_path / "loops.py").write_text(LOOPS)
+    full = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); {RUN}"
+    said = outcome(tmp_path, full, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    assert said.startswith("42 compiled loops are not kept")
 
 
 def test_a_damaged_cache_is_written_anew(tmp_path):
@@ -52,3 +64,8 @@ def test_a_damaged_cache_is_written_anew(tmp_path):
         assert outcome(tmp_path, **cache) == "42"
         files = [*tmp_path.rglob("*.nbi"), *tmp_path.rglob("*.nbc")]
         assert min(file.stat().st_size for file in files) > 20
+
+
+def test_a_loop_that_is_not_compiled_runs_all_the_same(tmp_path):
+    (tmp_path / "loops.py").write_text(LOOPS)
+    assert outcome(tmp_path, NUMBA_DISABLE_JIT="1") == "42"

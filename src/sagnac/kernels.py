@@ -2,9 +2,14 @@
 
 import warnings
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numba
+
+from sagnac.errors import Note
+
+# Names of loops that could not be kept for the next run.
+_NOT_KEPT: Final[set[str]] = set()
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -22,16 +27,33 @@ def compiled(**options: Any) -> Callable[[_Function], _Function]:
     """
 
     def decorate(function: _Function) -> _Function:
+        loop: _Function
         try:
-            loop: _Function = numba.njit(cache=True, **options)(function)
+            loop = numba.njit(cache=True, **options)(function)
         except RuntimeError:
             # There is no folder to cache in.
+            _NOT_KEPT.add(function.__qualname__)
             loop = numba.njit(cache=False, **options)(function)
-        else:
-            _guard(loop)
+            return loop
+        if loop is function:
+            # NUMBA_DISABLE_JIT: it stays an interpreted loop, with nothing to cache.
+            return loop
+        _guard(loop)
         return loop
 
     return decorate
+
+
+def cache_notes() -> tuple[Note, ...]:
+    """That compiled loops are lost with this process, if any of those used so far is."""
+    if not _NOT_KEPT:
+        return ()
+    text = (
+        "compiled loops are not kept, since no folder for them may be written to: every run "
+        "compiles them anew, which takes the better part of a minute; name a folder in "
+        "NUMBA_CACHE_DIR"
+    )
+    return (Note(text=text),)
 
 
 def _guard(loop: Any) -> None:
@@ -52,6 +74,7 @@ def _guard(loop: Any) -> None:
                 warnings.simplefilter("ignore")
                 save(*arguments)
         except Exception:
+            _NOT_KEPT.add(loop.__qualname__)
             _forget(cache)
 
     cache.load_overload, cache.save_overload = guarded_load, guarded_save

@@ -4,13 +4,12 @@ import signal
 import threading
 import time
 
-import pytest
-
 from sagnac.analysis.settings import Settings
 from sagnac.campaign import local
 from sagnac.campaign.results import result_path
 from sagnac.campaign.runner import run
 from sagnac.campaign.tasks import Task
+from sagnac.processes import GIBIBYTE, Means
 
 
 def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -> None:
@@ -18,7 +17,7 @@ def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -
         Task(path=str(path), settings=Settings(method="none"))
         for path in sorted(folder.glob("[AB]_*.parquet"))
     ]
-    means = local.Means(workers=2, memory=4.0 * local.GIBIBYTE)
+    means = Means(workers=2, memory=4.0 * GIBIBYTE)
     killed = threading.Thread(target=_kill_one, daemon=True)
     killed.start()
     first = run(tasks, tmp_path, lambda todo, place: local.completed(todo, place, means))
@@ -45,18 +44,31 @@ def _kill_one() -> None:
         time.sleep(0.01)
 
 
+def test_worker_killed_between_two_tasks_costs_no_row(folder, tmp_path) -> None:
+    tasks = [
+        Task(path=str(path), settings=Settings(method="none"))
+        for path in sorted(folder.glob("A_*.parquet"))
+    ]
+    work = local.completed(tasks, tmp_path, local.Means(workers=1, memory=local.GIBIBYTE))
+    results = [next(work)[1]]
+    before = threading.enumerate()
+    (idle,) = multiprocessing.active_children()
+    assert idle.pid is not None
+    os.kill(idle.pid, signal.SIGKILL)
+    idle.join()
+    # The thread that watches the process ends when it has noticed.
+    for thread in before:
+        if type(thread).__name__ == "_ExecutorManagerThread":
+            thread.join()
+    results += [result for _, result in work]
+    assert [result.state for result in results] == ["done", "done"]
+
+
 def test_memory_is_that_of_the_format(tmp_path) -> None:
     for name in ("a.parquet", "a.csv"):
         (tmp_path / name).write_bytes(bytes(1000))
     by_blocks, whole = (
         local.needed_memory(str(tmp_path / name)) for name in ("a.parquet", "a.csv")
     )
-    assert by_blocks == local.GIBIBYTE
+    assert by_blocks == GIBIBYTE
     assert whole == by_blocks + 4000.0
-
-
-def test_wrong_means_are_refused() -> None:
-    with pytest.raises(ValueError, match="workers is 0"):
-        local.means_of(workers=0)
-    with pytest.raises(ValueError, match="memory is 0"):
-        local.means_of(memory=0.0)

@@ -63,6 +63,10 @@ def test_page_links_to_reports_that_are_there(done) -> None:
     assert all((output / link).is_file() for link in links)
     assert "between units" in page
     assert "not observable" in page
+    # Two days of noise that does not differ: no scatter of zero is claimed.
+    assert '<td class="number">0 %</td>' not in page
+    assert "0 % … 0 %" not in page
+    assert "at most" in page
 
 
 def test_second_start_does_nothing_again_and_says_the_same(rack, done) -> None:

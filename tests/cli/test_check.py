@@ -4,9 +4,11 @@ import re
 import shlex
 
 import numpy as np
+import pytest
 
 from sagnac.cli import main
 from tests.cli.examples import STATED, one_line_among, strict
+from tests.formats.examples import imu
 
 
 def test_check_is_0_on_sound_data_and_1_on_an_error(recording, bare, capsys, tmp_path):
@@ -43,3 +45,46 @@ def test_check_prints_the_command_that_reads_the_file(tmp_path, capsys):
     shown = capsys.readouterr().out
     assert "400 samples at 100 Hz" in shown
     assert shlex.split(shown.rpartition("read with: ")[2]) == words
+
+
+def test_settings_of_an_earlier_run_count(bare, tmp_path, capsys):
+    settings = tmp_path / "settings.toml"
+    settings.write_text('kind = "rate"\nunit = "deg/h"\nrate = 100.0\n')
+    for command in ("check", "lines", "compare"):
+        words = [command, str(bare), "--settings", str(settings), "--json"]
+        assert main([*words, "--method", "none"]) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("header", "options"),
+    [
+        ("gyro_x[deg/s],acc_x,acc_y", ["--columns", "x=gyro_x", "--unit", "deg/s"]),
+        ("x,force_x[mg],ay", ["--unit", "deg/s"]),
+        ("x[deg/s],ax[m/s^2],ay[g]", []),
+    ],
+)
+def test_check_prints_how_accelerometers_are_read_as_well(tmp_path, capsys, header, options):
+    path = tmp_path / "run.csv"
+    noise = np.random.default_rng(1).normal(size=(400, 3))
+    rows = "".join(",".join(f"{value:.6f}" for value in row) + "\n" for row in noise)
+    path.write_text(f"{header}\n{rows}", encoding="utf-8")
+    assert main(["check", str(path), "--kind", "rate", "--rate", "100", *options]) == 0
+    (command,) = (
+        line.partition(": ")[2]
+        for line in capsys.readouterr().out.splitlines()
+        if line.startswith("with its accelerometers: ")
+    )
+    words = shlex.split(command.replace("=UNIT", "=m/s^2"))
+    assert words[:3] == ["sagnac", "avar", str(path)]
+    assert main(["check", *words[2:]]) == 0
+    shown = capsys.readouterr().out
+    assert "accelerometer ax" in shown
+    assert "accelerometer ay" in shown
+    assert "with its accelerometers" not in shown
+
+
+def test_a_log_of_psins_has_accelerometers_to_ask_for(tmp_path, capsys):
+    path, _ = imu(tmp_path / "run.imu")
+    assert main(["check", str(path)]) == 0
+    said = capsys.readouterr().out.splitlines()[-1]
+    assert said == f"with its accelerometers: sagnac avar {path} --accelerometers ax,ay,az"

@@ -14,9 +14,11 @@ def test_hours_for_a_width_and_to_decide_a_limit(bare, capsys):
     # Half the width takes about four times as long.
     assert narrow / wide == pytest.approx(4.0, rel=0.2)
     assert limit > 0.0
+    assert made["supposes"] in ("whole band", "average")
     assert main(arguments) == 0
     shown = capsys.readouterr().out
     assert "± 1 %" in shown
+    assert "Forecast for an answer that" in shown
     assert "N ≤ 0.002 °/√h decided" in shown
 
 

@@ -1,10 +1,13 @@
 """Gyros and accelerometers of one file by one command."""
 
+import re
+
 import numpy as np
 import pytest
 
 from sagnac.cli import main
 from tests.cli.examples import strict
+from tests.report.html_tree import tree
 
 WALK = 3e-4  # m/s/sqrt(s), 0.018 m/s/sqrt(h)
 
@@ -29,11 +32,33 @@ def test_one_command_gives_both(file, tmp_path, capsys, command):
     assert "accelerometer az" in shown
     assert "N velocity random walk" in shown
     folder = tmp_path if command == "analyze" else tmp_path / "x"
-    assert "<h2>Accelerometers</h2>" in (folder / "report.html").read_text()
+    section = "<h2>Accelerometers</h2>" in (folder / "report.html").read_text()
+    assert section is (command == "analyze")
     made = strict((folder / "analysis.json").read_text())
     walk = made["accelerometers"]["az"]["velocity_random_walk"]
     assert walk["low"] < 60.0 * WALK < walk["high"]
     assert made["angle_random_walk"]["unit"] == "deg/sqrt(h)"
+
+
+def test_the_still_bench_writes_accelerometers_on_a_page_of_their_own(file, tmp_path, capsys):
+    words = ["avar", str(file), *STATED, "--accelerometers", "az", "-o", str(tmp_path)]
+    assert main([*words, "--confidence", "0.9"]) == 0
+    assert f"wrote {tmp_path}/accelerometers/: report.html" in " ".join(
+        capsys.readouterr().out.split()
+    )
+    folder = tmp_path / "accelerometers"
+    assert (folder / "stability.png").stat().st_size > 0
+    page = tree((folder / "report.html").read_text())
+    assert page.first("h1").text == "Accelerometers az"
+    assert "bounds at 90 %" in page.text
+    assert "az (rate, g)" in page.text
+    assert "Gyros" not in page.text
+    (row,) = (one.text for one in page.all("tr") if "velocity random walk" in one.text)
+    walk = strict((tmp_path / "x" / "analysis.json").read_text())["accelerometers"]["az"]
+    made = walk["velocity_random_walk"]
+    value, low, high = map(float, re.findall(r"\d+\.\d+", row))
+    assert value == pytest.approx(made["value"], rel=0.02)
+    assert low <= made["low"] * 1.02 < made["high"] <= high * 1.02
 
 
 def test_without_the_option_there_are_none(file, capsys):

@@ -83,6 +83,24 @@ def test_a_report_is_replaced_whole_or_stays(tmp_path, monkeypatch):
     assert [entry.name for entry in tmp_path.iterdir()] == ["report"]
 
 
+def test_a_file_that_cannot_be_written_is_named_as_it_would_be_called(tmp_path, bare):
+    # Half a kilobyte is a full disk.
+    limited = 'ulimit -f 1; exec "$@"'
+    words = [sys.executable, "-m", "sagnac", "convert", str(bare), "out.csv", *STATED]
+    done = subprocess.run(
+        ["sh", "-c", limited, "sh", *words],
+        env={**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1"},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120.0,
+    )
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].startswith("sagnac: out.csv: cannot be written")
+    assert [entry.name for entry in tmp_path.iterdir()] == []
+
+
 def test_a_stray_matplotlibrc_is_not_read(tmp_path, bare):
     (tmp_path / "matplotlibrc").write_bytes(b"backend: nonsense : x\n\xff\xfe")
     done = command("analyze", str(bare), *STATED, "--method", "none", "-o", "out", cwd=tmp_path)

@@ -15,7 +15,9 @@ from sagnac.paper.outcome import read_outcome, write_outcome
 from sagnac.paper.plan import plan
 from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.reproduce import outcomes_of_table, reproduce
+from sagnac.processes import GIBIBYTE, Means, Standing
 from sagnac.report import reproduction as pages
+from sagnac.rig.simulate import simulate
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from tests.paper.scope import SMALL
 
@@ -23,11 +25,8 @@ from tests.paper.scope import SMALL
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("reproduction")
-    stages: list[str] = []
-    result = reproduce(
-        folder, SMALL, progress=lambda stage, part: stages.append(stage) if part == 0.0 else None
-    )
-    return folder, result, stages
+    told: list[Standing] = []
+    return folder, reproduce(folder, SMALL, told=told.append), told
 
 
 def test_truth_of_each_table_is_that_of_the_closed_forms(made):
@@ -59,8 +58,10 @@ def test_truth_of_each_table_is_that_of_the_closed_forms(made):
 
 
 def test_second_call_makes_nothing_and_finds_the_same(made, monkeypatch):
-    folder, result, stages = made
-    assert result.computed == len(stages) == len(result.outcomes)
+    folder, result, told = made
+    assert result.computed == len(result.outcomes)
+    assert [one.done for one in told] == list(range(len(result.outcomes) + 1))
+    assert told[-1].left_s == 0.0
 
     def refuse(_config):
         raise AssertionError("simulated again")
@@ -87,6 +88,51 @@ def test_a_spoilt_run_is_made_again_and_the_others_are_not(made):
     assert json.loads(whole)["name"] == run.name
 
 
+def test_processes_make_the_same_bytes_and_each_recording_once(made, tmp_path):
+    folder, _, _ = made
+    (tmp_path / "runs").mkdir()
+    names = [path.name for path in (folder / "runs").iterdir()]
+    lacking = [name for name in names if name.startswith(("figure3-white", "table1-0-day1"))]
+    assert len(lacking) == 5
+    for name in set(names) - set(lacking):
+        (tmp_path / "runs" / name).write_bytes((folder / "runs" / name).read_bytes())
+    told: list[Standing] = []
+    again = reproduce(
+        tmp_path, SMALL, means=Means(workers=2, memory=4.0 * GIBIBYTE), told=told.append
+    )
+    assert again.computed == 5
+    assert told[0].done == told[0].total - 5
+    for name in lacking:
+        made_anew = (tmp_path / "runs" / name).read_bytes()
+        assert made_anew == (folder / "runs" / name).read_bytes()
+
+
+def test_runs_of_one_recording_share_one_simulation(tmp_path, monkeypatch):
+    seen = []
+
+    def counted(config):
+        seen.append(config)
+        return simulate(config)
+
+    monkeypatch.setattr("sagnac.paper.reproduce.simulate", counted)
+    folder = tmp_path / "out"
+    folder.mkdir()
+
+    class _Enough(Exception):
+        pass
+
+    def stop(standing):
+        if standing.computed == 5:
+            raise _Enough
+
+    # The first two cells, of two runs each, and one of the third.
+    with pytest.raises(_Enough):
+        reproduce(folder, SMALL, told=stop)
+    assert len(seen) == 3
+    assert len(set(seen)) == 3
+    assert len(list((folder / "runs").glob("*.json"))) == 5
+
+
 def test_tables_hold_every_cell_with_truth_and_published_number(made):
     _, result, _ = made
     texts = pages.tables(result)
@@ -97,6 +143,7 @@ def test_tables_hold_every_cell_with_truth_and_published_number(made):
             "low[deg/sqrt(h)]", "high[deg/sqrt(h)]", "confidence", "status",
             "truth[deg/sqrt(h)]", "error", "lines", "seed",
             "by_paper_method[deg/sqrt(h)]", "by_paper_method_status", "by_paper_method_error",
+            "duration[s]",
         ]  # fmt: skip
         assert [float(row["table_rate[deg/s]"]) for row in rows] == list(published)
         for row in rows:
@@ -150,6 +197,8 @@ def test_page_stands_alone_and_shows_every_published_number(made, tmp_path):
 def test_command_reproduces_and_says_what_it_wrote(made, capsys, monkeypatch):
     folder, _, _ = made
     monkeypatch.setattr("sagnac.paper.plan.QUICK", SMALL)
+    assert cli.main(["reproduce", "-o", str(folder), "--quick", "--workers", "0"]) == 2
+    assert "--workers is 0; give one or more" in capsys.readouterr().err
     assert cli.main(["reproduce", "-o", str(folder), "--quick"]) == 0
     shown = capsys.readouterr().out
     assert "0 of " in shown

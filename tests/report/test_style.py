@@ -1,8 +1,11 @@
 """The style of the figures."""
 
 import matplotlib as mpl
+import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
+from sagnac.report import style
 from sagnac.report.style import STYLE, legend_above, styled
 
 
@@ -46,3 +49,34 @@ def test_a_linear_axis_of_ordinary_numbers_names_no_power():
         canvas.axes.plot([0.0, 1.0], [100.0, 101.0])
         canvas.axes.set_ylabel("rate (°/h)")
     assert canvas.axes.get_ylabel() == "rate (°/h)"
+
+
+def drawn(axes):
+    """The picture of the figure of some axes, (height, width, 4)."""
+    canvas = FigureCanvasAgg(axes.figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba()).copy()
+
+
+@pytest.mark.parametrize("reach", [(1e-3, 3.0), (2.0, 11.0), (0.9, 1e6)])
+def test_minor_ticks_drawn_at_once_look_as_those_of_matplotlib(monkeypatch, reach):
+    pictures = []
+    for at_once in (True, False):
+        with monkeypatch.context() as patched:
+            if not at_once:
+                patched.setattr(style, "_draw_minor_ticks_at_once", lambda *_: None)
+            with style.styled() as canvas:
+                canvas.axes.loglog(reach, [1.0, 40.0], color="k")
+        own = canvas.axes.xaxis.get_minorticklocs()
+        assert (len(own) == 0) == (at_once and reach[1] > 10.0 * reach[0])
+        with mpl.rc_context(style.STYLE):
+            pictures.append(drawn(canvas.axes))
+    np.testing.assert_array_equal(*pictures)
+
+
+def test_within_a_decade_minor_ticks_keep_their_labels():
+    with style.styled() as canvas:
+        canvas.axes.loglog([2.0, 5.0], [1.0, 1.0])
+    drawn(canvas.axes)
+    labels = [label.get_text() for label in canvas.axes.get_xticklabels(minor=True)]
+    assert any(labels)

@@ -1,16 +1,12 @@
 """The top of a report, and its paragraph on methods."""
 
-import sys
-import types
 from dataclasses import replace
 
 import pytest
 
 from sagnac.coefficients.model_average import Resting
-from sagnac.errors import MissingExtra
 from sagnac.report.methods import REFERENCES, cited, sentences
 from sagnac.report.page import page
-from sagnac.report.pdf import write_pdf
 from sagnac.report.title_block import TitleBlock
 from tests.handmade import SHA256, analysis
 from tests.report.examples import checked
@@ -74,23 +70,3 @@ def test_text_has_the_contrast_of_wcag_aa_in_both_themes():
             ]
             bright, dark = sorted(map(luminance, colors), reverse=True)
             assert (bright + 0.05) / (dark + 0.05) >= 4.5, (name, theme)
-
-
-def test_a_pdf_without_its_library_names_the_extra(monkeypatch, tmp_path):
-    monkeypatch.setitem(sys.modules, "weasyprint", None)
-    with pytest.raises(MissingExtra, match=r"sagnac\[pdf\]"):
-        write_pdf("<p>nothing</p>", tmp_path / "report.pdf")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_pdf_is_of_the_page(monkeypatch, tmp_path):
-    class Page:
-        def __init__(self, string):
-            self.string = string
-
-        def write_pdf(self):
-            return self.string.encode()
-
-    monkeypatch.setitem(sys.modules, "weasyprint", types.SimpleNamespace(HTML=Page))
-    write_pdf("<p>all of it</p>", tmp_path / "report.pdf")
-    assert (tmp_path / "report.pdf").read_bytes() == b"<p>all of it</p>"

@@ -139,7 +139,7 @@ def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:
     words = [
         (
             _BETWEEN.get(name, name),
-            _percent(one.value),
+            _percent(one.value) if one.status == "estimated" else f"at most {_percent(one.value)}",
             f"{_percent(one.low)} … {_percent(one.high)}",
         )
         for name, one in found.deviations.items()

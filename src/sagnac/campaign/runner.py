@@ -9,6 +9,7 @@ from sagnac.campaign import local
 from sagnac.campaign.results import Result, read_result
 from sagnac.campaign.spans import span_tasks
 from sagnac.campaign.tasks import Task, with_digest
+from sagnac.processes import Standing, means_of
 
 Completed = Callable[[Sequence[Task], Path], Iterator[tuple[Task, Result]]]
 
@@ -19,41 +20,6 @@ class Row:
 
     task: Task
     result: Result
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Standing:
-    """How far a campaign is.
-
-    Attributes
-    ----------
-    done, total
-        Tasks that have a result now, and all of them.
-    failed
-        How many of those done have failed.
-    elapsed_s
-        Since the start.
-    computed
-        Tasks done since the start; the others were kept.
-    """
-
-    done: int
-    total: int
-    failed: int
-    elapsed_s: float
-    computed: int
-
-    @property
-    def per_hour(self) -> float:
-        """Recordings done in an hour at the rate so far; 0 before the first."""
-        return 3600.0 * self.computed / self.elapsed_s if self.elapsed_s > 0.0 else 0.0
-
-    @property
-    def left_s(self) -> float | None:
-        """Time left at this rate, s; None before the first."""
-        if self.computed == 0:
-            return None
-        return (self.total - self.done) * self.elapsed_s / self.computed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +77,7 @@ def run(
         If the folder cannot be written to, or there are no workers.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    work = completed or (lambda todo, place: local.completed(todo, place, local.means_of()))
+    work = completed or (lambda todo, place: local.completed(todo, place, means_of()))
     planned = [with_digest(task) for task in tasks]
     rows, computed = _rows(planned, folder, work, told)
     if span is not None:

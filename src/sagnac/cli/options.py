@@ -386,6 +386,9 @@ File = Annotated[Path, Parameter(name="FILE", help="A recording.")]
 Folder = Annotated[
     Path | None, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR", help="Folder.")
 ]
+Workers = Annotated[
+    int | None, Parameter(metavar="N", help="Processes; one for each core unless stated.")
+]
 Debug = Annotated[
     bool, Parameter(group=OUTPUT, negative="", show_default=False, help="Traceback on errors.")
 ]

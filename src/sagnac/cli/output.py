@@ -112,10 +112,12 @@ def write_report(
     block: "TitleBlock | None" = None,
     settings: str = "",
     pdf: bool = False,
+    with_forces: bool = True,
 ) -> Written:
     """Page, document, tables and figures of one analysis, into a folder that is made for them.
 
-    With `settings`, which repeat the run, these too; with `pdf` also the page as a PDF.
+    With `settings`, which repeat the run, these too; with `pdf` also the page as a PDF. Without
+    `with_forces` the accelerometers are in the document, but not on the page.
     """
     ready_to_draw()
     from sagnac.formats.files import replacing_folder
@@ -123,12 +125,13 @@ def write_report(
     from sagnac.report.files import write_text
 
     began = time.perf_counter()
+    shown = analysis if with_forces else replace(analysis, accelerometers=())
     drawn = figures.report_figures(analysis)
     pictures = ["stability.png", "spectrum.png"]
     if drawn.parts is not None:
         pictures.append("parts.png")
     texts = {
-        "report.html": page.page(analysis, drawn, block=block, settings=settings),
+        "report.html": page.page(shown, drawn, block=block, settings=settings),
         "stability.csv": tables.stability_table(analysis),
         "lines.csv": tables.line_table(analysis),
     }
@@ -158,6 +161,19 @@ def write_report(
     if pdf:
         names = (first, "report.pdf", *names[1:])
     return Written(analysis=analysis, paths=tuple(folder / name for name in names))
+
+
+def write_accelerometers(analyses: "Sequence[Analysis]", folder: Path) -> list[Path]:
+    """Page and figure of the accelerometers of a recording, into a folder that is made for them."""
+    ready_to_draw()
+    from sagnac.formats.files import replacing_folder
+    from sagnac.report import figures, forces, page
+    from sagnac.report.files import write_text
+
+    with replacing_folder(folder) as new:
+        figures.write_png(forces.force_figure(analyses), new / "stability.png")
+        write_text(new / "report.html", page.accelerometers_page(analyses))
+    return [folder / "report.html", folder / "stability.png"]
 
 
 def write_comparison(

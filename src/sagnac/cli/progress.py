@@ -1,4 +1,8 @@
-"""Progress on standard error: bars on a terminal, else a line a stage once it takes long."""
+"""Progress on standard error.
+
+One analysis shows bars on a terminal, else a line a stage once it takes long. Many pieces of work
+show one line that is written over on a terminal, else a line a minute.
+"""
 
 import sys
 import time
@@ -9,10 +13,16 @@ from typing import TYPE_CHECKING, Final, TextIO
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
+    from sagnac.processes import Standing
+
 Progress = Callable[[str, float], None]
 
 # What takes less than this needs no progress.
 PATIENCE_S: Final = 1.0
+# Between two lines on how far many pieces are.
+BETWEEN_LINES_S: Final = 60.0
+# Takes away what a longer line left behind this one on a terminal.
+_CLEAR: Final = "\x1b[K"
 
 
 @contextmanager
@@ -71,3 +81,34 @@ def prefixed(progress: Progress, prefix: str) -> Progress:
     if not prefix:
         return progress
     return lambda stage, fraction: progress(f"{prefix}: {stage}", fraction)
+
+
+def standings() -> "Callable[[Standing], None]":
+    """A function to be called as pieces of work are done."""
+    latest = -BETWEEN_LINES_S
+    over = sys.stderr.isatty()
+
+    def tell(standing: "Standing") -> None:
+        nonlocal latest
+        last = standing.done == standing.total
+        now = time.monotonic()
+        if not (over or last or standing.done == 0 or now - latest >= BETWEEN_LINES_S):
+            return
+        latest = now
+        before, after = ("\r", _CLEAR) if over else ("", "")
+        end = "\n" if last or not over else ""
+        print(f"{before}{standing_text(standing)}{after}", file=sys.stderr, end=end, flush=True)
+
+    return tell
+
+
+def standing_text(standing: "Standing") -> str:
+    """How far the work is, in one line."""
+    parts = [f"{standing.done} of {standing.total} done"]
+    if standing.failed:
+        parts.append(f"{standing.failed} failed")
+    if standing.left_s is not None and standing.done < standing.total:
+        minutes = standing.left_s / 60.0
+        left = f"{minutes:.0f} min" if minutes < 120.0 else f"{minutes / 60.0:.1f} h"
+        parts += [f"{standing.per_hour:.3g} an hour", f"{left} left"]
+    return ", ".join(parts)

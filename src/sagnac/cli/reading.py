@@ -2,7 +2,7 @@
 
 import shlex
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -77,6 +77,42 @@ def command_for(file: Path, statement: "Statement") -> str:
     if "columns" in lacking:
         # They name the gyros, too.
         options.pop("gyros", None)
+    return _command(file, options)
+
+
+def command_with_accelerometers(
+    file: Path, statement: "Statement", gyros: Sequence[str]
+) -> str | None:
+    """The command that reads the accelerometers of a file, too; None if that needs no option more.
+
+    Parameters
+    ----------
+    file, statement
+        A file that can be read, and what is stated of it.
+    gyros
+        Those that are read, by name.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be opened.
+    """
+    from sagnac.formats import accelerometers_in
+
+    besides = accelerometers_in(file, statement)
+    if not besides:
+        return None
+    options = stated_options(statement)
+    for name, value in besides.items():
+        before = options.get(name)
+        if name == "unit" and before is not None and "=" not in before:
+            # One unit for all gyros cannot stand beside one for the accelerometers.
+            before = ",".join(f"{gyro}={before}" for gyro in gyros)
+        options[name] = value if before is None else f"{before},{value}"
+    return _command(file, options)
+
+
+def _command(file: Path, options: Mapping[str, str]) -> str:
     table = options.get("table", "none")
     words = ["sagnac", "avar" if table == "none" else "analyze", shlex.quote(str(file))]
     for name, value in options.items():

@@ -10,8 +10,8 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.analysis.allan_fit import step_4
-from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.result import Analysis
+from sagnac.analysis.pipeline import answer_of
+from sagnac.analysis.result import Answer
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Status
@@ -79,13 +79,13 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     if run.preparation == "rate":
         recording = _rate_sampled(recording, run.gyros[0], interval)
         settings = replace(settings, interval=None)
-    analysis = analyze(recording, settings)
+    answer = answer_of(recording, settings)
     truth = simulation.truth
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
-    estimate, curve = analysis.angle_random_walk, analysis.curve
+    estimate, curve = answer.angle_random_walk, answer.curve
     if run.by_curve:
-        fitted = analysis.fits["paper"].coefficients["angle_random_walk"]
-        estimate = step_4(curve, fitted, analysis.gyros_differenced)
+        fitted = answer.fits["paper"].coefficients["angle_random_walk"]
+        estimate = step_4(curve, fitted, answer.gyros_differenced)
     return Outcome(
         name=run.name,
         table_rate_deg_per_s=run.config.table.rate_deg_per_s,
@@ -100,18 +100,18 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
         high=estimate.high / DEGREE_PER_ROOT_HOUR,
         confidence=estimate.confidence,
         status=estimate.status,
-        lines=len(analysis.lines),
-        least_squares=least_squares_of(curve, analysis.gyros_differenced),
+        lines=len(answer.lines),
+        least_squares=least_squares_of(curve, answer.gyros_differenced),
         tau_s=tuple(curve.tau.tolist()),
-        deviation=_shown(analysis, curve.deviation),
-        low_curve=_shown(analysis, curve.low),
-        high_curve=_shown(analysis, curve.high),
+        deviation=_shown(answer, curve.deviation),
+        low_curve=_shown(answer, curve.low),
+        high_curve=_shown(answer, curve.high),
     )
 
 
-def _shown(analysis: Analysis, values: FloatArray) -> tuple[float, ...]:
+def _shown(answer: Answer, values: FloatArray) -> tuple[float, ...]:
     """Points of a curve per gyro, deg/h."""
-    each = [per_gyro(value**2, analysis.gyros_differenced) for value in values]
+    each = [per_gyro(value**2, answer.gyros_differenced) for value in values]
     return tuple((np.array(each) / DEGREE_PER_HOUR).tolist())
 
 

@@ -4,26 +4,32 @@
 folder. Results are in the field's units, as the paper's numbers are.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from dataclasses import dataclass
-from itertools import groupby
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from sagnac.errors import RecordingError
 from sagnac.paper.outcome import Outcome, outcome_of, read_outcome, write_outcome
-from sagnac.paper.plan import FULL, Scope, Table, cell_name, plan, published_cell_name
+from sagnac.paper.plan import FULL, Run, Scope, Table, cell_name, plan, published_cell_name
 from sagnac.paper.prediction import Prediction, predicted_angle_random_walk
 from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.trials import Trial, trials
-from sagnac.rig.simulate import Simulation, simulate
+from sagnac.processes import GIBIBYTE, Means, Standing, completed
+from sagnac.rig.config import RigConfig
+from sagnac.rig.simulate import simulate
 from sagnac.units import DEGREE
 
-__all__ = ["Cell", "Outcome", "Progress", "Reproduction", "outcomes_of_table", "reproduce"]
+__all__ = ["Cell", "Outcome", "Reproduction", "outcomes_of_table", "reproduce"]
 
-Progress = Callable[[str, float], None]
+# Two hours of three gyros at 500 Hz, and what their analysis holds.
+_NEEDED: Final = 1.5 * GIBIBYTE
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,12 +57,21 @@ class Reproduction:
     computed: int = 0
 
 
-def reproduce(
-    folder: Path, scope: Scope = FULL, *, progress: Progress | None = None
-) -> Reproduction:
-    """Make every run that `folder` does not hold yet, one after another.
+def _nobody(_: Standing) -> None:
+    """Nobody is told."""
 
-    Each result is ``folder/runs/NAME-DIGEST.json``, written beside and renamed, so that an
+
+def reproduce(
+    folder: Path,
+    scope: Scope = FULL,
+    *,
+    means: Means | None = None,
+    told: Callable[[Standing], None] = _nobody,
+) -> Reproduction:
+    """Make every run that `folder` does not hold yet.
+
+    Each recording is simulated once, for all runs of it. Each result is
+    ``folder/runs/NAME-DIGEST.json``, written beside and renamed, so that an
     interrupted reproduction goes on where it stopped. The digest covers configuration,
     settings and version; results of another one are left alone and not used.
 
@@ -66,41 +81,94 @@ def reproduce(
         Exists.
     scope
         How much to simulate.
-    progress
-        Called with the run's number and name, and the finished part of it.
+    means
+        Processes that make the runs, one recording each at a time, and their memory. None: this
+        process does it all. A script that asks for processes has to be importable
+        (``if __name__ == "__main__"``).
+    told
+        Called before the first run, and as runs are made.
 
     Raises
     ------
     RecordingError
-        If the folder cannot be written to.
+        If the folder cannot be written to, or a process dies.
     """
-    report = progress or (lambda _stage, _fraction: None)
     runs = plan(scope)
     store = _store(folder)
-    outcomes: dict[str, Outcome] = {}
-    computed = 0
-    for config, numbered in groupby(enumerate(runs, start=1), key=lambda item: item[1].config):
-        simulation: Simulation | None = None  # lets go of one recording before the next is made
-        for number, run in numbered:
-            path = store / f"{run.key}.json"
-            outcome = read_outcome(path)
-            if outcome is None:
-                stage = f"{number}/{len(runs)} {run.name}"
-                report(stage, 0.0)
-                simulation = simulation or simulate(config)
-                report(stage, 0.2)
-                outcome = outcome_of(run, simulation)
-                write_outcome(path, outcome)
-                report(stage, 1.0)
-                computed += 1
-            outcomes[run.name] = outcome
+    kept = {run.name: read_outcome(_path(store, run)) for run in runs}
+    outcomes = {name: outcome for name, outcome in kept.items() if outcome is not None}
+    missing = [run for run in runs if run.name not in outcomes]
+    began, before = time.perf_counter(), len(outcomes)
+
+    def tell() -> None:
+        told(
+            Standing(
+                done=len(outcomes),
+                total=len(runs),
+                elapsed_s=time.perf_counter() - began,
+                computed=len(outcomes) - before,
+            )
+        )
+
+    if missing:
+        tell()
+        for outcome in _made(_by_recording(missing), store, means):
+            outcomes[outcome.name] = outcome
+            tell()
     return Reproduction(
         scope=scope,
-        outcomes=outcomes,
+        outcomes={run.name: outcomes[run.name] for run in runs},
         trials=trials(scope.figure_duration_s),
         prediction=predicted_angle_random_walk(np.geomspace(5.0, 200.0, 120) * DEGREE),
-        computed=computed,
+        computed=len(missing),
     )
+
+
+def _path(store: Path, run: Run) -> Path:
+    return store / f"{run.key}.json"
+
+
+def _by_recording(runs: Iterable[Run]) -> list[tuple[Run, ...]]:
+    """Runs of one recording together, in the order of the first of each."""
+    together: dict[RigConfig, list[Run]] = {}
+    for run in runs:
+        together.setdefault(run.config, []).append(run)
+    return [tuple(own) for own in together.values()]
+
+
+def _made(
+    recordings: Sequence[tuple[Run, ...]], store: Path, means: Means | None
+) -> Iterator[Outcome]:
+    """Outcomes of all runs, as they come."""
+    if means is None:
+        for runs in recordings:
+            yield from _of_recording(runs, store)
+        return
+    ended = completed(recordings, partial(_all_of_recording, store=store), means, lambda _: _NEEDED)
+    with closing(ended):
+        for runs, future in ended:
+            try:
+                outcomes = future.result()
+            except BrokenProcessPool:
+                raise RecordingError(
+                    f"the process that made {runs[0].name} died; it was killed, or memory ran out",
+                    path=str(store),
+                    remedy="start again, with fewer processes ({workers 1}); what is made is kept",
+                ) from None
+            yield from outcomes
+
+
+def _all_of_recording(runs: tuple[Run, ...], store: Path) -> list[Outcome]:
+    return list(_of_recording(runs, store))
+
+
+def _of_recording(runs: tuple[Run, ...], store: Path) -> Iterator[Outcome]:
+    """Outcomes of runs of one recording, each kept as soon as it is there."""
+    simulation = simulate(runs[0].config)
+    for run in runs:
+        outcome = outcome_of(run, simulation)
+        write_outcome(_path(store, run), outcome)
+        yield outcome
 
 
 def _store(folder: Path) -> Path:

@@ -9,9 +9,7 @@ import numpy as np
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.coefficients.laws import (
-    SYMBOLS,
-)
+from sagnac.coefficients.laws import SYMBOLS
 from sagnac.plot.frame import (
     BLUE,
     INK,
@@ -25,9 +23,7 @@ from sagnac.plot.frame import (
 )
 from sagnac.plot.marks import LABELLED_LINES, SCALES, placed_lines, short_position
 from sagnac.recording.difference import per_gyro
-from sagnac.units import (
-    DEGREE_PER_HOUR_PER_ROOT_HERTZ,
-)
+from sagnac.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -167,7 +167,7 @@ def _fitted(axes: "Axes", analysis: Analysis) -> None:
 
 def _below(axes: "Axes", tau: FloatArray, level: FloatArray, text: str) -> None:
     """Write along and below the middle of a line, if there is room for it."""
-    from matplotlib.patheffects import withStroke  # noqa: PLC0415
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415  (matplotlib is an extra)
 
     if tau.size == 0:
         return

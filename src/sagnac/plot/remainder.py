@@ -7,10 +7,7 @@ import numpy as np
 from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.result import Analysis
 from sagnac.plot.frame import BLUE, INK, QUIET, axes_of, channel_of
-from sagnac.units import (
-    DEGREE_PER_HOUR,
-    DEGREE_PER_ROOT_HOUR,
-)
+from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -84,77 +84,20 @@ def page(
     settings
         TOML that repeats the run.
     """
-    block = block or TitleBlock()
-    methods, references = cited(sentences(analysis))
-    drawn = figures or report_figures(analysis)
     placed = placed_notes(analysis)
     return rendered(
         "report.html",
-        title=block.title
-        or f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
-        heading=block.title,
-        block=[*block.facts, *_file_facts(analysis)] if block.facts else [],
-        methods=methods,
-        references=references,
+        **_heading(analysis, block or TitleBlock()),
+        **_headline(analysis),
+        **_pictures(figures or report_figures(analysis)),
+        **_tables(analysis),
         settings=settings,
-        worst=worst_gyro(analysis),
-        answer=_answer(analysis),
-        verdict=_verdict(analysis),
         notes=[(note.level, note_text(note)) for note in placed.answer],
         curve_notes=[note_text(note) for note in placed.curve],
         fit_notes=[note_text(note) for note in placed.fits],
-        kalman=kalman_figures(analysis.angle_random_walk),
-        per_gyro=[
-            (name, reading_cells("angle_random_walk", estimate, plain=False))
-            for name, estimate in analysis.per_gyro.items()
-        ],
         differenced=analysis.gyros_differenced > 1,
         removed=analysis.settings.method != "none",
-        stability=Markup(
-            svg(
-                drawn.stability,
-                "stability",
-                "Allan deviation against cluster time, with the fit",
-            )
-        ),
-        spectrum=Markup(
-            svg(
-                drawn.spectrum,
-                "spectrum",
-                "Rate spectrum, with the periodic components marked",
-            )
-        ),
-        parts=Markup(
-            svg(drawn.parts, "parts", "Angle random walk over parts of the recording, against time")
-            if drawn.parts is not None
-            else ""
-        ),
-        fit=_fit_title(analysis),
-        band=analysis.average is not None
-        and analysis.average.law is not None
-        and analysis.angle_random_walk.status == "estimated",
-        residual=None
-        if drawn.residual is None
-        else Markup(
-            svg(
-                drawn.residual,
-                "residual",
-                "What removal leaves, against time and table angle",
-            )
-        ),
         turning=analysis.residual is not None and analysis.residual.by_angle is not None,
-        fits=[
-            *_answer_column(analysis),
-            *((FIT_TITLES[one.method], one is headline_fit(analysis)) for one in _fits(analysis)),
-        ],
-        coefficients=_coefficient_rows(analysis),
-        units=[
-            (SYMBOLS[name], *cells)
-            for name, estimate in headline_estimates(analysis).items()
-            for cells in unit_cells(name, estimate)
-        ],
-        lines=_line_rows(analysis),
-        names=any(line.name for line in analysis.lines),
         shares=_shares(analysis),
         forces=_forces(analysis.accelerometers),
         azimuth=_azimuth(analysis),
@@ -163,6 +106,69 @@ def page(
         total=f"{sum(analysis.seconds.values()):.2f}",
         version=__version__,
     )
+
+
+def _heading(analysis: Analysis, block: TitleBlock) -> dict[str, Any]:
+    """What stands on top, and how the page cites what it does."""
+    methods, references = cited(sentences(analysis))
+    return {
+        "title": block.title
+        or f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
+        "heading": block.title,
+        "block": [*block.facts, *_file_facts(analysis)] if block.facts else [],
+        "methods": methods,
+        "references": references,
+    }
+
+
+def _headline(analysis: Analysis) -> dict[str, Any]:
+    """The answer, what it rests on, and what it is for a filter."""
+    return {
+        "worst": worst_gyro(analysis),
+        "answer": _answer(analysis),
+        "verdict": _verdict(analysis),
+        "kalman": kalman_figures(analysis.angle_random_walk),
+        "per_gyro": [
+            (name, reading_cells("angle_random_walk", estimate, plain=False))
+            for name, estimate in analysis.per_gyro.items()
+        ],
+        "fit": _fit_title(analysis),
+        "band": analysis.average is not None
+        and analysis.average.law is not None
+        and analysis.angle_random_walk.status == "estimated",
+    }
+
+
+def _pictures(drawn: ReportFigures) -> dict[str, Markup | None]:
+    """The figures, each with what it shows for readers who do not see it."""
+    shown = (
+        ("stability", drawn.stability, "Allan deviation against cluster time, with the fit"),
+        ("spectrum", drawn.spectrum, "Rate spectrum, with the periodic components marked"),
+        ("parts", drawn.parts, "Angle random walk over parts of the recording, against time"),
+        ("residual", drawn.residual, "What removal leaves, against time and table angle"),
+    )
+    return {
+        name: None if figure is None else Markup(svg(figure, name, description))
+        for name, figure, description in shown
+    }
+
+
+def _tables(analysis: Analysis) -> dict[str, Any]:
+    """Coefficients by fit and by unit, and the lines."""
+    return {
+        "fits": [
+            *_answer_column(analysis),
+            *((FIT_TITLES[one.method], one is headline_fit(analysis)) for one in _fits(analysis)),
+        ],
+        "coefficients": _coefficient_rows(analysis),
+        "units": [
+            (SYMBOLS[name], *cells)
+            for name, estimate in headline_estimates(analysis).items()
+            for cells in unit_cells(name, estimate)
+        ],
+        "lines": _line_rows(analysis),
+        "names": any(line.name for line in analysis.lines),
+    }
 
 
 def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
@@ -199,6 +205,38 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
             )
         ),
         facts=[fact for fact in _facts(one) if fact[0] != "Method"],
+        version=__version__,
+    )
+
+
+def accelerometers_page(analyses: Sequence[Analysis]) -> str:
+    """The accelerometers of a recording as HTML.
+
+    Parameters
+    ----------
+    analyses
+        One for each accelerometer.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+    if not analyses:
+        raise ValueError("analyses is empty; give one or more of accelerometers")
+    names = ", ".join(one.channel for one in analyses)
+    facts = [
+        ("Accelerometers", ", ".join(_channel(one, one.channel) for one in analyses))
+        if fact[0] == "Gyros"
+        else fact
+        for fact in _facts(analyses[0])
+        if fact[0] not in ("Table", "Method")
+    ]
+    return rendered(
+        "accelerometers.html",
+        title=f"Accelerometers {names}",
+        forces=_forces(analyses),
+        facts=facts,
         version=__version__,
     )
 
@@ -277,6 +315,7 @@ def _forces(analyses: Sequence[Analysis]) -> dict[str, Any] | None:
     description = "Allan deviation of the accelerometers against cluster time"
     return {
         "names": [one.channel for one in analyses],
+        "confidence": f"{100.0 * analyses[0].settings.confidence:g} %",
         "rows": force_rows(analyses),
         "notes": force_notes(analyses),
         "figure": Markup(svg(force_figure(analyses), "forces", description)),

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sagnac.errors import MissingExtra
+from sagnac.errors import MissingExtra, RecordingError
 from sagnac.report.files import write_bytes
 
 
@@ -12,12 +12,20 @@ def require_pdf() -> None:
     Raises
     ------
     MissingExtra
-        If weasyprint is not installed, or the Pango library that it draws text with is not.
+        If weasyprint is not installed.
+    RecordingError
+        If the Pango library that it draws text with is not, which no Python package brings.
     """
     try:
         import weasyprint  # noqa: F401, PLC0415
-    except (ImportError, OSError) as error:
-        raise MissingExtra("report.pdf", "weasyprint (and Pango)", "pdf") from error
+    except ImportError as error:
+        raise MissingExtra("report.pdf", "weasyprint", "pdf") from error
+    except OSError as error:
+        raise RecordingError(
+            "report.pdf cannot be written without the Pango library",
+            remedy="install Pango (Debian and Ubuntu: libpango-1.0-0 and libpangoft2-1.0-0; "
+            "elsewhere: pango), or leave {pdf} out",
+        ) from error
 
 
 def write_pdf(page: str, path: Path) -> None:
@@ -35,7 +43,7 @@ def write_pdf(page: str, path: Path) -> None:
     MissingExtra
         If weasyprint is not installed.
     RecordingError
-        If the folder cannot be written to.
+        If Pango is not installed, or the folder cannot be written to.
     """
     require_pdf()
     from weasyprint import HTML  # noqa: PLC0415

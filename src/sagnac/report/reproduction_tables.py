@@ -77,6 +77,7 @@ def _table(reproduction: Reproduction, name: PaperTable) -> str:
             "by_paper_method[deg/sqrt(h)]",
             "by_paper_method_status",
             "by_paper_method_error",
+            "duration[s]",
         ),
         [
             [
@@ -90,6 +91,7 @@ def _table(reproduction: Reproduction, name: PaperTable) -> str:
                 cell(by_paper.value),
                 by_paper.status,
                 cell(by_paper.value / outcome.truth_deg_per_sqrt_h - 1.0),
+                cell(outcome.duration_s),
             ]
             for rate, day, published, outcome, by_paper in cells_of(reproduction, name)
         ],

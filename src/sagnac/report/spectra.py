@@ -1,7 +1,6 @@
 """Spectra as they are shown: per gyro, in few bins, and how many peaks are left in one."""
 
 import numpy as np
-from scipy.ndimage import median_filter
 from scipy.special import gammainccinv, gammaincinv
 
 from sagnac.analysis.result import Analysis
@@ -43,6 +42,8 @@ def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:
     noise does once in `false_alarm` over the whole spectrum; bins that touch are one peak.
     Bins are means of `n` exponential ordinates, gamma distributed of shape `n`.
     """
+    from scipy.ndimage import median_filter  # noqa: PLC0415  (a tenth of a second)
+
     frequency, density = analysis.spectrum.frequency, analysis.spectrum.density
     if density.size < _NEIGHBOURS:
         return 0

@@ -1,13 +1,18 @@
 """``sagnac align``: what the noise of a gyro means for heading."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from sagnac.cli import output as results
 from sagnac.cli.errors import DONE
 from sagnac.cli.options import OUTPUT, Debug, Folder, one_argument, seconds
+
+if TYPE_CHECKING:
+    from sagnac.alignment.initial import Start
+    from sagnac.alignment.noise import GyroNoise
+    from sagnac.report.alignment import Prospect
 
 
 def align(
@@ -43,22 +48,41 @@ def align(
     """
     del debug
     results.require_writable(output)
+    from sagnac.alignment.initial import Start
+    from sagnac.alignment.noise import GyroNoise
+    from sagnac.units import DEGREE, DEGREE_PER_HOUR
+
+    prospect = _prospect(
+        GyroNoise.from_json(analysis),
+        Start(drift=bias * DEGREE_PER_HOUR),
+        latitude * DEGREE,
+        time=time,
+        after=after,
+        confidence=confidence,
+    )
+    _show(prospect, output, as_json=as_json)
+    return DONE
+
+
+def _prospect(
+    noise: "GyroNoise",
+    start: "Start",
+    place: float,
+    *,
+    time: float,
+    after: float,
+    confidence: float,
+) -> "Prospect":
+    """What the noise means at a latitude, rad."""
     import numpy as np
 
     from sagnac.alignment.azimuth import azimuth_error
-    from sagnac.alignment.initial import Start, aligned
-    from sagnac.alignment.noise import GyroNoise
+    from sagnac.alignment.initial import aligned
     from sagnac.alignment.position import position_error
-    from sagnac.report import alignment as shown
-    from sagnac.report.document import to_json
-    from sagnac.report.figures import write_png
-    from sagnac.report.files import write_text
-    from sagnac.units import DEGREE, DEGREE_PER_HOUR
+    from sagnac.report.alignment import Prospect
 
-    noise, place = GyroNoise.from_json(analysis), latitude * DEGREE
-    start = Start(drift=bias * DEGREE_PER_HOUR)
     filtered = aligned(noise, latitude=place, seconds=time, start=start)
-    prospect = shown.Prospect(
+    return Prospect(
         noise=noise,
         start=start,
         latitude=place,
@@ -71,6 +95,15 @@ def align(
             noise, latitude=place, covariance=filtered.covariance, seconds=after
         ),
     )  # fmt: skip
+
+
+def _show(prospect: "Prospect", output: Path | None, *, as_json: bool) -> None:
+    """What was found on the terminal, and in a folder if one is named."""
+    from sagnac.report import alignment as shown
+    from sagnac.report.document import to_json
+    from sagnac.report.figures import write_png
+    from sagnac.report.files import write_text
+
     text = to_json(shown.prospect_document(prospect))
     print(text if as_json else shown.prospect_text(prospect))
     if output is not None:
@@ -79,4 +112,3 @@ def align(
         write_png(shown.azimuth_figure(prospect), folder / "alignment.png")
         if not as_json:
             results.print_paths([folder / "alignment.json", folder / "alignment.png"])
-    return DONE

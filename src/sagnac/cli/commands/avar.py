@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import Parameter
 
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from sagnac.analysis.still_bench import AtRest
     from sagnac.report.title_block import TitleBlock
 
+# Folder of their report, beside those of the gyros.
+_ACCELEROMETERS: Final = "accelerometers"
+
 
 def avar(
     file: File,
@@ -55,7 +58,8 @@ def avar(
     """The still bench: the ARW of each gyro, its curves, and the lines in it.
 
     The answer is with the lines out; curves and fits are of the recording as it is unless
-    --method says what to remove. With -o, each gyro's report goes into a folder of its own.
+    --method says what to remove. With -o, each gyro's report goes into a folder of its own, and
+    the accelerometers' into another.
     """
     options, block = with_settings(options), title_block_of(heading)
     if heading.pdf:
@@ -129,9 +133,13 @@ def _reported(
             block=block,
             settings=settings,
             pdf=pdf,
+            with_forces=False,
         )
         timed.append(replace(bench, analysis=written.analysis))
         paths += written.paths
+    if forces := benches[0].analysis.accelerometers:
+        progress("accelerometers: report", 0.0)
+        paths += results.write_accelerometers(forces, output / _ACCELEROMETERS)
     return timed, paths
 
 

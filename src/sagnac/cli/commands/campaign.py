@@ -1,7 +1,5 @@
 """``sagnac campaign``: many recordings, one table, one page; resumes."""
 
-import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,16 +12,18 @@ from sagnac.cli.options import (
     NO_OPTIONS,
     OUTPUT,
     Options,
+    Workers,
     one_argument,
     seconds,
     settings_of,
     statement_of,
 )
+from sagnac.cli.progress import standings
 
 if TYPE_CHECKING:
     from sagnac.campaign.config import Choices
     from sagnac.campaign.results import Result
-    from sagnac.campaign.runner import Campaign, Standing
+    from sagnac.campaign.runner import Campaign
     from sagnac.campaign.tasks import Task
 
 _WORK = Group("Work", sort_key=2)
@@ -58,10 +58,7 @@ def campaign(
             help="Also cut each recording into spans of this length: N against time.",
         ),
     ] = None,
-    workers: Annotated[
-        int | None,
-        Parameter(group=_WORK, metavar="N", help="Processes; one for each core unless stated."),
-    ] = None,
+    workers: Annotated[Workers, Parameter(group=_WORK)] = None,
     scheduler: Annotated[
         str | None,
         Parameter(
@@ -106,9 +103,10 @@ def _completed(
 
         return lambda tasks, folder: cluster.completed(tasks, folder, scheduler)
     from sagnac.campaign import local
+    from sagnac.processes import means_of
 
     try:
-        means = local.means_of(workers, memory)
+        means = means_of(workers, memory)
     except ValueError as error:
         raise UsageError(f"--{error}") from error
     return lambda tasks, folder: local.completed(tasks, folder, means)
@@ -122,43 +120,11 @@ def _run(
 ) -> "Campaign":
     from sagnac.campaign.runner import run
 
-    told = _Told()
     try:
-        return run(tasks, folder, completed, span=span, told=told.tell)
+        return run(tasks, folder, completed, span=span, told=standings())
     except KeyboardInterrupt:
         complain(f"stopped; start the same campaign again, and it goes on ({folder})")
         raise
-
-
-class _Told:
-    """Progress on standard error: a line that is written over on a terminal, else one a minute."""
-
-    def __init__(self) -> None:
-        self._last = -60.0
-        self._over = sys.stderr.isatty()
-
-    def tell(self, standing: "Standing") -> None:
-        """Say how far a campaign is."""
-        last = standing.done == standing.total
-        now = time.monotonic()
-        if not (self._over or last or standing.done == 0 or now - self._last >= 60.0):
-            return
-        self._last = now
-        end = "\n" if last or not self._over else ""
-        print(f"{self._over * chr(13)}{standing_text(standing)}", file=sys.stderr, end=end)
-        sys.stderr.flush()
-
-
-def standing_text(standing: "Standing") -> str:
-    """How far a campaign is, in one line."""
-    parts = [f"{standing.done} of {standing.total} done"]
-    if standing.failed:
-        parts.append(f"{standing.failed} failed")
-    if standing.left_s is not None and standing.done < standing.total:
-        minutes = standing.left_s / 60.0
-        left = f"{minutes:.0f} min" if minutes < 120.0 else f"{minutes / 60.0:.1f} h"
-        parts += [f"{standing.per_hour:.3g} an hour", f"{left} left"]
-    return ", ".join(parts)
 
 
 def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence[Path]) -> None:

@@ -10,7 +10,13 @@ from sagnac import __version__
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DATA_ERROR, DONE, complain
 from sagnac.cli.options import NO_OPTIONS, File, Options, settings_of, statement_of
-from sagnac.cli.reading import command_for, naming, read_file
+from sagnac.cli.reading import (
+    command_for,
+    command_with_accelerometers,
+    naming,
+    read_file,
+)
+from sagnac.cli.settings_file import with_settings
 from sagnac.errors import RecordingError, ranked
 
 if TYPE_CHECKING:
@@ -26,6 +32,7 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
 
     Exit status 1 if an error was found, or with --strict a warning.
     """
+    options = with_settings(options)
     statement = statement_of(options)
     settings = settings_of(options)
     with progresses.shown() as progress:
@@ -56,6 +63,9 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             f"read with: {command_for(file, statement)}",
             sep="\n\n",
         )
+        gyros = [gyro.name for gyro in recording.gyros]
+        if (command := command_with_accelerometers(file, statement, gyros)) is not None:
+            print(f"with its accelerometers: {command}")
     refused = ("error", "warning") if settings.strict else ("error",)
     errors = [finding for finding in findings if finding.level in refused]
     if not errors:

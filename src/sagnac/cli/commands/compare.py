@@ -9,6 +9,7 @@ from sagnac.cli import progress as progresses
 from sagnac.cli.options import NO_OPTIONS, File, Folder, Options, settings_of, statement_of
 from sagnac.cli.progress import Progress
 from sagnac.cli.reading import ReadFile, naming, read_file
+from sagnac.cli.settings_file import with_settings
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -35,6 +36,7 @@ def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = No
 
     --method picks one to run alone.
     """
+    options = with_settings(options)
     statement = statement_of(options)
     settings = settings_of(options)
     results.require_writable(output)

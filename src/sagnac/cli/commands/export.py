@@ -1,7 +1,7 @@
 """``sagnac export``: an analysis as the settings of a filter."""
 
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import Parameter
 
@@ -9,6 +9,10 @@ from sagnac import __version__
 from sagnac.cli.errors import UsageError
 from sagnac.cli.options import Debug, names
 from sagnac.cli.output import require_writable
+
+if TYPE_CHECKING:
+    from sagnac.filters.exports import Wanted
+    from sagnac.filters.settings import FilterSetting
 
 FormatName = Literal[
     "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "px4", "toml", "json"
@@ -22,6 +26,8 @@ _SUFFIXES: "Final[dict[str, FormatName]]" = {
     ".toml": "toml",
     ".json": "json",
 }
+# Formats that hold a noise for each axis.
+_EACH: "Final[tuple[FormatName, ...]]" = ("gtsam", "robot-localization", "toml", "json")
 
 
 def export(
@@ -73,33 +79,46 @@ def export(
     Each is a model whose Allan deviation lies above the upper confidence limit of the curve.
     """
     del debug
-    chosen = format_name or _SUFFIXES.get(output.suffix.lower())
-    if chosen is None:
-        raise UsageError(f"{output}: its name tells no format; give --format")
+    chosen = format_name or _format_of(output)
     stated = None if accelerometer is None else _accelerometer(accelerometer)
     require_writable(output.parent)
-    from sagnac.filters.exports import Wanted, exported
-    from sagnac.filters.sensors import sensors_in
-    from sagnac.filters.settings import setting_of
-    from sagnac.report.files import write_text
+    from sagnac.filters.exports import Wanted
 
-    sensors = [sensor for path in analyses for sensor in sensors_in(path)]
-    settings = tuple(
-        setting_of(sensor, confidence=confidence, most_markov=markov) for sensor in sensors
-    )
-    each = (
-        chosen in ("gtsam", "robot-localization", "toml", "json")
-        if axes is None
-        else (axes == "each")
-    )
     wanted = Wanted(
-        settings=settings,
-        each=each,
+        settings=_settings(analyses, confidence, markov),
+        each=chosen in _EACH if axes is None else axes == "each",
         rate=rate,
         topic=topic,
         accelerometer=stated,
         version=__version__,
     )
+    _write(output, chosen, wanted)
+
+
+def _format_of(output: Path) -> FormatName:
+    """The format that the name of a file tells."""
+    chosen = _SUFFIXES.get(output.suffix.lower())
+    if chosen is None:
+        raise UsageError(f"{output}: its name tells no format; give --format")
+    return chosen
+
+
+def _settings(analyses: list[Path], confidence: float, markov: int) -> "tuple[FilterSetting, ...]":
+    """The models of all gyros of some analyses."""
+    from sagnac.filters.sensors import sensors_in
+    from sagnac.filters.settings import setting_of
+
+    sensors = [sensor for path in analyses for sensor in sensors_in(path)]
+    return tuple(
+        setting_of(sensor, confidence=confidence, most_markov=markov) for sensor in sensors
+    )
+
+
+def _write(output: Path, chosen: FormatName, wanted: "Wanted") -> None:
+    """The settings into a file, and what they say in words onto the terminal."""
+    from sagnac.filters.exports import exported
+    from sagnac.report.files import write_text
+
     write_text(output, exported(chosen, wanted))
     for setting in wanted.chosen:
         print(setting.in_words())

@@ -4,10 +4,12 @@ from sagnac.cli import progress as progresses
 from sagnac.cli.options import NO_OPTIONS, File, Options, settings_of, statement_of
 from sagnac.cli.output import print_documents, verdict_status
 from sagnac.cli.reading import naming, read_file
+from sagnac.cli.settings_file import with_settings
 
 
 def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     """The periodic components found, strongest first."""
+    options = with_settings(options)
     statement = statement_of(options)
     settings = settings_of(options)
     with progresses.shown() as progress:

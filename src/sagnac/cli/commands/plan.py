@@ -114,8 +114,21 @@ def _print(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> None:
         f"± {100.0 * shown.half_width:.2g} % at {100.0 * shown.confidence:g} %.",
         end="\n\n",
     )
+    print(_supposition(analysis, shown), end="\n\n")
     listed = [(row.wanted, _spoken(row.hours)) for row in rows]
     print(text.table(("interval of N", "record"), listed))
+
+
+def _supposition(analysis: "Analysis", shown: "Shown") -> str:
+    """What the forecast takes a longer recording's answer to rest on."""
+    if not shown.efficient:
+        return "Forecast for an answer that stays an average over bands of the spectrum."
+    resting = analysis.average
+    now = resting is not None and resting.member == "whole band"
+    return (
+        f"Forecast for an answer that {'stays' if now else 'becomes'} the likelihood of the whole\n"
+        f"band to {shown.highest:.3g} Hz. An average over bands would have another interval."
+    )
 
 
 def _spoken(hours: float | None) -> str:
@@ -134,5 +147,6 @@ def _document(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> dict[st
         "recorded_h": shown.duration / 3600.0,
         "half_width": shown.half_width,
         "confidence": shown.confidence,
+        "supposes": "whole band" if shown.efficient else "average",
         "plan": [{**row.key, "hours": row.hours} for row in rows],
     }
