@@ -40,8 +40,9 @@ lint: $(VENV)/dev.stamp
 test-statistics: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest -m statistics -s
 
+# Two processes here as well: one takes a quarter of an hour.
 test-fuzz: $(VENV)/dev.stamp
-	timeout 600 $(BIN)/python -m pytest -m fuzz -s tests/fuzz
+	timeout 600 $(BIN)/python -m pytest -m fuzz -n 2 tests/fuzz
 
 benchmark: $(VENV)/bench.stamp
 	$(BIN)/python -m benchmarks

@@ -1,0 +1,161 @@
+"""Commands that end at fifty random instants: the old result is whole, or the new one.
+
+A signal comes at a random part of a run, or the disk is full after a random number of bytes. What
+a killed process leaves half written goes with the next run.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sagnac
+from tests.cli.test_interrupted import files_of, is_new, put_back
+from tests.paper.scope import SMALL
+
+ROOT = Path(sagnac.__file__).parent.parent
+SEED = 20_130_227
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+# Instants of each command; SAGNAC_FUZZ takes a part of them. A full disk is one in four.
+INSTANTS = {"analyze": 14, "simulate": 14, "simulate csv": 6, "convert": 10, "reproduce": 6}
+LONGEST = 240.0
+
+pytestmark = pytest.mark.fuzz
+
+
+def count_of(name: str) -> int:
+    return max(1, round(INSTANTS[name] * float(os.environ.get("SAGNAC_FUZZ", "1"))))
+
+
+def started(command: list[str], folder: Path) -> subprocess.Popen[bytes]:
+    with (folder / "said.txt").open("wb") as said:
+        environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT.parent}"}
+        return subprocess.Popen(command, env=environment, stdout=said, stderr=said)
+
+
+def ended(words: list[str], folder: Path, number: int, seconds: float) -> int:
+    """Exit status of a run that gets a signal after some time, unless it was over before."""
+    running = started([sys.executable, *words], folder)
+    try:
+        return running.wait(timeout=seconds)
+    except subprocess.TimeoutExpired:
+        running.send_signal(number)
+        return running.wait(timeout=LONGEST)
+
+
+def with_a_full_disk(words: list[str], folder: Path, blocks: int) -> int:
+    """Exit status of a run that can write no more than some blocks of 512 bytes into a file."""
+    limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", sys.executable, *words]
+    return started(limited, folder).wait(timeout=LONGEST)
+
+
+@pytest.fixture
+def still(tmp_path):
+    rate = 10.0 + 1.8 * np.random.default_rng(1).standard_normal(6000)
+    recording = sagnac.Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=100.0)
+    return sagnac.write(recording, tmp_path / "still.npz")
+
+
+def commands(still: Path, folder: Path) -> dict[str, tuple[list[str], list[str], Path]]:
+    """What is run, by what an old result differs, and what is made."""
+    report, made, copy = folder / "report", folder / "made.npz", folder / "copy.csv"
+    text = folder / "made.csv"
+    at_rest = ["--duration", "20", "--table-rate", "0"]
+    return {
+        "analyze": (
+            ["analyze", str(still), "--method", "none", "-o", str(report)],
+            ["--confidence", "0.9"],
+            report,
+        ),
+        "simulate": (["simulate", "-o", str(made), *at_rest], ["--seed", "2"], made),
+        "simulate csv": (["simulate", "-o", str(text), *at_rest], ["--seed", "2"], text),
+        "convert": (["convert", str(still), str(copy)], ["--slice", "0:30"], copy),
+    }
+
+
+@pytest.mark.parametrize("name", ["analyze", "simulate", "simulate csv", "convert"])
+def test_a_result_is_old_or_new_at_any_instant(name, still, tmp_path):
+    folder = tmp_path / "results"
+    folder.mkdir()
+    words, other, result = commands(still, folder)[name]
+    words = ["-m", "sagnac", *words]
+    assert ended([*words, *other], tmp_path, 0, LONGEST) == 0
+    before = files_of(result)
+    began = time.monotonic()
+    assert ended(words, tmp_path, 0, LONGEST) == 0
+    lasts, whole = time.monotonic() - began, files_of(result)
+    assert whole.keys() == before.keys()
+    assert whole != before
+    drawn, seen = random.Random(f"{SEED} {name}"), Counter()
+    for number in range(count_of(name)):
+        put_back(result, before)
+        kind = number % (len(SIGNALS) + 1)
+        if kind < len(SIGNALS):
+            ended(words, tmp_path, SIGNALS[kind], drawn.uniform(0.0, 1.1) * lasts)
+        else:
+            largest = max(len(content) for content in whole.values())
+            status = with_a_full_disk(
+                words, tmp_path, int(drawn.uniform(0.0, 1.0) * largest) // 512
+            )
+            said = (tmp_path / "said.txt").read_text().splitlines()
+            assert status == 1, said
+            assert "cannot be written" in said[-1]
+            # What stood for it meanwhile is no business of the reader.
+            assert ".part" not in said[-1]
+        after = files_of(result)
+        seen["old" if after == before else "new"] += 1
+        # A kill between two names leaves a file without those beside it, never with others.
+        assert after == before or is_new(after, whole, before) or is_alone(after, before, whole)
+    assert ended(words, tmp_path, 0, LONGEST) == 0
+    assert not list(folder.glob(".*.part"))
+    print(f"\n{name}: {dict(seen)}")
+
+
+def is_alone(after: dict[str, bytes], before: dict[str, bytes], whole: dict[str, bytes]) -> bool:
+    """Whether the file that others go with stands alone, old or new."""
+    ((name, content),) = after.items() if len(after) == 1 else (("", b""),)
+    return content in (before.get(name), whole.get(name))
+
+
+REPRODUCE = """
+import sys
+from pathlib import Path
+from sagnac.paper import reproduce as paper
+from tests.paper.scope import SMALL
+paper.reproduce(Path(sys.argv[1]), SMALL)
+"""
+
+
+def test_a_reproduction_that_was_ended_goes_on_to_the_same_bytes(tmp_path):
+    from sagnac.paper.reproduce import reproduce  # noqa: PLC0415  (the other tests need no rig)
+
+    folder = tmp_path / "reproduction"
+    folder.mkdir()
+    reproduce(folder, SMALL)
+    runs = folder / "runs"
+    whole = {entry.name: entry.read_bytes() for entry in runs.iterdir()}
+    drawn = random.Random(f"{SEED} reproduce")
+    words = ["-c", REPRODUCE, str(folder)]
+    for number in range(count_of("reproduce")):
+        for name in drawn.sample(sorted(whole), 6):
+            (runs / name).unlink(missing_ok=True)
+        kind = number % (len(SIGNALS) + 1)
+        if kind < len(SIGNALS):
+            ended(words, tmp_path, SIGNALS[kind], drawn.uniform(1.0, 12.0))
+        else:
+            assert with_a_full_disk(words, tmp_path, drawn.randrange(2)) != 0
+        there = {
+            entry.name: entry.read_bytes()
+            for entry in runs.iterdir()
+            if not entry.name.endswith(".part")
+        }
+        assert there.items() <= whole.items()
+    reproduce(folder, SMALL)
+    assert {entry.name: entry.read_bytes() for entry in runs.iterdir()} == whole
