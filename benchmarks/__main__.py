@@ -9,8 +9,12 @@ import benchmarks
 
 def main(arguments: list[str]) -> None:
     for module in pkgutil.iter_modules(benchmarks.__path__):
-        if not module.name.startswith("_"):
-            importlib.import_module(f"benchmarks.{module.name}").main(arguments)
+        if module.name.startswith("_"):
+            continue
+        run = getattr(importlib.import_module(f"benchmarks.{module.name}"), "main", None)
+        # What several of them share has nothing to run.
+        if run is not None:
+            run(arguments)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ Found = list[tuple[str, float]]
 PAGE: Final = Path(__file__).parents[1] / "docs" / "benchmarks_lines.md"
 REPEATS: Final = 3
 FALSE_ALARM: Final = 0.01
-# Of a difference of two gyros of 2.5e-5 deg/sqrt(h) each, and its readout step.
+# Walk of a difference of two gyros of 2.5e-5 deg/sqrt(h) each, and its readout step.
 RANDOM_WALK: Final = np.sqrt(2.0) * 2.5e-5 * DEGREE / np.sqrt(HOUR)
 READOUT_STEP: Final = 0.001 * ARCSECOND
 TABLE_RATE: Final = 40.0 * DEGREE  # rad/s

@@ -567,7 +567,7 @@ class Bench:
 
 
 def columns_of(path: Path) -> dict[str, Any]:
-    """Of every column its samples here and there, sums that any change shows in, and a hash."""
+    """Samples of every column here and there, sums that show any change, and a hash."""
     described: dict[str, Any] = {}
     with np.load(path, allow_pickle=False) as archive:
         for name in archive.files:

@@ -1,343 +1,319 @@
 """What goes wrong in a recording: from what strength N moves, and from what it is noticed.
 
-``python -m benchmarks.pathologies [SEEDS]`` writes docs/pathologies.md. A still gyro of
-N = 0.003 deg/sqrt(h), 100 Hz, and a pair on a table that turns at 20 deg/s, three minutes each.
+    python -m benchmarks.pathologies [SEEDS] [--workers N] [--only TEXT] [--results FILE]
+
+Each recording makes a line of FILE. What is there is not done again, so that a run goes on where
+it was ended; after a change of the code FILE has to go. The page is written from the seeds that
+are whole.
 """
 
+import argparse
+import json
 import math
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+import time
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.stats import binom
 
 import sagnac
+from benchmarks._faults import PATHOLOGIES, RATE, SAMPLES, SHARES, TABLE, WALK, Pathology
+from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
+from sagnac.errors import Note, RecordingError
 from sagnac.recording.effects import FINDINGS
-from sagnac.recording.quality import integrity
+from sagnac.recording.quality import integrity, judged
 
-RATE: Final = 100.0
-SAMPLES: Final = 18_000
-WALK: Final = 0.003  # deg/sqrt(h)
-SIGMA: Final = WALK * 60.0 * math.sqrt(RATE)  # deg/h
-MEAN: Final = 10.0  # deg/h
-TABLE: Final = 20.0  # deg/s
-SHARE: Final = 0.577
+PAGE: Final = STABILITY_PAGE.parent / "pathologies.md"
+RESULTS: Final = Path("out/pathologies.jsonl")
 MOVED: Final = 0.05
+MISSES: Final = 0.05
+# Chance beyond which misses are no chance.
+RARE: Final = 1e-3
 
-Generator = np.random.Generator
-Spoil = Callable[[FloatArray, float, Generator], FloatArray]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pathology:
-    """One fault of the samples of a gyro.
-
-    Attributes
-    ----------
-    name, unit
-        What it is, and what its strength counts.
-    strengths
-        From weak to strong.
-    spoil
-        Rates (deg/h), strength and generator -> the rates of the file.
-    """
-
-    name: str
-    unit: str
-    strengths: tuple[float, ...]
-    spoil: Spoil
-
-
-def _clip(low: float, high: float) -> Spoil:
-    """Limits at `low` and `high` sigma, divided by the strength: a stronger one lies nearer."""
-
-    def spoil(rate: FloatArray, strength: float, _: Generator) -> FloatArray:
-        mean = float(np.median(rate))
-        reach = SIGMA / strength
-        return np.clip(rate, mean + low * reach, mean + high * reach)
-
-    return spoil
-
-
-def _at(share: float, random: Generator) -> FloatArray:
-    return random.random(SAMPLES) < share
-
-
-def _spiked(height: float) -> Spoil:
-    def spoil(rate: FloatArray, share: float, random: Generator) -> FloatArray:
-        return np.where(_at(share, random), rate + height * SIGMA, rate)
-
-    return spoil
-
-
-def _one_spike(rate: FloatArray, strength: float, random: Generator) -> FloatArray:
-    rate = rate.copy()
-    rate[random.integers(100, SAMPLES - 100)] += strength * SIGMA
-    return rate
-
-
-def _lost(rate: FloatArray, share: float, random: Generator) -> FloatArray:
-    return np.where(_at(share, random), 0.0, rate)
-
-
-def _held(rate: FloatArray, share: float, random: Generator) -> FloatArray:
-    rate = rate.copy()
-    for place in np.flatnonzero(_at(share, random)[1:]) + 1:
-        rate[place] = rate[place - 1]
-    return rate
-
-
-def _stuck(length: int) -> Spoil:
-    def spoil(rate: FloatArray, share: float, random: Generator) -> FloatArray:
-        rate = rate.copy()
-        for start in random.integers(0, SAMPLES - length, round(share * SAMPLES / length)):
-            rate[start : start + length] = rate[start]
-        return rate
-
-    return spoil
-
-
-def _coarse(rate: FloatArray, strength: float, _: Generator) -> FloatArray:
-    return strength * SIGMA * np.rint(rate / (strength * SIGMA))
-
-
-def _unsigned(bits: int) -> Spoil:
-    def spoil(rate: FloatArray, strength: float, _: Generator) -> FloatArray:
-        counts = np.rint((rate - np.median(rate)) / SIGMA * 20.0 + 60.0 - 30.0 * strength)
-        return np.where(counts < 0, counts + 2.0**bits, counts) * SIGMA / 20.0
-
-    return spoil
-
-
-def _louder(factor: float) -> Spoil:
-    def spoil(rate: FloatArray, share: float, random: Generator) -> FloatArray:
-        rate = rate.copy()
-        count = round(share * SAMPLES)
-        start = int(random.integers(0, SAMPLES - count + 1))
-        mean = np.median(rate)
-        rate[start : start + count] = mean + factor * (rate[start : start + count] - mean)
-        return rate
-
-    return spoil
-
-
-def _growing(rate: FloatArray, strength: float, _: Generator) -> FloatArray:
-    mean = np.median(rate)
-    return mean + (rate - mean) * (1.0 + strength * np.linspace(0.0, 1.0, SAMPLES))
-
-
-def _stepped(rate: FloatArray, strength: float, random: Generator) -> FloatArray:
-    rate = rate.copy()
-    rate[int(random.integers(SAMPLES // 4, 3 * SAMPLES // 4)) :] += strength * SIGMA
-    return rate
-
-
-def _bit(rate: FloatArray, share: float, random: Generator) -> FloatArray:
-    """One bit of the counts, of 64 sigma, is wrong now and then."""
-    return np.where(_at(share, random), rate + 64.0 * SIGMA, rate)
-
-
-def _soft(rate: FloatArray, strength: float, _: Generator) -> FloatArray:
-    mean = np.median(rate)
-    return mean + SIGMA / strength * np.tanh((rate - mean) * strength / SIGMA)
-
-
-def _zero_runs(rate: FloatArray, share: float, random: Generator) -> FloatArray:
-    rate = rate.copy()
-    for start in random.integers(0, SAMPLES - 50, round(share * SAMPLES / 50)):
-        rate[start : start + 50] = 0.0
-    return rate
-
-
-_SHARES: Final = (1e-4, 1e-3, 0.01, 0.05, 0.2)
-_REACHES: Final = (0.25, 0.33, 0.5, 1.0, 3.0)
-_TABLE: Final[tuple[tuple[str, str, tuple[float, ...], Spoil], ...]] = (
-    (
-        "clipped on both sides",
-        "sigma/limit",
-        _REACHES,
-        _clip(-1.0, 1.0),
-    ),
-    (
-        "clipped above",
-        "sigma/limit",
-        _REACHES,
-        _clip(-99.0, 1.0),
-    ),
-    (
-        "clipped below",
-        "sigma/limit",
-        _REACHES,
-        _clip(-1.0, 99.0),
-    ),
-    ("one spike", "sigma", (5.0, 10.0, 30.0, 100.0, 1000.0), _one_spike),
-    ("spikes of 10 sigma", "share", _SHARES, _spiked(10.0)),
-    ("spikes of 100 sigma", "share", _SHARES, _spiked(100.0)),
-    ("zeros", "share", _SHARES, _lost),
-    ("runs of 50 zeros", "share", _SHARES, _zero_runs),
-    ("held samples", "share", _SHARES, _held),
-    ("stuck runs of 20", "share", _SHARES, _stuck(20)),
-    ("stuck runs of 99", "share", _SHARES, _stuck(99)),
-    ("coarse counts", "step/sigma", (0.3, 1.0, 1.2, 2.0, 4.0), _coarse),
-    (
-        "unsigned, 12 bits",
-        "offset",
-        (0.0, 1.0, 2.0),
-        _unsigned(12),
-    ),
-    (
-        "unsigned, 16 bits",
-        "offset",
-        (0.0, 1.0, 2.0),
-        _unsigned(16),
-    ),
-    (
-        "unsigned, 24 bits",
-        "offset",
-        (0.0, 1.0, 2.0),
-        _unsigned(24),
-    ),
-    (
-        "twice as loud for a while",
-        "share",
-        _SHARES[1:],
-        _louder(2.0),
-    ),
-    (
-        "ten times as loud for a while",
-        "share",
-        _SHARES[1:],
-        _louder(10.0),
-    ),
-    ("louder and louder", "growth", (0.05, 0.1, 0.3, 1.0, 3.0), _growing),
-    ("step of the rate", "sigma", (0.3, 1.0, 3.0, 10.0, 100.0), _stepped),
-    ("a bit that flips", "share", _SHARES, _bit),
-    ("soft saturation", "sigma/limit", (0.05, 0.1, 0.3, 1.0), _soft),
-)
-PATHOLOGIES: Final = tuple(
-    Pathology(name=name, unit=unit, strengths=strengths, spoil=spoil)
-    for name, unit, strengths, spoil in _TABLE
-)
-
-
-def recording(spoil: Spoil, strength: float, seed: int, *, turning: bool) -> sagnac.Recording:
-    """A gyro at rest, or a pair on a table, of which the first is spoilt."""
-    random = np.random.default_rng(seed)
-    table_rate = TABLE + 0.01 * np.sin(2.0 * np.pi * np.arange(SAMPLES) / RATE * TABLE / 30.0)
-    sensed = 3600.0 * SHARE * table_rate if turning else MEAN
-    x, z = (sensed + SIGMA * random.standard_normal(SAMPLES) for _ in range(2))
-    spoilt = spoil(x, strength, random)
-    more = {"z": z, "table": np.cumsum(table_rate) / RATE, "table_unit": "deg"} if turning else {}
-    return sagnac.Recording.from_arrays(
-        x=spoilt, kind="rate", unit="deg/h", sample_rate=RATE, **more
-    )
+Key = tuple[str, bool, float, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What one recording gave: N over its truth if nothing is asked, whether it is honest."""
+    """What one recording gave.
+
+    Attributes
+    ----------
+    name, turning, strength, seed
+        Of which recording.
+    ratio
+        N over its truth with every finding accepted; NaN if there is none.
+    said
+        Faults that are named, or the line with which the recording is refused.
+    held
+        Whether the interval holds N, or there is none.
+    seconds
+        Processor time.
+    """
+
+    name: str
+    turning: bool
+    strength: float
+    seed: int
+    ratio: float
+    said: tuple[str, ...]
+    held: bool
+    seconds: float
+
+    @property
+    def key(self) -> Key:
+        """What no other has."""
+        return self.name, self.turning, self.strength, self.seed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """N over its truth, what is said, and whether the interval holds."""
 
     ratio: float
-    named: bool
+    said: tuple[str, ...]
     held: bool
 
 
-def outcome(spoilt: sagnac.Recording) -> Outcome:
-    """The analysis of a spoilt recording, as it is given, and with everything accepted."""
-    if any(note.level == "error" for note in integrity(spoilt)):
-        return Outcome(ratio=math.nan, named=True, held=True)
+def _named(notes: Iterable[Note]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(note.name for note in notes if note.name and note.level != "remark"))
+
+
+def reading(recording: sagnac.Recording) -> Reading:
+    """The analysis of a recording, as it is given, and with everything accepted."""
+    refused = [note for note in integrity(recording) if note.level == "error"]
+    if refused:
+        return Reading(ratio=math.nan, said=_named(refused) or (refused[0].text,), held=True)
+    # At rest there is no line: nothing is removed.
+    method: Method = "none" if recording.table is None else "fos"
+    plain = sagnac.Settings(method=method)
+    knowing = sagnac.Settings(method=method, accepted=FINDINGS)
+    found = judged(recording)
+    withheld = any(note.level == "error" for note in found)
     try:
-        # At rest there is no line: nothing is removed.
-        method: Method = "none" if spoilt.table is None else "fos"
-        given = sagnac.analyze(spoilt, sagnac.Settings(method=method))
-        withheld = any(note.level == "error" for note in given.findings)
-        taken = (
-            sagnac.analyze(spoilt, sagnac.Settings(method=method, accepted=FINDINGS))
-            if withheld
-            else given
+        analysis = sagnac.analyze(recording, knowing if withheld else plain)
+        said = _named((*found, *analysis.findings))
+        walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+        held = (
+            withheld
+            or analysis.angle_random_walk.status == "not observable"
+            or walk.low <= WALK <= walk.high
         )
-    except RecordingError:
-        return Outcome(ratio=math.nan, named=True, held=True)
-    walk = given.angle_random_walk.to("deg/sqrt(h)")
-    named = any(note.level != "remark" for note in given.findings)
-    held = given.angle_random_walk.status == "not observable" or walk.low <= WALK <= walk.high
+        if not withheld and any(note.level == "error" for note in analysis.findings):
+            taken = sagnac.analyze(recording, knowing).angle_random_walk
+            walk = taken.to("deg/sqrt(h)")
+    except RecordingError as error:
+        return Reading(ratio=math.nan, said=(*_named(found), str(error)), held=True)
+    return Reading(ratio=walk.value / WALK, said=said, held=held)
+
+
+def outcome(pathology: Pathology, *, strength: float, seed: int, turning: bool) -> Outcome:
+    """What one recording gave."""
+    began = time.process_time()
+    found = reading(pathology.recording(strength, seed, turning=turning))
     return Outcome(
-        ratio=taken.angle_random_walk.to("deg/sqrt(h)").value / WALK, named=named, held=held
+        name=pathology.name,
+        turning=turning,
+        strength=strength,
+        seed=seed,
+        ratio=found.ratio,
+        said=found.said,
+        held=found.held,
+        seconds=round(time.process_time() - began, 3),
     )
+
+
+def _outcome_of(key: Key) -> Outcome:
+    name, turning, strength, seed = key
+    (pathology,) = (one for one in PATHOLOGIES if one.name == name)
+    return outcome(pathology, strength=strength, seed=seed, turning=turning)
+
+
+def keys_of(seeds: Iterable[int], only: str = "") -> Iterator[Key]:
+    """Every recording, seed after seed."""
+    for seed in seeds:
+        for turning in (False, True):
+            for pathology in PATHOLOGIES:
+                if only in pathology.name and _takes_place(pathology, turning=turning):
+                    for strength in pathology.strengths:
+                        yield pathology.name, turning, strength, seed
+
+
+def _takes_place(pathology: Pathology, *, turning: bool) -> bool:
+    return pathology.turning if turning else pathology.standing
+
+
+def stored(results: Path) -> dict[Key, Outcome]:
+    """What an earlier run has written; a line that was cut off is left out."""
+    found: dict[Key, Outcome] = {}
+    if not results.exists():
+        return found
+    for line in results.read_text(encoding="utf-8").splitlines():
+        try:
+            fields = json.loads(line)
+        except json.JSONDecodeError:
+            continue
+        one = Outcome(**fields | {"said": tuple(fields["said"])})
+        found[one.key] = one
+    return found
+
+
+def run(keys: Sequence[Key], results: Path, workers: int) -> Iterator[Outcome]:
+    """Every recording that is not stored yet, each written down before the next."""
+    results.parent.mkdir(parents=True, exist_ok=True)
+    with results.open("a", encoding="utf-8") as lines:
+        if workers == 1:
+            made: Iterator[Outcome] = map(_outcome_of, keys)
+            yield from _written(made, lines)
+            return
+        with ProcessPoolExecutor(workers) as pool:
+            yield from _written(pool.map(_outcome_of, keys), lines)
+
+
+def _written(made: Iterable[Outcome], lines: object) -> Iterator[Outcome]:
+    for one in made:
+        print(json.dumps(asdict(one), ensure_ascii=False), file=lines, flush=True)
+        yield one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """A pathology: the least strengths at which N moves and at which it is said, and misses."""
+    """A pathology: the least strengths at which N moves and at which it is said, and misses.
+
+    Attributes
+    ----------
+    moves, noticed
+        Strengths; infinite if none of those tried is enough.
+    silent, recordings
+        Recordings whose interval does not hold N and in which nothing is said, of how many.
+    unnamed
+        Recordings in which nothing is said.
+    """
 
     moves: float
     noticed: float
     silent: int
+    unnamed: int
     recordings: int
 
+    @property
+    def is_chance(self) -> bool:
+        """Whether sound recordings are as often outside their intervals."""
+        return self.silent <= int(binom.ppf(1.0 - RARE, self.unnamed, MISSES)) or not self.unnamed
 
-def row(pathology: Pathology, seeds: int, *, turning: bool) -> Row:
+    @property
+    def is_in_time(self) -> bool:
+        """Whether it is noticed before N moves."""
+        return self.noticed <= self.moves
+
+
+def row(found: Mapping[float, Sequence[Outcome]]) -> Row:
     """All strengths of one pathology."""
     moves = noticed = math.inf
-    silent = count = 0
-    for strength in pathology.strengths:
-        found = [
-            outcome(recording(pathology.spoil, strength, seed, turning=turning))
-            for seed in range(seeds)
-        ]
-        count += seeds
-        silent += sum(not one.held and not one.named for one in found)
-        ratios = np.array([one.ratio for one in found])
-        moved = abs(np.nanmean(ratios) - 1.0) > MOVED if np.isfinite(ratios).any() else True
-        moves = min(moves, strength if moved else math.inf)
-        said = 2 * sum(one.named for one in found) > seeds
-        noticed = min(noticed, strength if said else math.inf)
-    return Row(moves=moves, noticed=noticed, silent=silent, recordings=count)
+    for strength, outcomes in sorted(found.items()):
+        ratios = np.array([one.ratio for one in outcomes])
+        there = ratios[np.isfinite(ratios)]
+        if not there.size or abs(there.mean() - 1.0) > MOVED:
+            moves = min(moves, strength)
+        if 2 * sum(bool(one.said) for one in outcomes) > len(outcomes):
+            noticed = min(noticed, strength)
+    every = [one for outcomes in found.values() for one in outcomes]
+    unnamed = [one for one in every if not one.said]
+    return Row(
+        moves=moves,
+        noticed=noticed,
+        silent=sum(not one.held for one in unnamed),
+        unnamed=len(unnamed),
+        recordings=len(every),
+    )
 
 
 def _shown(strength: float) -> str:
-    return f"{strength:g}" if math.isfinite(strength) else "–"
+    return f"{strength:.3g}" if math.isfinite(strength) else "–"
 
 
-def table(seeds: int, *, turning: bool) -> Iterator[str]:
+def table(found: Iterable[Outcome], *, turning: bool) -> Iterator[str]:
     """A row of the table after another."""
-    yield "| pathology | strength | moves | noticed | silent |"
-    yield "|---|---|---|---|---|"
+    yield "| pathology | strength | moves | noticed | silent | by chance |"
+    yield "|---|---|---|---|---|---|"
+    by_name: dict[str, dict[float, list[Outcome]]] = defaultdict(lambda: defaultdict(list))
+    for one in found:
+        if one.turning == turning:
+            by_name[one.name][one.strength].append(one)
     for pathology in PATHOLOGIES:
-        found = row(pathology, seeds, turning=turning)
-        cells = [pathology.name, pathology.unit, _shown(found.moves), _shown(found.noticed)]
-        cells.append(f"{found.silent} of {found.recordings}")
+        if pathology.name not in by_name:
+            continue
+        told = row(by_name[pathology.name])
+        noticed = _shown(told.noticed) if told.is_in_time else f"**{_shown(told.noticed)}**"
+        silent = f"{told.silent} of {told.recordings}"
+        cells = (
+            pathology.name,
+            pathology.unit,
+            _shown(told.moves),
+            noticed,
+            silent if told.is_chance else f"**{silent}**",
+            f"{MISSES * told.unnamed:.2g}",
+        )
         yield f"| {' | '.join(cells)} |"
 
 
-def main(arguments: list[str]) -> None:
-    """Write both tables, as far as they are."""
-    seeds = int(arguments[0]) if arguments else 20
+def page(found: Sequence[Outcome], seeds: int) -> str:
+    """Both tables, and how to read them."""
+    minutes = SAMPLES / RATE / 60.0
+    x, z = SHARES["x"], SHARES["z"]
     lines = [
         "# What goes wrong in a recording, and whether it is said",
         "",
-        f"`python -m benchmarks.pathologies {seeds}` writes this. A gyro of N = {WALK} °/√h, "
-        f"{RATE:g} Hz, {SAMPLES / RATE / 60.0:g} min, {seeds} recordings of each strength. "
-        "*Moves*: the least strength tried at which the mean N, with every finding accepted, is "
-        "5 % off. *Noticed*: the least at which most recordings name a fault. *Silent*: "
-        "recordings whose interval does not hold N and in which nothing is said. A dash: at no "
-        "strength tried.",
+        f"`python -m benchmarks.pathologies {seeds}` writes this. A gyro of N = {WALK} °/√h at "
+        f"{RATE:g} Hz is recorded for {minutes:g} min, {seeds} times at each strength.",
+        "",
+        "- *Moves*: the least strength tried at which the mean N, with every finding accepted, "
+        f"is {100.0 * MOVED:g} % off, or at which every recording is refused.",
+        "- *Noticed*: the least strength at which most recordings name a fault or are refused. It "
+        "is bold if it is larger than the one before.",
+        "- *Silent*: recordings whose interval does not hold N and in which nothing is said. A "
+        "95 % interval misses N in 5 % of sound recordings, too. *By chance* is 5 % of the "
+        "recordings in which nothing is said; the count is bold if chance makes it in less than "
+        f"{RARE:g} of all cases.",
+        "- A dash: at no strength tried.",
     ]
     for turning, title in (
         (False, "At rest"),
-        (True, f"A pair on a table at {TABLE:g} °/s, one of them spoilt"),
+        (True, f"A pair on a table at {TABLE:g} °/s, of which it senses {x} and {z}"),
     ):
-        lines += ["", f"## {title}", ""]
-        for line in table(seeds, turning=turning):
-            lines.append(line)
-            print(line, flush=True)
-            text = "\n".join(lines) + "\n"
-            Path("docs/pathologies.md").write_text(text, encoding="utf-8")
+        lines += ["", f"## {title}", "", *table(found, turning=turning)]
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str]) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("seeds", nargs="?", type=int, default=20, help="recordings a strength")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    parser.add_argument("--only", default="", help="part of the names of the pathologies")
+    parser.add_argument("--results", type=Path, default=RESULTS, help="JSON lines, added to")
+    asked = parser.parse_args(arguments)
+    known = stored(asked.results)
+    wanted = list(keys_of(range(asked.seeds), asked.only))
+    missing = [key for key in wanted if key not in known]
+    for done, one in enumerate(run(missing, asked.results, asked.workers), 1):
+        known[one.key] = one
+        if done % 100 == 0:
+            print(f"{done} of {len(missing)}", flush=True)
+    found = [known[key] for key in wanted]
+    text = page(found, asked.seeds)
+    if not asked.only:
+        PAGE.write_text(text, encoding="utf-8")
+    print(text)
+    slowest = sorted(found, key=lambda one: -one.seconds)[:5]
+    for one in slowest:
+        print(f"{one.seconds:.1f} s: {one.name}, {one.strength:g}, turning {one.turning}")
 
 
 if __name__ == "__main__":

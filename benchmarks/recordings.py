@@ -2,11 +2,11 @@
 
 Each recording is drawn by its number and made on the rig; the truth is the rig's own. One row a
 recording and method is kept in a folder, so that a run that was stopped goes on where it was. All
-of it takes hours: `--methods` and `--recordings` take a part.
+of it takes hours: `--methods` and `--recordings` take a part. ``--set disturbed`` takes the second
+hundred, with lock-in, dither, slow noise, warm-up and lines that wander (`recording_sets`).
 """
 
 import argparse
-import hashlib
 import json
 import math
 import os
@@ -14,102 +14,61 @@ import platform
 import statistics
 import sys
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, get_args
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.stats import binomtest, norm
+from scipy.stats import binomtest, norm, spearmanr
 
+from benchmarks.recording_lines import FALSE_ALARM, PAIR, lines_table, true_value
+from benchmarks.recording_sets import (
+    AMPLITUDES,
+    JITTERS,
+    LOWEST_CYCLES,
+    MOST_ORDER,
+    ORDERS,
+    PLAIN,
+    RANDOM_WALKS,
+    SEED,
+    SETS,
+    SHARES,
+    TABLE_RATES,
+    TONES,
+    RecordingSet,
+)
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Method, Settings
 from sagnac.errors import RecordingError
-from sagnac.lines.detection import detection_threshold
-from sagnac.rig.config import RigConfig, preset
-from sagnac.rig.sections import GYRO_NAMES, DisturbanceConfig, Pairs
-from sagnac.rig.simulate import Simulation, simulate
-from sagnac.rig.truth import Truth, truth_of
+from sagnac.processes import GIBIBYTE, completed, means_of
+from sagnac.rig.config import RigConfig
+from sagnac.rig.sections import Pairs
+from sagnac.rig.simulate import Simulation
 from sagnac.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 
-PAGE: Final = STABILITY_PAGE.with_name("benchmarks_recordings.md")
-FIGURE: Final = PAGE.with_name("benchmarks_recordings.png")
-FOLDER: Final = Path("out") / "recordings"
-SEED: Final = 20130227
-PAIR: Final = ("x", "z")
+FOLDER: Final = Path("out")
+# Two hours of three gyros at 500 Hz, and what their analysis holds, bytes.
+NEEDED: Final = 1.5 * GIBIBYTE
+LEAST_FOR_REASONS: Final = 5
 METHODS: Final[tuple[Method, ...]] = ("fos", "fos-paper", "fos-korenberg", "fris", "none")
-FALSE_ALARM: Final = 0.01  # of the search, as `analyze` runs it
-# What is drawn, each evenly in its logarithm.
-TABLE_RATES: Final = (10.0, 80.0)  # deg/s
-AMPLITUDES: Final = (0.005, 1.0)  # arcsec
-RANDOM_WALKS: Final = (1e-5, 1e-4)  # deg/sqrt(h)
-JITTERS: Final = (0.001, 0.01)  # deg/s
-LOWEST_CYCLES: Final = 20  # a record, of a line in time
-# And evenly: how many lines on each scale, of which orders; deviation of the shares.
-ORDERS: Final = (3, 20)
-MOST_ORDER: Final = 64
-TONES: Final = (2, 12)
-SHARES: Final = 0.002
-
-
-# --- the recordings ---------------------------------------------------------------------------
-
-
-def config_of(number: int) -> RigConfig:
-    """The recording of that number: the rig of the paper, with what varies drawn."""
-    random = np.random.default_rng([SEED, number])
-    base = preset("paper")
-
-    def between(ends: tuple[float, float], size: int | None = None) -> Any:
-        return np.exp(random.uniform(*np.log(ends), size))
-
-    rate = float(between(TABLE_RATES))
-    orders = random.choice(MOST_ORDER, random.integers(*ORDERS, endpoint=True), replace=False) + 1.0
-    tones = int(random.integers(*TONES, endpoint=True))
-    band = (LOWEST_CYCLES / base.duration_s, 0.5 * base.sample_rate_hz)
-    return replace(
-        base,
-        seed=number,
-        table=replace(
-            base.table,
-            rate_deg_per_s=rate,
-            start_deg=float(random.uniform(-180.0, 180.0)),
-            jitter_rms_deg_per_s=float(between(JITTERS)),
-        ),
-        platform=replace(
-            base.platform,
-            share_deviation=tuple(random.uniform(-SHARES, SHARES, 3).tolist()),
-            heading_deg=float(random.uniform(-180.0, 180.0)),
-        ),
-        gyro=replace(base.gyro, arw_deg_per_sqrt_h=tuple(between(RANDOM_WALKS, 3).tolist())),
-        disturbances=DisturbanceConfig(
-            angle=_pairs(orders, between(AMPLITUDES, orders.size)),
-            time=_pairs(between(band, tones), between(AMPLITUDES, tones)),
-        ),
-    )
-
-
-def _pairs(positions: Any, amplitudes: Any) -> Pairs:
-    return tuple(sorted(zip(positions.tolist(), amplitudes.tolist(), strict=True)))
-
-
-def true_value(truth: Truth) -> float:
-    """N of the pair, deg/sqrt(h)."""
-    return truth.pairs["-".join(PAIR)].arw_deg_per_sqrt_h
 
 
 # --- rows -------------------------------------------------------------------------------------
 
 
-def row_of(number: int, method: Method, simulation: Simulation) -> dict[str, Any]:
+def row_of(
+    number: int, method: Method, simulation: Simulation, of: RecordingSet = PLAIN
+) -> dict[str, Any]:
     """What one method makes of one recording."""
     row: dict[str, Any] = {
         "number": number,
         "method": method,
-        "config": digest(config_of(number)),
+        "config": of.digest_of(number),
         "truth": true_value(simulation.truth),
     }
     start = time.process_time()
@@ -144,157 +103,67 @@ def row_of(number: int, method: Method, simulation: Simulation) -> dict[str, Any
     }
 
 
-def digest(config: RigConfig) -> str:
-    text = json.dumps(asdict(config), sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
+def page_of(of: RecordingSet) -> Path:
+    """The page of a set in the docs."""
+    name = "" if of is PLAIN else f"_{of.name}"
+    return STABILITY_PAGE.with_name(f"benchmarks_recordings{name}.md")
 
 
 def place(folder: Path, number: int, method: Method) -> Path:
     return folder / f"{number:03d}-{method}.json"
 
 
-def known(folder: Path, number: int, method: Method) -> dict[str, Any] | None:
+def known(folder: Path, number: int, method: Method, of: RecordingSet) -> dict[str, Any] | None:
     """The row that is kept, None if there is none or it is of another recording."""
     path = place(folder, number, method)
     if not path.exists():
         return None
     row: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return row if row["config"] == digest(config_of(number)) else None
-
-
-def make_rows(folder: Path, recordings: int, methods: Sequence[Method]) -> None:
-    """Every row that is not kept yet, one recording after another."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for number in range(1, recordings + 1):
-        missing = [method for method in methods if known(folder, number, method) is None]
-        if not missing:
-            continue
-        simulation = simulate(config_of(number))
-        for method in missing:
-            row = row_of(number, method, simulation)
-            path = place(folder, number, method)
-            draft = path.with_suffix(".part")
-            draft.write_text(json.dumps(row, indent=1, allow_nan=False), encoding="utf-8")
-            os.replace(draft, path)
-            print(
-                f"{number}/{recordings} {method}: {row['status']}, {row.get('seconds', 0.0):.1f} s",
-                file=sys.stderr,
-                flush=True,
-            )
-
-
-# --- lines against the truth ------------------------------------------------------------------
-
-
-Peak = tuple[float, float, float]
+    return row if row["config"] == of.digest_of(number) else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judged:
-    """Lines of one recording, each as (Hz at the mean table rate, amplitude in arcsec, height).
+class Missing:
+    """A recording that is still to be made, and the methods that it lacks."""
 
-    `height` is that of the peak over the noise floor, in units of the detection threshold.
-    `found`, `missed` and `merged` are lines put in, the last within a bin of another one that was
-    found; `explained` are finds of what the Earth and the encoder's error make of the table's
-    motion and of harmonics put in; `false` are all other finds, a second of one line among them.
-    """
-
-    found: list[Peak]
-    missed: list[Peak]
-    merged: list[Peak]
-    explained: list[Peak]
-    false: list[Peak]
+    number: int
+    methods: tuple[Method, ...]
 
 
-def judged(row: Mapping[str, Any]) -> Judged:
-    config = config_of(row["number"])
-    truth = truth_of(config)
-    turn_rate = truth.table_rate_deg_per_s / 360.0
-    resolution = 1.0 / config.duration_s
-    threshold = detection_threshold(config.samples // 2, FALSE_ALARM)
-    walk = math.sqrt(2.0) * true_value(truth) * DEGREE_PER_ROOT_HOUR / ARCSECOND
-    steps = [config.gyro.quantization_step_arcsec[GYRO_NAMES.index(name)] for name in PAIR]
-
-    def peak(hertz: float, amplitude: float) -> Peak:
-        """With its height over the floor of the increments."""
-        transfer = 2.0 * math.sin(math.pi * hertz / config.sample_rate_hz)
-        readout = sum(step**2 for step in steps) / 12.0
-        floor = walk**2 / config.sample_rate_hz + readout * transfer**2
-        height = config.samples * (amplitude * transfer) ** 2 / 4.0 / floor
-        return hertz, amplitude, height / threshold
-
-    rest = [
-        peak(
-            line["frequency"] * (turn_rate if line["scale"] == "angle" else 1.0),
-            line["amplitude_arcsec"],
+def make_rows(
+    folder: Path, of: RecordingSet, numbers: Sequence[int], methods: Sequence[Method], workers: int
+) -> None:
+    """Every row that is not kept yet, each recording made once for all methods that it lacks."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lacking = [
+        Missing(
+            number=number,
+            methods=tuple(one for one in methods if known(folder, number, one, of) is None),
         )
-        for line in row["lines"]
+        for number in numbers
     ]
-    found: list[Peak] = []
-    lost: list[Peak] = []
-    put_in = [
-        peak(
-            line.order * turn_rate if line.order is not None else line.frequency_hz or math.nan,
-            line.difference_amplitude_arcsec["-".join(PAIR)],
-        )
-        for line in truth.lines
-    ]
-    for line in sorted(put_in, key=lambda one: -one[2]):
-        nearest = min(rest, key=lambda other: abs(other[0] - line[0]), default=None)
-        if nearest is not None and abs(nearest[0] - line[0]) < resolution:
-            rest.remove(nearest)
-            found.append(line)
-        else:
-            lost.append(line)
-    merged = [line for line in lost if any(abs(other[0] - line[0]) < resolution for other in found)]
-    largest = explicable(truth, config)
-    explained: list[Peak] = []
-    false: list[Peak] = []
-    for find in rest:
-        order = round(find[0] / turn_rate)
-        near = abs(find[0] - order * turn_rate) < resolution
-        # Of what is weak, only what noise adds to is found.
-        noise = 4.0 * find[1] / math.sqrt(2.0 * find[2] * threshold)
-        own = near and order in largest and find[1] < largest[order] + noise
-        (explained if own else false).append(find)
-    return Judged(
-        found=found,
-        missed=[line for line in lost if line not in merged],
-        merged=merged,
-        explained=explained,
-        false=false,
-    )
+    lacking = [one for one in lacking if one.methods]
+    work = partial(make_rows_of, folder=folder, name=of.name)
+    left = len(lacking)
+    for one, future in completed(lacking, work, means_of(workers), lambda _: NEEDED):
+        left -= 1
+        said = ", ".join(future.result())
+        print(f"recording {one.number}: {said}; {left} left", file=sys.stderr, flush=True)
 
 
-def explicable(truth: Truth, config: RigConfig) -> dict[int, float]:
-    """Largest amplitude, arcsec, at each order, of what is there without being put in as a line.
-
-    Earth rate at order 1, and of its amplitude E where the rate ripples by a fraction f at
-    order p, E f / (2 (p + 1)) and E f / (2 (p - 1)) at p + 1 and p - 1. Where the encoder errs
-    by e cos(p alpha), an order k of amplitude A in the angle that it reports has sidebands of
-    A k e / 2 at k + p and k - p, and the table's motion, of which the gyros sense unequal
-    shares, shows p.
-    """
-    channel = "-".join(PAIR)
-    largest: dict[int, float] = {}
-
-    def add(order: float, amplitude: float) -> None:
-        largest[round(order)] = largest.get(round(order), 0.0) + amplitude
-
-    if truth.earth_rate_order_one is not None:
-        earth = truth.earth_rate_order_one.difference_amplitude_arcsec[channel]
-        add(1.0, earth)
-        for p, fraction in config.table.ripple:
-            add(p + 1.0, earth * fraction / (2.0 * (p + 1.0)))
-            add(p - 1.0, earth * fraction / (2.0 * (p - 1.0)))
-    for p, error in config.encoder.periodic_error:
-        add(p, abs(truth.shares[PAIR[0]] - truth.shares[PAIR[1]]) * error)
-        for line in truth.lines:
-            if line.order is not None:
-                size = line.difference_amplitude_arcsec[channel] * line.order * error * ARCSECOND
-                add(line.order + p, size / 2.0)
-                add(abs(line.order - p), size / 2.0)
-    return largest
+def make_rows_of(one: Missing, folder: Path, name: str) -> list[str]:
+    """Every row of one recording; says how it went."""
+    of = SETS[name]
+    simulation = of.simulation_of(one.number)
+    said = []
+    for method in one.methods:
+        row = row_of(one.number, method, simulation, of)
+        path = place(folder, one.number, method)
+        draft = path.with_suffix(".part")
+        draft.write_text(json.dumps(row, indent=1, allow_nan=False), encoding="utf-8")
+        os.replace(draft, path)
+        said.append(f"{method} {row['status']} in {row.get('seconds', 0.0):.1f} s")
+    return said
 
 
 # --- the page ---------------------------------------------------------------------------------
@@ -364,26 +233,59 @@ def answers(rows: Mapping[Method, Sequence[Mapping[str, Any]]]) -> list[str]:
     return text
 
 
-def parts(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def parts(rows: Sequence[Mapping[str, Any]], of: RecordingSet) -> list[str]:
     """Bias and coverage of `fos` by what was drawn."""
-    configs = {row["number"]: config_of(row["number"]) for row in rows}
+    configs = {row["number"]: of.config_of(row["number"]) for row in rows}
     middle_rate = math.sqrt(TABLE_RATES[0] * TABLE_RATES[1])
     middle_walk = math.sqrt(RANDOM_WALKS[0] * RANDOM_WALKS[1])
-    of = {
+    groups = {
         f"table below {middle_rate:.0f} °/s": lambda row: _rate(configs, row) < middle_rate,
         f"table above {middle_rate:.0f} °/s": lambda row: _rate(configs, row) >= middle_rate,
         f"N̄ below {middle_walk:.1e} °/√h": lambda row: row["truth"] < middle_walk,
         f"N̄ above {middle_walk:.1e} °/√h": lambda row: row["truth"] >= middle_walk,
         "at most 18 lines": lambda row: _lines(configs, row) <= 18,
         "more than 18 lines": lambda row: _lines(configs, row) > 18,
+        **{
+            f"gyros {mode}": lambda row, mode=mode: configs[row["number"]].gyro.mode == mode
+            for mode in sorted({config.gyro.mode for config in configs.values()})
+        },
     }
     text = [
         "| recordings with | number | bias, % | intervals that hold the truth, % |",
         "|---|---|---|---|",
     ]
-    for name, chosen in of.items():
+    for name, chosen in groups.items():
         own = [row for row in rows if chosen(row)]
         text.append(f"| {name} | {len(own)} | {bias(own)} | {coverage(own)} |")
+    return text
+
+
+def reasons(rows: Mapping[Method, Sequence[Mapping[str, Any]]], of: RecordingSet) -> list[str]:
+    """Rank correlation of value over truth, bounds as values, with what was drawn."""
+
+    def strength(lines: Pairs, row: Mapping[str, Any]) -> float:
+        return math.sqrt(sum(size**2 for _, size in lines)) / row["truth"]
+
+    drawn: dict[str, Callable[[RigConfig, Mapping[str, Any]], float]] = {
+        "table rate": lambda config, _: config.table.rate_deg_per_s,
+        "N̄": lambda _, row: row["truth"],
+        "orders, rms over N̄": lambda config, row: strength(config.disturbances.angle, row),
+        "lines in time, rms over N̄": lambda config, row: strength(config.disturbances.time, row),
+        "lines below 1 Hz, rms over N̄": lambda config, row: strength(
+            tuple(line for line in config.disturbances.time if line[0] < 1.0), row
+        ),
+    }
+    text = [f"| method | {' | '.join(drawn)} |", f"|---|{'---|' * len(drawn)}"]
+    for method, own in rows.items():
+        shown = [row for row in own if row.get("value") is not None]
+        if len(shown) < LEAST_FOR_REASONS:
+            continue
+        ratios = [row["value"] / row["truth"] for row in shown]
+        found = [
+            spearmanr(ratios, [one(of.config_of(row["number"]), row) for row in shown]).statistic
+            for one in drawn.values()
+        ]
+        text.append(f"| {method} | {' | '.join(f'{value:+.2f}' for value in found)} |")
     return text
 
 
@@ -396,47 +298,7 @@ def _lines(configs: Mapping[int, RigConfig], row: Mapping[str, Any]) -> int:
     return len(disturbances.angle) + len(disturbances.time)
 
 
-def lines_table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What `fos` found of the lines put in."""
-    judgements = {row["number"]: judged(row) for row in rows if "lines" in row}
-
-    def line(name: str, lines: Mapping[int, Sequence[Peak]], named: bool = False) -> str:
-        inside = {number: own for number, own in lines.items() if own}
-        text = f"| {name} | {sum(map(len, lines.values()))} | {len(inside)}"
-        if named and inside:
-            heights = [
-                f"{number} ({', '.join(f'{peak[2]:.3g}' for peak in own)})"
-                for number, own in inside.items()
-            ]
-            text += f": {', '.join(heights)}"
-        return f"{text} |"
-
-    def among(above: bool, *names: str) -> dict[int, list[Peak]]:
-        return {
-            number: [
-                peak for name in names for peak in getattr(one, name) if (peak[2] > 1.0) is above
-            ]
-            for number, one in judgements.items()
-        }
-
-    return [
-        "| | lines | in recordings (heights, in units of the threshold) |",
-        "|---|---|---|",
-        line("put in, above the detection threshold", among(True, "found", "missed", "merged")),
-        line("of them found", among(True, "found")),
-        line("of them within a bin (1/T) of one that was found", among(True, "merged"), True),
-        line("of them missed", among(True, "missed"), True),
-        line("put in, below the threshold", among(False, "found", "missed", "merged")),
-        line("of them found", among(False, "found")),
-        line(
-            "found, of Earth rate and of the encoder's error",
-            {number: one.explained for number, one in judgements.items()},
-        ),
-        line("false", {number: one.false for number, one in judgements.items()}, True),
-    ]
-
-
-def outside(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def outside(rows: Sequence[Mapping[str, Any]], of: RecordingSet) -> list[str]:
     """Recordings whose interval does not hold the truth."""
     text = [
         "| recording | table, °/s | truth, °/√h | value | low | high | error, % | lines |",
@@ -446,20 +308,20 @@ def outside(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         if row["status"] != "estimated" or held(row):
             continue
         text.append(
-            f"| {row['number']} | {config_of(row['number']).table.rate_deg_per_s:.1f} "
+            f"| {row['number']} | {of.config_of(row['number']).table.rate_deg_per_s:.1f} "
             f"| {row['truth']:.4e} | {row['value']:.4e} | {row['low']:.4e} | {row['high']:.4e} "
             f"| {100.0 * (row['value'] / row['truth'] - 1.0):+.2f} | {len(row['lines'])} |"
         )
     return text
 
 
-def draw(rows: Mapping[Method, Sequence[Mapping[str, Any]]]) -> Figure:
+def draw(rows: Mapping[Method, Sequence[Mapping[str, Any]]], of: RecordingSet) -> Figure:
     figure = Figure(figsize=(10.0, 4.0), layout="constrained")
     every, close = figure.subplots(1, 2)
     for (method, own), mark in zip(rows.items(), "o^vsx", strict=True):
         shown = [row for row in own if row.get("value") is not None]
         every.plot(
-            [config_of(row["number"]).table.rate_deg_per_s for row in shown],
+            [of.config_of(row["number"]).table.rate_deg_per_s for row in shown],
             [row["value"] / row["truth"] for row in shown],
             mark,
             markersize=3.0,
@@ -504,22 +366,24 @@ def draw(rows: Mapping[Method, Sequence[Mapping[str, Any]]]) -> Figure:
     return figure
 
 
-def report(rows: Mapping[Method, Sequence[Mapping[str, Any]]], recordings: int) -> str:
+def report(
+    rows: Mapping[Method, Sequence[Mapping[str, Any]]], numbers: Sequence[int], of: RecordingSet
+) -> str:
+    recordings = len(numbers)
     few = {method: len(own) for method, own in rows.items() if 0 < len(own) < recordings}
     text = [
-        "# A hundred recordings: bias, intervals and lines"
-        if recordings == 100
-        else f"# {recordings} recordings: bias, intervals and lines",
+        f"# {'A hundred' if recordings == 100 else recordings} recordings"
+        f"{'' if of is PLAIN else f', {of.name}'}: bias, intervals and lines",
         "",
-        f"`python -m benchmarks.recordings --write`; {platform.machine()}, {os.cpu_count()} cores, "
-        f"Python {platform.python_version()}, numpy {np.__version__}, "
+        f"`python -m benchmarks.recordings --set {of.name} --write`; {platform.machine()}, "
+        f"{os.cpu_count()} cores, Python {platform.python_version()}, numpy {np.__version__}, "
         f"finufft {version('finufft')}, numba {version('numba')}. Seconds are of processor time, "
         "so that other work on the machine counts little.",
         "",
-        f"Recordings 1 to {recordings} of the rig with its preset `paper` (two hours at 500 Hz, "
-        "readout 0.001″, encoder of 0.18″ steps and 1″ of periodic error, ripple at orders 12 and "
-        "36, Earth rate at 28.2°). Drawn for each, evenly in the logarithm: table rate "
-        f"{TABLE_RATES[0]:g} to {TABLE_RATES[1]:g} °/s, its jitter {JITTERS[0]:g} to "
+        f"Recordings {numbers[0]} to {numbers[-1]} of the rig with its preset `paper` (two hours "
+        "at 500 Hz, readout 0.001″, encoder of 0.18″ steps and 1″ of periodic error, ripple at "
+        "orders 12 and 36, Earth rate at 28.2°). Drawn for each, evenly in the logarithm: table "
+        f"rate {TABLE_RATES[0]:g} to {TABLE_RATES[1]:g} °/s, its jitter {JITTERS[0]:g} to "
         f"{JITTERS[1]:g} °/s rms, N of each gyro {RANDOM_WALKS[0]:g} to {RANDOM_WALKS[1]:g} °/√h, "
         f"{ORDERS[0]} to {ORDERS[1]} whole orders to {MOST_ORDER} and {TONES[0]} to {TONES[1]} "
         f"lines in time from {LOWEST_CYCLES} cycles a record to Nyquist, amplitudes "
@@ -527,9 +391,9 @@ def report(rows: Mapping[Method, Sequence[Mapping[str, Any]]], recordings: int) 
         f"start and heading. Seed ({SEED}, number); the number is the rig's own seed. Gyros "
         f"{','.join(PAIR)}; the truth is the pair's N̄ as put in.",
         "",
-        "Switched off, and so not tested here: bias instability and rate random walk (B = K = 0), "
-        "lock-in (gyros `ideal`), lines that wander, and any time between the samples of encoder "
-        "and gyros. `fos-paper` and `fos-korenberg` answer by their own Step 4, the least squares "
+        of.switched_on,
+        "",
+        "`fos-paper` and `fos-korenberg` answer by their own Step 4, the least squares "
         "on the Allan curve; `fris` and `none` are judged by our average and bounds.",
         "",
         *[f"{method}: only the first {count} were run." for method, count in few.items()],
@@ -543,9 +407,20 @@ def report(rows: Mapping[Method, Sequence[Mapping[str, Any]]], recordings: int) 
         "upper bound holds where the truth lies below it; value / truth takes bounds as values.",
         "",
     ]
+    text += [
+        "## What the errors go with",
+        "",
+        "Rank correlation (Spearman) of value over truth, bounds as values, with what was drawn. "
+        f"Of a hundred recordings, chance makes {1.96 / math.sqrt(99.0):.1f} or more one time in "
+        "twenty.",
+        "",
+        *reasons(rows, of),
+        "",
+    ]
     if own := rows["fos"]:
-        text += [f"![Value over truth, and the error of fos]({FIGURE.name})", ""]
-        text += ["## `fos` by what was drawn", "", *parts(own), ""]
+        figure = page_of(of).with_suffix(".png").name
+        text += [f"![Value over truth, and the error of fos]({figure})", ""]
+        text += ["## `fos` by what was drawn", "", *parts(own, of), ""]
         text += [
             "## Lines by `fos`",
             "",
@@ -556,14 +431,15 @@ def report(rows: Mapping[Method, Sequence[Mapping[str, Any]]], recordings: int) 
             "ripple also beside orders 12 and 36; and harmonics are removed in the angle that the "
             "encoder reports, whose periodic error makes sidebands of them: what is found there, "
             "no larger than these are, is counted apart. What is "
-            "none of these, or a second of one line, is false; of noise, "
-            f"{FALSE_ALARM * len(own):g} is expected in {len(own)} recordings.",
+            "none of these, or a second of one line, is false. A line that lies in a band of "
+            "vibration goes with it and counts as missed. Of noise, "
+            f"{FALSE_ALARM * len(own):g} false line is expected in {len(own)} recordings.",
             "",
-            *lines_table(own),
+            *lines_table(own, of),
             "",
             "Recordings whose interval does not hold the truth:",
             "",
-            *outside(own),
+            *outside(own, of),
             "",
         ]
     return "\n".join(text)
@@ -575,29 +451,48 @@ def write(path: Path, text: str) -> None:
     os.replace(draft, path)
 
 
+def numbers_of(text: str) -> range:
+    """``100`` or ``1:100``: the first and the last number of a set."""
+    first, _, last = text.rpartition(":")
+    numbers = range(int(first or 1), int(last) + 1)
+    if not numbers or numbers[0] < 1:
+        raise ValueError(text)
+    return numbers
+
+
 def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.recordings", description=__doc__)
-    parser.add_argument("--write", action="store_true", help=f"write {PAGE.name} and its figure")
-    parser.add_argument("--recordings", type=int, default=100, metavar="N")
+    parser.add_argument("--write", action="store_true", help="write the page and its figure")
+    parser.add_argument("--set", choices=tuple(SETS), default=PLAIN.name, dest="name")
+    parser.add_argument("--recordings", type=numbers_of, default=range(1, 101), metavar="[M:]N")
     parser.add_argument("--methods", default=",".join(METHODS), metavar="NAME,…")
-    parser.add_argument("-o", "--output", type=Path, default=FOLDER, metavar="DIR")
+    parser.add_argument("--workers", type=int, default=1, metavar="N")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="DIR",
+        help="of the rows; out/recordings or out/recordings-disturbed unless stated",
+    )
     options = parser.parse_args(arguments)
     methods = [method for method in METHODS if method in options.methods.split(",")]
     if len(methods) < len(options.methods.split(",")):
         parser.error(f"--methods {options.methods}: use {', '.join(get_args(Method))}")
-    make_rows(options.output, options.recordings, methods)
-    numbers = range(1, options.recordings + 1)
+    of = SETS[options.name]
+    folder = options.output or FOLDER / f"recordings{'' if of is PLAIN else f'-{of.name}'}"
+    make_rows(folder, of, options.recordings, methods, options.workers)
     rows = {
-        method: [row for number in numbers if (row := known(options.output, number, method))]
+        method: [row for number in options.recordings if (row := known(folder, number, method, of))]
         for method in METHODS
     }
-    text = report(rows, options.recordings)
+    text = report(rows, options.recordings, of)
     print(text)
     if options.write:
-        draft = FIGURE.with_suffix(".part")
-        draw(rows).savefig(draft, dpi=150, format="png")
-        os.replace(draft, FIGURE)
-        write(PAGE, text)
+        figure = page_of(of).with_suffix(".png")
+        draft = figure.with_suffix(".part")
+        draw(rows, of).savefig(draft, dpi=150, format="png")
+        os.replace(draft, figure)
+        write(page_of(of), text)
 
 
 if __name__ == "__main__":

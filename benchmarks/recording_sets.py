@@ -1,0 +1,287 @@
+"""Two sets of simulated recordings, drawn by number: a plain one, and one with more switched on."""
+
+import hashlib
+import json
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+from scipy.signal import lfilter
+
+from sagnac.arrays import FloatArray
+from sagnac.recording.kinds import angle_of
+from sagnac.recording.model import Channel
+from sagnac.rig.config import RigConfig, preset
+from sagnac.rig.dither import dither_frequency, folded
+from sagnac.rig.sections import GYRO_NAMES, DisturbanceConfig, DitherConfig, Pairs, Triple
+from sagnac.rig.simulate import Simulation, simulate
+from sagnac.units import ARCSECOND
+
+SEED: Final = 20130227
+# What is drawn, each evenly in its logarithm.
+TABLE_RATES: Final = (10.0, 80.0)  # deg/s
+AMPLITUDES: Final = (0.005, 1.0)  # arcsec
+RANDOM_WALKS: Final = (1e-5, 1e-4)  # deg/sqrt(h)
+JITTERS: Final = (0.001, 0.01)  # deg/s
+LOWEST_CYCLES: Final = 20  # a record, of a line in time
+# And evenly: how many lines on each scale, of which orders; deviation of the shares.
+ORDERS: Final = (3, 20)
+MOST_ORDER: Final = 64
+TONES: Final = (2, 12)
+SHARES: Final = 0.002
+# What the disturbed set has besides, each evenly in its logarithm.
+LOCK_IN: Final = (10.0, 30.0)  # deg/h
+DIFFUSION: Final = (50.0, 300.0)  # rad^2/s
+BIAS_INSTABILITIES: Final = (2e-5, 2e-4)  # deg/h
+RATE_WALKS: Final = (2e-5, 2e-4)  # deg/h/sqrt(h)
+WARM_UPS: Final = (1.0, 5.0)  # K
+WARM_UP_TIMES: Final = (600.0, 3600.0)  # s
+PER_KELVIN: Final = (3e-5, 3e-4)  # deg/h/K
+RESIDUES: Final = (1e-3, 1e-2)  # of the dither
+WANDERING: Final = (0.005, 0.1)  # arcsec
+CARRIERS: Final = (1.0, 200.0)  # Hz
+# A wandering line: rms of its frequency and of its amplitude, each as a part of it, and the time
+# over which either changes.
+FREQUENCY_WANDER: Final = 2e-4
+AMPLITUDE_WANDER: Final = 0.1
+WANDER_TIMES: Final = (100.0, 1000.0)  # s
+MOST_WANDERING: Final = 2
+# Standard deviations of its frequency within which a wandering line is looked for, and the width
+# of what a dither leaves behind its pick-off, Hz.
+_WITHIN: Final = 5.0
+_DITHER_WIDTH: Final = 10.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordingSet:
+    """A set of recordings.
+
+    Attributes
+    ----------
+    name
+        Of ``--set``, its folder and its page.
+    config_of
+        The rig of a number.
+    simulation_of
+        The recording of a number, with the truth.
+    bands_of
+        (low, high), Hz, in which lines of a number are found that are not in the rig's truth.
+    extras_of
+        What a recording of a number has that its rig does not say.
+    switched_on
+        What the page says of the set besides what is drawn of both.
+    """
+
+    name: str
+    config_of: Callable[[int], RigConfig]
+    simulation_of: Callable[[int], Simulation]
+    bands_of: Callable[[int], list[tuple[float, float]]]
+    extras_of: Callable[[int], tuple[object, ...]]
+    switched_on: str
+
+    def digest_of(self, number: int) -> str:
+        """Digest of everything that the recording of a number is made from."""
+        text = json.dumps(asdict(self.config_of(number)), sort_keys=True)
+        if extras := self.extras_of(number):
+            text += repr(extras)
+        return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def _between(random: np.random.Generator, ends: tuple[float, float], size: Any = None) -> Any:
+    return np.exp(random.uniform(*np.log(ends), size))
+
+
+def _triple(random: np.random.Generator, ends: tuple[float, float]) -> Triple:
+    first, second, third = _between(random, ends, 3).tolist()
+    return first, second, third
+
+
+def plain_config(number: int) -> RigConfig:
+    """The rig of the paper, with what varies drawn."""
+    random = np.random.default_rng([SEED, number])
+    base = preset("paper")
+    rate = float(_between(random, TABLE_RATES))
+    orders = random.choice(MOST_ORDER, random.integers(*ORDERS, endpoint=True), replace=False) + 1.0
+    tones = int(random.integers(*TONES, endpoint=True))
+    band = (LOWEST_CYCLES / base.duration_s, 0.5 * base.sample_rate_hz)
+    return replace(
+        base,
+        seed=number,
+        table=replace(
+            base.table,
+            rate_deg_per_s=rate,
+            start_deg=float(random.uniform(-180.0, 180.0)),
+            jitter_rms_deg_per_s=float(_between(random, JITTERS)),
+        ),
+        platform=replace(
+            base.platform,
+            share_deviation=tuple(random.uniform(-SHARES, SHARES, 3).tolist()),
+            heading_deg=float(random.uniform(-180.0, 180.0)),
+        ),
+        gyro=replace(base.gyro, arw_deg_per_sqrt_h=_triple(random, RANDOM_WALKS)),
+        disturbances=DisturbanceConfig(
+            angle=_pairs(orders, _between(random, AMPLITUDES, orders.size)),
+            time=_pairs(_between(random, band, tones), _between(random, AMPLITUDES, tones)),
+        ),
+    )
+
+
+def _pairs(positions: Any, amplitudes: Any) -> Pairs:
+    return tuple(sorted(zip(positions.tolist(), amplitudes.tolist(), strict=True)))
+
+
+# --- the disturbed set ------------------------------------------------------------------------
+
+
+def disturbed_config(number: int) -> RigConfig:
+    """The plain rig of that number with lock-in, dither of odd numbers, B, K and warm-up."""
+    random = np.random.default_rng([SEED, 1, number])
+    base = plain_config(number)
+    dithered = number % 2 == 1
+    gyro = replace(
+        base.gyro,
+        mode="dithered" if dithered else "rate-biased",
+        lock_in_deg_per_h=_triple(random, LOCK_IN),
+        backscatter_diffusion_rad2_per_s=float(_between(random, DIFFUSION)),
+        bias_instability_deg_per_h=_triple(random, BIAS_INSTABILITIES),
+        rate_random_walk_deg_per_h_per_sqrt_h=_triple(random, RATE_WALKS),
+        temperature_coefficient_deg_per_h_per_k=_triple(random, PER_KELVIN),
+        warm_up_k=float(_between(random, WARM_UPS)),
+        warm_up_time_s=float(_between(random, WARM_UP_TIMES)),
+    )
+    residue = _triple(random, RESIDUES)
+    left = DitherConfig(residue=residue, delay_s=(1e-6, -2e-6, 3e-6)) if dithered else base.dither
+    return replace(base, gyro=gyro, dither=left)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WanderingLine:
+    """A line in time whose frequency and amplitude wander.
+
+    Attributes
+    ----------
+    frequency
+        Mean, Hz.
+    amplitudes
+        Gyro -> mean amplitude, arcsec.
+    phases
+        Gyro -> at the first sample, rad.
+    time
+        Correlation time of both wanders, s.
+    """
+
+    frequency: float
+    amplitudes: dict[str, float]
+    phases: dict[str, float]
+    time: float
+
+
+def wandering_lines(number: int) -> tuple[tuple[WanderingLine, ...], np.random.Generator]:
+    """The wandering lines of a recording, and the generator of how they wander."""
+    random = np.random.default_rng([SEED, 2, number])
+    lines = []
+    for _ in range(int(random.integers(1, MOST_WANDERING, endpoint=True))):
+        amplitude = float(_between(random, WANDERING))
+        parts, phases = random.uniform(0.5, 1.0, 3), random.uniform(-np.pi, np.pi, 3)
+        lines.append(
+            WanderingLine(
+                frequency=float(_between(random, CARRIERS)),
+                amplitudes=dict(zip(GYRO_NAMES, (amplitude * parts).tolist(), strict=True)),
+                phases=dict(zip(GYRO_NAMES, phases.tolist(), strict=True)),
+                time=float(_between(random, WANDER_TIMES)),
+            )
+        )
+    return tuple(lines), random
+
+
+def wander(random: np.random.Generator, samples: int, interval: float, time: float) -> FloatArray:
+    """(samples,) Ornstein-Uhlenbeck process of variance one."""
+    kept = math.exp(-interval / time)
+    shocks = math.sqrt(1.0 - kept**2) * random.standard_normal(samples)
+    shocks[0] = random.standard_normal()
+    return np.asarray(lfilter([1.0], [1.0, -kept], shocks))
+
+
+def disturbed_simulation(number: int) -> Simulation:
+    """The recording of that number, wandering lines put on its angles as they are read out."""
+    config = disturbed_config(number)
+    made = simulate(config)
+    lines, random = wandering_lines(number)
+    interval = 1.0 / config.sample_rate_hz
+    recording = made.recording
+    added = {name: np.zeros(config.samples) for name in GYRO_NAMES}
+    for line in lines:
+        frequency = 1.0 + FREQUENCY_WANDER * wander(random, config.samples, interval, line.time)
+        phase = 2.0 * np.pi * line.frequency * interval * np.cumsum(frequency)
+        size = 1.0 + AMPLITUDE_WANDER * wander(random, config.samples, interval, line.time)
+        for name in GYRO_NAMES:
+            added[name] += line.amplitudes[name] * size * np.cos(phase + line.phases[name])
+    steps = dict(zip(GYRO_NAMES, config.gyro.quantization_step_arcsec, strict=True))
+    gyros = tuple(
+        _read_out(channel, angle_of(channel, recording.sample_rate), added[channel.name], step)
+        for channel in recording.gyros
+        for step in (steps[channel.name],)
+    )
+    return replace(made, recording=replace(recording, gyros=gyros))
+
+
+def _read_out(channel: Channel, angle: FloatArray, added: FloatArray, step: float) -> Channel:
+    """A gyro with something added to its angle, arcsec, in whole steps of its readout again."""
+    values = angle / ARCSECOND + added
+    if step > 0.0:
+        values = step * np.rint(values / step)
+    return replace(channel, kind="angle", values=values * ARCSECOND)
+
+
+def disturbed_bands(number: int) -> list[tuple[float, float]]:
+    """Where wandering lines lie, and what a dither leaves behind its pick-off."""
+    config = disturbed_config(number)
+    lines, _ = wandering_lines(number)
+    bands = [
+        (
+            line.frequency * (1.0 - _WITHIN * FREQUENCY_WANDER) - _WITHIN / line.time,
+            line.frequency * (1.0 + _WITHIN * FREQUENCY_WANDER) + _WITHIN / line.time,
+        )
+        for line in lines
+    ]
+    if config.dither.is_left:
+        for gyro in range(len(GYRO_NAMES)):
+            middle = folded(dither_frequency(config, gyro), config.sample_rate_hz)
+            bands.append((middle - _DITHER_WIDTH, middle + _DITHER_WIDTH))
+    return bands
+
+
+PLAIN: Final = RecordingSet(
+    name="plain",
+    config_of=plain_config,
+    simulation_of=lambda number: simulate(plain_config(number)),
+    bands_of=lambda _: [],
+    extras_of=lambda _: (),
+    switched_on="Switched off, and so not tested here: bias instability and rate random walk "
+    "(B = K = 0), lock-in (gyros `ideal`), lines that wander, and any time between the samples of "
+    "encoder and gyros. The [disturbed hundred](benchmarks_recordings_disturbed.md) has all of "
+    "these but the last.",
+)
+DISTURBED: Final = RecordingSet(
+    name="disturbed",
+    config_of=disturbed_config,
+    simulation_of=disturbed_simulation,
+    bands_of=disturbed_bands,
+    extras_of=lambda number: (FREQUENCY_WANDER, AMPLITUDE_WANDER, *wandering_lines(number)[0]),
+    switched_on="Switched on besides: gyros of odd numbers are dithered, with "
+    f"{100.0 * RESIDUES[0]:g} to {100.0 * RESIDUES[1]:g} % of the dither left in their angles and "
+    "the pick-offs recorded; those of even numbers are rate-biased. Lock-in is "
+    f"{LOCK_IN[0]:g} to {LOCK_IN[1]:g} °/h in each gyro, diffusion of the backscatter phase "
+    f"{DIFFUSION[0]:g} to {DIFFUSION[1]:g} rad²/s, B {BIAS_INSTABILITIES[0]:g} to "
+    f"{BIAS_INSTABILITIES[1]:g} °/h, K {RATE_WALKS[0]:g} to {RATE_WALKS[1]:g} °/h/√h. They warm "
+    f"up by {WARM_UPS[0]:g} to {WARM_UPS[1]:g} K at {PER_KELVIN[0]:g} to {PER_KELVIN[1]:g} °/h/K, "
+    f"with a time constant of {WARM_UP_TIMES[0]:g} to {WARM_UP_TIMES[1]:g} s. One or two lines in "
+    f"time wander, {CARRIERS[0]:g} to {CARRIERS[1]:g} Hz, {WANDERING[0]:g} to {WANDERING[1]:g}″: "
+    f"their frequency by {1e4 * FREQUENCY_WANDER:g}·10⁻⁴ rms of it, their amplitude by "
+    f"{100.0 * AMPLITUDE_WANDER:g} % rms, over {WANDER_TIMES[0]:g} to {WANDER_TIMES[1]:g} s. What "
+    "was drawn above as N of a gyro is its quantum limit here; lock-in adds to it, and the truth "
+    "is the rig's own. Switched off: any time between the samples of encoder and gyros.",
+)
+SETS: Final = {one.name: one for one in (PLAIN, DISTURBED)}
