@@ -55,7 +55,7 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     assert found.average.member == "whole band"
     assert found.angle_random_walk == found.fits["likelihood"].coefficients["angle_random_walk"]
     assert "which the levels bear out" in found.source
-    assert "stands still" in texts(found)
+    assert "is steady" in texts(found)
 
 
 @pytest.mark.parametrize("corner", [0.04, 0.08])

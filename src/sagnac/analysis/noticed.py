@@ -128,7 +128,7 @@ def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
     )
     walk = SENSED[sensor].titles["angle_random_walk"]
     if parts.agree:
-        return Note(text=f"the {walk} stands still: {reach}, as far apart as by chance")
+        return Note(text=f"the {walk} is steady: {reach}, as far apart as by chance")
     spread = 100.0 * (parts.largest / parts.smallest - 1.0)
     return Note(
         name="unsteady",

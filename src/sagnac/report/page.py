@@ -101,7 +101,13 @@ def page(
         shares=_shares(analysis),
         forces=_forces(analysis.accelerometers),
         azimuth=_azimuth(analysis),
-        facts=[*_facts(analysis), *(("Read", note_text(note)) for note in placed.reading)],
+        facts=[
+            *_file_facts(analysis),
+            *_gyro_facts(analysis),
+            ("Method", _METHODS[analysis.settings.method]),
+            *_curve_facts(analysis),
+            *(("Read", note_text(note)) for note in placed.reading),
+        ],
         seconds=[(stage, f"{spent:.2f}") for stage, spent in analysis.seconds.items()],
         total=f"{sum(analysis.seconds.values()):.2f}",
         version=__version__,
@@ -115,7 +121,7 @@ def _heading(analysis: Analysis, block: TitleBlock) -> dict[str, Any]:
         "title": block.title
         or f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
         "heading": block.title,
-        "block": [*block.facts, *_file_facts(analysis)] if block.facts else [],
+        "block": [*block.facts, *_origin(analysis)] if block.facts else [],
         "methods": methods,
         "references": references,
     }
@@ -204,7 +210,7 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
                 comparison_figure(analyses), "comparison", "Allan deviation that each method leaves"
             )
         ),
-        facts=[fact for fact in _facts(one) if fact[0] != "Method"],
+        facts=[*_file_facts(one), *_gyro_facts(one), *_curve_facts(one)],
         version=__version__,
     )
 
@@ -225,23 +231,21 @@ def accelerometers_page(analyses: Sequence[Analysis]) -> str:
     if not analyses:
         raise ValueError("analyses is empty; give one or more of accelerometers")
     names = ", ".join(one.channel for one in analyses)
-    facts = [
-        ("Accelerometers", ", ".join(_channel(one, one.channel) for one in analyses))
-        if fact[0] == "Gyros"
-        else fact
-        for fact in _facts(analyses[0])
-        if fact[0] not in ("Table", "Method")
-    ]
+    channels = [(one.channel, one.recording.gyro(one.channel).shown_in) for one in analyses]
     return rendered(
         "accelerometers.html",
         title=f"Accelerometers {names}",
         forces=_forces(analyses),
-        facts=facts,
+        facts=[
+            *_file_facts(analyses[0]),
+            ("Accelerometers", ", ".join(f"{name} ({unit})" for name, unit in channels)),
+            *_curve_facts(analyses[0]),
+        ],
         version=__version__,
     )
 
 
-def _file_facts(analysis: Analysis) -> list[tuple[str, str]]:
+def _origin(analysis: Analysis) -> list[tuple[str, str]]:
     """What says which recording it is."""
     provenance = analysis.recording.provenance
     if provenance is None:
@@ -389,23 +393,40 @@ def _line_rows(analysis: Analysis) -> list[dict[str, str]]:
     return rows
 
 
-def _facts(analysis: Analysis) -> list[tuple[str, str]]:
-    recording, settings = analysis.recording, analysis.settings
+def _file_facts(analysis: Analysis) -> list[tuple[str, str]]:
+    """What was read, and from where."""
+    recording = analysis.recording
     provenance = recording.provenance
-    table = (
-        "at rest"
-        if analysis.table_rate is None
-        else f"{analysis.table_rate / DEGREE:.6g} °/s (mean)"
-    )
     facts = [
         ("File", provenance.path if provenance else "none: made in memory"),
         ("SHA-256", provenance.sha256 if provenance else "none"),
         ("Format", provenance.format if provenance else "none"),
         ("Samples", f"{recording.samples:,} at {recording.sample_rate:.9g} Hz".replace(",", " ")),
         ("Duration", f"{recording.duration:.6g} s"),
-        ("Gyros", ", ".join(_channel(analysis, name) for name in settings.gyros)),
+    ]
+    if provenance and provenance.span_s:
+        start, stop = provenance.span_s
+        facts.append(("Slice", f"{start:g} to {stop:g} s of the file"))
+    return facts
+
+
+def _gyro_facts(analysis: Analysis) -> list[tuple[str, str]]:
+    """Which gyros, and what they stood on."""
+    table = (
+        "at rest"
+        if analysis.table_rate is None
+        else f"{analysis.table_rate / DEGREE:.6g} °/s (mean)"
+    )
+    return [
+        ("Gyros", ", ".join(_channel(analysis, name) for name in analysis.settings.gyros)),
         ("Table", table),
-        ("Method", _METHODS[settings.method]),
+    ]
+
+
+def _curve_facts(analysis: Analysis) -> list[tuple[str, str]]:
+    """How the curve and the intervals were made."""
+    settings = analysis.settings
+    return [
         (
             "Interval",
             "every sample"
@@ -416,10 +437,6 @@ def _facts(analysis: Analysis) -> list[tuple[str, str]]:
         ("Deviation", analysis.curve.estimator.upper()),
         ("Software", f"sagnac {__version__}"),
     ]
-    if provenance and provenance.span_s:
-        start, stop = provenance.span_s
-        facts.insert(5, ("Slice", f"{start:g} to {stop:g} s of the file"))
-    return facts
 
 
 def _channel(analysis: Analysis, name: str) -> str:
