@@ -3,7 +3,7 @@
 Records are made here by seed: white increments and readout quantization, harmonics of an unsteady
 table, lines in time that fall between grid frequencies. Each measurement runs in a process of its
 own, which reads its record from a file, so that its peak memory is its own; the libraries' own
-threads are off, sagnac shares the spans of a long record among two.
+threads are off, and sagnac has none.
 """
 
 import argparse

@@ -362,25 +362,19 @@ def _add_pairs(
     # Radians of phase for one of table angle, or for one sample.
     rate = np.concatenate([components.orders, 2.0 * np.pi * components.frequencies])
 
-    def over(part: slice) -> tuple[ComplexArray, ComplexArray]:
-        return _kernels.paired_sums(
-            rate,
-            in_angle,
-            first[part],
-            second[part],
-            sampled.blocks.angle,
-            sampled.blocks.step,
-            sampled.blocks.lag,
-            sampled.blocks.count,
-            middle,
-            span,
-            2.0 * np.pi / sampled.samples,
-        )
-
-    length = max(1, -(-first.size // (2 * series.THREADS)))
-    parts = series.map(over, first.size, length=length)
-    plus = np.concatenate([part[0] for part in parts])
-    minus = np.concatenate([part[1] for part in parts])
+    plus, minus = _kernels.paired_sums(
+        rate,
+        in_angle,
+        first,
+        second,
+        sampled.blocks.angle,
+        sampled.blocks.step,
+        sampled.blocks.lag,
+        sampled.blocks.count,
+        middle,
+        span,
+        2.0 * np.pi / sampled.samples,
+    )
     for kind, (rows, columns) in enumerate(((0, 0), (1, 0), (0, 1), (1, 1))):
         here, there = first + rows * size, second + columns * size
         straight[here, there] = plus[:, kind]

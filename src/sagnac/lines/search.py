@@ -42,7 +42,7 @@ from sagnac.lines.products import pairs_summed
 from sagnac.lines.state import End, Record, State, centre, first_state
 from sagnac.lines.taken_noise import masked_bands, noise_taken
 
-# Spans of a record are shared out among threads; products within them are not.
+# Products within a block are too small to share out among threads.
 _BLAS: Final = ThreadpoolController()
 # Lag of the encoder, in samples, that is worth a note.
 _SEEN_LAG: Final = 0.05

@@ -3,7 +3,7 @@
 With the length N1 N2, every N1-th of the samples goes into a transform of length N2, and the N1
 results at one of their frequencies k, brought into phase, into one of length N1, which gives the
 frequencies k + N2 j of the whole (Bailey 1990, doi:10.1007/BF00162341). The short transforms stay
-in cache, two threads share them, and of a long series little is in memory at a time.
+in cache, and of a long series little is in memory at a time.
 """
 
 from collections.abc import Callable

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BufferedRandom
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from sagnac.arrays import FloatArray
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scratch:
-    """Numbers in rows, in memory or in a file, written and read in blocks by threads.
+    """Numbers in rows, in memory or in a file, written and read in blocks.
 
     A file is not mapped: writes to pages all over a mapping cost several times what plain ones
     do, and each may map two megabytes around it.
@@ -30,14 +29,11 @@ class Scratch:
         (rows, width) in memory; empty where they lie in the file.
     file
         None where they lie in memory.
-    lock
-        Held while the file is used.
     """
 
     width: int
     values: NDArray[Any]
     file: BufferedRandom | None
-    lock: Lock
 
     def write(self, row: int, column: int, block: NDArray[Any]) -> None:
         """Store `block`, (rows, columns), from a row and a column on."""
@@ -45,20 +41,18 @@ class Scratch:
             self.values[row : row + block.shape[0], column : column + block.shape[1]] = block
             return
         block = np.ascontiguousarray(block)
-        with self.lock:
-            for index, line in enumerate(block, start=row):
-                self.file.seek((index * self.width + column) * block.itemsize)
-                self.file.write(line.view(np.uint8))
+        for index, line in enumerate(block, start=row):
+            self.file.seek((index * self.width + column) * block.itemsize)
+            self.file.write(line.view(np.uint8))
 
     def read(self, rows: slice, columns: slice) -> NDArray[Any]:
         """What is stored there, (rows, columns); not to be written to."""
         if self.file is None:
             return self.values[rows, columns]
         block = np.empty((rows.stop - rows.start, columns.stop - columns.start), self.values.dtype)
-        with self.lock:
-            for index, line in enumerate(block, start=rows.start):
-                self.file.seek((index * self.width + columns.start) * block.itemsize)
-                self.file.readinto(line.view(np.uint8))
+        for index, line in enumerate(block, start=rows.start):
+            self.file.seek((index * self.width + columns.start) * block.itemsize)
+            self.file.readinto(line.view(np.uint8))
         return block
 
     def first_row(self) -> FloatArray:
@@ -74,7 +68,7 @@ def scratch(rows: int, width: int, dtype: type) -> Iterator[Scratch]:
     """Room for (rows, width) numbers, in a file if that is more than `series.IN_MEMORY` floats."""
     itemsize = np.dtype(dtype).itemsize
     if rows * width * itemsize <= 8 * series.IN_MEMORY:
-        yield Scratch(width=width, values=np.empty((rows, width), dtype), file=None, lock=Lock())
+        yield Scratch(width=width, values=np.empty((rows, width), dtype), file=None)
     else:
         with tempfile.TemporaryFile(prefix="sagnac-") as file:
-            yield Scratch(width=width, values=np.empty(0, dtype), file=file, lock=Lock())
+            yield Scratch(width=width, values=np.empty(0, dtype), file=file)

@@ -147,8 +147,7 @@ def tone_sums(
 
     Here n is the sample number and ``lag = (n - center) * lag_unit``. The frequencies are any.
     Every block is a product of the samples, in rows, with a table of the waves along a row, and
-    the rows are then brought into phase. Limit the BLAS to one thread around it: blocks are shared
-    out among threads here.
+    the rows are then brought into phase. The products are small: limit the BLAS to one thread.
 
     Parameters
     ----------
@@ -243,7 +242,7 @@ def tones(
 ) -> FloatArray:
     """Sum of ``cosine * cos(c) + sine * sin(c)``, c = 2 pi f (n - center), over frequencies f.
 
-    Limit the BLAS to one thread if several threads call this.
+    Limit the BLAS to one thread: the products are small.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.spectrum.factored import Factors, Samples, Store, factored, factors
 from sagnac.spectrum.scratch import Scratch
 
-# One thread in one transform: two that work on blocks of their own do not wait for each other.
+# One thread in one transform: several recordings are worked on by several processes.
 THREADS: Final = 1
 # From this length on a transform is factored.
 _FACTORED: Final = 2**17
