@@ -34,7 +34,7 @@ def test_spans_cover_every_sample_once_in_order(size):
 def test_results_come_in_the_order_of_the_spans(mapped):
     long = series.empty(50_000)
     long[:] = np.arange(50_000)
-    firsts = list(series._each(lambda span: float(long[span][0]), 50_000, 700, release_of=(long,)))
+    firsts = series.map(lambda span: float(long[span][0]), 50_000, long, length=700)
     assert firsts == list(np.arange(0.0, 50_000.0, 700.0))
 
 
@@ -44,7 +44,7 @@ def test_an_error_in_a_span_reaches_the_caller():
             raise ValueError("span 2000")
 
     with pytest.raises(ValueError, match="span 2000"):
-        list(series._each(work, 5000, 1000))
+        series.map(work, 5000, length=1000)
 
 
 @pytest.mark.parametrize("size", [1, 2, 999, 1000, 1001, 12_345])

@@ -1,7 +1,12 @@
 """Compiled loops of data quality: arrays in, arrays out; no validation, no files."""
 
+import numpy as np
+from numpy.typing import NDArray
+
 from sagnac.arrays import FloatArray
 from sagnac.kernels import compiled
+
+_FIRST_TURN, _LAST_TURN = np.uint64(29), np.uint64(32)
 
 
 @compiled(nogil=True)
@@ -17,3 +22,18 @@ def off_neighbours(padded: FloatArray, off: FloatArray) -> None:
         lower = max(min(first, second), min(third, fourth))
         higher = min(max(first, second), max(third, fourth))
         off[n] = padded[n + 2] - 0.5 * (lower + higher)
+
+
+@compiled(nogil=True)
+def mixed_windows(
+    bits: NDArray[np.uint64], factor: np.uint64, window: int, mixed: NDArray[np.uint64]
+) -> None:
+    """Fill `mixed` with the mixed bits of the `window` values from each on.
+
+    `bits` holds ``window - 1`` values more than `mixed`. Products wrap around, which is what mixes.
+    """
+    for n in range(mixed.size):
+        state = np.uint64(0)
+        for value in bits[n : n + window]:
+            state = (state ^ (state >> _FIRST_TURN)) * factor + value
+        mixed[n] = (state ^ (state >> _LAST_TURN)) * factor

@@ -8,6 +8,7 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.errors import Note
+from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
@@ -89,13 +90,8 @@ def longest_twice(values: FloatArray) -> Twice | None:
 def _windows(values: FloatArray, start: int) -> tuple[IntegerArray, IntegerArray]:
     """Places and mixed bits of the windows that are kept."""
     bits = np.ascontiguousarray(values).view(np.uint64)
-    count = bits.size - _WINDOW + 1
-    mixed = np.zeros(count, dtype=np.uint64)
-    factor = np.uint64(_MIXED_BY)
-    for number in range(_WINDOW):
-        # Products wrap around, which is what mixes.
-        mixed = (mixed ^ (mixed >> np.uint64(29))) * factor + bits[number : number + count]
-    mixed = (mixed ^ (mixed >> np.uint64(32))) * factor
+    mixed = np.empty(bits.size - _WINDOW + 1, dtype=np.uint64)
+    _kernels.mixed_windows(bits, np.uint64(_MIXED_BY), _WINDOW, mixed)
     kept = np.flatnonzero(mixed >> np.uint64(64 - _ZEROS) == 0)
     return start + kept, mixed[kept].view(np.int64)
 

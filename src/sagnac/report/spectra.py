@@ -42,12 +42,12 @@ def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:
     noise does once in `false_alarm` over the whole spectrum; bins that touch are one peak.
     Bins are means of `n` exponential ordinates, gamma distributed of shape `n`.
     """
-    from scipy.ndimage import median_filter  # noqa: PLC0415  (a tenth of a second)
-
     frequency, density = analysis.spectrum.frequency, analysis.spectrum.density
     if density.size < _NEIGHBOURS:
         return 0
     shape = np.maximum(np.round(np.gradient(frequency) * analysis.recording.duration), 1.0)
     threshold = gammainccinv(shape, false_alarm / density.size) / gammaincinv(shape, 0.5)
-    above = density > threshold * median_filter(density, _NEIGHBOURS, mode="nearest")
+    around = np.pad(density, _NEIGHBOURS // 2, mode="edge")
+    middle = np.median(np.lib.stride_tricks.sliding_window_view(around, _NEIGHBOURS), axis=1)
+    above = density > threshold * middle
     return int(np.count_nonzero(above[1:] & ~above[:-1]) + above[0])
