@@ -250,6 +250,15 @@ def test_a_line_that_drifts_is_fitted_in_blocks_and_said_so():
     assert lost == pytest.approx(said, abs=4.0 * SIGMA**2 * np.sqrt(2.0 * said / SIGMA**2))
 
 
+def test_a_line_whose_phase_alone_drifts_is_said_to():
+    samples = 40_000
+    number = np.arange(samples)
+    turns = 20.0 * number / RATE + 0.2 * np.cos(3.0 * (number / samples) ** 2)
+    angle = walk(samples, 16) + 1e-7 * np.cos(2.0 * np.pi * turns)
+    [note] = remove_lines(angle, None, RATE, channel="x").notes
+    assert " Hz drifts in phase; it is fitted in " in note.text
+
+
 # --- threshold -------------------------------------------------------------------------------
 
 

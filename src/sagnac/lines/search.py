@@ -46,6 +46,8 @@ from sagnac.lines.taken_noise import masked_bands, noise_taken
 _BLAS: Final = ThreadpoolController()
 # Lag of the encoder, in samples, that is worth a note.
 _SEEN_LAG: Final = 0.05
+# Part of an amplitude by which it may drift and be called steady.
+_STEADY: Final = 0.005
 _MOST_LINES: Final = 250
 _ROUNDS: Final = 20
 # Passes over the record that joint fits may take, one for each pair of lines that meet, and joint
@@ -335,9 +337,8 @@ def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:
     notes = [
         Note(
             channel=channel,
-            text=f"the line at {line.frequency * rate:.6g} Hz drifts, by "
-            f"{100.0 * line.drift:.2g} % in amplitude; it is fitted in {blocks_text(line.blocks)} "
-            f"with {line.parameters} parameters",
+            text=f"the line at {line.frequency * rate:.6g} Hz {_drift_text(line.drift)}; it is "
+            f"fitted in {blocks_text(line.blocks)} with {line.parameters} parameters",
         )
         for line in state.drifting
     ]
@@ -406,3 +407,11 @@ def _notes_on_fit(state: State, channel: str) -> tuple[Note, ...]:
         "amplitudes are not to be trusted"
     )
     return (Note(level="warning", text=text),)
+
+
+def _drift_text(amplitude: float) -> str:
+    """How a line drifts whose amplitude does so by a part of itself."""
+    # Of an amplitude that scatters no more than its own noise nothing is left.
+    if amplitude < _STEADY:
+        return "drifts in phase"
+    return f"drifts, by {100.0 * amplitude:.2g} % in amplitude"
