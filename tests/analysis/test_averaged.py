@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.analysis.headline_fit import headline_coefficients
+from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.plain import covariance_data, parts_data, resting_data
 from sagnac.analysis.settings import Settings

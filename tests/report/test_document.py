@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.analysis.headline_fit import headline_fit
+from sagnac.analysis.headline_coefficients import headline_fit
 from sagnac.analysis.spectra import Spectrum
 from sagnac.errors import Note
 from sagnac.report import document, page, tables, text

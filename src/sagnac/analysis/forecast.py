@@ -3,7 +3,7 @@
 from typing import Final
 
 from sagnac.analysis.averaged import reaches
-from sagnac.analysis.headline_fit import headline_coefficients
+from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import FitBand
 from sagnac.coefficients.laws import STOCHASTIC_NAMES

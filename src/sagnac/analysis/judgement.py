@@ -1,7 +1,7 @@
 """Whether the gyros of an analysis keep the specification that its settings state."""
 
 from sagnac.analysis.fits import unobserved
-from sagnac.analysis.headline_fit import headline_coefficients
+from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
 from sagnac.specification.limits import Limit, Specification

@@ -22,7 +22,7 @@ from sagnac.repeatability.study import Range, Repeatability
 from sagnac.report.figures import svg
 from sagnac.report.files import write_text
 from sagnac.report.html import rendered
-from sagnac.report.wording import number
+from sagnac.report.quantities import number
 
 _COLUMNS: Final = (
     "File", "Unit", "Day", "Rate (°/s)", "Gyros", "Method", "Span (h)", "N (°/√h)", "Verdict",

@@ -1,8 +1,9 @@
 """N, Q, B and K averaged over every band and every choice of terms.
 
-The answer averages the models in which N rules three bins or more (`band_models`); its variance
-is the mean of the variances plus the scatter of the means, and its interval is of quantiles of
-the mixture. A likelihood fit of the whole band is a member that wins if the levels bear it out.
+The answer averages the models in which N rules three bins or more (`band_models` fits and weights
+them); its variance is the mean of the variances plus the scatter of the means, and its interval is
+of quantiles of the mixture. A likelihood fit of the whole band is a member that wins if the levels
+bear it out.
 """
 
 import math

@@ -9,7 +9,7 @@ from sagnac.formats.scales import Scale
 from sagnac.formats.unit_text import parsed_unit
 from sagnac.recording.channel import Channel
 from sagnac.recording.columns import Taken
-from sagnac.recording.encoder import angle_of_readings
+from sagnac.recording.encoder_readings import angle_of_readings
 from sagnac.recording.kinds import finite_extent
 from sagnac.recording.unwrapping import unwrapped
 from sagnac.units import unit_of

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sagnac.analysis.headline_fit import headline_coefficients, headline_fit
+from sagnac.analysis.headline_coefficients import headline_coefficients, headline_fit
 from sagnac.analysis.result import Analysis
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import (

@@ -9,7 +9,7 @@ from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import Note, RecordingError, counted
 from sagnac.recording.channel import Channel, Kind, numbers
-from sagnac.recording.encoder import angle_of_readings
+from sagnac.recording.encoder_readings import angle_of_readings
 from sagnac.recording.kinds import finite_extent
 from sagnac.recording.unwrapping import unwrapped
 from sagnac.units import time_scale, unit_of

@@ -4,7 +4,7 @@ from typing import Final
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import Note, counted
-from sagnac.recording.encoder import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
+from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.soundness import remedy_of
 from sagnac.recording.stretches import Places, is_not_finite

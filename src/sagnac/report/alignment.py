@@ -12,8 +12,8 @@ from sagnac.alignment.initial import Alignment, Start, flicker_deviation
 from sagnac.alignment.noise import GyroNoise
 from sagnac.alignment.position import PositionError
 from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
+from sagnac.report.quantities import TITLES, number
 from sagnac.report.style import legend_above, styled
-from sagnac.report.wording import TITLES, number
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR
 
 ARCMINUTE: Final = 60.0 * ARCSECOND

@@ -7,15 +7,15 @@ import textwrap
 from collections.abc import Sequence
 from typing import Final
 
-from sagnac.analysis.headline_fit import headline_coefficients
+from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import Note, counted, ranked
 from sagnac.report.command_line import note_text
 from sagnac.report.placed_notes import placed_notes
+from sagnac.report.quantities import TITLES, line_amplitude, line_position, reading_cells
 from sagnac.report.text import table
-from sagnac.report.wording import TITLES, line_amplitude, line_position, reading_cells
 from sagnac.units import field_unit
 
 COLUMNS: Final = 80

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from sagnac import __version__
-from sagnac.analysis.headline_fit import headline_coefficients
+from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.plain import (
     covariance_data,
@@ -21,9 +21,9 @@ from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
 from sagnac.report.command_line import findings_data, note_text
 from sagnac.report.forces import forces_data
+from sagnac.report.quantities import curve_unit, in_field_unit
 from sagnac.report.spectra import per_gyro_density
 from sagnac.report.verdicts import overall_decision, verdict_data
-from sagnac.report.wording import curve_unit, in_field_unit
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, field_unit
 
 SCHEMA: Final = "sagnac.analysis/1"

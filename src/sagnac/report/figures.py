@@ -15,8 +15,8 @@ from sagnac import plot
 from sagnac.analysis.result import Analysis
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, logarithmic
 from sagnac.report.files import write_bytes
+from sagnac.report.quantities import in_field_unit, number
 from sagnac.report.style import STYLE, legend_above, styled
-from sagnac.report.wording import in_field_unit, number
 from sagnac.units import DEGREE_PER_HOUR
 
 COLORS: Final = {

@@ -7,14 +7,14 @@ from typing import Any, Final
 
 from matplotlib.figure import Figure
 
-from sagnac.analysis.headline_fit import headline_coefficients
+from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.plot.frame import BLUE, GREEN, ORANGE, logarithmic
 from sagnac.report.command_line import note_text
+from sagnac.report.quantities import figures, number
 from sagnac.report.style import legend_above, styled
-from sagnac.report.wording import figures, number
 from sagnac.units import SENSED, UNITS, field_unit
 
 _SENSED: Final = SENSED["accelerometer"]

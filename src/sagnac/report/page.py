@@ -8,7 +8,11 @@ from markupsafe import Markup
 
 from sagnac import __version__
 from sagnac.alignment.noise import GyroNoise
-from sagnac.analysis.headline_fit import headline_coefficients, headline_estimates, headline_fit
+from sagnac.analysis.headline_coefficients import (
+    headline_coefficients,
+    headline_estimates,
+    headline_fit,
+)
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
@@ -22,11 +26,7 @@ from sagnac.report.forces import force_figure, force_notes, force_rows
 from sagnac.report.html import rendered
 from sagnac.report.methods import cited, sentences
 from sagnac.report.placed_notes import placed_notes
-from sagnac.report.shares import HEADER, share_remarks, share_rows
-from sagnac.report.spectra import residual_peaks
-from sagnac.report.title_block import TitleBlock
-from sagnac.report.verdicts import DECISIONS, gyro_text, limit_text, risk_text
-from sagnac.report.wording import (
+from sagnac.report.quantities import (
     FIT_TITLES,
     TITLES,
     kalman_figures,
@@ -39,6 +39,10 @@ from sagnac.report.wording import (
     unit_cells,
     worst_gyro,
 )
+from sagnac.report.shares import HEADER, share_remarks, share_rows
+from sagnac.report.spectra import residual_peaks
+from sagnac.report.title_block import TitleBlock
+from sagnac.report.verdicts import DECISIONS, gyro_text, limit_text, risk_text
 from sagnac.units import DEGREE, field_unit
 
 _METHODS: Final[Mapping[str, str]] = {

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sagnac.analysis.headline_fit import headline_fit
+from sagnac.analysis.headline_coefficients import headline_fit
 from sagnac.analysis.result import Analysis
 from sagnac.errors import Note, ranked
 

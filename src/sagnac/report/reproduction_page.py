@@ -16,6 +16,7 @@ from sagnac.paper.reproduce import Cell, Outcome, Reproduction
 from sagnac.paper.trials import NEAREST_TRIAL, Trial
 from sagnac.report.figures import svg
 from sagnac.report.html import rendered
+from sagnac.report.quantities import number
 from sagnac.report.reproduction_values import (
     TABLES,
     PaperTable,
@@ -29,7 +30,6 @@ from sagnac.report.reproduction_values import (
     readings,
     spread,
 )
-from sagnac.report.wording import number
 from sagnac.units import DEGREE
 
 

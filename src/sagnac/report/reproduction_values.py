@@ -11,7 +11,7 @@ from sagnac.paper.least_squares import Form
 from sagnac.paper.outcome import PAPER_POINT_ERROR
 from sagnac.paper.published import FIGURE_3
 from sagnac.paper.reproduce import Cell, Outcome, Reproduction, outcomes_of_table
-from sagnac.report.wording import number
+from sagnac.report.quantities import number
 from sagnac.stability.degrees_of_freedom import ieee_relative_error
 
 PaperTable = Literal["table1", "table2"]

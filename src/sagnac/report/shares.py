@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.shares import Interval, Share
-from sagnac.report.wording import number
+from sagnac.report.quantities import number
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
 _PPM = 1e-6

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 
 from sagnac.analysis.result import Analysis
+from sagnac.report.quantities import curve_unit
 from sagnac.report.spectra import per_gyro_density
-from sagnac.report.wording import curve_unit
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR
 
 

@@ -10,7 +10,7 @@ from rich.box import Box
 from rich.console import Console
 from rich.table import Table
 
-from sagnac.analysis.headline_fit import headline_estimates
+from sagnac.analysis.headline_coefficients import headline_estimates
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
@@ -18,16 +18,7 @@ from sagnac.errors import Note
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, note_text
 from sagnac.report.forces import force_notes, force_rows
-from sagnac.report.shares import HEADER, share_remarks, share_rows
-from sagnac.report.spectra import coarser, per_gyro_density, residual_peaks
-from sagnac.report.verdicts import (
-    DECISIONS,
-    found_text,
-    gyro_text,
-    limit_text,
-    risk_text,
-)
-from sagnac.report.wording import (
+from sagnac.report.quantities import (
     FIT_TITLES,
     TITLES,
     curve_unit,
@@ -41,6 +32,15 @@ from sagnac.report.wording import (
     subject,
     unit_cells,
     worst_gyro,
+)
+from sagnac.report.shares import HEADER, share_remarks, share_rows
+from sagnac.report.spectra import coarser, per_gyro_density, residual_peaks
+from sagnac.report.verdicts import (
+    DECISIONS,
+    found_text,
+    gyro_text,
+    limit_text,
+    risk_text,
 )
 from sagnac.stability.curve import StabilityCurve
 from sagnac.units import field_unit

@@ -4,7 +4,7 @@ from typing import Any, Final
 
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
-from sagnac.report.wording import in_field_unit, reading
+from sagnac.report.quantities import in_field_unit, reading
 from sagnac.specification.verdict import Decision, Judgement, Verdict, overall
 from sagnac.units import field_unit
 

@@ -131,7 +131,7 @@ def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence
     from sagnac.campaign.page import deviation_words, write_page
     from sagnac.campaign.scatter import scatter_of
     from sagnac.campaign.table import groups_of, line_of, write_tables
-    from sagnac.report.wording import number
+    from sagnac.report.quantities import number
 
     lines = [line_of(row) for row in made.rows]
     tables = write_tables(lines, output)

@@ -1,4 +1,4 @@
-"""Words, field units and digits that the page, the figures and the command line share."""
+"""Titles, field units and digits that the page, the figures and the command line share."""
 
 import math
 import re
