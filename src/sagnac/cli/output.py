@@ -163,8 +163,13 @@ def write_report(
     return Written(analysis=analysis, paths=tuple(folder / name for name in names))
 
 
-def write_accelerometers(analyses: "Sequence[Analysis]", folder: Path) -> list[Path]:
-    """Page and figure of the accelerometers of a recording, into a folder that is made for them."""
+def write_accelerometers(
+    analyses: "Sequence[Analysis]", folder: Path, *, pdf: bool = False
+) -> list[Path]:
+    """Page and figure of the accelerometers of a recording, into a folder that is made for them.
+
+    With `pdf` also the page as a PDF.
+    """
     ready_to_draw()
     from sagnac.formats.files import replacing_folder
     from sagnac.report import figures, forces, page
@@ -172,8 +177,14 @@ def write_accelerometers(analyses: "Sequence[Analysis]", folder: Path) -> list[P
 
     with replacing_folder(folder) as new:
         figures.write_png(forces.force_figure(analyses), new / "stability.png")
-        write_text(new / "report.html", page.accelerometers_page(analyses))
-    return [folder / "report.html", folder / "stability.png"]
+        text = page.accelerometers_page(analyses)
+        write_text(new / "report.html", text)
+        if pdf:
+            from sagnac.report.pdf import write_pdf
+
+            write_pdf(text, new / "report.pdf")
+    names = ("report.html", *(["report.pdf"] if pdf else []), "stability.png")
+    return [folder / name for name in names]
 
 
 def write_comparison(

@@ -139,7 +139,7 @@ def _reported(
         paths += written.paths
     if forces := benches[0].analysis.accelerometers:
         progress("accelerometers: report", 0.0)
-        paths += results.write_accelerometers(forces, output / _ACCELEROMETERS)
+        paths += results.write_accelerometers(forces, output / _ACCELEROMETERS, pdf=pdf)
     return timed, paths
 
 
