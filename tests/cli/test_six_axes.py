@@ -61,6 +61,17 @@ def test_the_still_bench_writes_accelerometers_on_a_page_of_their_own(file, tmp_
     assert low <= made["low"] * 1.02 < made["high"] <= high * 1.02
 
 
+def test_the_accelerometers_page_is_printed_with_the_others(file, tmp_path, monkeypatch):
+    # What prints is tested elsewhere, and not every machine can.
+    monkeypatch.setattr("sagnac.report.pdf.require_pdf", lambda: None)
+    monkeypatch.setattr("sagnac.report.pdf.write_pdf", lambda text, path: path.write_text(text))
+    words = ["avar", str(file), *STATED, "--accelerometers", "az", "-o", str(tmp_path), "--pdf"]
+    assert main(words) == 0
+    for folder in (tmp_path / "x", tmp_path / "accelerometers"):
+        printed = (folder / "report.pdf").read_text()
+        assert printed == (folder / "report.html").read_text()
+
+
 def test_without_the_option_there_are_none(file, capsys):
     assert main(["avar", str(file), *STATED[:-2], "--json"]) == 0
     assert "accelerometers" not in strict(capsys.readouterr().out)
