@@ -277,7 +277,7 @@ def page(found: Sequence[Outcome], seeds: int) -> str:
         "- *Moves*: the least strength tried at which the mean N, with every finding accepted, "
         f"is {100.0 * MOVED:g} % off, or at which every recording is refused.",
         "- *Noticed*: the least strength at which most recordings name a fault or are refused. It "
-        "is bold if it is larger than the one before.",
+        "is bold if it is larger than *Moves*.",
         "- *Silent*: recordings whose interval does not hold N and in which nothing is said. A "
         "95 % interval misses N in 5 % of sound recordings, too. *By chance* is 5 % of the "
         "recordings in which nothing is said; the count is bold if chance makes it in less than "
@@ -286,7 +286,7 @@ def page(found: Sequence[Outcome], seeds: int) -> str:
     ]
     for turning, title in (
         (False, "At rest"),
-        (True, f"A pair on a table at {TABLE:g} °/s, of which it senses {x} and {z}"),
+        (True, f"A pair on a table at {TABLE:g} °/s; the shares of its rate are {x} and {z}"),
     ):
         lines += ["", f"## {title}", "", *table(found, turning=turning)]
     return "\n".join(lines) + "\n"
