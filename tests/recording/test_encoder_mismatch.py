@@ -26,7 +26,7 @@ from tests.recording.recordings import (
     turning,
     with_table,
 )
-from tests.recording.test_encoder import motion, table
+from tests.recording.test_encoder_readings import motion, table
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
