@@ -68,3 +68,15 @@ def test_a_median_that_jumps_for_one_block_is_no_step():
         np.arange(block) % 2, MEAN + 1.0 * SIGMA, MEAN - 1.1 * SIGMA
     )
     assert "steps" not in [note.name for note in judged(of_rate(values))]
+
+
+def test_a_median_of_counts_that_moves_by_one_step_of_the_readout_is_no_step():
+    # The mean passes the middle between two counts: the medians of its blocks lie on either.
+    step = 0.4 * SIGMA
+    drifting = still() - MEAN + np.linspace(0.0, 1.0, SAMPLES) * step
+    counts = step * np.rint(drifting / step)
+    level = np.median(counts[: SAMPLES // 64 * 64].reshape(64, -1), axis=1)
+    assert np.count_nonzero(np.diff(level)) < 16
+    assert "steps" not in [note.name for note in judged(of_rate(counts))]
+    stepping = counts + np.where(np.arange(SAMPLES) < SAMPLES // 2, 0.0, 12.0 * step)
+    assert "steps" in [note.name for note in judged(of_rate(stepping))]

@@ -101,8 +101,8 @@ def step_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[N
     if level.size <= _FEWEST_BLOCKS:
         return ()
     changes = np.abs(np.diff(level))
-    # The median of coarse counts moves by whole steps of the readout, or not at all.
-    usual = max(float(np.quantile(changes, 0.75)), profile.step if profile.is_coarse else 0.0)
+    # The median of counts moves by whole steps of the readout, or not at all.
+    usual = max(float(np.quantile(changes, 0.75)), profile.step)
     # The median of one block of a dithered gyro may lie anywhere; that of three does not.
     stays = np.median(np.stack([level[:-2], level[1:-1], level[2:]]), axis=0)
     steps = stays[_STAYS:] - stays[:-_STAYS]
