@@ -68,6 +68,32 @@ def test_whole_band_wins_only_if_the_levels_bear_it_out():
     assert average(levels, whole_band=right).rests_on.member == "average"
 
 
+def test_a_fit_that_is_a_little_off_the_average_has_an_interval_that_holds_both():
+    gyro = five_terms(np.random.default_rng(12), 40_000, RATE, gyro=Gyro())
+    levels = levels_of(gyro.increments)
+    alone = average(levels)
+    walk = alone.angle_random_walk
+    # 1.96 standard errors above the average lies its end.
+    value = walk.value * (walk.high / walk.value) ** (1.7 / 1.96)
+    narrow = whole_band(value, 0.999 * value, 1.02 * walk.high)
+    result = average(levels, whole_band=narrow)
+    both = result.angle_random_walk
+    assert result.rests_on.member == "both"
+    assert (both.value, both.low, both.high) == (value, walk.low, 1.02 * walk.high)
+    place = result.names.index("angle_random_walk")
+    deviation = (both.high - both.low) / (2.0 * 1.959964)
+    assert result.covariance[place, place] == pytest.approx(deviation**2, rel=1e-6)
+    before, after = (
+        one.covariance / np.sqrt(np.outer(np.diag(one.covariance), np.diag(one.covariance)))
+        for one in (alone, result)
+    )
+    np.testing.assert_allclose(after, before, atol=1e-12)
+    beyond = 1.01 * walk.high
+    far = average(levels, whole_band=whole_band(beyond, 0.999 * beyond, 1.001 * beyond))
+    assert far.rests_on.member == "average"
+    assert far.angle_random_walk == walk
+
+
 def test_of_a_pair_each_gyro_has_half_the_squares():
     gyro = five_terms(np.random.default_rng(22), 20_000, RATE, gyro=Gyro())
     both = average(levels_of(gyro.increments))

@@ -21,7 +21,7 @@ from sagnac.analysis.warm_up import (
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.coefficients.mixture import Interval
-from sagnac.coefficients.model_average import Average, Resting, average
+from sagnac.coefficients.model_average import Average, Resting, average, with_both
 from sagnac.coefficients.whole_band import WholeBand
 from sagnac.recording.model import Recording
 from sagnac.recording.readout import joint_readout
@@ -262,8 +262,10 @@ def _by_whole_band(
         return basis
     few = Cleaned(increments=series.differences(fine.angle), rate=fine.rate)
     other = _basis(few, masked, confidence, whole_band)
-    won = other is not None and other.average.rests_on.member == "whole band"
-    return other if other is not None and won else basis
+    member = "average" if other is None else other.average.rests_on.member
+    if member == "both" and walk.status == "estimated":
+        return replace(basis, average=with_both(basis.average, whole_band))
+    return other if other is not None and member == "whole band" else basis
 
 
 def reaches(resting: Resting, highest: float) -> bool:

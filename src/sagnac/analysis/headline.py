@@ -117,6 +117,12 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
         )
     if resting.member == "whole band":
         source = f"{_likelihood_source(measured.channel, coefficients)}, which the levels bear out"
+    elif resting.member == "both":
+        source = (
+            f"{_likelihood_source(measured.channel, coefficients)}; the levels speak neither for "
+            "nor against it, so that the interval also holds the average over bands and terms, "
+            f"most on {resting.in_words()}"
+        )
     else:
         source = (
             f"average over bands and terms of the spectrum of {measured.channel}, "

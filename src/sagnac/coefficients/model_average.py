@@ -3,7 +3,7 @@
 The answer averages the models in which N rules three bins or more (`band_models` fits and weights
 them); its variance is the mean of the variances plus the scatter of the means, and its interval is
 of quantiles of the mixture. A likelihood fit of the whole band is a member that wins if the levels
-bear it out.
+bear it out. If they speak neither for nor against it, its value stands in an interval of both.
 """
 
 import math
@@ -27,7 +27,7 @@ from sagnac.coefficients.laws import (
     slope_variance_basis,
 )
 from sagnac.coefficients.mixture import mixture
-from sagnac.coefficients.whole_band import WholeBand, model_borne_out
+from sagnac.coefficients.whole_band import WholeBand, borne_out
 from sagnac.spectrum.levels import Levels
 
 # Bins in which N has to be half of the spectrum or more.
@@ -101,7 +101,8 @@ class Resting:
     misfit
         Deviance per degree of freedom of the heaviest model.
     member
-        ``average`` or ``whole band``.
+        ``average``, ``whole band``, or ``both`` if the levels speak neither for nor against the
+        likelihood of the whole band: its value, and an interval that holds the average's, too.
     law
         Of the heaviest model, or of the whole band; None if there is none.
     elsewhere
@@ -115,7 +116,7 @@ class Resting:
     bands: tuple[BandShare, ...] = ()
     falls: float = 0.0
     misfit: float = math.nan
-    member: Literal["average", "whole band"] = "average"
+    member: Literal["average", "whole band", "both"] = "average"
     law: BandModel | None = None
     elsewhere: Elsewhere | None = None
 
@@ -269,21 +270,54 @@ def average(
         else sought.bounded("angle_random_walk")
     )
     coefficients["rate_ramp"] = _ramp(sought, relied, slope)
-    row = None
+    borne = None
     if whole_band is not None:
         walk = coefficients["angle_random_walk"]
-        row = model_borne_out(levels, sought.laws, sought.models, whole_band, walk)
-    if whole_band is not None and row is not None:
+        borne = borne_out(levels, sought.laws, sought.models, whole_band, walk)
+    if whole_band is not None and borne is not None and borne.surely:
         coefficients = dict(whole_band.coefficients)
         interval = levels.spectrum.interval
-        resting = _resting_on_whole_band(resting, sought.models, row, whole_band, interval)
+        resting = _resting_on_whole_band(resting, sought.models, borne.row, whole_band, interval)
     names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
-    return Average(
+    result = Average(
         coefficients={name: coefficients[name] for name in COEFFICIENT_NAMES},
         weights=weights,
         rests_on=resting,
         names=names,
         covariance=_covariance(relied, coefficients, names),
+    )
+    if whole_band is not None and borne is not None and not borne.surely:
+        return with_both(result, whole_band)
+    return result
+
+
+def with_both(average: Average, whole_band: WholeBand) -> Average:
+    """The value of the likelihood of the whole band, and an interval that holds both.
+
+    Parameters
+    ----------
+    average
+        With an estimate of N.
+    whole_band
+        Of which the levels do not say whether it is right.
+    """
+    ours, fitted = average.angle_random_walk, whole_band.angle_random_walk
+    both = replace(
+        ours,
+        value=fitted.value,
+        low=min(ours.low, fitted.low),
+        high=max(ours.high, fitted.high),
+    )
+    covariance = average.covariance.copy()
+    place = average.names.index("angle_random_walk")
+    wider = _deviation(both) / _deviation(ours)
+    covariance[place] *= wider
+    covariance[:, place] *= wider
+    return replace(
+        average,
+        coefficients={**average.coefficients, "angle_random_walk": both},
+        rests_on=replace(average.rests_on, member="both"),
+        covariance=covariance,
     )
 
 

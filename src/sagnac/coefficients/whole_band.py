@@ -14,15 +14,32 @@ from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.spectrum.levels import Levels
 
-# Chance that a true fit fails one of the tests of the levels against their law.
-_CHANCE: Final = 0.02
-# Logarithm of the weight by which a model of fewer bins may outdo that of all. Of five terms one
-# in twenty does by more.
-_OUTDONE: Final = 2.0
-# Standard errors by which the fit may differ from the average. It is the more efficient of the two,
-# so that the variance of the difference is the difference of the variances (Hausman, Econometrica
-# 46, 1251, 1978). The average's own variance is generous: of five terms one in twenty differs more.
-_APART: Final = 1.3
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Strictness:
+    """How much the levels may speak against a fit.
+
+    Attributes
+    ----------
+    chance
+        That a true fit fails one of the tests of the levels against their law.
+    outdone
+        Logarithm of the weight by which a model of fewer bins may outdo that of all.
+    apart
+        Standard errors by which the fit may differ from the average. It is the more efficient of
+        the two, so that the variance of the difference is the difference of the variances
+        (Hausman, Econometrica 46, 1251, 1978). The average's own variance is generous.
+    """
+
+    chance: float
+    outdone: float
+    apart: float
+
+
+# Of five terms one in twenty is outdone by more, and one in twenty differs more.
+_SURELY: Final = _Strictness(chance=0.02, outdone=2.0, apart=1.3)
+# Hardly one of a hundred recordings of five terms speaks more against them than this.
+_BARELY: Final = _Strictness(chance=0.001, outdone=4.0, apart=3.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,15 +77,33 @@ class WholeBand:
         return self.coefficients["angle_random_walk"]
 
 
-def model_borne_out(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BorneOut:
+    """That the levels bear out a fit of five terms to the whole band.
+
+    Attributes
+    ----------
+    row
+        The heaviest model of all bins.
+    surely
+        Whether the fit is the answer. If not, the levels speak neither for nor against it: the
+        average may be right as well.
+    """
+
+    row: int
+    surely: bool
+
+
+def borne_out(
     levels: Levels, laws: FloatArray, models: BandModels, whole_band: WholeBand, walk: Estimate
-) -> int | None:
-    """The model of all bins by which the levels bear out a fit of five terms to the whole band.
+) -> BorneOut | None:
+    """Whether the levels bear out a fit of five terms to the whole band.
 
     The heaviest model of all bins has to pass two tests at a chance of 0.02 each, without any
     floor of the errors: its deviance, and the largest mean departure over any run of bins,
     which finds what bends. No model of fewer bins may outweigh it by more than e^2. And the value
-    must agree with the average, or lie below its bound.
+    must agree with the average, or lie below its bound. At a chance of 0.001, a weight of e^4 and
+    three standard errors the levels speak neither for nor against it.
 
     Parameters
     ----------
@@ -83,14 +118,12 @@ def model_borne_out(
 
     Returns
     -------
-    int or None
-        Its row among the models; None if the levels do not bear the fit out.
+    BorneOut or None
+        None if the levels speak against the fit.
     """
     low, high = whole_band.band_hz
     fitted = whole_band.angle_random_walk
     if not whole_band.describes or fitted.status != "estimated":
-        return None
-    if not _agrees(fitted, walk):
         return None
     if not (low <= levels.frequency[0] and levels.frequency[-1] <= high):
         return None
@@ -99,25 +132,40 @@ def model_borne_out(
     if not complete.any():
         return None
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
-    if models.logarithm.max() - models.logarithm[row] > _OUTDONE:
-        return None
+    outdone = float(models.logarithm.max() - models.logarithm[row])
     ratio = levels.level / (laws @ models.squares[row, :FALL])
     freedom = ratio.size - int(models.sizes[row])
-    deviance = float(2.0 * levels.shape @ (ratio - 1.0 - np.log(ratio)))
-    passed = deviance <= 2.0 * gammaincinv(0.5 * freedom, 1.0 - _CHANCE)
-    passed = passed and largest_run(levels.shape, ratio) < -ndtri(_CHANCE / (4.0 * ratio.size))
-    return row if passed else None
+
+    def passes(test: _Strictness) -> bool:
+        return (
+            outdone <= test.outdone
+            and _agrees(fitted, walk, test.apart)
+            and _describes(levels.shape, ratio, freedom, test.chance)
+        )
+
+    if passes(_SURELY):
+        return BorneOut(row=row, surely=True)
+    if walk.status == "estimated" and passes(_BARELY):
+        return BorneOut(row=row, surely=False)
+    return None
 
 
-def _agrees(fitted: Estimate, walk: Estimate) -> bool:
+def _describes(shape: FloatArray, ratio: FloatArray, freedom: int, chance: float) -> bool:
+    """Whether levels of these shapes depart from their law, level over mean, by chance alone."""
+    deviance = float(2.0 * shape @ (ratio - 1.0 - np.log(ratio)))
+    within = deviance <= 2.0 * float(gammaincinv(0.5 * freedom, 1.0 - chance))
+    return within and largest_run(shape, ratio) < -float(ndtri(chance / (4.0 * ratio.size)))
+
+
+def _agrees(fitted: Estimate, walk: Estimate, apart: float) -> bool:
     """Whether a fit differs from the average by no more than chance, or lies below its bound."""
     if walk.status != "estimated":
         return walk.status == "not observable" or fitted.value <= walk.high
     wide, narrow = (math.log(one.high / max(one.low, 1e-3 * one.value)) for one in (walk, fitted))
     reach = float(ndtri(0.5 + 0.5 * walk.confidence))
     error = math.sqrt(max(wide**2 - narrow**2, 0.0)) / (2.0 * reach)
-    apart = abs(math.log(fitted.value / walk.value))
-    return apart <= _APART * error and walk.low <= fitted.value <= walk.high
+    distance = abs(math.log(fitted.value / walk.value))
+    return distance <= apart * error and walk.low <= fitted.value <= walk.high
 
 
 def largest_run(shape: FloatArray, ratio: FloatArray) -> float:

@@ -40,6 +40,12 @@ def sentences(analysis: Analysis) -> list[str]:
         said.append(
             "N rests on the likelihood of the whole spectrum, which its multitaper levels bear out."
         )
+    elif resting is not None and resting.member == "both":
+        said.append(
+            "N is of the likelihood of the whole spectrum; its multitaper levels speak neither for "
+            "nor against it, so that the interval also holds the average over bands and terms "
+            "[average]."
+        )
     elif resting is not None and resting.terms:
         said.append(
             "N is the average over bands of the multitaper spectrum and over the terms fitted "
