@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import iirpeak, lfilter
 
+from sagnac.coefficients import model_average
+from sagnac.coefficients.band_models import BandModels
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.coefficients.model_average import average
@@ -128,3 +130,24 @@ def test_a_second_level_band_that_reads_another_walk_is_told_of(seed):
     assert halved.walk == pytest.approx(told.walk / math.sqrt(2.0))
     plain = robust_levels(tapered_spectrum((white + smooth) / math.sqrt(rate), sample_rate=rate))
     assert average(plain).rests_on.elsewhere is None
+
+
+def test_a_share_that_rounds_to_more_than_one_is_all():
+    # Twenty equal weights add up to a rounding error more than one.
+    count = 20
+    squares = np.ones((count, 6))
+    squares[::2, 1] = 1e4
+    models = BandModels(
+        first=np.zeros(count, int),
+        last=np.ones(count, int),
+        mask=np.full(count, 2),
+        ruled=np.full(count, 3),
+        deviance=np.zeros(count),
+        squares=squares,
+        covariance=np.zeros((count, 6, 6)),
+        logarithm=np.zeros(count),
+    )
+    assert models.weights.sum() > 1.0
+    told = model_average._elsewhere(models, levels_of(np.random.default_rng(24).normal(size=4000)))
+    assert told.share == 1.0
+    assert told.walk in (1.0, pytest.approx(100.0))

@@ -430,7 +430,8 @@ def _elsewhere(models: BandModels, levels: Levels) -> Elsewhere | None:
     weight = models.weights
     logarithm = 0.5 * np.log(models.squares[:, STOCHASTIC_NAMES.index("angle_random_walk")])
     another = np.abs(logarithm - weight @ logarithm) > math.log(_ANOTHER)
-    share = float(weight[another].sum())
+    # Of all models the weights add up to one, up to rounding.
+    share = min(1.0, float(weight[another].sum()))
     if share < _TOLD:
         return None
     heaviest = int(np.flatnonzero(another)[np.argmax(weight[another])])
