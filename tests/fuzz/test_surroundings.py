@@ -4,6 +4,7 @@ No home, no folder for temporary files, folders that cannot be made or written t
 narrow terminals, odd locales, and two runs at once into one folder.
 """
 
+import json
 import os
 import random
 import subprocess
@@ -122,6 +123,8 @@ def test_two_at_once_leave_one_whole_result(folder):
         assert [one.returncode for one in both] == [0, 0], said
         assert not list(folder.glob(".*.part"))
         made = files_of(folder / "out")
-        document, page = made["analysis.json"].decode(), made["report.html"].decode()
-        (told,) = [value for value in values if f'"confidence": {value}' in document]
-        assert f"{100.0 * float(told):g} %" in page
+        document, page = json.loads(made["analysis.json"]), made["report.html"].decode()
+        told = document["settings"]["confidence"]
+        assert document["angle_random_walk"]["confidence"] == told
+        assert told in [float(value) for value in values]
+        assert f"{100.0 * told:g} %" in page
