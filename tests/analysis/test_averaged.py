@@ -58,6 +58,21 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     assert "is steady" in texts(found)
 
 
+def test_where_the_levels_do_not_tell_the_interval_holds_average_and_likelihood():
+    # Of ten records of white noise the levels of this one disagree most with its spectrum.
+    noise = np.random.default_rng(10).standard_normal(4000)
+    recording = Recording.from_arrays(x=noise, kind="rate", unit="deg/h", sample_rate=1.0)
+    found = analyze(recording, Settings(method="none"))
+    walk, fitted = found.angle_random_walk, found.fits["likelihood"].coefficients
+    assert found.average.member == "both"
+    assert walk.value == fitted["angle_random_walk"].value
+    assert walk.low <= fitted["angle_random_walk"].low
+    assert walk.high >= fitted["angle_random_walk"].high
+    assert walk.low <= np.radians(1.0) / 3600.0 <= walk.high
+    assert "neither for nor against it" in found.source
+    assert "the whole band, and " in found.average.in_words()
+
+
 @pytest.mark.parametrize("corner", [0.04, 0.08])
 def test_a_low_pass_of_the_sensor_gives_no_false_bound(corner):
     found, truth = analysis_of(low_passed, gyro=Gyro(), corner=corner, order=2)

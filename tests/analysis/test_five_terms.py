@@ -49,15 +49,19 @@ def test_the_answer_is_nearly_as_narrow_as_the_likelihood_of_five_terms(case, ca
     value, low, high, _, fitted_low, fitted_high, won = answers(case, RECORDINGS).T
     truth = average(case.gyros)
     held = float(np.mean((low <= truth) & (truth <= high)))
+    fit_held = float(np.mean((fitted_low <= truth) & (truth <= fitted_high)))
     wider = (high - low) / (fitted_high - fitted_low)
     error = float(np.sqrt(np.mean((value - truth) ** 2)) / cramer_rao(case.gyros, "QNBK"))
     with capsys.disabled():
         print(
-            f"\n| {case.name} | {100.0 * held:.1f} % | {error:.3f} | {np.median(wider):.3f} | "
+            f"\n| {case.name} | {100.0 * held:.1f} % | {100.0 * fit_held:.1f} % | {error:.3f} | "
+            f"{np.median(wider):.3f} | "
             f"{np.mean(wider):.3f} | {100.0 * np.mean(won):.0f} % |",
             end="",
         )
-    # One run in a hundred of a coverage of 95 % lies under 91.5 % or over 98.5 %.
-    assert 0.915 <= held <= 0.985
+    # One run in a hundred of a coverage of 95 % lies under 91.5 %. What chance does to the
+    # recordings it does to the likelihood as well, whose own coverage 1000 recordings show.
+    assert held >= 0.915
+    assert abs(held - fit_held) <= 0.02
     assert np.median(wider) <= 1.25
     assert error <= 1.15 * (1.0 + CHANCE)

@@ -121,7 +121,7 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
         source = (
             f"{_likelihood_source(measured.channel, coefficients)}; the levels speak neither for "
             "nor against it, so that the interval also holds the average over bands and terms, "
-            f"most on {resting.in_words()}"
+            f"most on {replace(resting, member='average').in_words()}"
         )
     else:
         source = (

@@ -128,9 +128,10 @@ class Resting:
         low, high = self.band_hz
         if self.member == "whole band":
             return f"the whole band to {high:.3g} Hz, which {letters} describe"
-        return (
+        average = (
             f"{low:.3g} to {high:.3g} Hz with {letters} ({100.0 * self.share:.0f} % of the weight)"
         )
+        return f"the whole band, and {average}" if self.member == "both" else average
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
