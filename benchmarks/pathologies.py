@@ -283,6 +283,8 @@ def page(found: Sequence[Outcome], seeds: int) -> str:
         "recordings in which nothing is said; the count is bold if chance makes it in less than "
         f"{RARE:g} of all cases.",
         "- A dash: at no strength tried.",
+        "- Noise that grows has its N at the start for the truth; N over the record is higher by "
+        "half of the growth.",
     ]
     for turning, title in (
         (False, "At rest"),
