@@ -164,9 +164,13 @@ def test_touched_series_are_given_back_after_an_error(mapped, given_back):
 
     for use in (series.map, series.total):
         given_back.clear()
-        with pytest.raises(ValueError, match="no"):
+        try:
             use(fail, long.size, long, length=1000)
-        assert given_back
+        except ValueError:
+            # Not only when nobody holds the error any more.
+            assert given_back
+        else:
+            pytest.fail("no error")
 
 
 @pytest.mark.parametrize("in_memory", [0, 100])

@@ -14,8 +14,8 @@ that goes through whole series says so (`gone_through`).
 import mmap
 import os
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, contextmanager
 from typing import IO, Any, Final, TypeVar
 
 import numpy as np
@@ -178,7 +178,9 @@ def _spans(size: int, length: int | None = None) -> Iterator[slice]:
         yield slice(start, min(start + length, size))
 
 
-def _through(size: int, *several: FloatArray, length: int | None = None) -> Iterator[slice]:
+def _through(
+    size: int, *several: FloatArray, length: int | None = None
+) -> Generator[slice, None, None]:
     """`_spans` one by one, the memory of `several` mapped series given back on the way."""
     try:
         for number, span in enumerate(_spans(size, length), start=1):
@@ -220,7 +222,8 @@ def map(
     >>> map(lambda block: float(values[block].max()), values.size, values, length=3)
     [2.0, 5.0, 6.0]
     """
-    return [work(block) for block in _through(size, *touched, length=length)]
+    with closing(_through(size, *touched, length=length)) as blocks:
+        return [work(block) for block in blocks]
 
 
 def total(
@@ -245,12 +248,12 @@ def total(
     >>> total(lambda block: float(values[block].sum()), values.size, values, length=3)
     21.0
     """
-    parts = (work(block) for block in _through(size, *touched, length=length))
-    result = next(parts, None)
-    if result is None:
+    if size == 0:
         raise ValueError("there is nothing to sum: size is 0")
-    for part in parts:
-        result = result + part
+    with closing(_through(size, *touched, length=length)) as blocks:
+        result = work(next(blocks))
+        for block in blocks:
+            result = result + work(block)
     return result
 
 

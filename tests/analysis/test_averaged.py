@@ -69,7 +69,7 @@ def test_where_the_levels_do_not_tell_the_interval_holds_average_and_likelihood(
     assert walk.low <= fitted["angle_random_walk"].low
     assert walk.high >= fitted["angle_random_walk"].high
     assert walk.low <= np.radians(1.0) / 3600.0 <= walk.high
-    assert "neither for nor against it" in found.source
+    assert "neither bear out nor reject" in found.source
     assert "the whole band, and " in found.average.in_words()
 
 

@@ -60,8 +60,8 @@ def test_the_answer_is_nearly_as_narrow_as_the_likelihood_of_five_terms(case, ca
             f"{np.mean(wider):.3f} | {100.0 * np.mean(won):.0f} % |",
             end="",
         )
-    # One run in a hundred of a coverage of 95 % has a case below. What chance does to the
-    # recordings it does to the likelihood as well, whose own coverage 1000 recordings show.
+    # If the coverage is 95 %, one run in a hundred has a case below this. The recordings are the
+    # same for the likelihood, whose own coverage 1000 recordings show.
     assert held >= binom.ppf(0.01 / len(CASES), RECORDINGS, 0.95) / RECORDINGS
     assert held >= fit_held - 0.01
     assert np.mean(wider) <= 1.25

@@ -264,7 +264,10 @@ def _by_whole_band(
     other = _basis(few, masked, confidence, whole_band)
     member = "average" if other is None else other.average.rests_on.member
     if member == "both" and walk.status == "estimated":
-        return replace(basis, average=with_both(basis.average, whole_band))
+        fit = whole_band.angle_random_walk
+        # Every sample may tell more than the fit of fewer angles does.
+        narrower = fit.low <= walk.low and walk.high <= fit.high
+        return basis if narrower else replace(basis, average=with_both(basis.average, whole_band))
     return other if other is not None and member == "whole band" else basis
 
 

@@ -68,13 +68,13 @@ def shown_by(analysis: Analysis) -> Shown:
 def _likely_band(analysis: Analysis, resting: Resting) -> FitBand | None:
     """The whole band of the likelihood if a longer recording's answer will be of it, else None.
 
-    It is if it is now, or if nothing speaks against it but that so little of the band is left
-    beside the lines.
+    It is if it is now, or stands beside the average, or if nothing speaks against it but that so
+    little of the band is left beside the lines.
     """
     fit = analysis.fits.get("likelihood")
     if fit is None or fit.band is None or not fit.band.is_whole:
         return None
-    if resting.member == "whole band":
+    if resting.member in ("whole band", "both"):
         return fit.band
     describes = fit.departure == 0.0 and reaches(resting, fit.band.high)
     return fit.band if describes else None

@@ -119,9 +119,9 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
         source = f"{_likelihood_source(measured.channel, coefficients)}, which the levels bear out"
     elif resting.member == "both":
         source = (
-            f"{_likelihood_source(measured.channel, coefficients)}; the levels speak neither for "
-            "nor against it, so that the interval also holds the average over bands and terms, "
-            f"most on {replace(resting, member='average').in_words()}"
+            f"{_likelihood_source(measured.channel, coefficients)}, which the levels neither bear "
+            "out nor reject, so that the interval also holds the average over bands and terms "
+            f"(heaviest: {replace(resting, member='average').in_words()})"
         )
     else:
         source = (

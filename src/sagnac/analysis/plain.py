@@ -10,7 +10,10 @@ from sagnac.units import DEGREE, DEGREE_PER_HOUR, field_unit
 
 
 def resting_data(analysis: Analysis) -> dict[str, Any]:
-    """Band and terms of the answer: ``band_hz`` [low, high], ``terms``, ``share``.
+    """What the answer rests on: ``band_hz`` [low, high], ``terms``, ``share``, ``member``.
+
+    If the member is ``both``, the value is of the likelihood of the whole band, and band, terms and
+    share are of the average that the interval holds as well.
 
     Returns
     -------
@@ -24,6 +27,7 @@ def resting_data(analysis: Analysis) -> dict[str, Any]:
         "band_hz": list(resting.band_hz),
         "terms": list(resting.terms),
         "share": resting.share,
+        "member": resting.member,
     }
 
 

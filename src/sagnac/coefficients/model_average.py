@@ -3,7 +3,7 @@
 The answer averages the models in which N rules three bins or more (`band_models` fits and weights
 them); its variance is the mean of the variances plus the scatter of the means, and its interval is
 of quantiles of the mixture. A likelihood fit of the whole band is a member that wins if the levels
-bear it out. If they speak neither for nor against it, its value stands in an interval of both.
+bear it out. If they neither bear it out nor reject it, its value stands in an interval of both.
 """
 
 import math
@@ -101,7 +101,7 @@ class Resting:
     misfit
         Deviance per degree of freedom of the heaviest model.
     member
-        ``average``, ``whole band``, or ``both`` if the levels speak neither for nor against the
+        ``average``, ``whole band``, or ``both`` if the levels neither bear out nor reject the
         likelihood of the whole band: its value, and an interval that holds the average's, too.
     law
         Of the heaviest model, or of the whole band; None if there is none.
@@ -431,7 +431,7 @@ def _elsewhere(models: BandModels, levels: Levels) -> Elsewhere | None:
     weight = models.weights
     logarithm = 0.5 * np.log(models.squares[:, STOCHASTIC_NAMES.index("angle_random_walk")])
     another = np.abs(logarithm - weight @ logarithm) > math.log(_ANOTHER)
-    # Of all models the weights add up to one, up to rounding.
+    # Rounding can lift the sum of all weights above one.
     share = min(1.0, float(weight[another].sum()))
     if share < _TOLD:
         return None

@@ -36,9 +36,9 @@ class _Strictness:
     apart: float
 
 
-# Of five terms one in twenty is outdone by more, and one in twenty differs more.
+# One in twenty recordings of five terms is outdone by more; one in twenty differs by more.
 _SURELY: Final = _Strictness(chance=0.02, outdone=2.0, apart=1.3)
-# Hardly one of a hundred recordings of five terms speaks more against them than this.
+# Hardly one in a hundred recordings of five terms goes beyond these.
 _BARELY: Final = _Strictness(chance=0.001, outdone=4.0, apart=3.0)
 
 
@@ -79,14 +79,14 @@ class WholeBand:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BorneOut:
-    """That the levels bear out a fit of five terms to the whole band.
+    """How far the levels bear out a fit of five terms to the whole band.
 
     Attributes
     ----------
     row
         The heaviest model of all bins.
     surely
-        Whether the fit is the answer. If not, the levels speak neither for nor against it: the
+        Whether the fit is the answer. If not, the levels neither bear it out nor reject it: the
         average may be right as well.
     """
 
@@ -102,8 +102,9 @@ def borne_out(
     The heaviest model of all bins has to pass two tests at a chance of 0.02 each, without any
     floor of the errors: its deviance, and the largest mean departure over any run of bins,
     which finds what bends. No model of fewer bins may outweigh it by more than e^2. And the value
-    must agree with the average, or lie below its bound. At a chance of 0.001, a weight of e^4 and
-    three standard errors the levels speak neither for nor against it.
+    must agree with the average, or lie below its bound. A fit that fails these, but passes at a
+    chance of 0.001, e^4 and three standard errors from an estimate, is neither borne out nor
+    rejected.
 
     Parameters
     ----------
@@ -119,7 +120,7 @@ def borne_out(
     Returns
     -------
     BorneOut or None
-        None if the levels speak against the fit.
+        None if the levels reject the fit, or it cannot be compared with them.
     """
     low, high = whole_band.band_hz
     fitted = whole_band.angle_random_walk

@@ -36,7 +36,7 @@ class Lineup:
     fit
         The joint fit of all steady lines; None if there are none.
     drifting
-        Lines whose amplitude drifts.
+        Lines whose amplitude or phase drifts.
     turning
         How the table turns; None at rest.
     floor

@@ -410,8 +410,7 @@ def _notes_on_fit(state: State, channel: str) -> tuple[Note, ...]:
 
 
 def _drift_text(amplitude: float) -> str:
-    """How a line drifts whose amplitude does so by a part of itself."""
-    # Of an amplitude that scatters no more than its own noise nothing is left.
+    """How a line drifts, by the relative drift of its amplitude."""
     if amplitude < _STEADY:
         return "drifts in phase"
     return f"drifts, by {100.0 * amplitude:.2g} % in amplitude"

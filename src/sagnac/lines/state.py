@@ -134,7 +134,7 @@ class State:
     fit
         The joint fit that these are from; None if they were changed since.
     drifting
-        Lines whose amplitude drifts.
+        Lines whose amplitude or phase drifts.
     seen
         Power and floor of the increments when they were last looked at.
     settled

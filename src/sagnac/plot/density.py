@@ -107,7 +107,8 @@ def _rested_on(axes: "Axes", analysis: Analysis) -> None:
     low, high = max(resting.band_hz[0], lowest), min(resting.band_hz[1], highest)
     if not low < high:
         return
-    axes.axvspan(low, high, color=ORANGE, alpha=0.08, linewidth=0, label="band of the answer")
+    whose = "average" if resting.member == "both" else "answer"
+    axes.axvspan(low, high, color=ORANGE, alpha=0.08, linewidth=0, label=f"band of the {whose}")
     frequency = np.geomspace(low, min(high, 0.5 / resting.law.interval), 200)
     bottom, top = axes.get_ylim()
     root = np.sqrt(resting.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ

@@ -154,7 +154,9 @@ def _fitted(axes: "Axes", analysis: Analysis) -> None:
     left, right = axes.get_xlim()
     tau = np.geomspace(max(left, shortest), right, 200)
     total = np.sqrt(allan_variance(tau, values)) / DEGREE_PER_HOUR
-    name_of_fit = "average" if fit is None else fit.method
+    resting = analysis.average
+    both = resting is not None and resting.member == "both"
+    name_of_fit = "N of the likelihood" if both else "average" if fit is None else fit.method
     axes.plot(tau, total, color=INK, linewidth=1.2, label=f"fit ({name_of_fit})")
     low, high = axes.get_ylim()
     for name, value in values.items():

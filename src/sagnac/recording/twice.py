@@ -91,7 +91,9 @@ def _windows(values: FloatArray, start: int) -> tuple[IntegerArray, IntegerArray
     """Places and mixed bits of the windows that are kept."""
     bits = np.ascontiguousarray(values).view(np.uint64)
     mixed = np.empty(bits.size - _WINDOW + 1, dtype=np.uint64)
-    _kernels.mixed_windows(bits, np.uint64(_MIXED_BY), _WINDOW, mixed)
+    # Uncompiled, numpy would warn of the products that wrap around.
+    with np.errstate(over="ignore"):
+        _kernels.mixed_windows(bits, np.uint64(_MIXED_BY), _WINDOW, mixed)
     kept = np.flatnonzero(mixed >> np.uint64(64 - _ZEROS) == 0)
     return start + kept, mixed[kept].view(np.int64)
 

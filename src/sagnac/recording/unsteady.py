@@ -101,7 +101,7 @@ def step_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[N
     if level.size <= _FEWEST_BLOCKS:
         return ()
     changes = np.abs(np.diff(level))
-    # The median of counts moves by whole steps of the readout, or not at all.
+    # The median of counts moves by steps of the readout, or not at all.
     usual = max(float(np.quantile(changes, 0.75)), profile.step)
     # The median of one block of a dithered gyro may lie anywhere; that of three does not.
     stays = np.median(np.stack([level[:-2], level[1:-1], level[2:]]), axis=0)
@@ -110,9 +110,15 @@ def step_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[N
     if abs(steps[at]) <= _STEP * usual or usual <= 0.0:
         return ()
     first = at + 2 + int(np.argmax(changes[at + 1 : at + 1 + _STAYS]))
+    size = f"{abs(steps[at]) / usual:.3g}"
+    period = f"{profile.block / recording.sample_rate:.3g} s"
+    of_what = (
+        f"{size} steps of the readout from one {period} to the next"
+        if usual == profile.step
+        else f"{size} times what it usually changes over {period}"
+    )
     text = (
-        f"its rate steps by {abs(steps[at]) / usual:.3g} times what it usually changes over "
-        f"{profile.block / recording.sample_rate:.3g} s, at "
+        f"its rate steps by {of_what}, at "
         f"{second_of(recording, first * profile.block):.6g} s; take a stretch without with "
         "{slice}"
     )

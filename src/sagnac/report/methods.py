@@ -42,9 +42,9 @@ def sentences(analysis: Analysis) -> list[str]:
         )
     elif resting is not None and resting.member == "both":
         said.append(
-            "N is of the likelihood of the whole spectrum; its multitaper levels speak neither for "
-            "nor against it, so that the interval also holds the average over bands and terms "
-            "[average]."
+            "N comes from the likelihood of the whole spectrum. Its multitaper levels neither bear "
+            "it out nor reject it, so that the interval also holds the average over bands and "
+            "terms [average]."
         )
     elif resting is not None and resting.terms:
         said.append(

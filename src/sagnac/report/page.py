@@ -55,6 +55,8 @@ _METHODS: Final[Mapping[str, str]] = {
 
 # Latitude of the figure on heading.
 _LATITUDE: Final = 45.0 * DEGREE
+# Title of the coefficients if the answer is of likelihood and average.
+_OF_BOTH: Final = "Likelihood (N), average (the others)"
 
 
 def write_report(analysis: Analysis, path: Path) -> None:
@@ -300,7 +302,9 @@ def _fit_title(analysis: Analysis) -> str:
     if fit is not None:
         return FIT_TITLES[fit.method]
     resting = analysis.average
-    return "average over bands and terms" if resting is not None and resting.terms else ""
+    if resting is None or not resting.terms:
+        return ""
+    return _OF_BOTH if resting.member == "both" else "average over bands and terms"
 
 
 def _shares(analysis: Analysis) -> dict[str, Any] | None:
@@ -353,7 +357,9 @@ def _answer_column(analysis: Analysis) -> list[tuple[str, bool]]:
     """A column for the average if the answer is of that and of no fit."""
     if not analysis.coefficients or headline_fit(analysis) is not None:
         return []
-    return [("Average over bands and terms", True)]
+    resting = analysis.average
+    both = resting is not None and resting.member == "both"
+    return [(_OF_BOTH if both else "Average over bands and terms", True)]
 
 
 def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
