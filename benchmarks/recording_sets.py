@@ -261,8 +261,7 @@ PLAIN: Final = RecordingSet(
     extras_of=lambda _: (),
     switched_on="Switched off, and so not tested here: bias instability and rate random walk "
     "(B = K = 0), lock-in (gyros `ideal`), lines that wander, and any time between the samples of "
-    "encoder and gyros. The [disturbed hundred](benchmarks_recordings_disturbed.md) has all of "
-    "these but the last.",
+    "encoder and gyros. The disturbed hundred (`--set disturbed`) has all of these but the last.",
 )
 DISTURBED: Final = RecordingSet(
     name="disturbed",
