@@ -1,10 +1,12 @@
 """The quick median against the middle of the sorted values."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import median_filter
 
-from sagnac.spectrum.median import median
+from sagnac.spectrum.median import median, running_median
 
 
 @settings(max_examples=60, deadline=None)
@@ -24,3 +26,15 @@ def test_the_median_is_the_middle_value(size, kind, seed):
     ordered = np.sort(values)
     middle = 0.5 * (ordered[(size - 1) // 2] + ordered[size // 2])
     assert median(values) == middle
+
+
+@pytest.mark.parametrize("size", [1, 5, 41, 300])
+def test_the_running_median_is_that_of_scipy(size):
+    values = np.random.default_rng(size).exponential(size=size)
+    wanted = median_filter(values, 41, mode="nearest")
+    np.testing.assert_array_equal(running_median(values, 41), wanted)
+
+
+def test_an_even_width_is_refused():
+    with pytest.raises(ValueError, match="width is 4"):
+        running_median(np.ones(9), 4)

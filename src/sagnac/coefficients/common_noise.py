@@ -17,6 +17,7 @@ from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.estimates import require_confidence
+from sagnac.spectrum.median import running_median
 from sagnac.spectrum.tapers import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 
 # A cell this many times the median of its neighbourhood, and those cells, is a line.
@@ -183,12 +184,10 @@ def band_cells(
 
 def _plain(products: FloatArray) -> BooleanArray:
     """Cells in which no gyro stands out of its neighbourhood, and none beside one that does."""
-    from scipy.ndimage import median_filter  # noqa: PLC0415  (a tenth of a second)
-
     plain = np.ones(products.shape[2], dtype=np.bool_)
     for gyro in range(products.shape[0]):
         density = products[gyro, gyro]
-        standing = density > _STANDING * median_filter(density, _AROUND, mode="nearest")
+        standing = density > _STANDING * running_median(density, _AROUND)
         plain &= ~np.convolve(standing, np.ones(3), mode="same").astype(bool)[: plain.size]
     return plain
 

@@ -6,6 +6,7 @@ from scipy.special import gammainccinv, gammaincinv
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.recording.difference import per_gyro
+from sagnac.spectrum.median import running_median
 from sagnac.units import DEGREE_PER_HOUR
 
 _NEIGHBOURS = 51
@@ -47,7 +48,5 @@ def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:
         return 0
     shape = np.maximum(np.round(np.gradient(frequency) * analysis.recording.duration), 1.0)
     threshold = gammainccinv(shape, false_alarm / density.size) / gammaincinv(shape, 0.5)
-    around = np.pad(density, _NEIGHBOURS // 2, mode="edge")
-    middle = np.median(np.lib.stride_tricks.sliding_window_view(around, _NEIGHBOURS), axis=1)
-    above = density > threshold * middle
+    above = density > threshold * running_median(density, _NEIGHBOURS)
     return int(np.count_nonzero(above[1:] & ~above[:-1]) + above[0])

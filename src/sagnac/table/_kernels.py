@@ -65,14 +65,10 @@ def motion(
     between samples; `begins` (2,) the integrals of cosine and sine at the `first` sample.
     """
     share, drift, of_cosine, of_sine, dt = rates
-    half = 0.5 * dt
-    cosine_before = sine_before = cosine_sum = sine_sum = 0.0
+    sine_sums = np.empty(table.size)
+    # The sums of the cosine stand in the series until its sample is made.
+    sine_cosine_integrals(table, dt, series, sine_sums)
     for n in range(table.size):
-        cosine, sine = cosine_and_sine(table[n])
-        if n:
-            cosine_sum += half * (cosine_before + cosine)
-            sine_sum += half * (sine_before + sine)
-        cosine_before, sine_before = cosine, sine
         value = share * table[n] + drift * (first + n)
-        value += of_cosine * (cosine_sum + begins[0])
-        series[n] = value + of_sine * (sine_sum + begins[1])
+        value += of_cosine * (series[n] + begins[0])
+        series[n] = value + of_sine * (sine_sums[n] + begins[1])
