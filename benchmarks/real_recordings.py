@@ -143,7 +143,9 @@ def answered(source: Source, gyro: str) -> Answered:
 
 
 def _answer(recording: Recording, gyro: str) -> Analysis:
-    return at_rest(recording, Settings(gyros=(gyro,), method="none")).analysis
+    # As `sagnac avar` does: every sample.
+    settings = Settings(gyros=(gyro,), method="none", interval=None)
+    return at_rest(recording, settings).analysis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
