@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.analysis import averaged
+from sagnac.analysis.curves import Points
 from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.plain import covariance_data, parts_data, resting_data
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.still_bench import at_rest
+from sagnac.coefficients.whole_band import WholeBand
 from sagnac.recording.model import Recording
 from sagnac.report.document import analysis_document
 from sagnac.rig.gallery import (
@@ -164,3 +167,32 @@ def test_what_the_answer_rests_on_as_plain_data():
 def test_the_answer_is_among_the_coefficients():
     found, _ = analysis_of(stepping, gyro=Gyro(), factor=1.5)
     assert headline_coefficients(found)["angle_random_walk"] == found.angle_random_walk
+
+
+@pytest.mark.parametrize("reach", [0.5, 1.5])
+def test_a_fit_of_fewer_angles_that_is_not_borne_out_stands_only_where_it_adds(monkeypatch, reach):
+    """The levels of fewer angles neither bear the fit out nor reject it."""
+    noise = UNIT * np.random.default_rng(3).standard_normal(SAMPLES) / np.sqrt(RATE)
+    basis = averaged._basis(averaged.Cleaned(increments=noise, rate=RATE), (), 0.95, None)
+    walk = basis.average.angle_random_walk
+    unsure = replace(basis.average, rests_on=replace(basis.average.rests_on, member="both"))
+    monkeypatch.setattr(averaged, "_basis", lambda *_: replace(basis, average=unsure))
+    fit = replace(
+        walk,
+        low=walk.value - reach * (walk.value - walk.low),
+        high=walk.value + 1.5 * (walk.high - walk.value),
+    )
+    whole_band = WholeBand(
+        coefficients={**basis.average.coefficients, "angle_random_walk": fit},
+        band_hz=(0.0, 5.0),
+        describes=True,
+    )
+    fine = Points(angle=np.cumsum(noise)[::5], rate=10.0)
+    found = averaged._by_whole_band(basis, fine, (), 0.95, whole_band).average
+    if reach > 1.0:
+        # Every sample tells more.
+        assert found is basis.average
+    else:
+        both = found.angle_random_walk
+        assert found.rests_on.member == "both"
+        assert (both.value, both.low, both.high) == (walk.value, walk.low, fit.high)
