@@ -18,22 +18,23 @@ def compiled(**options: Any) -> Callable[[_Function], _Function]:
     """Compile a loop at its first call.
 
     Without a folder that may be written to (an installation of somebody else's, no home) nothing
-    is cached. A cache that is damaged is not used, and is written anew.
+    is cached. A cache that is damaged is not used, and is written anew. While a loop runs, other
+    threads of the caller, a window that shows progress, go on.
 
     Parameters
     ----------
     **options
-        Of `numba.njit`: ``nogil``, ``fastmath``, ``error_model``.
+        Of `numba.njit`: ``fastmath``, ``error_model``, ``inline``.
     """
 
     def decorate(function: _Function) -> _Function:
         loop: _Function
         try:
-            loop = numba.njit(cache=True, **options)(function)
+            loop = numba.njit(cache=True, nogil=True, **options)(function)
         except RuntimeError:
             # There is no folder to cache in.
             _NOT_KEPT.add(function.__qualname__)
-            loop = numba.njit(cache=False, **options)(function)
+            loop = numba.njit(cache=False, nogil=True, **options)(function)
             return loop
         if loop is function:
             # NUMBA_DISABLE_JIT: it stays an interpreted loop, with nothing to cache.

@@ -9,7 +9,7 @@ from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.kernels import compiled
 
 
-@compiled(nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def paired_sums(
     rates: FloatArray,
     in_angle: BooleanArray,
@@ -89,7 +89,7 @@ MIX_BLOCK = 50
 """Samples in each mean of `mixed_down`."""
 
 
-@compiled(nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def spread(
     table: FloatArray, steps: FloatArray, low: float, scale: float, grid: FloatArray
 ) -> None:
@@ -110,7 +110,7 @@ def spread(
         grid[at + 3] += weight * t * t * t
 
 
-@compiled(nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
     """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
     blocks = values.size // MIX_BLOCK
@@ -133,7 +133,7 @@ def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexAr
     return mixed
 
 
-@compiled(nogil=True)
+@compiled()
 def spline_normal(block: IntegerArray, rows: ComplexArray, blocks: int) -> ComplexArray:
     """Normal matrix of cubic splines, (4, blocks + 3) upper bands; the last is the diagonal.
 
@@ -147,7 +147,7 @@ def spline_normal(block: IntegerArray, rows: ComplexArray, blocks: int) -> Compl
     return band
 
 
-@compiled(nogil=True)
+@compiled()
 def spline_products(
     block: IntegerArray, rows: ComplexArray, weights: ComplexArray, blocks: int
 ) -> ComplexArray:
@@ -159,7 +159,7 @@ def spline_products(
     return products
 
 
-@compiled(fastmath=True, nogil=True)
+@compiled(fastmath=True)
 def drifting_tone(
     start: int,
     frequency: float,

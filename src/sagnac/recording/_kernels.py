@@ -9,7 +9,7 @@ from sagnac.kernels import compiled
 _FIRST_TURN, _LAST_TURN = np.uint64(29), np.uint64(32)
 
 
-@compiled(nogil=True)
+@compiled()
 def off_neighbours(padded: FloatArray, off: FloatArray) -> None:
     """Fill `off` with each value less the median of the two before and the two after.
 
@@ -24,7 +24,7 @@ def off_neighbours(padded: FloatArray, off: FloatArray) -> None:
         off[n] = padded[n + 2] - 0.5 * (lower + higher)
 
 
-@compiled(nogil=True)
+@compiled()
 def mixed_windows(
     bits: NDArray[np.uint64], factor: np.uint64, window: int, mixed: NDArray[np.uint64]
 ) -> None:

@@ -11,7 +11,7 @@ from sagnac.kernels import compiled
 TERMS: Final = 8
 
 
-@compiled(nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def table_evaluated(phase: FloatArray, table: FloatArray, series: FloatArray) -> None:
     """Fill `series` with the polynomials of `table` nearest to each phase.
 
@@ -31,7 +31,7 @@ def table_evaluated(phase: FloatArray, table: FloatArray, series: FloatArray) ->
         series[n] = value
 
 
-@compiled(nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def table_gathered(phase: FloatArray, strengths: FloatArray, table: FloatArray) -> None:
     """Add each strength, times the powers of its offset, to the nearest row of such a table."""
     points = table.shape[0]
@@ -47,7 +47,7 @@ def table_gathered(phase: FloatArray, strengths: FloatArray, table: FloatArray) 
             value *= offset
 
 
-@compiled(nogil=True, fastmath=True)
+@compiled(fastmath=True)
 def tapered_power(transform: ComplexArray, turns: ComplexArray, power: FloatArray) -> None:
     """Fill `power` with the squares at every second frequency of `transform`, summed over tapers.
 
@@ -68,7 +68,7 @@ def tapered_power(transform: ComplexArray, turns: ComplexArray, power: FloatArra
         power[n] = total
 
 
-@compiled(nogil=True)
+@compiled()
 def interpolated(start: int, points: FloatArray, levels: FloatArray, series: FloatArray) -> None:
     """Fill `series` with levels at the whole numbers from `start` on, linear between the points."""
     n = 0

@@ -21,7 +21,7 @@ _LARGE_PART: Final = float(np.ldexp(np.rint(np.ldexp(_STEP, 32)), -32))
 _SMALL_PART: Final = (_STEP - _LARGE_PART) + 2.4492935982947064e-16 / _POINTS
 
 
-@compiled(nogil=True)
+@compiled()
 def cosine_and_sine(angle: float) -> tuple[float, float]:
     """Cosine and sine of an angle from those of the nearest even one.
 
@@ -38,7 +38,7 @@ def cosine_and_sine(angle: float) -> tuple[float, float]:
     return cosine, sine
 
 
-@compiled(nogil=True)
+@compiled()
 def sine_cosine_integrals(
     table: FloatArray, dt: float, of_cosine: FloatArray, of_sine: FloatArray
 ) -> None:
@@ -55,7 +55,7 @@ def sine_cosine_integrals(
         cosine_before, sine_before = cosine, sine
 
 
-@compiled(nogil=True)
+@compiled()
 def motion(
     table: FloatArray, first: int, rates: FloatArray, begins: FloatArray, series: FloatArray
 ) -> None:
