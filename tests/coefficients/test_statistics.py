@@ -201,6 +201,8 @@ BENCHES = (
     Bench(walk=2e-5, step=0.01, seconds=7200),
     Bench(walk=1e-5, step=0.01, seconds=1200),
 )
+# Mean interval of the answer over that of the likelihood fit alone.
+WIDER = 1.25
 DEGREE = math.pi / 180.0
 ARCSECOND = DEGREE / 3600.0
 
@@ -223,15 +225,19 @@ def read_out(bench: Bench, generator: np.random.Generator) -> Recording:
 def test_intervals_hold_the_truth_where_the_walk_hardly_dithers_the_readout(bench, capsys):
     generator = np.random.default_rng([SEED, 200 + BENCHES.index(bench)])
     truth = bench.walk * DEGREE / 60.0
-    inside, errors, halves, bounds = 0, [], [], []
+    inside, errors, halves, bounds, by_fit = 0, [], [], [], []
     for _ in range(RECORDINGS):
         recording = read_out(bench, generator)
-        answer = analyze(recording, Settings(gyros=("x",), method="none")).angle_random_walk
+        found = analyze(recording, Settings(gyros=("x",), method="none"))
+        answer = found.angle_random_walk
         inside += answer.low <= truth <= answer.high
         if answer.status == "estimated":
             error = (answer.high - answer.low) / (2.0 * 1.96)
             errors.append((answer.value - truth) / error)
             halves.append(0.5 * (answer.high - answer.low) / truth)
+            fitted = found.fits["likelihood"].coefficients["angle_random_walk"]
+            if fitted.status == "estimated":
+                by_fit.append(0.5 * (fitted.high - fitted.low) / truth)
         else:
             bounds.append(answer.high / truth)
     coverage = inside / RECORDINGS
@@ -253,4 +259,6 @@ def test_intervals_hold_the_truth_where_the_walk_hardly_dithers_the_readout(benc
     if len(errors) > 0.5 * RECORDINGS:
         assert abs(bias) < 0.5
     if len(errors) > 0.9 * RECORDINGS:
-        assert coverage <= 0.97
+        # Where the levels do not bear the fit out, most often because chance took it far off, the
+        # answer is wider: it may hold more often, at the price that five terms are allowed.
+        assert np.mean(halves) <= WIDER * np.mean(by_fit)

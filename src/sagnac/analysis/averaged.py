@@ -111,8 +111,8 @@ def averaged(
 
     It uses every sample. If nothing dithers the readout from one sample to the next, it uses
     samples farther apart. The likelihood fit is of fewer angles: it is a member of the average of
-    those, and is the answer if their levels bear it out and the average of every sample allows its
-    value.
+    those, and is the answer if their levels bear it out, the average of every sample allows its
+    value, and its interval is the narrower one.
 
     Parameters
     ----------
@@ -249,25 +249,24 @@ def _basis(
 def _by_whole_band(
     basis: _Basis, fine: Points, masked: Bands, confidence: float, whole_band: WholeBand
 ) -> _Basis:
-    """The basis of fewer angles if the fit wins there and every sample allows its value.
+    """The basis of fewer angles if the fit wins there and tells more than every sample does.
 
     Of fewer angles what lies above half their rate folds into the band: if the terms do not
     describe every sample up to there, they do not describe what folds.
     """
-    walk = basis.average.angle_random_walk
+    walk, fit = basis.average.angle_random_walk, whole_band.angle_random_walk
     if not reaches(basis.average.rests_on, 0.5 * fine.rate):
         return basis
-    value = whole_band.angle_random_walk.value
-    if walk.status != "not observable" and not walk.low <= value <= walk.high:
+    if walk.status != "not observable" and not walk.low <= fit.value <= walk.high:
+        return basis
+    # Every sample tells more.
+    if walk.status == "estimated" and walk.high * fit.low <= fit.high * walk.low:
         return basis
     few = Cleaned(increments=series.differences(fine.angle), rate=fine.rate)
     other = _basis(few, masked, confidence, whole_band)
     member = "average" if other is None else other.average.rests_on.member
     if member == "both" and walk.status == "estimated":
-        fit = whole_band.angle_random_walk
-        # Every sample may tell more than the fit of fewer angles does.
-        narrower = fit.low <= walk.low and walk.high <= fit.high
-        return basis if narrower else replace(basis, average=with_both(basis.average, whole_band))
+        return replace(basis, average=with_both(basis.average, whole_band))
     return other if other is not None and member == "whole band" else basis
 
 
