@@ -262,5 +262,5 @@ def test_intervals_hold_the_truth_where_the_walk_hardly_dithers_the_readout(benc
         assert abs(bias) < 0.5
     if len(errors) > 0.9 * RECORDINGS:
         # Where the levels do not bear the fit out, most often because chance took it far off, the
-        # answer is wider: it may hold more often, at the price that five terms are allowed.
+        # answer is wider and holds more often: what that costs is bounded instead.
         assert ours <= WIDER * theirs
