@@ -192,6 +192,12 @@ class _Scaled:
         )
 
 
+def bin_shapes(levels: Levels, error: float) -> FloatArray:
+    """(bins,) shapes of the levels' gamma laws with a relative error of each beside chance."""
+    standing = _STANDING * levels.outstanding
+    return np.asarray(1.0 / (1.0 / levels.shape + error**2 + standing**2))
+
+
 def _scaled(levels: Levels, floor: float) -> _Scaled:
     if not 0.0 <= floor < 1.0:
         raise ValueError(f"floor is {floor}; give a relative error from 0 to 1")
@@ -202,8 +208,7 @@ def _scaled(levels: Levels, floor: float) -> _Scaled:
     both = np.column_stack([laws, divisors])
     scale = np.abs(both).max(axis=0)
     both /= scale
-    shape = 1.0 / (1.0 / levels.shape + floor**2 + (_STANDING * levels.outstanding) ** 2)
-    return _Scaled(shape=shape, laws=both[:, :FALL], divisors=both[:, FALL:], scale=scale)
+    return _Scaled(shape=bin_shapes(levels, floor), laws=both[:, :FALL], divisors=both[:, FALL:], scale=scale)
 
 
 def band_models(levels: Levels, *, floor: float = FLOOR) -> BandModels:

@@ -16,6 +16,7 @@ from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.band_models import FALL, FLOOR, LIGHT, BandModel, BandModels, band_models
+from sagnac.coefficients.bin_errors import error_of_bins, with_error_of_bins
 from sagnac.coefficients.bounds import highest_coefficient
 from sagnac.coefficients.estimates import Estimate, Status, require_confidence
 from sagnac.coefficients.laws import (
@@ -195,6 +196,7 @@ class _Sought:
     laws: FloatArray
     models: BandModels
     confidence: float
+    floor: float
 
     def estimate(
         self, name: CoefficientName, status: Status, value: float, low: float, high: float
@@ -213,7 +215,9 @@ class _Sought:
         return self.estimate(name, "upper bound", bound, 0.0, bound)
 
     def estimated(self, name: CoefficientName, models: BandModels) -> Estimate:
-        """By the mixture of models that hold the term."""
+        """By the mixture of models that hold the term, with the errors that the levels show."""
+        error = error_of_bins(self.levels, self.laws, models, floor=self.floor)
+        models = with_error_of_bins(self.levels, self.laws, models, error, floor=self.floor)
         found = mixture(models, STOCHASTIC_NAMES.index(name), self.confidence)
         return self.estimate(name, "estimated", found.value, found.low, found.high)
 
@@ -235,7 +239,7 @@ def average(
     confidence
         Of every interval and bound.
     floor
-        Relative error added to that of every bin.
+        Relative error that every fit allows a bin beside chance.
     slope
         Rate ramp found by least squares, rad/s^2; None if it was not sought.
     whole_band
@@ -258,6 +262,7 @@ def average(
         laws=levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval)),
         models=models.kept(models.logarithm > math.log(LIGHT) - 60.0),
         confidence=confidence,
+        floor=floor,
     )
     ruling = (sought.models.ruled >= RULED) & _unrivalled(sought.models, levels.level.size)
     answering = sought.models.kept(ruling).heaviest()

@@ -28,7 +28,7 @@ class _Strictness:
     apart
         Standard errors by which the fit may differ from the average. It is the more efficient of
         the two, so that the variance of the difference is the difference of the variances
-        (Hausman, Econometrica 46, 1251, 1978). The average's own variance is generous.
+        (Hausman, Econometrica 46, 1251, 1978).
     """
 
     chance: float
@@ -37,7 +37,7 @@ class _Strictness:
 
 
 # One in twenty recordings of five terms is outdone by more; one in twenty differs by more.
-_SURELY: Final = _Strictness(chance=0.02, outdone=2.0, apart=1.3)
+_SURELY: Final = _Strictness(chance=0.02, outdone=2.0, apart=2.0)
 # Hardly one in a hundred recordings of five terms goes beyond these.
 _BARELY: Final = _Strictness(chance=0.001, outdone=4.0, apart=3.0)
 
