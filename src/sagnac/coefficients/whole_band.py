@@ -26,9 +26,7 @@ class _Strictness:
     outdone
         Logarithm of the weight by which a model of fewer bins may outdo that of all.
     apart
-        Standard errors by which the fit may differ from the average. It is the more efficient of
-        the two, so that the variance of the difference is the difference of the variances
-        (Hausman, Econometrica 46, 1251, 1978).
+        Standard errors of the average by which the fit may differ from it.
     """
 
     chance: float
@@ -36,10 +34,10 @@ class _Strictness:
     apart: float
 
 
-# One in twenty recordings of five terms is outdone by more; one in twenty differs by more.
-_SURELY: Final = _Strictness(chance=0.02, outdone=2.0, apart=2.0)
+# One in twenty recordings of five terms is outdone by more, or differs by more.
+_SURELY: Final = _Strictness(chance=0.02, outdone=3.0, apart=1.3)
 # Hardly one in a hundred recordings of five terms goes beyond these.
-_BARELY: Final = _Strictness(chance=0.001, outdone=4.0, apart=3.0)
+_BARELY: Final = _Strictness(chance=0.001, outdone=6.0, apart=4.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,10 +99,10 @@ def borne_out(
 
     The heaviest model of all bins has to pass two tests at a chance of 0.02 each, without any
     floor of the errors: its deviance, and the largest mean departure over any run of bins,
-    which finds what bends. No model of fewer bins may outweigh it by more than e^2. And the value
-    must agree with the average, or lie below its bound. A fit that fails these, but passes at a
-    chance of 0.001, e^4 and three standard errors from an estimate, is neither borne out nor
-    rejected.
+    which finds what bends. No model of fewer bins may outweigh it by more than e^3. And the value
+    must lie within 1.3 standard errors of the average, or below its bound. A fit that fails
+    these, but passes at a chance of 0.001, e^6 and four standard errors from an estimate, is
+    neither borne out nor rejected.
 
     Parameters
     ----------
@@ -162,11 +160,9 @@ def _agrees(fitted: Estimate, walk: Estimate, apart: float) -> bool:
     """Whether a fit differs from the average by no more than chance, or lies below its bound."""
     if walk.status != "estimated":
         return walk.status == "not observable" or fitted.value <= walk.high
-    wide, narrow = (math.log(one.high / max(one.low, 1e-3 * one.value)) for one in (walk, fitted))
     reach = float(ndtri(0.5 + 0.5 * walk.confidence))
-    error = math.sqrt(max(wide**2 - narrow**2, 0.0)) / (2.0 * reach)
-    distance = abs(math.log(fitted.value / walk.value))
-    return distance <= apart * error and walk.low <= fitted.value <= walk.high
+    error = math.log(walk.high / max(walk.low, 1e-3 * walk.value)) / (2.0 * reach)
+    return abs(math.log(fitted.value / walk.value)) <= apart * error
 
 
 def largest_run(shape: FloatArray, ratio: FloatArray) -> float:
