@@ -37,7 +37,7 @@ def recording_of(**gyros):
     return Recording.from_arrays(**increments, kind="increment", unit="rad", sample_rate=RATE)
 
 
-def analysis_of(make, seed=1, **settings):
+def analysis_of(make, seed=2, **settings):
     gyro = make(np.random.default_rng(seed), SAMPLES, RATE, **settings)
     found = analyze(recording_of(x=gyro), Settings(method="none"))
     return found, UNIT * gyro.angle_random_walk
@@ -53,7 +53,7 @@ def texts(found):
 
 
 def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
-    gyro = five_terms(np.random.default_rng(1), SAMPLES, RATE, gyro=Gyro())
+    gyro = five_terms(np.random.default_rng(2), SAMPLES, RATE, gyro=Gyro())
     found = analyze(recording_of(x=gyro), Settings(method="none", interval=None))
     truth = UNIT * gyro.angle_random_walk
     assert holds(found, truth)
@@ -71,8 +71,8 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
 
 
 def test_where_the_levels_do_not_tell_the_interval_holds_average_and_likelihood():
-    # Of ten records of white noise the levels of this one disagree most with its spectrum.
-    noise = np.random.default_rng(10).standard_normal(4000)
+    # Two of the first forty records of white noise are so; this is one of them.
+    noise = np.random.default_rng(36).standard_normal(4000)
     recording = Recording.from_arrays(x=noise, kind="rate", unit="deg/h", sample_rate=1.0)
     found = analyze(recording, Settings(method="none"))
     walk, fitted = found.angle_random_walk, found.fits["likelihood"].coefficients

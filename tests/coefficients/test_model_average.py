@@ -90,7 +90,7 @@ def test_a_fit_that_is_a_little_off_the_average_has_an_interval_that_holds_both(
         for one in (alone, result)
     )
     np.testing.assert_allclose(after, before, atol=1e-12)
-    beyond = 1.01 * walk.high
+    beyond = walk.value * (walk.high / walk.value) ** (4.5 / 1.96)
     far = average(levels, whole_band=whole_band(beyond, 0.999 * beyond, 1.001 * beyond))
     assert far.rests_on.member == "average"
     assert far.angle_random_walk == walk

@@ -208,7 +208,8 @@ def _scaled(levels: Levels, floor: float) -> _Scaled:
     both = np.column_stack([laws, divisors])
     scale = np.abs(both).max(axis=0)
     both /= scale
-    return _Scaled(shape=bin_shapes(levels, floor), laws=both[:, :FALL], divisors=both[:, FALL:], scale=scale)
+    shape = bin_shapes(levels, floor)
+    return _Scaled(shape=shape, laws=both[:, :FALL], divisors=both[:, FALL:], scale=scale)
 
 
 def band_models(levels: Levels, *, floor: float = FLOOR) -> BandModels:
