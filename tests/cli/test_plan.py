@@ -11,8 +11,8 @@ def test_hours_for_a_width_and_to_decide_a_limit(bare, capsys):
     assert main([*arguments, "--json"]) == 0
     made = strict(capsys.readouterr().out)
     wide, narrow, limit = (row["hours"] for row in made["plan"])
-    # Half the width takes about four times as long.
-    assert narrow / wide == pytest.approx(4.0, rel=0.2)
+    # Half the width takes four times as long, and longer of an average.
+    assert 3.9 < narrow / wide < 6.0
     assert limit > 0.0
     assert made["supposes"] in ("whole band", "average")
     assert main(arguments) == 0

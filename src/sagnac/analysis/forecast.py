@@ -1,11 +1,12 @@
 """What an analysis shows of N, for a forecast of what a longer recording would."""
 
+from dataclasses import replace
 from typing import Final
 
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.result import Analysis
-from sagnac.coefficients.estimates import FitBand
+from sagnac.coefficients.estimates import Fit, FitBand
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.coefficients.model_average import Resting
 from sagnac.errors import RecordingError
@@ -14,15 +15,16 @@ from sagnac.specification.planning import LeftOut, Shown
 
 # Cells that a fit leaves out on either side of what is masked.
 _BESIDE: Final = 1.0
+# Times as long as the recording: where the forecast asks what the answer will rest on.
+_LONGER: Final = 10.0
 
 
 def shown_by(analysis: Analysis) -> Shown:
-    """N of an analysis with its interval, and the terms that share its spectrum.
+    """N of an analysis with its interval, and what a longer recording's answer will rest on.
 
-    The likelihood of the whole band leaves every order out with forty cells of 1/duration. So a
-    short recording may show too little of the band for it to be the answer, and a longer one
-    enough. If the fit describes the spectrum of the short one, it is taken to be the answer of the
-    longer.
+    That is the likelihood of the whole band or the average over bands, whichever is narrower after
+    ten times as long: the likelihood leaves every line out with up to forty cells of 1/duration, and
+    may use fewer angles than there are samples.
 
     Raises
     ------
@@ -43,9 +45,10 @@ def shown_by(analysis: Analysis) -> Shown:
             channel=analysis.channel,
             remedy="record longer",
         )
-    band = _likely_band(analysis, resting)
     duration = analysis.recording.duration
-    return Shown(
+    fit = analysis.fits.get("likelihood")
+    band = None if fit is None else fit.band
+    average = Shown(
         value=walk.value,
         low=walk.low,
         high=walk.high,
@@ -55,29 +58,29 @@ def shown_by(analysis: Analysis) -> Shown:
             for name, found in headline_coefficients(analysis).items()
             if found.status == "estimated" and name in STOCHASTIC_NAMES
         },
-        # The likelihood fits them all; a band those that it needs.
-        terms=resting.terms if band is None else STOCHASTIC_NAMES,
+        terms=STOCHASTIC_NAMES,
         duration=duration,
-        highest=resting.band_hz[1] if band is None else band.high,
-        interval=1.0 / analysis.recording.sample_rate if band is None else band.interval,
-        efficient=band is not None,
+        highest=resting.band_hz[1],
+        interval=1.0 / analysis.recording.sample_rate,
         left_out=() if band is None else tuple(_left_out(*one, duration) for one in band.masked),
     )
+    if fit is None or band is None or not _likely(fit, band, resting):
+        return average
+    whole_band = replace(average, highest=band.high, interval=band.interval, efficient=True)
+    return min((whole_band, average), key=lambda one: one.expected(_LONGER * duration))
 
 
-def _likely_band(analysis: Analysis, resting: Resting) -> FitBand | None:
-    """The whole band of the likelihood if a longer recording's answer will be of it, else None.
+def _likely(fit: Fit, band: FitBand, resting: Resting) -> bool:
+    """Whether the likelihood of the whole band is, or may become, the answer.
 
     It is if it is now, or stands beside the average, or if nothing speaks against it but that so
     little of the band is left beside the lines.
     """
-    fit = analysis.fits.get("likelihood")
-    if fit is None or fit.band is None or not fit.band.is_whole:
-        return None
+    if not band.is_whole:
+        return False
     if resting.member in ("whole band", "both"):
-        return fit.band
-    describes = fit.departure == 0.0 and reaches(resting, fit.band.high)
-    return fit.band if describes else None
+        return True
+    return fit.departure == 0.0 and reaches(resting, band.high)
 
 
 def _left_out(low: float, high: float, duration: float) -> LeftOut:

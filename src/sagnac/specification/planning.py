@@ -5,9 +5,13 @@ The information on the squares of Q, N, B and K in the spectrum of a record of l
     I_ij = T int s_i(f) s_j(f) / S(f)^2 df  over 1/(2 T) <= f <= f_high,
 
 with S the sum of the terms as estimated (Whittle), says how wide the interval of N is after T. If
-the answer is of the likelihood of the whole band, that is the width. The width of an average over
-bands is taken to change with T as that of the information does, from what the short recording
-shows.
+the answer is of the likelihood of the whole band, that is the width.
+
+An average over bands gives no bin more than the weight of its relative error of 3 %
+(`coefficients.bin_errors`), so that it gains less from the many cells of high frequency, and its
+robust levels keep seven tenths of what cells tell. Its width is that of a fit of all four terms, a
+tenth wider for what lies between its models. An interval of the short recording that is far wider
+than that has another reason, noise that changes say, which a longer one is taken to have, too.
 
 What is left out for a line is as many cells of 1/T wide at any T: a longer record loses less.
 """
@@ -21,8 +25,10 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.arrays import FloatArray
+from sagnac.coefficients.band_models import FLOOR
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, CoefficientName, rate_density_basis
 from sagnac.errors import RecordingError
+from sagnac.spectrum.levels import BINS_A_DECADE
 
 # Longest recording that is planned, s: a year.
 LONGEST: Final = 365.25 * 86_400.0
@@ -34,6 +40,12 @@ _POWER: Final = 0.9
 _FIRST: Final = 2
 # Fewest bins for each term.
 _LEAST: Final = 4.0
+# Information that a level keeps of many cells: it heeds the lower half (`spectrum.levels`).
+_EFFICIENCY: Final = 0.69
+# Variance of an average over that of one fit of all terms, measured on the rig.
+_WIDER: Final = 1.2
+# Factor by which chance alone makes a short recording's interval wider than expected.
+_CHANCE: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,8 +100,8 @@ class Shown:
     interval
         Between the angles of which quantization is white, s.
     efficient
-        Whether a longer recording's interval is taken to be what the information says, that of a
-        likelihood. The interval of this one may be of an average all the same.
+        Whether a longer recording's answer is taken to be the likelihood of the whole band, else an
+        average over bands. That of this one may be the other.
     left_out
         What lines and vibration take.
 
@@ -126,12 +138,14 @@ class Shown:
 
     def expected(self, duration: float) -> float:
         """Half width that a recording of `duration` s may be expected to have, relative."""
+        width = self._by_information(duration)
         if self.efficient:
-            reach = float(ndtri(0.5 + 0.5 * self.confidence))
-            return 0.5 * reach * math.sqrt(_variance_of_walk(self, duration))
-        return self.half_width * math.sqrt(
-            _variance_of_walk(self, duration) / _variance_of_walk(self, self.duration)
-        )
+            return width
+        return width * max(1.0, self.half_width / (_CHANCE * self._by_information(self.duration)))
+
+    def _by_information(self, duration: float) -> float:
+        reach = float(ndtri(0.5 + 0.5 * self.confidence))
+        return 0.5 * reach * math.sqrt(_variance_of_walk(self, duration))
 
     def duration_for(self, half_width: float) -> float:
         """Duration, s, for a relative half width of the interval.
@@ -200,9 +214,24 @@ def _variance_of_walk(shown: Shown, duration: float) -> float:
     relative = relative[:, columns] * shown.value**2
     scale = np.sqrt((relative**2 * weight[:, np.newaxis]).sum(axis=0))
     scaled = relative / scale
-    information = 0.5 * (scaled * weight[:, np.newaxis]).T @ scaled
+    # An ordinate of the cosine transform is chi-square of one degree of freedom.
+    shape = 0.5 * weight
+    heeded, wider = np.ones(shape.size), 1.0
+    if not shown.efficient:
+        shape *= _EFFICIENCY
+        heeded, wider = _heeded(frequency, shape), _WIDER
+    inverse = np.linalg.pinv(scaled.T @ (scaled * (heeded * shape)[:, np.newaxis]))
+    scatter = scaled.T @ (scaled * (heeded**2 * shape)[:, np.newaxis])
     walk = columns.index(STOCHASTIC_NAMES.index("angle_random_walk"))
-    return float(np.linalg.pinv(information)[walk, walk]) / float(scale[walk]) ** 2
+    return wider * float((inverse @ scatter @ inverse)[walk, walk]) / float(scale[walk]) ** 2
+
+
+def _heeded(frequency: FloatArray, shape: FloatArray) -> FloatArray:
+    """(points,) part of the information that is left of each under an error of each bin."""
+    number = np.floor(BINS_A_DECADE * np.log10(frequency)).astype(int)
+    number -= int(number.min(initial=0))
+    together = np.bincount(number, weights=shape)[number]
+    return np.asarray(1.0 / (1.0 + FLOOR**2 * together))
 
 
 def _bins(

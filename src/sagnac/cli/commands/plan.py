@@ -121,12 +121,13 @@ def _print(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> None:
 
 def _supposition(analysis: "Analysis", shown: "Shown") -> str:
     """What the forecast takes a longer recording's answer to rest on."""
-    if not shown.efficient:
-        return "Forecast for an answer that stays an average over bands of the spectrum."
     resting = analysis.average
-    now = resting is not None and resting.member == "whole band"
+    now = resting is not None and (resting.member == "whole band") == shown.efficient
+    verb = "stays" if now else "becomes"
+    if not shown.efficient:
+        return f"Forecast for an answer that {verb} an average over bands of the spectrum."
     return (
-        f"Forecast for an answer that {'stays' if now else 'becomes'} the likelihood of the whole\n"
+        f"Forecast for an answer that {verb} the likelihood of the whole\n"
         f"band to {shown.highest:.3g} Hz. An average over bands would have another interval."
     )
 
