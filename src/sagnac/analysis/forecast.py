@@ -23,8 +23,8 @@ def shown_by(analysis: Analysis) -> Shown:
     """N of an analysis with its interval, and what a longer recording's answer will rest on.
 
     That is the likelihood of the whole band or the average over bands, whichever is narrower after
-    ten times as long: the likelihood leaves every line out with up to forty cells of 1/duration, and
-    may use fewer angles than there are samples.
+    ten times as long: the likelihood leaves every line out with up to forty cells of 1/duration,
+    and may use fewer angles than there are samples.
 
     Raises
     ------
