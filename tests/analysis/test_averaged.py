@@ -12,6 +12,7 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.plain import covariance_data, parts_data, resting_data
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.still_bench import at_rest
+from sagnac.coefficients.laws import SLOW_NAMES
 from sagnac.coefficients.whole_band import WholeBand
 from sagnac.recording.model import Recording
 from sagnac.report.document import analysis_document
@@ -68,6 +69,10 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     walk = few.angle_random_walk
     assert holds(few, truth)
     assert walk.high - walk.low < fitted.high - fitted.low
+    # They tell more of what is slow.
+    answered, fits = headline_coefficients(few), few.fits["likelihood"].coefficients
+    assert all(answered[name] == fits[name] for name in SLOW_NAMES)
+    assert answered["quantization"] != fits["quantization"]
 
 
 def test_where_the_levels_do_not_tell_the_interval_holds_average_and_likelihood():
@@ -186,7 +191,7 @@ def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(monkeypatch, reac
     basis = averaged._basis(averaged.Cleaned(increments=noise, rate=RATE), (), 0.95, None)
     walk = basis.average.angle_random_walk
     unsure = replace(basis.average, rests_on=replace(basis.average.rests_on, member=member))
-    won = replace(basis, average=unsure)
+    won = replace(basis, average=replace(unsure, rests_on=replace(unsure.rests_on, terms=())))
     monkeypatch.setattr(averaged, "_basis", lambda *_: won)
     fit = replace(
         walk,
@@ -200,8 +205,11 @@ def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(monkeypatch, reac
     )
     fine = Points(angle=np.cumsum(noise)[::5], rate=10.0)
     found = averaged._by_whole_band(basis, fine, (), 0.95, whole_band)
-    if reach == 1.0:
+    if reach == 1.0 and member == "both":
         assert found is basis
+    elif reach == 1.0:
+        assert found.average.angle_random_walk == walk
+        assert found.average.rests_on == basis.average.rests_on
     elif member == "whole band":
         assert found is won
     else:

@@ -10,7 +10,7 @@ from sagnac.coefficients import model_average
 from sagnac.coefficients.band_models import BandModels
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.coefficients.model_average import average
+from sagnac.coefficients.model_average import average, with_slow_terms
 from sagnac.coefficients.whole_band import WholeBand
 from sagnac.rig.gallery import Gyro, five_terms, low_passed
 from sagnac.spectrum.levels import robust_levels
@@ -19,8 +19,11 @@ from sagnac.spectrum.tapered import tapered_spectrum
 RATE = 100.0
 
 
-def levels_of(increments):
-    return robust_levels(tapered_spectrum(increments, sample_rate=RATE))
+def levels_of(increments, every=1):
+    """Levels of the increments between every so-manieth angle."""
+    whole = increments[: increments.size // every * every]
+    steps = whole.reshape(-1, every).sum(axis=1)
+    return robust_levels(tapered_spectrum(steps, sample_rate=RATE / every))
 
 
 def whole_band(value, low, high):
@@ -94,6 +97,27 @@ def test_a_fit_that_is_a_little_off_the_average_has_an_interval_that_holds_both(
     far = average(levels, whole_band=whole_band(beyond, 0.999 * beyond, 1.001 * beyond))
     assert far.rests_on.member == "average"
     assert far.angle_random_walk == walk
+
+
+def test_slow_terms_are_of_the_average_that_reaches_farther_down():
+    gyro = five_terms(np.random.default_rng(30), 40_000, RATE, gyro=Gyro(rate_walk=0.2))
+    fine, slow = average(levels_of(gyro.increments)), average(levels_of(gyro.increments, every=20))
+    assert fine.covariance.shape == (2, 2) == slow.covariance.shape
+    both = with_slow_terms(fine, slow)
+    for name in ("quantization", "angle_random_walk"):
+        assert both.coefficients[name] == fine.coefficients[name]
+    for name in ("bias_instability", "rate_random_walk", "rate_ramp"):
+        assert both.coefficients[name] == slow.coefficients[name]
+    assert both.names == ("angle_random_walk", "rate_random_walk")
+    estimates = [both.coefficients[name] for name in both.names]
+    variances = [((one.high - one.low) / (2.0 * 1.959964)) ** 2 for one in estimates]
+    np.testing.assert_allclose(np.diag(both.covariance), variances, rtol=1e-5)
+    # Correlated as the fit of the slow terms has it.
+    found, wanted = (
+        one.covariance[0, 1] / np.sqrt(np.prod(np.diag(one.covariance))) for one in (both, slow)
+    )
+    assert found == pytest.approx(wanted)
+    assert 0.0 < abs(wanted) < 1.0
 
 
 def test_of_a_pair_each_gyro_has_half_the_squares():

@@ -21,7 +21,7 @@ from sagnac.analysis.warm_up import (
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.coefficients.mixture import Interval
-from sagnac.coefficients.model_average import Average, Resting, average, with_both
+from sagnac.coefficients.model_average import Average, Resting, average, with_both, with_slow_terms
 from sagnac.coefficients.whole_band import WholeBand
 from sagnac.recording.model import Recording
 from sagnac.recording.readout import joint_readout
@@ -251,7 +251,7 @@ def _by_whole_band(
 ) -> _Basis:
     """The basis of fewer angles if the fit wins there and tells more than every sample does.
 
-    Of fewer angles what lies above half their rate folds into the band: if the terms do not
+    If it tells less of N, B, K and R are still of the fit. Of fewer angles what lies above half their rate folds into the band: if the terms do not
     describe every sample up to there, they do not describe what folds.
     """
     walk, fit = basis.average.angle_random_walk, whole_band.angle_random_walk
@@ -259,15 +259,18 @@ def _by_whole_band(
         return basis
     if walk.status != "not observable" and not walk.low <= fit.value <= walk.high:
         return basis
-    # Every sample tells more.
-    if walk.status == "estimated" and walk.high * fit.low <= fit.high * walk.low:
-        return basis
     few = Cleaned(increments=series.differences(fine.angle), rate=fine.rate)
     other = _basis(few, masked, confidence, whole_band)
-    member = "average" if other is None else other.average.rests_on.member
-    if member == "both" and walk.status == "estimated":
-        return replace(basis, average=with_both(basis.average, whole_band))
-    return other if other is not None and member == "whole band" else basis
+    if other is None or other.average.rests_on.member == "average":
+        return basis
+    borne_out = other.average.rests_on.member == "whole band"
+    if walk.status != "estimated":
+        return other if borne_out else basis
+    if walk.high * fit.low <= fit.high * walk.low:
+        # Every sample tells more of N, and fewer angles of what is slow.
+        slow = with_slow_terms(basis.average, other.average)
+        return replace(basis, average=slow) if borne_out else basis
+    return other if borne_out else replace(basis, average=with_both(basis.average, whole_band))
 
 
 def reaches(resting: Resting, highest: float) -> bool:

@@ -43,6 +43,8 @@ COEFFICIENT_NAMES: Final[tuple[CoefficientName, ...]] = (
     "rate_ramp",
 )
 STOCHASTIC_NAMES: Final[tuple[CoefficientName, ...]] = COEFFICIENT_NAMES[:4]
+# Those that show at low frequency.
+SLOW_NAMES: Final[tuple[CoefficientName, ...]] = COEFFICIENT_NAMES[2:]
 SYMBOLS: Final[Mapping[CoefficientName, str]] = dict(zip(COEFFICIENT_NAMES, "QNBKR", strict=True))
 
 

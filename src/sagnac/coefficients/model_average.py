@@ -21,6 +21,7 @@ from sagnac.coefficients.bounds import highest_coefficient
 from sagnac.coefficients.estimates import Estimate, Status, require_confidence
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
+    SLOW_NAMES,
     STOCHASTIC_NAMES,
     SYMBOLS,
     CoefficientName,
@@ -324,6 +325,37 @@ def with_both(average: Average, whole_band: WholeBand) -> Average:
         coefficients={**average.coefficients, "angle_random_walk": both},
         rests_on=replace(average.rests_on, member="both"),
         covariance=covariance,
+    )
+
+
+def with_slow_terms(average: Average, whole_band: Average) -> Average:
+    """B, K and R of another average, which reaches farther down; Q and N stay.
+
+    Parameters
+    ----------
+    average
+        Of every sample.
+    whole_band
+        Of fewer angles, by the likelihood of the whole band.
+    """
+    coefficients = {
+        name: (whole_band if name in SLOW_NAMES else average).coefficients[name]
+        for name in COEFFICIENT_NAMES
+    }
+    names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
+    # Correlations are of the fit that has the slow terms; what it lacks stands alone.
+    correlation = np.eye(len(names))
+    common = [name for name in names if name in whole_band.names]
+    ours = np.ix_(*2 * [[names.index(name) for name in common]])
+    theirs = np.ix_(*2 * [[whole_band.names.index(name) for name in common]])
+    own = np.sqrt(np.diagonal(whole_band.covariance))
+    correlation[ours] = (whole_band.covariance / np.outer(own, own))[theirs]
+    deviation = np.array([_deviation(coefficients[name]) for name in names])
+    return replace(
+        average,
+        coefficients=coefficients,
+        names=names,
+        covariance=correlation * np.outer(deviation, deviation),
     )
 
 
