@@ -251,8 +251,9 @@ def _by_whole_band(
 ) -> _Basis:
     """The basis of fewer angles if the fit wins there and tells more than every sample does.
 
-    If it tells less of N, B, K and R are still of the fit. Of fewer angles what lies above half their rate folds into the band: if the terms do not
-    describe every sample up to there, they do not describe what folds.
+    If it tells less of N, B, K and R are still of the fit. Of fewer angles what lies above half
+    their rate folds into the band: if the terms do not describe every sample up to there, they do
+    not describe what folds.
     """
     walk, fit = basis.average.angle_random_walk, whole_band.angle_random_walk
     if not reaches(basis.average.rests_on, 0.5 * fine.rate):
