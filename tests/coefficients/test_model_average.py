@@ -100,8 +100,8 @@ def test_a_fit_that_is_a_little_off_the_average_has_an_interval_that_holds_both(
 
 
 def test_slow_terms_are_of_the_average_that_reaches_farther_down():
-    gyro = five_terms(np.random.default_rng(30), 40_000, RATE, gyro=Gyro(rate_walk=0.2))
-    fine, slow = average(levels_of(gyro.increments)), average(levels_of(gyro.increments, every=20))
+    gyro = five_terms(np.random.default_rng(30), 40_000, RATE, gyro=Gyro(rate_walk=2.0))
+    fine, slow = average(levels_of(gyro.increments)), average(levels_of(gyro.increments, every=2))
     assert slow.covariance.shape == (2, 2)
     both = with_slow_terms(fine, slow)
     for name in ("quantization", "angle_random_walk"):
