@@ -22,6 +22,8 @@ def true_value(truth: Truth) -> float:
 
 
 Peak = tuple[float, float, float]
+# Heights of lines named for each recording.
+SHOWN: Final = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,6 +138,13 @@ def explicable(truth: Truth, config: RigConfig) -> dict[int, float]:
     return largest
 
 
+def _heights(lines: Sequence[Peak]) -> str:
+    """The highest few."""
+    highest = sorted((height for _, _, height in lines), reverse=True)
+    text = ", ".join(f"{height:.3g}" for height in highest[:SHOWN])
+    return text if len(highest) <= SHOWN else f"{text} and {len(highest) - SHOWN} lower"
+
+
 def lines_table(rows: Sequence[Mapping[str, Any]], of: RecordingSet) -> list[str]:
     """What `fos` found of the lines put in."""
     judgements = {row["number"]: judged(row, of) for row in rows if "lines" in row}
@@ -144,10 +153,7 @@ def lines_table(rows: Sequence[Mapping[str, Any]], of: RecordingSet) -> list[str
         inside = {number: own for number, own in lines.items() if own}
         text = f"| {name} | {sum(map(len, lines.values()))} | {len(inside)}"
         if named and inside:
-            heights = [
-                f"{number} ({', '.join(f'{peak[2]:.3g}' for peak in own)})"
-                for number, own in inside.items()
-            ]
+            heights = [f"{number} ({_heights(own)})" for number, own in inside.items()]
             text += f": {', '.join(heights)}"
         return f"{text} |"
 
