@@ -30,7 +30,14 @@ def test_analyze_writes_all_and_says_the_answer_first(recording, capsys, tmp_pat
     assert main(["analyze", str(recording), "--gyros", "x,z", "-o", str(folder)]) == 0
     shown = capsys.readouterr().out
     assert shown.startswith("ARW of gyros x − z, per gyro (N̄)  ")
-    for part in ("°/√h", "average over bands", "rad/√s", "quantization", "seconds: read", "report.html"):
+    for part in (
+        "°/√h",
+        "average over bands",
+        "rad/√s",
+        "quantization",
+        "seconds: read",
+        "report.html",
+    ):
         assert part in shown
     rows = shown.replace("\u0304", "").splitlines()
     assert len(rows) <= 40
