@@ -245,7 +245,9 @@ walk of 2 and 5 times the answer was put on top: *yes* if the new answer holds b
 {rows}
 
 The LN-100's answers lie on the plateau that is left below 0.3 Hz. Slepian tapers of NW 4 leak so
-much of its dither that they show a plateau at twice the height. Of PSINS the sway of the bench
+much of its dither that they show a plateau at twice the height. The value for y of the ADI is low:
+from 2 Hz on B passes for the low-pass; the interval reaches over the plateau, 0.035 °/√h, of these
+36 s. Of PSINS the sway of the bench
 reaches the lowest frequencies of the whole recording: what is read there, 0.06 °/√h for z, is N of
 gyro and bench together, and only the quiet stretch, 0.009 °/√h, shows the gyro. Parts of 75 s of
 that stretch do not reach below the sway; halves do, and agree with the whole. For z a warning names
