@@ -70,6 +70,8 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     assert holds(few, truth)
     assert walk.high - walk.low < fitted.high - fitted.low
     # They tell more of what is slow.
+    assert "; B, K and R: likelihood fit of the spectrum" in few.source
+    assert few.average.slow_terms == resting_data(few)["slow_terms"] == "whole band"
     answered, fits = headline_coefficients(few), few.fits["likelihood"].coefficients
     assert all(answered[name] == fits[name] for name in SLOW_NAMES)
     assert answered["quantization"] != fits["quantization"]
@@ -209,7 +211,7 @@ def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(monkeypatch, reac
         assert found is basis
     elif reach == 1.0:
         assert found.average.angle_random_walk == walk
-        assert found.average.rests_on == basis.average.rests_on
+        assert found.average.rests_on == replace(basis.average.rests_on, slow_terms="whole band")
     elif member == "whole band":
         assert found is won
     else:

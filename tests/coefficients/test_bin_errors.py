@@ -32,12 +32,12 @@ def laws(levels):
 def drawn(levels, laws, generator, *, shape, error):
     """Levels of the law, with gamma chance of a shape and a relative error besides."""
     mean = laws[:, [1, 3]] @ SQUARES
-    chance = generator.gamma(shape, 1.0 / shape, mean.size)
+    chance = generator.gamma(shape, 1.0 / np.asarray(shape), mean.size)
     besides = np.exp(error * generator.standard_normal(mean.size))
     return replace(
         levels,
         level=mean * chance * besides,
-        shape=np.full(mean.size, shape),
+        shape=np.broadcast_to(shape, mean.shape).copy(),
         outstanding=np.zeros(mean.size),
     )
 
@@ -64,7 +64,7 @@ def test_chance_alone_leaves_no_error_in_half_of_the_recordings(levels, laws):
     generator = np.random.default_rng(6)
     none = 0
     for _ in range(200):
-        some = drawn(levels, laws, generator, shape=400.0, error=0.0)
+        some = drawn(levels, laws, generator, shape=levels.shape, error=0.0)
         none += error_of_bins(some, laws, fitted(some)) == 0.0
     # Three standard errors of 200 throws of a coin.
     assert abs(none - 100) < 3.0 * np.sqrt(50.0)

@@ -110,9 +110,9 @@ def averaged(
     """The average over bands and terms of what removal left.
 
     It uses every sample. If nothing dithers the readout from one sample to the next, it uses
-    samples farther apart. The likelihood fit is of fewer angles: it is a member of the average of
-    those, and is the answer if their levels bear it out, the average of every sample allows its
-    value, and its interval is the narrower one.
+    samples farther apart. The likelihood fit may be of fewer angles. It is a member of the average
+    of those, and is the answer if their levels bear it out, the average of every sample allows its
+    value, and its interval is the narrower one; if that is the wider one, B, K and R are its own.
 
     Parameters
     ----------
@@ -249,9 +249,11 @@ def _basis(
 def _by_whole_band(
     basis: _Basis, fine: Points, masked: Bands, confidence: float, whole_band: WholeBand
 ) -> _Basis:
-    """The basis of fewer angles if the fit wins there and tells more than every sample does.
+    """What a fit of fewer angles adds to the average of every sample.
 
-    If it tells less of N, B, K and R are still of the fit. Of fewer angles what lies above half
+    If their levels bear it out and its interval is narrower, it is the answer; if it is not
+    narrower, B, K and R are of the fit. If they neither bear it out nor reject it, and it is
+    narrower, the interval holds both. Of fewer angles what lies above half
     their rate folds into the band: if the terms do not describe every sample up to there, they do
     not describe what folds.
     """

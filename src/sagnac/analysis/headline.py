@@ -128,6 +128,8 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
             f"average over bands and terms of the spectrum of {measured.channel}, "
             f"most on {resting.in_words()}"
         )
+        if resting.slow_terms == "whole band":
+            source += f"; B, K and R: {_likelihood_source(measured.channel, coefficients)}"
     return Headline(estimate=estimate, source=source)
 
 

@@ -100,7 +100,8 @@ class Parts:
 def walk_in_band(levels: Levels, resting: Resting, confidence: float) -> Interval | None:
     """N of some levels over the band and with the terms that an average rests on.
 
-    Terms that come out at zero are left out.
+    Terms that come out at zero are left out. A part has too few bins to show their error: it is
+    the one that the fits allow for.
 
     Parameters
     ----------

@@ -10,10 +10,12 @@ from sagnac.units import DEGREE, DEGREE_PER_HOUR, field_unit
 
 
 def resting_data(analysis: Analysis) -> dict[str, Any]:
-    """What the answer rests on: ``band_hz`` [low, high], ``terms``, ``share``, ``member``.
+    """What the answer rests on.
 
-    If the member is ``both``, the value is of the likelihood of the whole band, and band, terms and
-    share are of the average that the interval holds as well.
+    ``band_hz`` [low, high], ``terms``, ``share``, ``member`` and ``slow_terms``. If the member is
+    ``both``, the value is of the likelihood of the whole band, and band, terms and share are of the
+    average that the interval holds as well. `slow_terms` says what B, K and R are of: ``average``
+    or ``whole band``.
 
     Returns
     -------
@@ -28,6 +30,7 @@ def resting_data(analysis: Analysis) -> dict[str, Any]:
         "terms": list(resting.terms),
         "share": resting.share,
         "member": resting.member,
+        "slow_terms": resting.slow_terms,
     }
 
 

@@ -101,7 +101,7 @@ class Analysis:
     average
         What the average over bands and terms rests on; None if there is none.
     coefficients
-        Q, N, B, K and R of the average, of one gyro; empty if there is none.
+        Q, N, B, K and R of the answer, of one gyro; empty if there is no average.
     covariance
         Of those that are estimated; None if there is no average.
     parts

@@ -10,8 +10,8 @@ from scipy.special import gammaincc, ndtr
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import BandModels
 
-# Variance of a model's value over that of its own likelihood, measured on noise that no model
-# describes: its band was chosen with the same data.
+# Variance of a model's value over that of its fit, measured on the gallery of troublesome gyros:
+# its band was chosen with the same data.
 _WIDER: Final = 1.1
 # Shapes from which on the gamma law is normal in its cube root.
 _NORMAL: Final = 3000.0

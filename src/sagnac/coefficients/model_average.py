@@ -102,6 +102,8 @@ class Resting:
         beginning of a low-pass.
     misfit
         Deviance per degree of freedom of the heaviest model.
+    slow_terms
+        ``whole band`` if B, K and R are of the likelihood of the whole band beside an average.
     member
         ``average``, ``whole band``, or ``both`` if the levels neither bear out nor reject the
         likelihood of the whole band: its value, and an interval that holds the average's, too.
@@ -118,6 +120,7 @@ class Resting:
     bands: tuple[BandShare, ...] = ()
     falls: float = 0.0
     misfit: float = math.nan
+    slow_terms: Literal["average", "whole band"] = "average"
     member: Literal["average", "whole band", "both"] = "average"
     law: BandModel | None = None
     elsewhere: Elsewhere | None = None
@@ -328,34 +331,37 @@ def with_both(average: Average, whole_band: WholeBand) -> Average:
     )
 
 
-def with_slow_terms(average: Average, whole_band: Average) -> Average:
+def with_slow_terms(average: Average, slower: Average) -> Average:
     """B, K and R of another average, which reaches farther down; Q and N stay.
+
+    What rests on different angles is taken to be uncorrelated.
 
     Parameters
     ----------
     average
         Of every sample.
-    whole_band
+    slower
         Of fewer angles, by the likelihood of the whole band.
     """
     coefficients = {
-        name: (whole_band if name in SLOW_NAMES else average).coefficients[name]
+        name: (slower if name in SLOW_NAMES else average).coefficients[name]
         for name in COEFFICIENT_NAMES
     }
     names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
-    # Correlations are of the fit that has the slow terms; what it lacks stands alone.
-    correlation = np.eye(len(names))
-    common = [name for name in names if name in whole_band.names]
-    ours = np.ix_(*2 * [[names.index(name) for name in common]])
-    theirs = np.ix_(*2 * [[whole_band.names.index(name) for name in common]])
-    own = np.sqrt(np.diagonal(whole_band.covariance))
-    correlation[ours] = (whole_band.covariance / np.outer(own, own))[theirs]
-    deviation = np.array([_deviation(coefficients[name]) for name in names])
+    covariance = np.zeros((len(names), len(names)))
+    for source, own in (
+        (average, [name for name in names if name not in SLOW_NAMES]),
+        (slower, [name for name in names if name in SLOW_NAMES]),
+    ):
+        to = [names.index(name) for name in own]
+        of = [source.names.index(name) for name in own]
+        covariance[np.ix_(to, to)] = source.covariance[np.ix_(of, of)]
     return replace(
         average,
         coefficients=coefficients,
+        rests_on=replace(average.rests_on, slow_terms="whole band"),
         names=names,
-        covariance=correlation * np.outer(deviation, deviation),
+        covariance=covariance,
     )
 
 
@@ -367,6 +373,7 @@ def _resting_on_whole_band(
         band_hz=whole_band.band_hz,
         terms=models.terms(row),
         mask=int(models.mask[row]),
+        slow_terms="whole band",
         member="whole band",
         elsewhere=None,
         law=BandModel(

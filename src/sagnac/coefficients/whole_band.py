@@ -34,7 +34,7 @@ class _Strictness:
     apart: float
 
 
-# One in twenty recordings of five terms is outdone by more, or differs by more.
+# One in twenty recordings of five terms is outdone by more; one in twenty differs by more.
 _SURELY: Final = _Strictness(chance=0.02, outdone=3.0, apart=1.3)
 # Hardly one in a hundred recordings of five terms goes beyond these.
 _BARELY: Final = _Strictness(chance=0.001, outdone=6.0, apart=4.0)
@@ -160,8 +160,10 @@ def _agrees(fitted: Estimate, walk: Estimate, apart: float) -> bool:
     """Whether a fit differs from the average by no more than chance, or lies below its bound."""
     if walk.status != "estimated":
         return walk.status == "not observable" or fitted.value <= walk.high
-    reach = float(ndtri(0.5 + 0.5 * walk.confidence))
-    error = math.log(walk.high / max(walk.low, 1e-3 * walk.value)) / (2.0 * reach)
+    above = fitted.value >= walk.value
+    # The interval may be lopsided: the error is that of the side on which the fit lies.
+    end = walk.high if above else max(walk.low, 1e-3 * walk.value)
+    error = abs(math.log(end / walk.value)) / float(ndtri(0.5 + 0.5 * walk.confidence))
     return abs(math.log(fitted.value / walk.value)) <= apart * error
 
 

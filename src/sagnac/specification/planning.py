@@ -9,9 +9,9 @@ the answer is of the likelihood of the whole band, that is the width.
 
 An average over bands gives no bin more than the weight of its relative error of 3 %
 (`coefficients.bin_errors`), so that it gains less from the many cells of high frequency, and its
-robust levels keep seven tenths of what cells tell. Its width is that of a fit of all four terms, a
-tenth wider for what lies between its models. An interval of the short recording that is far wider
-than that has another reason, noise that changes say, which a longer one is taken to have, too.
+robust levels keep six tenths of what cells tell. Its variance is that of one fit of all four terms,
+and a tenth more since the models differ. If the interval of the short recording is far wider than
+that, there is another reason, noise that changes say, and a longer one is taken to have it, too.
 
 What is left out for a line is as many cells of 1/T wide at any T: a longer record loses less.
 """
@@ -40,10 +40,11 @@ _POWER: Final = 0.9
 _FIRST: Final = 2
 # Fewest bins for each term.
 _LEAST: Final = 4.0
-# Information that a level keeps of many cells: it heeds the lower half (`spectrum.levels`).
-_EFFICIENCY: Final = 0.69
-# Variance of an average over that of one fit of all terms, measured on the rig.
-_WIDER: Final = 1.2
+# Information that a level keeps of many cells (`spectrum.levels` heeds the lower half): 0.59 of ten
+# thousand samples, 0.69 of millions.
+_EFFICIENCY: Final = 0.62
+# Variance of an average over that of one fit of all terms (`benchmarks.planning`).
+_WIDER: Final = 1.1
 # Factor by which chance alone makes a short recording's interval wider than expected.
 _CHANCE: Final = 1.5
 
@@ -150,8 +151,8 @@ class Shown:
     def duration_for(self, half_width: float) -> float:
         """Duration, s, for a relative half width of the interval.
 
-        It is no longer than the short recording if the interval of that is narrow enough, which the
-        one expected of a likelihood need not be.
+        It is no longer than the short recording if the interval of that is narrow enough, and no
+        shorter if it is not, whatever was to be expected of that recording.
 
         Raises
         ------
@@ -174,8 +175,9 @@ class Shown:
                 low = middle
             else:
                 high = middle
-        enough = self.duration if half_width >= self.half_width else math.inf
-        return min(math.exp(high), enough)
+        found = math.exp(high)
+        enough = half_width >= self.half_width
+        return min(found, self.duration) if enough else max(found, self.duration)
 
     def duration_to_decide(self, limit: float, *, power: float = _POWER) -> float:
         """Duration, s, after which the interval leaves a limit to one side.

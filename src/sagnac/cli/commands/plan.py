@@ -122,7 +122,8 @@ def _print(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> None:
 def _supposition(analysis: "Analysis", shown: "Shown") -> str:
     """What the forecast takes a longer recording's answer to rest on."""
     resting = analysis.average
-    now = resting is not None and (resting.member == "whole band") == shown.efficient
+    supposed = "whole band" if shown.efficient else "average"
+    now = resting is not None and resting.member == supposed
     verb = "stays" if now else "becomes"
     if not shown.efficient:
         return f"Forecast for an answer that {verb} an average over bands of the spectrum."
