@@ -29,6 +29,18 @@ def test_levels_have_no_bias_and_the_shape_they_say():
     assert np.all(np.abs(found.var(axis=0) * shapes - 1.0) < 0.5)
 
 
+def test_levels_have_no_bias_where_segments_begin():
+    """A long record has cells of its whole length below, and of averaged segments above."""
+    rng = np.random.default_rng(15)
+    found = []
+    for _ in range(30):
+        levels = levels_of(rng.standard_normal(1_600_000))
+        found.append(levels.level / (2.0 * RATE))
+    found = np.array(found)
+    error = found.std(axis=0) / math.sqrt(len(found))
+    assert np.all(np.abs(found.mean(axis=0) - 1.0) < 4.5 * error)
+
+
 @pytest.mark.parametrize("column", [0, 3])
 def test_levels_of_steep_noise_follow_its_law(column):
     def sampled(frequency):

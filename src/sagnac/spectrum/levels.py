@@ -29,6 +29,8 @@ _CHANCE: Final = 0.01
 _TRIM: Final = ((8, 0.75), (40, 0.5))
 # Cells beyond which one more does not change what the average is of a mean.
 _MANY: Final = 1000
+# Ratio of degrees of freedom of neighbouring cells from which on they are of two kinds.
+_OTHER_KIND: Final = 1.5
 # A cell that more leaks into, as a share of its density, is left out.
 _LEAKED: Final = 0.2
 
@@ -160,10 +162,15 @@ def robust_levels(
 
 
 def _members(spectrum: TaperedSpectrum, bins_a_decade: int) -> list[tuple[int, int]]:
-    """First and last cell (exclusive) of each logarithmic bin that holds any."""
-    frequency = spectrum.cells.frequency
+    """First and last cell (exclusive) of each logarithmic bin that holds any.
+
+    A bin ends where cells of the whole record meet those averaged over segments: what the lower
+    part of the cells averages to is known of cells that scatter alike.
+    """
+    frequency, freedom = spectrum.cells.frequency, spectrum.cells.degrees_of_freedom
     index = np.floor(bins_a_decade * np.log10(frequency * 2.0 * spectrum.interval))
-    edges = np.flatnonzero(np.diff(index)) + 1
+    others = np.abs(np.diff(np.log(freedom))) > math.log(_OTHER_KIND)
+    edges = np.flatnonzero((np.diff(index) > 0.0) | others) + 1
     bounds = [0, *edges.tolist(), frequency.size]
     return list(pairwise(bounds))
 
