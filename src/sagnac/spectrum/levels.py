@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import betainc, gammaincinv
 
 from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.spectrum.median import running_median
 from sagnac.spectrum.tapered import Cells, TaperedSpectrum, smoothed_law
 from sagnac.spectrum.tapers import CELL, band_degrees_of_freedom
 
@@ -184,21 +185,14 @@ def _flattening(
     """The law between the levels (straight in logarithms), one at the middle of each bin."""
     height = np.log(cells.frequency)
     place = np.array([height[a:b][usable[a:b]].mean() for a, b in members])
-    logarithm = np.interp(height, place, _steadied(np.log(level)))
+    # One bin of lines tilts no neighbour.
+    logarithm = np.interp(height, place, running_median(np.log(level), 3))
     flat = np.zeros(cells.frequency.size)
     for first, last in members:
         kept = usable[first:last]
         within = logarithm[first:last]
         flat[first:last][kept] = np.exp(within[kept] - within[kept].mean())
     return flat
-
-
-def _steadied(logarithm: FloatArray) -> FloatArray:
-    """Running median of three, so that one bin of lines tilts no neighbour."""
-    if logarithm.size < 3:
-        return logarithm
-    padded = np.concatenate([logarithm[:1], logarithm, logarithm[-1:]])
-    return np.asarray(np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
