@@ -17,6 +17,7 @@ from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.dither import dither_frequency, folded
 from sagnac.rig.sections import GYRO_NAMES, DisturbanceConfig, DitherConfig, Pairs, Triple
 from sagnac.rig.simulate import Simulation, simulate
+from sagnac.rig.truth import truth_of
 from sagnac.units import ARCSECOND
 
 SEED: Final = 20130227
@@ -205,9 +206,15 @@ def wander(random: np.random.Generator, samples: int, interval: float, time: flo
 
 
 def disturbed_simulation(number: int) -> Simulation:
-    """The recording of that number, wandering lines put on its angles as they are read out."""
+    """The recording of that number, wandering lines put on its angles before they are read out.
+
+    The readout rounds once: an angle rounded already would be rounded again by the lines alone,
+    whose errors are harmonics of them and no white noise.
+    """
     config = disturbed_config(number)
-    made = simulate(config)
+    steps = dict(zip(GYRO_NAMES, config.gyro.quantization_step_arcsec, strict=True))
+    finer = replace(config.gyro, quantization_step_arcsec=(0.0, 0.0, 0.0))
+    made = simulate(replace(config, gyro=finer))
     lines, random = wandering_lines(number)
     interval = 1.0 / config.sample_rate_hz
     recording = made.recording
@@ -218,20 +225,20 @@ def disturbed_simulation(number: int) -> Simulation:
         size = 1.0 + AMPLITUDE_WANDER * wander(random, config.samples, interval, line.time)
         for name in GYRO_NAMES:
             added[name] += line.amplitudes[name] * size * np.cos(phase + line.phases[name])
-    steps = dict(zip(GYRO_NAMES, config.gyro.quantization_step_arcsec, strict=True))
     gyros = tuple(
-        _read_out(channel, angle_of(channel, recording.sample_rate), added[channel.name], step)
+        _read_out(
+            channel,
+            angle_of(channel, recording.sample_rate) / ARCSECOND + added[channel.name],
+            steps[channel.name],
+        )
         for channel in recording.gyros
-        for step in (steps[channel.name],)
     )
-    return replace(made, recording=replace(recording, gyros=gyros))
+    return Simulation(recording=replace(recording, gyros=gyros), truth=truth_of(config))
 
 
-def _read_out(channel: Channel, angle: FloatArray, added: FloatArray, step: float) -> Channel:
-    """A gyro with something added to its angle, arcsec, in whole steps of its readout again."""
-    values = angle / ARCSECOND + added
-    if step > 0.0:
-        values = step * np.rint(values / step)
+def _read_out(channel: Channel, angle: FloatArray, step: float) -> Channel:
+    """A gyro of this angle, arcsec, in whole steps of its readout."""
+    values = step * np.rint(angle / step) if step > 0.0 else angle
     return replace(channel, kind="angle", values=values * ARCSECOND)
 
 
@@ -268,7 +275,12 @@ DISTURBED: Final = RecordingSet(
     config_of=disturbed_config,
     simulation_of=disturbed_simulation,
     bands_of=disturbed_bands,
-    extras_of=lambda number: (FREQUENCY_WANDER, AMPLITUDE_WANDER, *wandering_lines(number)[0]),
+    extras_of=lambda number: (
+        "rounded once",
+        FREQUENCY_WANDER,
+        AMPLITUDE_WANDER,
+        *wandering_lines(number)[0],
+    ),
     switched_on="Switched on besides: gyros of odd numbers are dithered, with "
     f"{100.0 * RESIDUES[0]:g} to {100.0 * RESIDUES[1]:g} % of the dither left in their angles and "
     "the pick-offs recorded; those of even numbers are rate-biased. Lock-in is "

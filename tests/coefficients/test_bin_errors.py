@@ -48,28 +48,26 @@ def fitted(levels):
 
 
 @pytest.mark.parametrize(
-    ("error", "low", "high"), [(0.005, 0.005, 0.0075), (0.01, 0.01, 0.015), (0.1, FLOOR, FLOOR)]
+    ("error", "low", "high"), [(0.01, 0.009, 0.011), (0.02, 0.018, 0.022), (0.1, FLOOR, FLOOR)]
 )
-def test_the_largest_likely_error_is_found_and_is_the_floor_at_most(levels, laws, error, low, high):
+def test_the_error_beside_chance_is_found_and_is_the_floor_at_most(levels, laws, error, low, high):
     generator = np.random.default_rng(5)
     found = []
     for _ in range(60):
         some = drawn(levels, laws, generator, shape=1e6, error=error)
         found.append(error_of_bins(some, laws, fitted(some)))
     assert low <= np.median(found) <= high
-    # In nine of ten recordings it is no smaller than the error that was put in.
-    assert np.mean(np.array(found) >= min(error, FLOOR)) > 0.8
     assert max(found) <= FLOOR
 
 
-def test_chance_alone_leaves_no_error_in_one_of_ten_recordings(levels, laws):
+def test_chance_alone_leaves_no_error_in_half_of_the_recordings(levels, laws):
     generator = np.random.default_rng(6)
     none = 0
     for _ in range(200):
         some = drawn(levels, laws, generator, shape=levels.shape, error=0.0)
         none += error_of_bins(some, laws, fitted(some)) == 0.0
-    # Three standard errors of 200 throws.
-    assert abs(none - 20) < 3.0 * np.sqrt(200.0 * 0.1 * 0.9)
+    # Three standard errors of 200 throws of a coin.
+    assert abs(none - 100) < 3.0 * np.sqrt(50.0)
 
 
 @pytest.mark.parametrize("error", [0.0, 0.02])

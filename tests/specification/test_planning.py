@@ -41,21 +41,21 @@ def test_white_noise_by_hand():
 def test_an_average_heeds_no_bin_beyond_its_own_error(duration):
     average = dataclasses.replace(WHITE, low=0.999, high=1.001, efficient=False)
     # By hand: bins of a tenth of a decade, each with the chance of its cells and an error of 3 %
-    # that the weights allow for; of the cells 62 % count, and the variance is 1.6 times as large.
+    # that the weights allow for; of the cells 62 % count, and the variance is 1.1 times as large.
     frequency = np.arange(2, int(2.0 * duration * 5.0) + 1) / (2.0 * duration)
     bins = np.floor(10.0 * np.log10(frequency))
     chance = np.array([1.0 / (0.62 * 0.5 * np.sum(bins == each)) for each in np.unique(bins)])
     weight = 1.0 / (chance + 0.03**2)
     variance = np.sum(weight**2 * chance) / np.sum(weight) ** 2
-    by_hand = 0.5 * ndtri(0.975) * np.sqrt(1.6 * variance)
+    by_hand = 0.5 * ndtri(0.975) * np.sqrt(1.1 * variance)
     assert average.expected(duration) == pytest.approx(by_hand, rel=0.01)
 
 
 def test_an_interval_that_chance_does_not_explain_stays_wider():
     narrow = dataclasses.replace(WHITE, low=0.999, high=1.001, efficient=False)
     wide = dataclasses.replace(narrow, low=0.5, high=2.0)
-    # By hand, as above: 7.1 % after 100 s.
-    factor = np.log(2.0) / (1.5 * 0.0711)
+    # By hand, as above: 5.9 % after 100 s.
+    factor = np.log(2.0) / (1.5 * 0.059)
     for duration in (100.0, 1e4):
         wanted = factor * narrow.expected(duration)
         assert wide.expected(duration) == pytest.approx(wanted, rel=0.02)

@@ -9,10 +9,9 @@ the answer is of the likelihood of the whole band, that is the width.
 
 An average over bands gives no bin more than the weight of its relative error of 3 %
 (`coefficients.bin_errors`), so that it gains less from the many cells of high frequency, and its
-robust levels keep six tenths of what cells tell. Its variance is 1.6 times that of one fit of all
-four terms, since the models differ and the error of the bins is not known to be none. If the
-interval of the short recording is far wider than that, there is another reason, noise that changes
-say, and a longer one is taken to have it, too.
+robust levels keep six tenths of what cells tell. Its variance is that of one fit of all four terms,
+and a tenth more since the models differ. If the interval of the short recording is far wider than
+that, there is another reason, noise that changes say, and a longer one is taken to have it, too.
 
 What is left out for a line is as many cells of 1/T wide at any T: a longer record loses less.
 """
@@ -45,7 +44,7 @@ _LEAST: Final = 4.0
 # thousand samples, 0.69 of millions.
 _EFFICIENCY: Final = 0.62
 # Variance of an average over that of one fit of all terms (`benchmarks.planning`).
-_WIDER: Final = 1.6
+_WIDER: Final = 1.1
 # Factor by which chance alone makes a short recording's interval wider than expected.
 _CHANCE: Final = 1.5
 
