@@ -37,8 +37,9 @@ lint: $(VENV)/dev.stamp
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# The tables are what the tests print.
 test-statistics: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest -m statistics -s
+	$(BIN)/python -m pytest -m statistics -n 2 --dist worksteal -v -rP
 
 # Two processes here as well: one takes a quarter of an hour.
 test-fuzz: $(VENV)/dev.stamp

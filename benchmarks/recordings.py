@@ -23,6 +23,7 @@ from typing import Any, Final, get_args
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from scipy.stats import binomtest, norm, spearmanr
 
 from benchmarks.recording_lines import FALSE_ALARM, PAIR, lines_table, true_value
@@ -320,6 +321,8 @@ def draw(rows: Mapping[Method, Sequence[Mapping[str, Any]]], of: RecordingSet) -
     every, close = figure.subplots(1, 2)
     for (method, own), mark in zip(rows.items(), "o^vsx", strict=True):
         shown = [row for row in own if row.get("value") is not None]
+        if not shown:
+            continue
         every.plot(
             [of.config_of(row["number"]).table.rate_deg_per_s for row in shown],
             [row["value"] / row["truth"] for row in shown],
@@ -333,10 +336,12 @@ def draw(rows: Mapping[Method, Sequence[Mapping[str, Any]]], of: RecordingSet) -
         yscale="log",
         xlabel="table rate, °/s",
         ylabel="value or bound / truth",
-        title="every method",
+        title="every method" if len([own for own in rows.values() if own]) > 1 else "",
     )
     every.set_xticks([10, 20, 40, 80], ["10", "20", "40", "80"])
     every.set_xticks([], minor=True)
+    every.yaxis.set_major_formatter("{x:g}")
+    every.yaxis.set_minor_formatter("{x:g}" if every.get_ylim()[1] < 2.0 else NullFormatter())
     every.legend(frameon=False)
     estimated = [row for row in rows["fos"] if row["status"] == "estimated"]
     for held_truth, color in ((True, "C0"), (False, "C3")):

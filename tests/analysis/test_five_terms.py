@@ -46,20 +46,18 @@ def answers(case, count):
 
 @pytest.mark.statistics
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_the_answer_is_nearly_as_narrow_as_the_likelihood_of_five_terms(case, capsys):
+def test_the_answer_is_nearly_as_narrow_as_the_likelihood_of_five_terms(case):
     value, low, high, _, fitted_low, fitted_high, won = answers(case, RECORDINGS).T
     truth = average(case.gyros)
     held = float(np.mean((low <= truth) & (truth <= high)))
     fit_held = float(np.mean((fitted_low <= truth) & (truth <= fitted_high)))
     wider = (high - low) / (fitted_high - fitted_low)
     error = float(np.sqrt(np.mean((value - truth) ** 2)) / cramer_rao(case.gyros, "QNBK"))
-    with capsys.disabled():
-        print(
-            f"\n| {case.name} | {100.0 * held:.1f} % | {100.0 * fit_held:.1f} % | {error:.3f} | "
-            f"{np.median(wider):.3f} | "
-            f"{np.mean(wider):.3f} | {100.0 * np.mean(won):.0f} % |",
-            end="",
-        )
+    print(
+        f"| {case.name} | {100.0 * held:.1f} % | {100.0 * fit_held:.1f} % | {error:.3f} | "
+        f"{np.median(wider):.3f} | "
+        f"{np.mean(wider):.3f} | {100.0 * np.mean(won):.0f} % |"
+    )
     # If the coverage is 95 %, one run in a hundred has a case below this. The recordings are the
     # same for the likelihood, whose own coverage 1000 recordings show.
     assert held >= binom.ppf(0.01 / len(CASES), RECORDINGS, 0.95) / RECORDINGS

@@ -99,10 +99,9 @@ def too_many(seen: int, count: int, most: float) -> bool:
 
 @pytest.mark.statistics
 @pytest.mark.parametrize("name", list(GALLERY))
-def test_the_answer_holds_the_truth_on_troublesome_gyros(name, capsys):
+def test_the_answer_holds_the_truth_on_troublesome_gyros(name):
     made = outcomes(name, RECORDINGS)
-    with capsys.disabled():
-        print(f"\n{row(name, made)}", end="")
+    print(f"{row(name, made)}")
     found = [one for one in made if one.status == "estimated"]
     bounds = [one for one in made if one.status == "upper bound"]
     assert not too_few(len(found), len(made), 0.90)

@@ -106,7 +106,7 @@ def covers(fit: Fit, truth: float) -> bool:
 
 @pytest.mark.statistics
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_intervals_of_the_angle_random_walk_hold_the_truth(case, capsys):
+def test_intervals_of_the_angle_random_walk_hold_the_truth(case):
     generator = np.random.default_rng([SEED, CASES.index(case)])
     rates = simulated_rates(case.gyros[0], RECORDINGS, generator)
     for gyro in case.gyros[1:]:
@@ -137,12 +137,10 @@ def test_intervals_of_the_angle_random_walk_hold_the_truth(case, capsys):
         bias = float(values.mean() - truth) / spread
         efficiency = float(np.sqrt(np.mean((values - truth) ** 2))) / bound
         coverage[name] = float(np.mean([covers(fit, truth) for fit in made]))
-        with capsys.disabled():
-            print(
-                f"\n| {case.name} | {name} | {100.0 * coverage[name]:.1f} % | {bias:+.3f} | "
-                f"{efficiency:.3f} |",
-                end="",
-            )
+        print(
+            f"| {case.name} | {name} | {100.0 * coverage[name]:.1f} % | {bias:+.3f} | "
+            f"{efficiency:.3f} |"
+        )
         if name != "weighted":
             assert abs(bias) < 0.1
             assert efficiency <= 1.15
@@ -150,7 +148,7 @@ def test_intervals_of_the_angle_random_walk_hold_the_truth(case, capsys):
 
 
 @pytest.mark.statistics
-def test_three_cornered_hat_intervals_hold_each_gyro_s_own(capsys):
+def test_three_cornered_hat_intervals_hold_each_gyro_s_own():
     generator = np.random.default_rng([SEED, 99])
     truths = {"x": 1.0, "y": 1.5, "z": 2.0}
     inside = dict.fromkeys(truths, 0)
@@ -164,12 +162,10 @@ def test_three_cornered_hat_intervals_hold_each_gyro_s_own(capsys):
         for name, estimate in separation.angle_random_walk.items():
             inside[name] += estimate.low <= truths[name] <= estimate.high
     for name, count in inside.items():
-        with capsys.disabled():
-            print(
-                f"\n| three-cornered hat, gyro {name} | cross spectra | "
-                f"{100.0 * count / RECORDINGS:.1f} % | | |",
-                end="",
-            )
+        print(
+            f"| three-cornered hat, gyro {name} | cross spectra | "
+            f"{100.0 * count / RECORDINGS:.1f} % | | |"
+        )
         assert 0.93 <= count / RECORDINGS <= 0.97
 
 
@@ -222,7 +218,7 @@ def read_out(bench: Bench, generator: np.random.Generator) -> Recording:
 
 @pytest.mark.statistics
 @pytest.mark.parametrize("bench", BENCHES, ids=str)
-def test_intervals_hold_the_truth_where_the_walk_hardly_dithers_the_readout(bench, capsys):
+def test_intervals_hold_the_truth_where_the_walk_hardly_dithers_the_readout(bench):
     generator = np.random.default_rng([SEED, 200 + BENCHES.index(bench)])
     truth = bench.walk * DEGREE / 60.0
     inside, errors, halves, bounds, pairs = 0, [], [], [], []
@@ -248,13 +244,11 @@ def test_intervals_hold_the_truth_where_the_walk_hardly_dithers_the_readout(benc
     of_bounds = f"{np.median(bounds):.1f}" if bounds else "–"
     ours, theirs = np.mean(pairs, axis=0) if pairs else (math.nan, math.nan)
     wider = f"{ours / theirs:.2f}" if pairs else "–"
-    with capsys.disabled():
-        print(
-            f"\n| {bench.step:g}″ | {bench.walk:.0e} | {bench.rate_walk:g} | {bench.rate:g} | "
-            f"{bench.seconds // 60} | {100.0 * len(errors) / RECORDINGS:.1f} % | {of_estimates} | "
-            f"{wider} | {of_bounds} | {100.0 * coverage:.1f} % |",
-            end="",
-        )
+    print(
+        f"| {bench.step:g}″ | {bench.walk:.0e} | {bench.rate_walk:g} | {bench.rate:g} | "
+        f"{bench.seconds // 60} | {100.0 * len(errors) / RECORDINGS:.1f} % | {of_estimates} | "
+        f"{wider} | {of_bounds} | {100.0 * coverage:.1f} % |"
+    )
     assert coverage >= 0.93
     # A bound may hold more often than it says; a few that are no bounds are few because they
     # stand out.

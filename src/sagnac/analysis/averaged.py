@@ -9,7 +9,7 @@ from sagnac import series
 from sagnac.analysis.curves import Points, points_at
 from sagnac.analysis.fits import Coefficients
 from sagnac.analysis.measurement import Measurement
-from sagnac.analysis.parts import Parts, over_parts, walk_in_band
+from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.warm_up import (
@@ -300,7 +300,7 @@ def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
         return None
     rate = basis.cleaned.rate
 
-    def walk_of(increments: FloatArray) -> Interval | None:
+    def read(increments: FloatArray) -> Reading | None:
         levels = levels_of(increments, rate, masked)
         if levels is None:
             return None
@@ -310,12 +310,12 @@ def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
         seen = walk_in_band(basis.levels, replace(resting, band_hz=band), confidence)
         if seen is None or not walk.low <= seen.value <= walk.high:
             return None
-        return walk_in_band(levels, resting, confidence)
+        return reading_in_band(levels, resting, confidence)
 
     return over_parts(
         basis.cleaned.increments,
         sample_rate=rate,
-        walk_of=walk_of,
+        read=read,
         whole=Interval(value=walk.value, low=walk.low, high=walk.high),
         confidence=confidence,
     )

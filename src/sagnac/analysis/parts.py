@@ -1,4 +1,9 @@
-"""Whether the noise stood still: N over parts of a record, by one band and the same terms."""
+"""Whether the noise stood still: N over parts of a record, by one band and the same terms.
+
+A part fits its own N and other terms, which few bins tell apart poorly: two such values may differ
+twofold by chance. Whether the spectrum is the same in each of the parts shows far more sharply, in
+the change of N that would explain it with all other terms as they are. Either may tell a change.
+"""
 
 import math
 from collections.abc import Callable
@@ -10,7 +15,8 @@ import numpy as np
 from scipy.special import chdtri, ndtri
 
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.band_models import WALK, models_of_one_band
+from sagnac.coefficients.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_one_band
+from sagnac.coefficients.laws import rate_density_basis
 from sagnac.coefficients.mixture import Interval, mixture
 from sagnac.coefficients.model_average import RULED, Resting
 from sagnac.spectrum.levels import Levels
@@ -63,6 +69,28 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """What the spectrum of a part says.
+
+    Attributes
+    ----------
+    walk
+        N by a fit of its own, rad/sqrt(s).
+    change, error
+        Logarithm of N squared of the part over that of the whole if all other terms stood still,
+        and its standard error.
+    """
+
+    walk: Interval
+    change: float
+    error: float
+
+    def __post_init__(self) -> None:
+        if not self.error > 0.0:
+            raise ValueError(f"error is {self.error}; give one above zero")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Parts:
     """N over parts, and whether chance explains how they differ.
 
@@ -73,8 +101,8 @@ class Parts:
     chi_square
         Of the logarithms of the values about their weighted mean.
     agree
-        Whether chance explains the spread, and how far the mean lies from the whole; True with
-        fewer than two parts.
+        Whether chance explains the spread, how far the mean lies from the whole, and how the
+        spectra differ; True with fewer than two parts.
     """
 
     parts: tuple[Part, ...]
@@ -95,6 +123,47 @@ class Parts:
     def largest(self) -> float:
         """Highest value of a part, rad/sqrt(s)."""
         return max(part.value for part in self.seen)
+
+
+def reading_in_band(levels: Levels, resting: Resting, confidence: float) -> Reading | None:
+    """What the levels of a part say over the band and with the terms that an average rests on.
+
+    With share s of N in the law of the whole, N squared larger by a factor exp(c) lifts the
+    logarithm of a level by about s c: c is the mean of these logarithms over s, weighted by s^2 and
+    the shapes of the bins.
+
+    Parameters
+    ----------
+    levels
+        Of a part.
+    resting
+        Of the whole.
+    confidence
+        Of the interval.
+
+    Returns
+    -------
+    Reading or None
+        None if the levels do not show N.
+    """
+    walk = walk_in_band(levels, resting, confidence)
+    if walk is None or resting.law is None:
+        return None
+    laws = levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval))
+    terms = laws * np.array(resting.law.squares)[:FALL]
+    means = terms.sum(axis=1)
+    share = terms[:, WALK] / means
+    means = means / resting.law.divisor(levels.frequency)
+    low, high = resting.band_hz
+    inside = (levels.frequency >= low) & (levels.frequency <= high)
+    weight = (bin_shapes(levels, FLOOR) * share)[inside]
+    information = float(weight @ share[inside])
+    higher = np.log(levels.level / means)[inside]
+    return Reading(
+        walk=walk,
+        change=float(weight @ higher) / information,
+        error=1.0 / math.sqrt(information),
+    )
 
 
 def walk_in_band(levels: Levels, resting: Resting, confidence: float) -> Interval | None:
@@ -128,7 +197,7 @@ def over_parts(
     increments: FloatArray,
     *,
     sample_rate: float,
-    walk_of: Callable[[FloatArray], Interval | None],
+    read: Callable[[FloatArray], Reading | None],
     whole: Interval | None,
     confidence: float = 0.95,
     counts: tuple[int, ...] = COUNTS,
@@ -141,8 +210,9 @@ def over_parts(
         (samples,), rad.
     sample_rate
         Samples per second.
-    walk_of
-        How N is found of some increments: over the same band and with the same terms.
+    read
+        What some increments say, over the same band and with the same terms; None if they do not
+        show N.
     whole
         N of the whole: the answer that the parts have to bear out. None if there is none.
     confidence
@@ -163,7 +233,7 @@ def over_parts(
         result = _in_parts(
             increments,
             sample_rate=sample_rate,
-            walk_of=walk_of,
+            read=read,
             whole=whole,
             confidence=confidence,
             count=count,
@@ -179,34 +249,39 @@ def _in_parts(
     increments: FloatArray,
     *,
     sample_rate: float,
-    walk_of: Callable[[FloatArray], Interval | None],
+    read: Callable[[FloatArray], Reading | None],
     whole: Interval | None,
     confidence: float,
     count: int,
 ) -> Parts:
     edges = [number * increments.size // count for number in range(count + 1)]
-    parts = []
-    for start, stop in pairwise(edges):
-        found = walk_of(increments[start:stop])
-        parts.append(
-            Part(
-                start_s=start / sample_rate,
-                stop_s=stop / sample_rate,
-                value=math.nan if found is None else found.value,
-                low=math.nan if found is None else found.low,
-                high=math.nan if found is None else found.high,
-            )
+    readings = [read(increments[start:stop]) for start, stop in pairwise(edges)]
+    parts = tuple(
+        Part(
+            start_s=start / sample_rate,
+            stop_s=stop / sample_rate,
+            value=math.nan if found is None else found.walk.value,
+            low=math.nan if found is None else found.walk.low,
+            high=math.nan if found is None else found.walk.high,
         )
-    seen = [
-        Interval(value=part.value, low=part.low, high=part.high) for part in parts if part.shows
-    ]
+        for (start, stop), found in zip(pairwise(edges), readings, strict=True)
+    )
+    seen = [found for found in readings if found is not None]
     if len(seen) < 2:
-        return Parts(parts=tuple(parts), chi_square=0.0, agree=True)
-    mean, chi_square = _weighted(seen, confidence)
-    agree = chi_square <= float(chdtri(len(seen) - 1, CHANCE))
+        return Parts(parts=parts, chi_square=0.0, agree=True)
+    mean, chi_square = _weighted([found.walk for found in seen], confidence)
+    most = float(chdtri(len(seen) - 1, CHANCE))
+    agree = max(chi_square, _chi_square_of_changes(seen)) <= most
     if whole is not None:
         agree = agree and _weighted([mean, whole], confidence)[1] <= float(chdtri(1, CHANCE))
-    return Parts(parts=tuple(parts), chi_square=chi_square, agree=agree)
+    return Parts(parts=parts, chi_square=chi_square, agree=agree)
+
+
+def _chi_square_of_changes(seen: list[Reading]) -> float:
+    """Of the changes about their weighted mean."""
+    change = np.array([found.change for found in seen])
+    weight = np.array([found.error for found in seen]) ** -2.0
+    return float(weight @ (change - weight @ change / weight.sum()) ** 2)
 
 
 def _weighted(seen: list[Interval], confidence: float) -> tuple[Interval, float]:

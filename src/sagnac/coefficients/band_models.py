@@ -70,7 +70,11 @@ class BandModel:
     def density(self, frequency: FloatArray) -> FloatArray:
         """One-sided rate density, (rad/s)^2/Hz, at frequencies (points,), Hz, above zero."""
         laws = rate_density_basis(frequency, self.interval) @ np.array(self.squares)
-        return np.asarray(laws / (1.0 + self.fall * frequency ** (2.0 * self.order)))
+        return np.asarray(laws / self.divisor(frequency))
+
+    def divisor(self, frequency: FloatArray) -> FloatArray:
+        """What the low-pass divides N, B and K by at frequencies (points,), Hz."""
+        return np.asarray(1.0 + self.fall * frequency ** (2.0 * self.order))
 
     def times(self, factor: float) -> "BandModel":
         """The law of rates `factor` times as large."""
