@@ -39,7 +39,7 @@ lint: $(VENV)/dev.stamp
 
 # The tables are what the tests print.
 test-statistics: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest -m statistics -n 2 --dist worksteal -v -rP
+	$(BIN)/python -m pytest -m statistics -n 2 --dist worksteal -v -raP
 
 # Two processes here as well: one takes a quarter of an hour.
 test-fuzz: $(VENV)/dev.stamp

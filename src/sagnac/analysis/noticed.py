@@ -129,11 +129,20 @@ def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
     walk = SENSED[sensor].titles["angle_random_walk"]
     if parts.agree:
         return Note(text=f"the {walk} is steady: {reach}, as far apart as by chance")
-    spread = 100.0 * (parts.largest / parts.smallest - 1.0)
+    if parts.walks_agree:
+        return Note(
+            name="unsteady",
+            effect=parts.spread,
+            level="warning",
+            text=f"the noise in the band of the {walk} changes: {reach}, which chance could do, "
+            "but their spectra differ as if it were "
+            f"{parts.spread:.3g} times as large in one as in another; the interval covers them",
+        )
+    apart = 100.0 * (parts.largest / parts.smallest - 1.0)
     return Note(
         name="unsteady",
         effect=parts.largest / parts.smallest,
         level="warning",
-        text=f"the {walk} changes: {reach}, {spread:.2g} % apart, more than by chance; "
+        text=f"the {walk} changes: {reach}, {apart:.2g} % apart, more than by chance; "
         "the interval covers them",
     )

@@ -2,7 +2,8 @@
 
 A part fits its own N and other terms, which few bins tell apart poorly: two such values may differ
 twofold by chance. Whether the spectrum is the same in each of the parts shows far more sharply, in
-the change of N that would explain it with all other terms as they are. Either may tell a change.
+the change of N that would explain it with all other terms as they are. It does not say which term
+changes.
 """
 
 import math
@@ -21,7 +22,7 @@ from sagnac.coefficients.mixture import Interval, mixture
 from sagnac.coefficients.model_average import RULED, Resting
 from sagnac.spectrum.levels import Levels
 
-# Chance at which parts that agree are said to disagree.
+# Chance at which each test says of parts that agree that they do not.
 CHANCE: Final = 0.01
 # Parts that a record is cut into, or the fewer ones if these do not show N.
 COUNTS: Final = (4, 2)
@@ -77,8 +78,8 @@ class Reading:
     walk
         N by a fit of its own, rad/sqrt(s).
     change, error
-        Logarithm of N squared of the part over that of the whole if all other terms stood still,
-        and its standard error.
+        Logarithm of N squared of the part over that of the law of the whole, if all other terms
+        stood still, and the standard error allowed: chance, and what each fit allows a bin.
     """
 
     walk: Interval
@@ -86,7 +87,9 @@ class Reading:
     error: float
 
     def __post_init__(self) -> None:
-        if not self.error > 0.0:
+        if not math.isfinite(self.change):
+            raise ValueError(f"change is {self.change}; give a number")
+        if not 0.0 < self.error < math.inf:
             raise ValueError(f"error is {self.error}; give one above zero")
 
 
@@ -98,16 +101,24 @@ class Parts:
     ----------
     parts
         In order of time.
-    chi_square
-        Of the logarithms of the values about their weighted mean.
-    agree
-        Whether chance explains the spread, how far the mean lies from the whole, and how the
-        spectra differ; True with fewer than two parts.
+    walks_agree
+        Whether chance explains how far the values lie apart, and their mean from the whole; True
+        with fewer than two parts.
+    spectra_agree
+        Whether chance explains how the spectra differ; True with fewer than two parts.
+    spread
+        Largest over smallest N that would make the spectra differ as they do.
     """
 
     parts: tuple[Part, ...]
-    chi_square: float
-    agree: bool
+    walks_agree: bool = True
+    spectra_agree: bool = True
+    spread: float = 1.0
+
+    @property
+    def agree(self) -> bool:
+        """Whether the noise stood still, as far as can be seen."""
+        return self.walks_agree and self.spectra_agree
 
     @property
     def seen(self) -> tuple[Part, ...]:
@@ -129,8 +140,8 @@ def reading_in_band(levels: Levels, resting: Resting, confidence: float) -> Read
     """What the levels of a part say over the band and with the terms that an average rests on.
 
     With share s of N in the law of the whole, N squared larger by a factor exp(c) lifts the
-    logarithm of a level by about s c: c is the mean of these logarithms over s, weighted by s^2 and
-    the shapes of the bins.
+    logarithm of a level by about s c: c is the mean of the logarithms of level over law, each
+    divided by s, weighted by s^2 and the shapes of the bins.
 
     Parameters
     ----------
@@ -268,13 +279,20 @@ def _in_parts(
     )
     seen = [found for found in readings if found is not None]
     if len(seen) < 2:
-        return Parts(parts=parts, chi_square=0.0, agree=True)
+        return Parts(parts=parts)
     mean, chi_square = _weighted([found.walk for found in seen], confidence)
     most = float(chdtri(len(seen) - 1, CHANCE))
-    agree = max(chi_square, _chi_square_of_changes(seen)) <= most
+    walks_agree = chi_square <= most
     if whole is not None:
-        agree = agree and _weighted([mean, whole], confidence)[1] <= float(chdtri(1, CHANCE))
-    return Parts(parts=parts, chi_square=chi_square, agree=agree)
+        apart = _weighted([mean, whole], confidence)[1]
+        walks_agree = walks_agree and apart <= float(chdtri(1, CHANCE))
+    change = [found.change for found in seen]
+    return Parts(
+        parts=parts,
+        walks_agree=walks_agree,
+        spectra_agree=_chi_square_of_changes(seen) <= most,
+        spread=math.exp(0.5 * (max(change) - min(change))),
+    )
 
 
 def _chi_square_of_changes(seen: list[Reading]) -> float:
