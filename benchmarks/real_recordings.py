@@ -83,12 +83,19 @@ class Added:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answered:
-    """A channel with its analysis, and with a walk on top."""
+    """A channel with its analysis, with those of its halves, and with a walk on top."""
 
     source: Source
     gyro: str
     analysis: Analysis
+    halves: tuple[Estimate, ...]
     added: tuple[Added, ...]
+
+    @property
+    def halves_agree(self) -> bool:
+        """Whether the interval of each half meets that of the whole."""
+        whole = self.analysis.angle_random_walk
+        return all(not (half.low > whole.high or half.high < whole.low) for half in self.halves)
 
 
 def sources(folder: Path) -> Iterator[Source]:
@@ -117,20 +124,20 @@ def answered(source: Source, gyro: str) -> Answered:
     """The answer of a channel, alone and with a known walk on top."""
     analysis = _answer(source.recording, gyro)
     walk = analysis.angle_random_walk
+    angle = np.asarray(angle_of(source.recording.gyro(gyro), source.recording.sample_rate))
+    middle = angle.size // 2
+    halves = tuple(
+        _answer(_of_angle(gyro, half, source.recording.sample_rate), gyro).angle_random_walk
+        for half in (angle[:middle], angle[middle:])
+    )
     if walk.status == "not observable":
-        return Answered(source=source, gyro=gyro, analysis=analysis, added=())
+        return Answered(source=source, gyro=gyro, analysis=analysis, halves=halves, added=())
     rng = np.random.default_rng([SEED, ord(gyro)])
-    angle = angle_of(source.recording.gyro(gyro), source.recording.sample_rate)
     white = rng.standard_normal(angle.size) / math.sqrt(source.recording.sample_rate)
     added = []
     for times in ADDED:
         known = times * walk.value
-        noisy = Recording.from_arrays(
-            **{gyro: np.asarray(angle + known * np.cumsum(white))},
-            kind="angle",
-            unit="rad",
-            sample_rate=source.recording.sample_rate,
-        )
+        noisy = _of_angle(gyro, angle + known * np.cumsum(white), source.recording.sample_rate)
         added.append(
             Added(
                 times=times,
@@ -139,7 +146,13 @@ def answered(source: Source, gyro: str) -> Answered:
                 answer=_answer(noisy, gyro).angle_random_walk,
             )
         )
-    return Answered(source=source, gyro=gyro, analysis=analysis, added=tuple(added))
+    return Answered(source=source, gyro=gyro, analysis=analysis, halves=halves, added=tuple(added))
+
+
+def _of_angle(gyro: str, angle: FloatArray, sample_rate: float) -> Recording:
+    return Recording.from_arrays(
+        **{gyro: angle - angle[0]}, kind="angle", unit="rad", sample_rate=sample_rate
+    )
 
 
 def _answer(recording: Recording, gyro: str) -> Analysis:
@@ -212,7 +225,8 @@ def row(one: Answered) -> str:
         changes = any("random walk changes" in note.text for note in one.analysis.notes)
         reach = f"{min(values):.2g} to {max(values):.2g}{', changes' if changes else ''}"
     found = [f"{'yes' if each.found else 'no'}: {in_words(each.answer)}" for each in one.added]
-    cells = [one.source.name, one.gyro, in_words(one.analysis.angle_random_walk), on, reach]
+    halves = f"{'yes' if one.halves_agree else 'no'}: {'; '.join(map(in_words, one.halves))}"
+    cells = [one.source.name, one.gyro, in_words(one.analysis.angle_random_walk), on, reach, halves]
     return f"| {' | '.join([*cells, *(found or ['–'] * len(ADDED))])} |"
 
 
@@ -237,23 +251,25 @@ In each picture the blue line is a multitaper spectrum of the raw samples by sci
 as a density, √2 N, over the band that it rests on, with its interval; a dashed line is an upper
 bound. Lines are still in the blue spectrum; the answer is the one with the lines out.
 
-"Parts" are the N of parts of the recording in °/√h. In the last two columns a known angle random
-walk of 2 and 5 times the answer was put on top: *yes* if the new answer holds both together.
+"Parts" are the N of parts of the recording in °/√h, by the band and terms of the whole; *changes*
+where they, or their spectra, differ by more than chance. "Halves" are analyzed as recordings of
+their own: *yes* if the interval of each meets that of the whole. In the last two columns a known
+angle random walk of 2 and 5 times the answer was put on top: *yes* if the new answer holds both
+together.
 
-| recording | gyro | answer | rests on | parts | 2 N on top | 5 N on top |
-|---|---|---|---|---|---|---|
+| recording | gyro | answer | rests on | parts | halves | 2 N on top | 5 N on top |
+|---|---|---|---|---|---|---|---|
 {rows}
 
 The LN-100's answers lie on the plateau that is left below 0.3 Hz. Slepian tapers of NW 4 leak so
 much of its dither that they show a plateau at twice the height. The value for y of the ADI is low:
 from 2 Hz on B passes for the low-pass; the interval reaches over the plateau, 0.035 °/√h, of these
-36 s. Of PSINS the sway of the bench
-reaches the lowest frequencies of the whole recording: what is read there, 0.06 °/√h for z, is N of
-gyro and bench together, and only the quiet stretch, 0.009 °/√h, shows the gyro. Parts of 75 s of
-that stretch do not reach below the sway; halves do, and agree with the whole. For z a warning names
-the hump at 2.8 Hz and the lower level behind it. The x of the medium MPU6050 is level twice: at
-2.5 °/√h below 0.04 Hz, with 6 % of the weight, and at 0.33 °/√h from 1 Hz on; the interval spans
-both, and a warning says so.
+36 s. Of PSINS the sway of the bench reaches the lowest frequencies of the whole recording: what is
+read there, 0.06 °/√h for z, is N of gyro and bench together, and only the quiet stretch,
+0.009 °/√h, shows the gyro. For z a warning names the hump at 2.8 Hz and the lower level behind it.
+The slow MPU6050's z is four times as loud in the first half as in the second. The x of the medium
+MPU6050 is level twice: at 2.5 °/√h below 0.04 Hz, with 6 % of the weight, and at 0.33 °/√h from
+1 Hz on; the interval spans both, and a warning says so.
 
 {pictures}
 """
