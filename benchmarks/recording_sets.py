@@ -208,8 +208,8 @@ def wander(random: np.random.Generator, samples: int, interval: float, time: flo
 def disturbed_simulation(number: int) -> Simulation:
     """The recording of that number, wandering lines put on its angles before they are read out.
 
-    The readout rounds once. Of an angle rounded already a second rounding rounds the lines alone,
-    and its errors are harmonics of the lines and no white noise.
+    The readout rounds once, as a gyro does. If the rounded angles were rounded again with the
+    lines added, the second error would depend on the lines alone: harmonics, not white noise.
     """
     config = disturbed_config(number)
     steps = dict(zip(GYRO_NAMES, config.gyro.quantization_step_arcsec, strict=True))

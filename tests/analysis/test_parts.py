@@ -76,7 +76,7 @@ def test_a_reading_that_is_no_number_is_refused(change, error, what):
 
 
 def levels(walk, quantum, generator):
-    """Of a rate with a white part, and of the differences of white angles."""
+    """The levels of white rate noise with white angle noise of deviation `quantum` on top."""
     size = 20_000
     increments = walk / np.sqrt(RATE) * generator.standard_normal(size)
     increments += np.diff(quantum * generator.standard_normal(size + 1))

@@ -296,7 +296,7 @@ def _in_parts(
 
 
 def _chi_square_of_changes(seen: list[Reading]) -> float:
-    """Of the changes about their weighted mean."""
+    """The chi-square of the changes of all parts about their weighted mean."""
     change = np.array([found.change for found in seen])
     weight = np.array([found.error for found in seen]) ** -2.0
     return float(weight @ (change - weight @ change / weight.sum()) ** 2)
