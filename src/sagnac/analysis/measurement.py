@@ -1,18 +1,15 @@
-"""What is measured: one gyro or the difference of two, and the table that it turns on."""
+"""What is measured: one gyro or the difference of two."""
 
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Final, Self
 
 import numpy as np
 
 from sagnac import series
-from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
-from sagnac.errors import Note, RecordingError
-from sagnac.recording.encoder_mismatch import require_encoder_follows
+from sagnac.errors import RecordingError
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
-from sagnac.table.turns import SHORTEST, is_turning
 
 # A departure from a straight line by fewer units of the last place is rounding.
 _ROUNDING: Final = 64.0
@@ -32,33 +29,24 @@ class Measurement:
         One name, or the two that are differenced.
     sample_rate
         Hz.
+    weights
+        Of the two gyros of a difference; their squares add up to 2.
     """
 
     channel: str
     angle: FloatArray
     gyros: tuple[str, ...]
     sample_rate: float
+    weights: tuple[float, float] = (1.0, 1.0)
 
     @property
     def gyros_differenced(self) -> int:
         """1 for a gyro, 2 for a difference."""
         return len(self.gyros)
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TurningTable:
-    """The table as an analysis uses it.
-
-    Attributes
-    ----------
-    angle
-        (samples,) unwrapped, rad; None where nothing turns.
-    notes
-        Why an encoder that is there is not used.
-    """
-
-    angle: FloatArray | None
-    notes: tuple[Note, ...] = ()
+    def weighted(self, angle: FloatArray, weights: tuple[float, float] | None) -> Self:
+        """The same gyros, otherwise combined."""
+        return replace(self, angle=angle, weights=weights or self.weights)
 
 
 def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
@@ -115,29 +103,3 @@ def require_noise(measured: Measurement) -> None:
         channel=measured.channel,
         remedy="name other gyros with {gyros} or {columns}",
     )
-
-
-def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) -> TurningTable:
-    """The table angle, if there is a table and it turns.
-
-    Raises
-    ------
-    RecordingError
-        If the encoder does not follow the gyros, or the recording is too short to tell its motion
-        from their noise.
-    """
-    if recording.table is None:
-        return TurningTable(angle=None)
-    table = recording.table.values
-    if not is_turning(table):
-        note = Note(text="the table does not turn: its angle is not used")
-        return TurningTable(angle=None, notes=(note,))
-    if method == "fos" and recording.duration < SHORTEST:
-        raise RecordingError(
-            f"{recording.duration:.4g} s of a turning table do not tell its motion from the "
-            "gyro's noise",
-            remedy=f"take {SHORTEST:g} s or more, or the standing part ({{slice}})",
-        )
-    for name in gyros:
-        require_encoder_follows(recording, recording.gyro(name))
-    return TurningTable(angle=table)

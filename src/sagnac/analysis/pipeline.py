@@ -22,10 +22,8 @@ from sagnac.analysis.fits import Coefficients, coefficients_of
 from sagnac.analysis.headline import Headline, headline_of
 from sagnac.analysis.measurement import (
     Measurement,
-    TurningTable,
     measure,
     require_noise,
-    turning_table,
 )
 from sagnac.analysis.noticed import noticed
 from sagnac.analysis.parts import Part
@@ -37,6 +35,7 @@ from sagnac.analysis.shares import TableTold, told_by_table
 from sagnac.analysis.sharing import sharing_notes, sharing_notes_of_turning
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
+from sagnac.analysis.table_angle import TurningTable, followed, turning_table
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
@@ -215,12 +214,13 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
 def _removed(prepared: _Prepared, stages: Stages) -> _Removed:
     settings, recording = prepared.settings, prepared.undithered.recording
     with stages.stage("lines") as fraction:
-        table = prepared.table.angle
-        left = remainder_of(prepared.measured, table, recording, settings, fraction)
+        table = prepared.table
+        angle = followed(prepared.measured, recording, table)
+        left = remainder_of(angle, table.known, recording, settings, fraction)
         second = None
         if len(settings.gyros) == MOST_GYROS:
-            pair = measure(recording, settings.gyros[:2])
-            second = remainder_of(pair, table, recording, settings, fraction)
+            pair = followed(measure(recording, settings.gyros[:2]), recording, table)
+            second = remainder_of(pair, table.known, recording, settings, fraction)
         points = points_of(left, settings.interval)
         require_length(points.angle.size, points.rate, recording.duration)
     return _Removed(left=left, second=second, points=points)

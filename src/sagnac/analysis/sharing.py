@@ -131,7 +131,7 @@ def sharing_notes_of_turning(
     kinematic = kinematics(table, recording.sample_rate)
     gyros = (recording.gyro(name) for name in measured.gyros)
     angles = [angle_of(gyro, recording.sample_rate) for gyro in gyros]
-    increments = np.diff(_without_table(angles, table, kinematic))
+    increments = np.diff(_without_table(angles, kinematic))
     rate = 1.0 / kinematic.interval
     low, high = found.average.rests_on.band_hz
     try:
@@ -153,11 +153,11 @@ _PART_OF_RATE: Final = 0.25
 
 
 def _without_table(
-    angles: list[FloatArray], table: FloatArray, kinematic: Kinematics
+    angles: list[FloatArray], kinematic: Kinematics
 ) -> FloatArray:
     """(gyros, averages) of angles, rad, without table motion, Earth rate and whole orders."""
     averages = np.stack([block_averages(angle, kinematic) for angle in angles])
-    for number, motion in enumerate(follow_table_together(averages, table, kinematic)):
+    for number, motion in enumerate(follow_table_together(averages, kinematic)):
         of = motion.kinematics
         gain = block_gain(of, motion.orders)
         orders = harmonic_sum(of.angle, motion.orders, motion.cosine * gain, motion.sine * gain)

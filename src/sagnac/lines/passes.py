@@ -152,13 +152,12 @@ def followed(state: State) -> State:
     orders, which would hide Earth rate, are gone. Over part of a turn harmonics and table motion
     trade with each other: one fit of motion is all there is.
     """
-    motion, encoder, turns = state.motion, state.record.encoder, state.turning
-    if motion is None or encoder is None or turns is None or not turns.tells_orders:
+    motion, turns = state.motion, state.turning
+    if motion is None or turns is None or not turns.tells_orders:
         return state
     known, angles = state.components, state.components.orders.size
     after = follow_table(
         state.increments.averages + motion.averages,
-        encoder,
         motion.kinematics,
         harmonics=known.orders,
         cosine=known.cosine[:angles],

@@ -44,8 +44,6 @@ from sagnac.lines.taken_noise import masked_bands, noise_taken
 
 # Products within a block are too small to share out among threads.
 _BLAS: Final = ThreadpoolController()
-# Lag of the encoder, in samples, that is worth a note.
-_SEEN_LAG: Final = 0.05
 # Part of an amplitude by which it may drift and be called steady.
 _STEADY: Final = 0.005
 _MOST_LINES: Final = 250
@@ -332,7 +330,7 @@ def _final_floor(state: State, residual: FloatArray) -> FloatArray:
 
 
 def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:
-    """Lines that were fitted by blocks, and a table that was shifted."""
+    """Lines that were fitted by blocks."""
     rate = state.record.sample_rate
     notes = [
         Note(
@@ -342,14 +340,6 @@ def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:
         )
         for line in state.drifting
     ]
-    lag = 0.0 if state.motion is None else state.motion.kinematics.lag
-    if abs(lag) * rate > _SEEN_LAG:
-        notes.append(
-            Note(
-                text=f"the encoder is {1e3 * lag:+.2f} ms from the gyro in time; "
-                "the table angle was shifted by that"
-            )
-        )
     return tuple(notes)
 
 

@@ -72,7 +72,7 @@ class Record:
     angle
         (samples,) gyro angle or difference of two, rad.
     encoder
-        (samples,) table angle as recorded, rad; None if nothing turns.
+        (samples,) unwrapped table angle, rad; None if nothing turns.
     sample_rate
         Hz.
     false_alarm
@@ -181,7 +181,7 @@ class State:
 
     @property
     def table(self) -> FloatArray | None:
-        """(samples,) table angle as the gyro saw it, rad."""
+        """(samples,) table angle, rad."""
         return None if self.motion is None else self.motion.kinematics.table
 
     @property
@@ -190,7 +190,7 @@ class State:
         table, rate = self.table, self.record.sample_rate
         if table is None:
             return None
-        return self.record.kept.of("turning", self._lag, lambda: turning(table, rate))
+        return self.record.kept.of("turning", None, lambda: turning(table, rate))
 
     @property
     def wander(self) -> Wander | None:
@@ -198,13 +198,13 @@ class State:
         turns = self.turning
         if turns is None:
             return None
-        return self.record.kept.of("wander", self._lag, lambda: wander(turns))
+        return self.record.kept.of("wander", None, lambda: wander(turns))
 
     @property
     def sampled(self) -> Sampling:
         """When, and at which table angles, the angle was sampled."""
         table, samples = self.table, self.record.angle.size
-        return self.record.kept.of("sampling", self._lag, lambda: sampling(samples, table))
+        return self.record.kept.of("sampling", None, lambda: sampling(samples, table))
 
     @property
     def patience(self) -> FloatArray | None:
@@ -297,10 +297,6 @@ class State:
         )
 
     @property
-    def _lag(self) -> float:
-        return 0.0 if self.motion is None else self.motion.kinematics.lag
-
-    @property
     def _length(self) -> int | None:
         """Samples in a block: as in table motion."""
         return None if self.motion is None else self.motion.kinematics.length
@@ -323,7 +319,7 @@ def first_state(record: Record) -> State:
     motion = None
     if encoder is not None and is_turning(encoder):
         kinematic = kinematics(encoder, record.sample_rate)
-        motion = follow_table(block_averages(angle, kinematic), encoder, kinematic)
+        motion = follow_table(block_averages(angle, kinematic), kinematic)
     state = State(record=record, motion=motion, components=no_components(angle.size))
     turns = state.turning
     return state if turns is None else replace(state, earth_reach=earth_amplitudes(turns))
@@ -331,7 +327,7 @@ def first_state(record: Record) -> State:
 
 def _key_of_motion(motion: TableMotion) -> Hashable:
     """What of table motion is taken out, by value; its harmonics are left in."""
-    return motion.share, motion.drift, motion.earth, motion.kinematics.lag
+    return motion.share, motion.drift, motion.earth
 
 
 def _rest(state: State, span: slice) -> FloatArray:

@@ -1,7 +1,7 @@
 """Ridge regression of a gyro's averages on the kinematics of the table.
 
 The columns are the table angle (the share), time (the drift), the integrals of its cosine and sine
-(Earth rate), a shift in time if one is sought, and the cosine and sine of each order beside them.
+(Earth rate), and the cosine and sine of each order beside them.
 All are fitted in increments, in which the angle random walk is white.
 """
 
@@ -41,8 +41,6 @@ class KinematicFit:
         rad/s.
     earth
         Coefficients of the integrals of cosine and sine of the table angle, rad/s.
-    shift
-        Time by which the encoder leads the gyro beyond the lag known, s; 0 if none was sought.
     orders, cosine, sine
         (orders,) of table angle beside them, and their coefficients in the averages, rad.
     """
@@ -50,7 +48,6 @@ class KinematicFit:
     share: float
     drift: float
     earth: tuple[float, float]
-    shift: float
     orders: FloatArray
     cosine: FloatArray
     sine: FloatArray
@@ -66,7 +63,7 @@ class Design:
         Of the table.
     columns
         (averages,) each: table angle in rad, time in s (zeros without a drift), the integrals of
-        cosine and sine in s, and if a shift is sought the change that it makes, rad/s.
+        cosine and sine in s.
     orders
         (orders,) whose cosine and sine follow.
 
@@ -118,14 +115,8 @@ class Design:
         return rows
 
 
-def design(
-    kinematic: Kinematics,
-    orders: FloatArray,
-    *,
-    with_drift: bool,
-    shift: FloatArray | None = None,
-) -> Design:
-    """Columns for these `orders`, with a drift or without, and with a `shift` column if given."""
+def design(kinematic: Kinematics, orders: FloatArray, *, with_drift: bool) -> Design:
+    """Columns for these `orders`, with a drift or without."""
     count = kinematic.angle.size
     columns: tuple[FloatArray, ...] = (
         kinematic.angle,
@@ -135,7 +126,7 @@ def design(
     )
     return Design(
         kinematic=kinematic,
-        columns=columns if shift is None else (*columns, shift),
+        columns=columns,
         orders=orders,
     )
 
@@ -146,7 +137,6 @@ def kinematic_fit(
     harmonics: FloatArray | None,
     *,
     with_drift: bool,
-    shift: FloatArray | None = None,
 ) -> KinematicFit:
     """Fit the kinematics, and beside them those harmonics that the averages can show.
 
@@ -160,11 +150,9 @@ def kinematic_fit(
         Orders present in the angle; None if that is not known: all are allowed for, up to 128.
     with_drift
         Whether a drift is fitted.
-    shift
-        (averages,) change, rad/s, that a shift of the encoder in time makes; None: none is sought.
     """
     (found,) = kinematic_fits(
-        averages[np.newaxis], kinematic, harmonics, with_drift=with_drift, shift=shift
+        averages[np.newaxis], kinematic, harmonics, with_drift=with_drift
     )
     return found
 
@@ -175,7 +163,6 @@ def kinematic_fits(
     harmonics: FloatArray | None,
     *,
     with_drift: bool,
-    shift: FloatArray | None = None,
 ) -> tuple[KinematicFit, ...]:
     """`kinematic_fit` of several gyros on one table, (gyros, averages): the columns are the same.
 
@@ -183,7 +170,7 @@ def kinematic_fits(
     """
     orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
     orders = orders[orders <= highest_harmonic(kinematic)]
-    columns = design(kinematic, orders, with_drift=with_drift, shift=shift)
+    columns = design(kinematic, orders, with_drift=with_drift)
     # Harmonics are known only after a search, which takes lines in time out as well.
     return regressions(averages, columns, lines_taken=harmonics is not None and harmonics.size > 0)
 
@@ -238,7 +225,6 @@ def _regression(
         share=float(solution[0]),
         drift=float(solution[1]),
         earth=(float(earth[0]), float(earth[1])),
-        shift=float(solution[_EARTH.stop]) if plain > _EARTH.stop else 0.0,
         orders=columns.orders,
         cosine=solution[plain::2],
         sine=solution[plain + 1 :: 2],

@@ -21,8 +21,6 @@ does not.
 
 # Rate variation above which drift and share are told apart by it.
 _WANDERING: Final = 1e-3
-# A time shift shows only if the rate strays by this share from a straight line.
-_VARYING: Final = 0.2
 # In place of a zero that something is divided by.
 _LEAST: Final = 1e-300
 
@@ -34,11 +32,9 @@ class Kinematics:
     Attributes
     ----------
     table
-        (samples,) table angle as the gyro saw it, rad: shifted by `lag`.
+        (samples,) unwrapped table angle, rad.
     sample_rate
         Hz.
-    lag
-        Time by which the encoder leads the gyro, s.
     block
         Samples in each of the averages that are fitted.
     angle, cosine, sine
@@ -49,12 +45,11 @@ class Kinematics:
     Raises
     ------
     ValueError
-        If the sample rate is not positive, the lag is not finite, or the sizes do not agree.
+        If the sample rate is not positive, or the sizes do not agree.
     """
 
     table: FloatArray
     sample_rate: float
-    lag: float
     block: int
     angle: FloatArray
     cosine: FloatArray
@@ -63,7 +58,7 @@ class Kinematics:
     length: int
 
     def __post_init__(self) -> None:
-        _check_rate_and_lag(self.sample_rate, self.lag)
+        _check_rate(self.sample_rate)
         if not (self.block >= 1 and self.length >= 1 and self.length % self.block == 0):
             raise ValueError(
                 f"block is {self.block} and length {self.length}; a piece holds whole blocks"
@@ -85,34 +80,31 @@ class Kinematics:
         return self.block / self.sample_rate
 
 
-def kinematics(table: FloatArray, sample_rate: float, lag: float = 0.0) -> Kinematics:
+def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
     """Kinematics of a table angle, in one pass over it.
 
     Parameters
     ----------
     table
-        (samples,) unwrapped table angle as recorded, rad.
+        (samples,) unwrapped table angle, rad.
     sample_rate
         Hz.
-    lag
-        Time by which the encoder leads the gyro, s.
 
     Raises
     ------
     ValueError
-        If the sample rate is not positive, or the lag is not finite.
+        If the sample rate is not positive.
     """
-    _check_rate_and_lag(sample_rate, lag)
+    _check_rate(sample_rate)
     dt = 1.0 / sample_rate
     block = max(1, round(sample_rate / KINEMATIC_RATE))
     length = block * max(1, series.SPAN // block)
-    shifted = table if lag == 0.0 else shifted_series(table, lag * sample_rate)
     whole = table.size // block
     averages = np.empty((3, whole))
 
     def over(piece: slice) -> tuple[float, float]:
         # Each piece ends on the first sample of the next: integrals join there.
-        here = shifted[piece.start : piece.stop + 1]
+        here = table[piece.start : piece.stop + 1]
         parts = (here, *sine_cosine_integrals(here, dt))
         first = piece.start // block
         for row, part in zip(averages, parts, strict=True):
@@ -120,16 +112,15 @@ def kinematics(table: FloatArray, sample_rate: float, lag: float = 0.0) -> Kinem
             row[first : first + own.size] = own
         return float(parts[1][-1]), float(parts[2][-1])
 
-    gains = series.map(over, table.size, table, shifted, length=length)
+    gains = series.map(over, table.size, table, length=length)
     starts = np.concatenate([np.zeros((1, 2)), np.cumsum(gains, axis=0)])
     for number, begin in enumerate(range(0, whole, length // block)):
         averages[1:, begin : begin + length // block] += starts[number][:, np.newaxis]
     averages.flags.writeable = starts.flags.writeable = False
     angle, cosine, sine = averages
     return Kinematics(
-        table=shifted,
+        table=table,
         sample_rate=sample_rate,
-        lag=lag,
         block=block,
         angle=angle,
         cosine=cosine,
@@ -173,12 +164,9 @@ class Steadiness:
     ----------
     variation
         Standard deviation of the rate.
-    unevenness
-        Standard deviation of the rate about a straight line in time.
     """
 
     variation: float
-    unevenness: float
 
     @property
     def tells_drift(self) -> bool:
@@ -190,25 +178,12 @@ class Steadiness:
         """
         return self.variation > _WANDERING
 
-    @property
-    def tells_shift(self) -> bool:
-        """Whether a time shift between gyro and encoder shows.
-
-        At a rate that grows evenly a shift is only another drift.
-        """
-        return self.unevenness > _VARYING
-
 
 def steadiness(kinematic: Kinematics) -> Steadiness:
     """How steadily the table turns."""
     rates = np.diff(averaged(kinematic.angle, max(1, round(KINEMATIC_RATE))))
     size = max(float(np.sqrt(np.mean(rates**2))), _LEAST)
-    number = np.arange(rates.size) - 0.5 * (rates.size - 1)
-    uneven = rates - rates.mean()
-    uneven -= number * float(number @ uneven) / max(float(number @ number), _LEAST)
-    return Steadiness(
-        variation=float(np.std(rates)) / size, unevenness=float(np.std(uneven)) / size
-    )
+    return Steadiness(variation=float(np.std(rates)) / size)
 
 
 def block_gain(kinematic: Kinematics, orders: FloatArray) -> FloatArray:
@@ -274,21 +249,6 @@ def block_averages(angle: FloatArray, kinematic: Kinematics) -> FloatArray:
     return np.concatenate(parts)
 
 
-def shifted_series(values: FloatArray, samples: float) -> FloatArray:
-    """`values` read `samples` earlier, by linear interpolation, held at the ends: a new series."""
-    whole = int(np.floor(-samples))
-    fraction = -samples - whole
-
-    def read(block: slice) -> FloatArray:
-        at = np.clip(np.arange(block.start, block.stop + 1) + whole, 0, values.size - 1)
-        here = values[at[0] : at[-1] + 1][at - at[0]]
-        return np.asarray(here[:-1] + fraction * (here[1:] - here[:-1]))
-
-    return series.made(read, values.size, values)
-
-
-def _check_rate_and_lag(sample_rate: float, lag: float) -> None:
+def _check_rate(sample_rate: float) -> None:
     if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
         raise ValueError(f"sample_rate is {sample_rate!r}; give a positive number of Hz")
-    if not math.isfinite(lag):
-        raise ValueError(f"lag is {lag!r}; give a time in s")

@@ -14,7 +14,6 @@ from sagnac.table.kinematics import (
     highest_harmonic,
     steadiness,
 )
-from sagnac.table.shift import shifted_kinematics
 from sagnac.table.turns import FEW_TURNS, full_turns
 
 
@@ -32,7 +31,7 @@ class TableMotion:
     earth
         Coefficients of the integrals of cos and sin of table angle, rad/s.
     kinematics
-        Of the table angle as the gyro saw it.
+        Of the table angle.
     orders, cosine, sine
         (harmonics,) of table angle that were fitted beside it, and are left in, rad.
 
@@ -86,7 +85,6 @@ class TableMotion:
 
 def follow_table(
     averages: FloatArray,
-    encoder: FloatArray,
     kinematic: Kinematics,
     *,
     harmonics: FloatArray | None = None,
@@ -105,10 +103,8 @@ def follow_table(
     ----------
     averages
         Of the gyro angle over the blocks of `kinematic`, rad.
-    encoder
-        (samples,) unwrapped table angle as recorded, rad.
     kinematic
-        `kinematics` of the encoder at the lag known so far.
+        `kinematics` of the table angle.
     harmonics
         Orders present in the angle; None if that is not known: all are allowed for. Those
         above `highest_harmonic` are not fitted: take them out before.
@@ -122,42 +118,32 @@ def follow_table(
         averages are not those of `kinematic`.
     """
     taken = _taken(harmonics, cosine, sine)
-    if full_turns(encoder) < FEW_TURNS:
+    if full_turns(kinematic.table) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
         harmonics, taken = np.empty(0), None
     elif taken is not None:
         taken = taken.up_to(highest_harmonic(kinematic))
         harmonics = taken.orders
     steady = steadiness(kinematic)
-    if taken is not None and steady.tells_shift:
-        # Back in, at the angle that they were taken out at: a shift of the table shifts them.
-        averages = averages + taken.averages(kinematic)
-        taken = None
     found = kinematic_fit(averages, kinematic, harmonics, with_drift=steady.tells_drift)
-    shifted = kinematic
-    if steady.tells_shift:
-        shifted = shifted_kinematics(averages, encoder, kinematic, harmonics, found)
-        found = kinematic_fit(averages, shifted, harmonics, with_drift=steady.tells_drift)
-    return _motion(found, kinematic, shifted, taken)
+    return _motion(found, kinematic, taken)
 
 
 def follow_table_together(
-    averages: FloatArray, encoder: FloatArray, kinematic: Kinematics
+    averages: FloatArray, kinematic: Kinematics
 ) -> tuple[TableMotion, ...]:
     """`follow_table` of several gyros, (gyros, averages) rad, whose harmonics nobody knows.
 
-    Unless the table tells a shift, which may differ from gyro to gyro, they are fitted in one pass.
+    They are fitted in one pass.
     """
     steady = steadiness(kinematic)
-    if steady.tells_shift:
-        return tuple(follow_table(own, encoder, kinematic) for own in averages)
-    harmonics = np.empty(0) if full_turns(encoder) < FEW_TURNS else None
+    harmonics = np.empty(0) if full_turns(kinematic.table) < FEW_TURNS else None
     fits = kinematic_fits(averages, kinematic, harmonics, with_drift=steady.tells_drift)
-    return tuple(_motion(found, kinematic, kinematic, None) for found in fits)
+    return tuple(_motion(found, kinematic, None) for found in fits)
 
 
 def _motion(
-    found: KinematicFit, kinematic: Kinematics, shifted: Kinematics, taken: "_Harmonics | None"
+    found: KinematicFit, kinematic: Kinematics, taken: "_Harmonics | None"
 ) -> TableMotion:
     """What was found, its harmonics those of the angle, those that were taken out among them."""
     gain = block_gain(kinematic, found.orders)
@@ -169,7 +155,7 @@ def _motion(
         share=found.share,
         drift=found.drift,
         earth=found.earth,
-        kinematics=shifted,
+        kinematics=kinematic,
         orders=found.orders,
         cosine=of_cosine,
         sine=of_sine,

@@ -1,0 +1,206 @@
+"""The table as an analysis uses it, and the gyros without what only its encoder says."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from sagnac import series
+from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.settings import Method
+from sagnac.arrays import FloatArray
+from sagnac.errors import Note, RecordingError
+from sagnac.recording.encoder_mismatch import require_encoder_follows
+from sagnac.recording.kinds import angle_of
+from sagnac.recording.model import Recording
+from sagnac.table.estimate import EstimatedTable, estimated_table
+from sagnac.table.turns import SHORTEST, is_turning, mean_rate
+from sagnac.units import ARCSECOND
+
+# Weights of a pair that take the table out of it, between which they stand for the plain
+# difference of the two.
+_ALIKE: Final = (0.9, 1.1)
+# Motion that two gyros do not share, in that of both, from which on no weights take it out.
+_TOGETHER: Final = 0.1
+# Part of the pair's increments by which the encoder has to raise them for weights far from one.
+_QUIETER: Final = 0.9
+# Noise of the encoder that is worth a note: beside the gyros in all, and at least.
+_NOISY: Final = 1.0 * ARCSECOND
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurningTable:
+    """The table as an analysis uses it.
+
+    Attributes
+    ----------
+    angle
+        (samples,) as read, unwrapped, rad; None where nothing turns.
+    estimate
+        What gyros and encoder together say of it; None for a method that takes readings as they
+        are.
+    shares
+        Gyro -> its share of the table's rate, as in `estimate`.
+    notes
+        On the encoder.
+    """
+
+    angle: FloatArray | None
+    estimate: EstimatedTable | None = None
+    shares: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def known(self) -> FloatArray | None:
+        """(samples,) the best angle there is, rad."""
+        return self.angle if self.estimate is None else self.estimate.angle
+
+
+def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) -> TurningTable:
+    """The table angle, if there is a table and it turns.
+
+    Raises
+    ------
+    RecordingError
+        If the encoder does not follow the gyros, or the recording is too short to tell its motion
+        from their noise.
+    """
+    if recording.table is None:
+        return TurningTable(angle=None)
+    table = recording.table.values
+    if not is_turning(table):
+        note = Note(text="the table does not turn: its angle is not used")
+        return TurningTable(angle=None, notes=(note,))
+    if method == "fos" and recording.duration < SHORTEST:
+        raise RecordingError(
+            f"{recording.duration:.4g} s of a turning table do not tell its motion from the "
+            "gyro's noise",
+            remedy=f"take {SHORTEST:g} s or more, or the standing part ({{slice}})",
+        )
+    for name in gyros:
+        require_encoder_follows(recording, recording.gyro(name))
+    if method != "fos":
+        return TurningTable(angle=table)
+    rate = recording.sample_rate
+    estimate = estimated_table(
+        [angle_of(recording.gyro(name), rate) for name in gyros], table, rate
+    )
+    return TurningTable(
+        angle=table,
+        estimate=estimate,
+        shares=dict(zip(gyros, estimate.shares.tolist(), strict=True)),
+        notes=_notes(estimate, mean_rate(estimate.angle, rate)),
+    )
+
+
+def _notes(estimate: EstimatedTable, rate: float) -> tuple[Note, ...]:
+    """How the encoder is read beside the gyros."""
+    notes = []
+    delay = estimate.delay
+    if delay is not None:
+        late = "after" if delay.mean > 0.0 else "before"
+        said = f"{1e3 * abs(delay.mean):.4g} ms (± {1e3 * delay.mean_error:.1g} ms)"
+        if abs(delay.change) > 5.0 * delay.change_error:
+            said += (
+                f", which changes by {1e3 * delay.change:+.4g} ms (± {1e3 * delay.change_error:.1g}"
+                " ms) over the record"
+            )
+        text = f"its readings come {said} {late} the gyros'; they are shifted by that"
+        notes.append(Note(channel="table", text=text))
+    if estimate.smoothed and estimate.noise > _NOISY:
+        jitter = estimate.noise / max(abs(rate), 1e-12)
+        text = (
+            f"its readings scatter by {estimate.noise / ARCSECOND:.3g} arcsec rms about the angle "
+            f"that the gyros sense, as if latched {1e6 * jitter:.3g} us rms beside them; above "
+            f"{estimate.corner:.2g} Hz the angle is taken from the gyros"
+        )
+        notes.append(Note(channel="table", text=text))
+    return tuple(notes)
+
+
+def followed(measured: Measurement, recording: Recording, table: TurningTable) -> Measurement:
+    """What is measured, without what the encoder's readings say beside the estimated angle.
+
+    Two gyros take the table out by themselves: each is weighted by the other's share, so that
+    no error of the encoder is left. One gyro alone has the readings taken off, since
+    nothing else tells its own noise from the table's motion.
+
+    Parameters
+    ----------
+    measured
+        One gyro or a difference.
+    recording
+        With the gyros.
+    table
+        As `turning_table` gives it.
+    """
+    estimate = table.estimate
+    if estimate is None:
+        return measured
+    shares = [table.shares[name] for name in measured.gyros]
+    if len(shares) > 1:
+        weights = _weights(shares)
+        pair = [angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros]
+        if _takes_table_out(weights, measured, pair, estimate):
+            return measured.weighted(_combined(weights, pair), weights)
+    if estimate.angle is estimate.readings:
+        return measured
+    share = shares[0] - (shares[1] if len(shares) > 1 else 0.0)
+    angle, readings, known = measured.angle, estimate.readings, estimate.angle
+    own = series.made(
+        lambda span: angle[span] - share * (readings[span] - known[span]),
+        angle.size, angle, readings, known,
+    )  # fmt: skip
+    return measured.weighted(own, None)
+
+
+def _weights(shares: Sequence[float]) -> tuple[float, float]:
+    """Of two gyros, so that no motion of the table is left and the noise counts for two gyros."""
+    size = math.hypot(*shares)
+    if size == 0.0:
+        return 1.0, 1.0
+    sign = math.copysign(math.sqrt(2.0), shares[1])
+    return sign * shares[1] / size, sign * shares[0] / size
+
+
+def _combined(weights: tuple[float, float], pair: Sequence[FloatArray]) -> FloatArray:
+    """(samples,) weighted difference, rad."""
+    first, second = pair
+    return series.made(
+        lambda span: weights[0] * first[span] - weights[1] * second[span],
+        first.size, first, second,
+    )  # fmt: skip
+
+
+def _takes_table_out(
+    weights: tuple[float, float],
+    measured: Measurement,
+    pair: Sequence[FloatArray],
+    estimate: EstimatedTable,
+) -> bool:
+    """Whether two gyros by themselves tell more than their difference and the encoder."""
+    if not 0.0 < estimate.alike < _TOGETHER:
+        return False
+    if all(_ALIKE[0] < abs(weight) < _ALIKE[1] for weight in weights):
+        return True
+    alone = _step(_combined(weights, pair))
+    share = estimate.shares[0] - estimate.shares[-1]
+    angle, readings = measured.angle, estimate.readings
+    by_encoder = series.made(
+        lambda span: angle[span] - share * readings[span], angle.size, angle, readings
+    )
+    return alone < _QUIETER * _step(by_encoder)
+
+
+def _step(angle: FloatArray) -> float:
+    """Rms increment about the mean, rad."""
+
+    def sums(block: slice) -> FloatArray:
+        steps = np.diff(angle[block.start : block.stop + 1])
+        return np.array([steps.sum(), steps @ steps])
+
+    size = angle.size - 1
+    first, second = series.total(sums, size, angle) / size
+    return math.sqrt(max(float(second - first**2), 0.0))

@@ -1,0 +1,477 @@
+"""The table's angle as gyros and encoder together know it.
+
+An encoder is read some microseconds beside the gyros, at instants that jitter, drift and come
+late; its steps and its graduation add to that. The gyros sense the same motion at their own
+instants, and from a fraction of a hertz on with less noise; below that their bias drifts. So the
+angle is taken from the gyros, and led by the encoder below the frequency at which the two know it
+equally well, which is the corner of Wiener's filter for white noise of readings and an angle that
+walks.
+
+Where the table's rate varies, a delay of the encoder shows as well: it is fitted with its errors,
+a change with time included (a clock that runs fast), and taken out.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.signal import butter, sosfiltfilt
+
+from sagnac import series
+from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
+from sagnac.table.earth import LARGEST_EARTH_RATE
+from sagnac.table.kinematics import KINEMATIC_RATE, averaged, sine_cosine_integrals
+from sagnac.units import ARCSECOND
+
+# Time over which rates are taken for the shares, s.
+_SHARE_INTERVAL: Final = 1.0
+# Orders of the table angle that gyros and encoder differ by, and what each may be, as a prior.
+_ORDERS: Final = 4
+_LARGEST_ORDER: Final = 30.0 * ARCSECOND
+# Standard deviation of the prior of a delay and of its change over the record, s.
+_USUAL_DELAY: Final = 1.0
+# Straight pieces of a delay that walks.
+_PIECES: Final = 8
+# Standard errors from which on a delay is one, and the chi-square of its pieces likewise.
+_SEEN: Final = 5.0
+_SEEN_PIECES: Final = 40.0
+# A fit of the delay is done when it moves by less than this, s, or after so many steps.
+_SAME: Final = 1e-7
+_STEPS: Final = 4
+# Corner of the readings in the angle, Hz: not below this, and cycles of it in the record at least.
+_LOWEST_CORNER: Final = 0.01
+_FEWEST_CYCLES: Final = 8.0
+# Part of the rate of averages from which on a corner leaves the readings as they are.
+_AS_READ: Final = 0.25
+# Bins a decade of the spectrum that the two noises are told from.
+_BINS: Final = 8
+# Groups a decade that are left out in turn.
+_GROUPS: Final = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Delay:
+    """Time by which an encoder is read after the gyros.
+
+    Attributes
+    ----------
+    knots
+        (knots,) s from the first sample.
+    values
+        (knots,) delay there, s; straight between.
+    mean, mean_error
+        At mid-record, and its standard error, s.
+    change, change_error
+        From the first sample to the last, s.
+    """
+
+    knots: FloatArray
+    values: FloatArray
+    mean: float
+    mean_error: float
+    change: float
+    change_error: float
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether it differs from none by more than chance."""
+        return (
+            abs(self.mean) > _SEEN * self.mean_error or abs(self.change) > _SEEN * self.change_error
+        )
+
+    def at(self, seconds: FloatArray) -> FloatArray:
+        """Delay at times, s."""
+        return np.interp(seconds, self.knots, self.values)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EstimatedTable:
+    """What gyros and encoder together say of a table.
+
+    Attributes
+    ----------
+    angle
+        (samples,) table angle at the gyros' instants, rad.
+    readings
+        (samples,) the encoder's angle with its delay taken out, rad; not smoothed.
+    shares
+        (gyros,) of the table's rate that each gyro senses.
+    noise
+        Rms of the readings about the angle, sample by sample, rad.
+    corner
+        Hz above which the angle is the gyros'; inf if it is the encoder's throughout.
+    delay
+        None if none is seen.
+    alike
+        Rms of the motion that only one of the gyros shows, in that of all: 0 for one gyro.
+    """
+
+    angle: FloatArray
+    readings: FloatArray
+    shares: FloatArray
+    noise: float
+    corner: float
+    delay: Delay | None
+    alike: float
+
+    @property
+    def smoothed(self) -> bool:
+        """Whether the gyros know more of the angle than the encoder from some frequency on."""
+        return math.isfinite(self.corner)
+
+
+def estimated_table(
+    gyros: Sequence[FloatArray], encoder: FloatArray, sample_rate: float
+) -> EstimatedTable:
+    """The table angle from gyros and encoder.
+
+    Parameters
+    ----------
+    gyros
+        (samples,) angle of each gyro, rad. One is enough.
+    encoder
+        (samples,) unwrapped table angle as read, rad.
+    sample_rate
+        Hz.
+
+    Returns
+    -------
+    EstimatedTable
+        The readings as they are if the gyros do not sense the table, or know less of it.
+
+    Raises
+    ------
+    ValueError
+        If no gyro is given, or one has another number of samples than the encoder.
+    """
+    if not gyros or any(gyro.shape != encoder.shape for gyro in gyros):
+        shapes = ", ".join(str(gyro.shape) for gyro in gyros) or "none"
+        raise ValueError(
+            f"gyros have shapes {shapes} and the encoder {encoder.shape}; give one or more alike"
+        )
+    block = max(1, round(sample_rate / KINEMATIC_RATE))
+    coarse = np.stack([_averages(angle, block) for angle in gyros])
+    read = _averages(encoder, block)
+    shares, alike = _shares(coarse, read, max(1, round(_SHARE_INTERVAL * sample_rate / block)))
+    strength = float(shares @ shares)
+    if not strength > 0.0 or read.size < 4 * _PIECES:
+        return _as_read(encoder, shares, alike)
+    sensed = shares @ coarse / strength
+    interval = block / sample_rate
+    fit = _Fit.of(read, sensed, interval)
+    readings, delay = encoder, None
+    for _ in range(_STEPS):
+        moved = fit.delay(delay)
+        if moved is None:
+            break
+        before, delay = delay, moved
+        readings = _undelayed(encoder, delay, sample_rate)
+        fit = _Fit.of(_averages(readings, block), sensed, interval)
+        if before is not None and np.abs(moved.values - before.values).max() < _SAME:
+            break
+    if delay is not None and not delay.is_seen:
+        readings, delay = encoder, None
+        fit = _Fit.of(read, sensed, interval)
+    noise = _noise(gyros, shares / strength, readings)
+    corner = fit.corner
+    angle = readings
+    if corner > _AS_READ / interval:
+        corner = math.inf
+    else:
+        angle = _led(gyros, shares / strength, fit.guide(corner), block)
+    return EstimatedTable(
+        angle=angle,
+        readings=readings,
+        shares=shares,
+        noise=noise,
+        corner=corner,
+        delay=delay,
+        alike=alike,
+    )
+
+
+def _as_read(encoder: FloatArray, shares: FloatArray, alike: float) -> EstimatedTable:
+    """The encoder's own angle."""
+    return EstimatedTable(
+        angle=encoder,
+        readings=encoder,
+        shares=shares,
+        noise=0.0,
+        corner=math.inf,
+        delay=None,
+        alike=alike,
+    )
+
+
+def _averages(angle: FloatArray, block: int) -> FloatArray:
+    """Means over whole blocks of a long angle."""
+    length = block * max(1, series.SPAN // block)
+    parts = series.map(
+        lambda span: averaged(angle[span], block), angle.size, angle, length=length
+    )
+    return np.concatenate(parts)
+
+
+def _shares(coarse: FloatArray, read: FloatArray, step: int) -> tuple[FloatArray, float]:
+    """(gyros,) share of each, and how much of their motion is not common.
+
+    The direction is that of the gyros' motion among one another, which no error of the encoder
+    bends; the encoder gives the scale.
+    """
+    turned, table = np.diff(coarse[:, ::step]), np.diff(read[::step])
+    size = float(table @ table)
+    if not size > 0.0:
+        return np.zeros(coarse.shape[0]), 0.0
+    values, vectors = np.linalg.eigh(turned @ turned.T)
+    common = vectors[:, -1]
+    shares = common * float(common @ turned @ table) / size
+    return shares, math.sqrt(max(float(values[:-1].sum()), 0.0) / max(float(values[-1]), 1e-300))
+
+
+def _noise(gyros: Sequence[FloatArray], weights: FloatArray, readings: FloatArray) -> float:
+    """Rms of readings about the gyros, from sample to sample, rad."""
+
+    def squares(block: slice) -> float:
+        here = slice(block.start, block.stop + 1)
+        steps = np.diff(readings[here] - _weighted(gyros, weights, here))
+        steps -= steps.mean()
+        return float(steps @ steps)
+
+    whole = series.total(squares, readings.size - 1, readings, *gyros)
+    return math.sqrt(0.5 * whole / (readings.size - 1))
+
+
+def _weighted(gyros: Sequence[FloatArray], weights: FloatArray, here: slice) -> FloatArray:
+    total = weights[0] * gyros[0][here]
+    for gyro, weight in zip(gyros[1:], weights[1:], strict=True):
+        total += weight * gyro[here]
+    return np.asarray(total)
+
+
+def _led(
+    gyros: Sequence[FloatArray], weights: FloatArray, guide: FloatArray, block: int
+) -> FloatArray:
+    """(samples,) the gyros' angle led by a guide, which is known at the middle of each block."""
+    ends = guide[[0, -1]] + np.array([-0.5, 0.5]) * (guide[[1, -1]] - guide[[0, -2]])
+    known = np.concatenate([ends[:1], guide, ends[1:]])
+    middles = np.arange(-1.0, guide.size + 1.0) * block + 0.5 * (block - 1)
+    middles[[0, -1]] += np.array([0.5, -0.5]) * block
+
+    def led(span: slice) -> FloatArray:
+        place = np.arange(span.start, span.stop, dtype=np.float64)
+        slope = (known[-1] - known[-2]) / (middles[-1] - middles[-2])
+        beyond = np.maximum(place - middles[-1], 0.0) * slope
+        return _weighted(gyros, weights, span) + np.interp(place, middles, known) + beyond
+
+    return series.made(led, gyros[0].size, *gyros)
+
+
+def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatArray:
+    """(samples,) the encoder as it would have been read with the gyros, held at the ends."""
+    reach = math.ceil(float(np.abs(delay.values).max()) * sample_rate) + 1
+
+    def read(span: slice) -> FloatArray:
+        first, last = max(0, span.start - reach), min(encoder.size, span.stop + reach + 1)
+        place = np.arange(span.start, span.stop, dtype=np.float64)
+        place += sample_rate * delay.at(place / sample_rate)
+        near = np.arange(first, last, dtype=np.float64)
+        return np.interp(place, near, encoder[first:last])
+
+    return series.made(read, encoder.size, encoder)
+
+
+# --- what the readings differ by --------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Fit:
+    """Least squares of the difference of readings and gyros, in averages, by its two noises.
+
+    Attributes
+    ----------
+    difference
+        (averages,) rad.
+    interval
+        Between averages, s.
+    scale
+        (columns,) what the columns were divided by.
+    columns
+        (columns, averages) as fitted.
+    solution, covariance
+        Of the scaled columns.
+    readings, walk
+        Variances of increments: that of an average reading, rad^2 (twice as large in an
+        increment), and that of the walk.
+    """
+
+    difference: FloatArray
+    interval: float
+    scale: FloatArray
+    columns: FloatArray
+    solution: FloatArray
+    covariance: FloatArray
+    readings: float
+    walk: float
+
+    @classmethod
+    def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
+        """Drift, scale, orders, Earth rate and a delay, its change and its pieces, beside noise."""
+        difference = read - sensed
+        columns, prior = _columns(read, sensed, interval)
+        scale = np.sqrt(np.mean(np.diff(columns) ** 2, axis=1))
+        scale[scale == 0.0] = 1.0
+        ready = np.fft.rfft(np.diff(columns) / scale[:, np.newaxis])[:, 1:]
+        target = np.fft.rfft(np.diff(difference))[1:]
+        shape = 4.0 * np.sin(np.pi * np.fft.rfftfreq(difference.size - 1)[1:]) ** 2
+        left, readings, walk = target, 0.0, 0.0
+        for _ in range(3):
+            readings, walk = _two_noises(np.abs(left) ** 2 / (difference.size - 1), shape)
+            # Each ordinate but the mean's stands for two.
+            weight = 2.0 / ((readings * shape + walk) * (difference.size - 1))
+            solution, covariance = _weighted_fit(ready, target, weight, prior * scale)
+            left = target - solution @ ready
+        return cls(
+            difference=difference,
+            interval=interval,
+            scale=scale,
+            columns=columns,
+            solution=solution,
+            covariance=covariance,
+            readings=readings,
+            walk=walk,
+        )
+
+    @property
+    def corner(self) -> float:
+        """Hz at which readings and gyros know the angle equally well, inf if readings always do."""
+        lowest = max(_LOWEST_CORNER, _FEWEST_CYCLES / (self.difference.size * self.interval))
+        if self.readings <= 0.0 or self.walk >= 4.0 * self.readings:
+            return math.inf
+        known_alike = math.asin(math.sqrt(0.25 * self.walk / self.readings))
+        return max(known_alike / (math.pi * self.interval), lowest)
+
+    def guide(self, corner: float) -> FloatArray:
+        """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
+        plain = slice(_FIRST_ORDER, _FIRST_DELAY)
+        fitted = (self.solution[plain] / self.scale[plain]) @ self.columns[plain]
+        rest = self.difference - fitted
+        place = np.arange(rest.size, dtype=np.float64)
+        line = np.polynomial.Polynomial.fit(place, rest, 1)(place)
+        sections = butter(2, min(2.0 * corner * self.interval, 0.99), output="sos")
+        pad = min(rest.size - 1, round(3.0 / (corner * self.interval)))
+        smooth = sosfiltfilt(sections, rest - line, padtype="odd", padlen=pad)
+        return np.asarray(smooth + line + fitted)
+
+    def delay(self, known: Delay | None) -> Delay | None:
+        """The delay with what is known of it already; None if none is seen."""
+        own = slice(_FIRST_DELAY, None)
+        values = self.solution[own] / self.scale[own]
+        covariance = self.covariance[own, own] / np.outer(self.scale[own], self.scale[own])
+        end = self.difference.size * self.interval
+        knots = np.linspace(0.0, end, _PIECES + 1)
+        # The columns: at mid-record, change from end to end, and knots beside the straight line.
+        line = np.stack([np.ones(knots.size), knots / end - 0.5])
+        pieces = values[2:]
+        spread = covariance[2:, 2:]
+        seen_pieces = float(pieces @ np.linalg.solve(spread, pieces)) > _SEEN_PIECES
+        error = np.sqrt(np.diag(covariance)[:2])
+        # What the readings lead by is a negative delay.
+        moved = -values[:2] @ line
+        if known is None:
+            seen = np.abs(values[:2]) > _SEEN * error
+            if not seen.any():
+                return None
+            moved = -(values[:2] * seen) @ line
+        elif seen_pieces or np.ptp(np.diff(known.values)) > _SAME:
+            moved[1:-1] -= pieces
+        total = moved if known is None else known.values + moved
+        middle = 0.5 * (knots[0] + knots[-1])
+        return Delay(
+            knots=knots,
+            values=total,
+            mean=float(np.interp(middle, knots, total)),
+            mean_error=float(error[0]),
+            change=float(total[-1] - total[0]),
+            change_error=float(error[1]),
+        )
+
+
+def _columns(
+    read: FloatArray, sensed: FloatArray, interval: float
+) -> tuple[FloatArray, FloatArray]:
+    """(columns, averages) and the standard deviation of the prior of each, inf for none.
+
+    Time, the angle itself, orders, Earth rate; then from `_FIRST_DELAY` on the delay: the rate,
+    and the rate times functions of time.
+    """
+    time = np.arange(sensed.size) * interval
+    end = sensed.size * interval
+    # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
+    of_cosine, of_sine = sine_cosine_integrals(read, interval)
+    rate = np.gradient(sensed, interval)
+    part = (time + 0.5 * interval) / end
+    orders = np.arange(1, _ORDERS + 1)[:, np.newaxis] * read
+    knots = np.arange(1.0, _PIECES)[:, np.newaxis]
+    hats = np.maximum(1.0 - np.abs(part * _PIECES - knots), 0.0)
+    # Drift of a gyro's bias looks like a delay that walks, except where the rate varies.
+    columns = [time, sensed, *hats, *np.cos(orders), *np.sin(orders), of_cosine, of_sine]
+    columns += [rate, rate * (part - 0.5), *(rate * hats)]
+    prior = [math.inf] * _FIRST_ORDER + [_LARGEST_ORDER] * (2 * _ORDERS) + [LARGEST_EARTH_RATE] * 2
+    prior += [_USUAL_DELAY] * (len(columns) - len(prior))
+    return np.stack(columns), np.array(prior)
+
+
+_FIRST_ORDER: Final = 2 + _PIECES - 1
+_FIRST_DELAY: Final = _FIRST_ORDER + 2 * _ORDERS + 2
+
+
+def _weighted_fit(
+    columns: ComplexArray, target: ComplexArray, weight: FloatArray, prior: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Solution and covariance of least squares of ordinates under a prior about zero.
+
+    The covariance is that of leaving out one group of frequencies at a time (jackknife): a line
+    that no column holds, at an order at which the table's rate has its ripple, looks like a delay
+    as long as that frequency is in.
+    """
+    edges = _edges(target.size, _GROUPS)
+    ridge = np.diag(1.0 / prior**2)
+    normals, rights = [], []
+    for low, high in pairwise(edges):
+        own = columns[:, low:high]
+        weighted = (own * weight[low:high]).conj()
+        normals.append((weighted @ own.T).real)
+        rights.append((weighted @ target[low:high]).real)
+    normal, right = np.sum(normals, axis=0) + ridge, np.sum(rights, axis=0)
+    solution = np.linalg.lstsq(normal, right, rcond=None)[0]
+    without = np.stack(
+        [
+            np.linalg.lstsq(normal - own, right - part, rcond=None)[0]
+            for own, part in zip(normals, rights, strict=True)
+        ]
+    )
+    apart = without - solution
+    jackknife = (1.0 - 1.0 / len(normals)) * (apart.T @ apart)
+    return solution, jackknife + np.linalg.pinv(normal, hermitian=True)
+
+
+def _edges(size: int, parts_a_decade: int) -> IntegerArray:
+    """Ends of groups of ordinates that grow with frequency."""
+    count = max(2, round(parts_a_decade * math.log10(size + 1)))
+    return np.unique(np.geomspace(1, size + 1, count).astype(np.int64)) - 1
+
+
+def _two_noises(power: FloatArray, shape: FloatArray) -> tuple[float, float]:
+    """Levels of noise of each reading and of an angle that walks, from medians of bins."""
+    edges = _edges(power.size, _BINS)
+    pairs = list(pairwise(edges))
+    # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
+    level = np.array([np.median(power[low:high]) for low, high in pairs]) / math.log(2.0)
+    laws = np.stack([[shape[low:high].mean(), 1.0] for low, high in pairs])
+    level = np.maximum(level, 1e-300)
+    readings, walk = nnls(laws / level[:, np.newaxis], np.ones(level.size))[0]
+    return float(readings), float(walk)
