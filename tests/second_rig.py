@@ -71,7 +71,12 @@ class Bench:
     orders: Sequence[tuple[float, float]] = (
         (1.0, 0.7), (2.0, 0.5), (3.0, 0.2), (7.0, 0.1), (12.0, 0.06), (31.0, 0.03),
     )  # fmt: skip
-    tones: Sequence[tuple[float, float]] = ((0.031, 0.06), (3.21, 0.03), (33.0, 0.02), (118.0, 0.01))
+    tones: Sequence[tuple[float, float]] = (
+        (0.031, 0.06),
+        (3.21, 0.03),
+        (33.0, 0.02),
+        (118.0, 0.01),
+    )
     latitude: float = 47.0
     jitter: float = 0.0
     latency: float = 0.0

@@ -7,6 +7,7 @@ from typing import Final, TypedDict
 from threadpoolctl import ThreadpoolController
 
 from sagnac import series
+from sagnac.analysis.alone import alone
 from sagnac.analysis.averaged import Averaged, averaged
 from sagnac.analysis.curves import (
     Curves,
@@ -35,7 +36,7 @@ from sagnac.analysis.shares import TableTold, told_by_table
 from sagnac.analysis.sharing import sharing_notes, sharing_notes_of_turning
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
-from sagnac.analysis.table_angle import TurningTable, followed, turning_table
+from sagnac.analysis.table_angle import TurningTable, followed, settled, turning_table
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
@@ -113,7 +114,7 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
         prepared = _prepared(recording, settings or Settings(), stages)
         removed = _removed(prepared, stages)
         answered = _answered(prepared, removed, stages)
-        seen = _seen(prepared, _noticed(prepared, removed.left, answered.found))
+        seen = _seen(prepared, _noticed(prepared, removed.left, answered))
     require_strict(seen, prepared.settings)
     trust = Trust.of(seen)
     return Answer(
@@ -132,7 +133,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     answered = _answered(prepared, removed, stages)
     with stages.stage("check"):
         shared = _shared(prepared, removed.left, answered.found)
-        seen = _seen(prepared, (*_noticed(prepared, removed.left, answered.found), *shared))
+        seen = _seen(prepared, (*_noticed(prepared, removed.left, answered), *shared))
         require_strict(seen, prepared.settings)
     with stages.stage("spectrum"):
         spectra = _spectra(prepared, removed)
@@ -147,6 +148,7 @@ class _Prepared:
     settings: Settings
     undithered: Undithered
     measured: Measurement
+    followed: Measurement
     points: Points
     table: TurningTable
     findings: tuple[Note, ...]
@@ -167,12 +169,13 @@ class _Removed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Answered:
-    """Curves, coefficients and the headline."""
+    """Curves, coefficients and the headline, and whether the encoder decides it."""
 
     curves: Curves
     coefficients: Coefficients
     found: Averaged | None
     headline: Headline
+    by_encoder: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,7 +199,9 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
         if settings.method != "fris":
             # Known before the search, which takes what time there is.
             require_length(points.angle.size, points.rate, recording.duration)
-        table = turning_table(recording, gyros, settings.method)
+        table = turning_table(undithered.recording, gyros, settings.method)
+        following = followed(measured, undithered.recording, table)
+        table = settled(table, following)
     with stages.stage("check"):
         findings = findings_of(recording, settings)
         require_noise(measured)
@@ -205,6 +210,7 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
         settings=settings,
         undithered=undithered,
         measured=measured,
+        followed=following,
         points=points,
         table=table,
         findings=findings,
@@ -215,8 +221,7 @@ def _removed(prepared: _Prepared, stages: Stages) -> _Removed:
     settings, recording = prepared.settings, prepared.undithered.recording
     with stages.stage("lines") as fraction:
         table = prepared.table
-        angle = followed(prepared.measured, recording, table)
-        left = remainder_of(angle, table.known, recording, settings, fraction)
+        left = remainder_of(prepared.followed, table.known, recording, settings, fraction)
         second = None
         if len(settings.gyros) == MOST_GYROS:
             pair = followed(measure(recording, settings.gyros[:2]), recording, table)
@@ -258,7 +263,31 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
             found=found,
             settings=settings,
         )
-    return _Answered(curves=curves, coefficients=coefficients, found=found, headline=headline)
+        by_encoder = False
+        if prepared.table.estimate is not None and measured.gyros_differenced == 1:
+            own = alone(
+                headline,
+                measured,
+                prepared.undithered.recording,
+                prepared.table,
+                masked=left.removal.masked,
+                pair=lambda other: _of_pair(prepared, other),
+            )
+            headline, by_encoder = own.headline, own.by_encoder
+    return _Answered(
+        curves=curves,
+        coefficients=coefficients,
+        found=found,
+        headline=headline,
+        by_encoder=by_encoder,
+    )
+
+
+def _of_pair(prepared: _Prepared, other: str) -> Estimate:
+    """The angle random walk per gyro of the one that is analyzed and another."""
+    gyros = (*prepared.settings.gyros, other)
+    settings = replace(prepared.settings, gyros=gyros, estimators=(), strict=False)
+    return answer_of(prepared.recording, settings).angle_random_walk
 
 
 def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:
@@ -266,9 +295,11 @@ def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:
     return merged(prepared.findings, accepted(noticed, prepared.settings.accepted))
 
 
-def _noticed(prepared: _Prepared, left: Remainder, found: Averaged | None) -> tuple[Note, ...]:
+def _noticed(prepared: _Prepared, left: Remainder, answered: _Answered) -> tuple[Note, ...]:
     """What the average noticed, and what is wrong with what is left of a turning table."""
-    if found is None:
+    found = answered.found
+    if found is None or answered.by_encoder:
+        # What is left is the encoder's.
         return ()
     recording, measured = prepared.undithered.recording, prepared.measured
     sensor = recording.gyros[0].sensor
@@ -283,12 +314,15 @@ def _shared(prepared: _Prepared, left: Remainder, found: Averaged | None) -> tup
     if found is None:
         return ()
     recording, measured = prepared.undithered.recording, prepared.measured
-    table = prepared.table.angle
-    if table is None:
+    if prepared.table.angle is None:
         return sharing_notes(recording, measured, left, found)
-    confidence = prepared.settings.confidence
     return sharing_notes_of_turning(
-        recording, measured, left, found, table=table, confidence=confidence
+        recording,
+        measured,
+        left,
+        found,
+        table=prepared.table,
+        confidence=prepared.settings.confidence,
     )
 
 

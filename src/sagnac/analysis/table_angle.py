@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -15,7 +15,7 @@ from sagnac.errors import Note, RecordingError
 from sagnac.recording.encoder_mismatch import require_encoder_follows
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
-from sagnac.table.estimate import EstimatedTable, estimated_table
+from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
 from sagnac.table.turns import SHORTEST, is_turning, mean_rate
 from sagnac.units import ARCSECOND
 
@@ -118,6 +118,31 @@ def _notes(estimate: EstimatedTable, rate: float) -> tuple[Note, ...]:
         )
         notes.append(Note(channel="table", text=text))
     return tuple(notes)
+
+
+def settled(table: TurningTable, measured: Measurement) -> TurningTable:
+    """The table with the phases that the orders of what is measured keep.
+
+    Parameters
+    ----------
+    table
+        As `turning_table` gives it.
+    measured
+        As `followed` gives it.
+    """
+    if table.estimate is None:
+        return table
+    drift = order_drift(table.estimate, measured.angle, measured.sample_rate)
+    if drift is None:
+        return table
+    rate = abs(mean_rate(table.estimate.angle, measured.sample_rate))
+    note = Note(
+        channel="table",
+        text=f"its angle runs off by {drift.value / ARCSECOND:+.3g} arcsec (± "
+        f"{drift.error / ARCSECOND:.1g} arcsec) over the record against what repeats with it, as "
+        f"if its delay changed by {1e3 * drift.value / rate:.3g} ms; the angle is brought to that",
+    )
+    return replace(table, estimate=table.estimate.led(drift), notes=(*table.notes, note))
 
 
 def followed(measured: Measurement, recording: Recording, table: TurningTable) -> Measurement:

@@ -90,6 +90,15 @@ def _share(gyro_rate: FloatArray, table_rate: FloatArray) -> float:
     return float(np.median(gyro_rate[turning] / table_rate[turning]))
 
 
+def table_share(recording: Recording, gyro: Channel) -> float:
+    """Share of the table rate that a gyro senses; NaN if nothing turns."""
+    if recording.table is None:
+        return math.nan
+    gyro_rate, _ = block_rates(recording, gyro)
+    table_rate, _ = block_rates(recording, recording.table)
+    return _share(gyro_rate, table_rate)
+
+
 def _encoder_error(recording: Recording, gyro: Channel) -> Note | None:
     """Why the encoder and a gyro do not belong together, if they do not."""
     if recording.table is None:

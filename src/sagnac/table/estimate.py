@@ -13,9 +13,9 @@ a change with time included (a clock that runs fast), and taken out.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from scipy.optimize import nnls
@@ -42,6 +42,17 @@ _SEEN_PIECES: Final = 40.0
 # A fit of the delay is done when it moves by less than this, s, or after so many steps.
 _SAME: Final = 1e-7
 _STEPS: Final = 4
+# Rounds in which noise and coefficients are fitted in turn.
+_ROUNDS: Final = 3
+# Stretches over which the phases of orders are followed, turns in each, how many orders are looked
+# at, and the part of the rate of averages up to which averages show them. A phase is one if the
+# order's power stands that many times above its scatter.
+_MOST_STRETCHES: Final = 24
+_FEWEST_STRETCHES: Final = 8
+_TURNS_IN_STRETCH: Final = 4.0
+_MOST_ORDERS: Final = 36
+_CLEAR: Final = 2.0
+_PART_OF_RATE: Final = 0.35
 # Corner of the readings in the angle, Hz: not below this, and cycles of it in the record at least.
 _LOWEST_CORNER: Final = 0.01
 _FEWEST_CYCLES: Final = 8.0
@@ -49,6 +60,8 @@ _FEWEST_CYCLES: Final = 8.0
 _AS_READ: Final = 0.25
 # Bins a decade of the spectrum that the two noises are told from.
 _BINS: Final = 8
+# Ridge, in parts of the normal equations' own diagonal.
+_RIDGE: Final = 1e-9
 # Groups a decade that are left out in turn.
 _GROUPS: Final = 16
 
@@ -88,6 +101,20 @@ class Delay:
         return np.interp(seconds, self.knots, self.values)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drift:
+    """By how much a table angle runs off from end to end.
+
+    Attributes
+    ----------
+    value, error
+        rad, to be added, and its standard error.
+    """
+
+    value: float
+    error: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EstimatedTable:
     """What gyros and encoder together say of a table.
@@ -117,6 +144,16 @@ class EstimatedTable:
     corner: float
     delay: Delay | None
     alike: float
+
+    def led(self, drift: Drift) -> Self:
+        """The same table, its angle without a drift."""
+        before, last = self.angle, max(self.angle.size - 1, 1)
+        angle = series.made(
+            lambda span: before[span]
+            + drift.value * (np.arange(span.start, span.stop) / last - 0.5),
+            before.size, before,
+        )  # fmt: skip
+        return replace(self, angle=angle)
 
     @property
     def smoothed(self) -> bool:
@@ -194,6 +231,77 @@ def estimated_table(
     )
 
 
+def order_drift(table: EstimatedTable, angle: FloatArray, sample_rate: float) -> Drift | None:
+    """By how much the table angle runs off against what repeats with it in a gyro angle.
+
+    On a table that turns evenly, a delay that grows is a rate of its own: neither encoder nor
+    gyros know. What repeats with the angle does.
+
+    Parameters
+    ----------
+    table
+        As `estimated_table` gives it.
+    angle
+        (samples,) of a gyro, or of two that take the table out, rad.
+    sample_rate
+        Hz.
+
+    Returns
+    -------
+    Drift or None
+        None if the orders keep their phases.
+    """
+    block = max(1, round(sample_rate / KINEMATIC_RATE))
+    shown, known = _averages(angle, block), _averages(table.angle, block)
+    turned = abs(float(known[-1] - known[0])) / (2.0 * np.pi)
+    highest = math.floor(_PART_OF_RATE * known.size / max(turned, 1e-12))
+    orders = np.arange(1.0, min(_MOST_ORDERS, highest) + 1.0)
+    stretches = min(_MOST_STRETCHES, math.floor(turned / _TURNS_IN_STRETCH))
+    if stretches < _FEWEST_STRETCHES or orders.size == 0:
+        return None
+    place = (np.arange(known.size) + 0.5) / known.size - 0.5
+    value, error = 0.0, math.inf
+    for _ in range(_STEPS):
+        moved = _phase_drift(shown, known + value * place, orders, stretches)
+        if abs(moved.value) < _SEEN * moved.error:
+            break
+        value, error = value + moved.value, moved.error
+    return None if value == 0.0 else Drift(value=value, error=error)
+
+
+def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stretches: int) -> Drift:
+    """What the phases of orders in averages of a gyro angle say of the table angle's rate.
+
+    Each order by itself gives a drift, whose error is that of its phases about a straight line, so
+    that a line in time beside it counts as noise; their weighted mean is taken, its error raised by
+    what they disagree.
+    """
+    length = (known.size - 1) // stretches
+    window = np.hanning(length + 2)[1:-1]
+    steps = np.diff(shown)
+    steps = (steps - steps.mean())[: length * stretches].reshape(stretches, length) * window
+    middle = 0.5 * (known[1:] + known[:-1])[: length * stretches].reshape(stretches, length)
+    parts = (np.arange(stretches) + 0.5) / stretches - 0.5
+    values, weights = [], []
+    for order in orders:
+        phasor = np.sum(steps * np.exp(-1j * order * middle), axis=1)
+        mean = phasor.mean()
+        phase = np.imag(phasor * np.conj(mean)) / max(abs(mean) ** 2, 1e-300) / order
+        slope = float(parts @ phase) / float(parts @ parts)
+        left = phase - phase.mean() - slope * parts
+        variance = float(left @ left) / (stretches - 2) / float(parts @ parts)
+        scatter = float(np.sum(np.abs(phasor - mean) ** 2)) / (stretches - 1)
+        if abs(mean) ** 2 > _CLEAR * scatter and variance > 0.0:
+            values.append(slope)
+            weights.append(1.0 / variance)
+    if not values:
+        return Drift(value=0.0, error=math.inf)
+    slopes, weight = np.array(values), np.array(weights)
+    value = float(weight @ slopes) / float(weight.sum())
+    excess = float(weight @ (slopes - value) ** 2) / max(slopes.size - 1, 1)
+    return Drift(value=value, error=math.sqrt(max(1.0, excess) / float(weight.sum())))
+
+
 def _as_read(encoder: FloatArray, shares: FloatArray, alike: float) -> EstimatedTable:
     """The encoder's own angle."""
     return EstimatedTable(
@@ -210,9 +318,7 @@ def _as_read(encoder: FloatArray, shares: FloatArray, alike: float) -> Estimated
 def _averages(angle: FloatArray, block: int) -> FloatArray:
     """Means over whole blocks of a long angle."""
     length = block * max(1, series.SPAN // block)
-    parts = series.map(
-        lambda span: averaged(angle[span], block), angle.size, angle, length=length
-    )
+    parts = series.map(lambda span: averaged(angle[span], block), angle.size, angle, length=length)
     return np.concatenate(parts)
 
 
@@ -265,7 +371,8 @@ def _led(
         place = np.arange(span.start, span.stop, dtype=np.float64)
         slope = (known[-1] - known[-2]) / (middles[-1] - middles[-2])
         beyond = np.maximum(place - middles[-1], 0.0) * slope
-        return _weighted(gyros, weights, span) + np.interp(place, middles, known) + beyond
+        guided = np.interp(place, middles, known) + beyond
+        return np.asarray(_weighted(gyros, weights, span) + guided)
 
     return series.made(led, gyros[0].size, *gyros)
 
@@ -279,9 +386,60 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
         place = np.arange(span.start, span.stop, dtype=np.float64)
         place += sample_rate * delay.at(place / sample_rate)
         near = np.arange(first, last, dtype=np.float64)
-        return np.interp(place, near, encoder[first:last])
+        return np.asarray(np.interp(place, near, encoder[first:last]))
 
     return series.made(read, encoder.size, encoder)
+
+
+# --- least squares beside two noises ------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Whitened:
+    """Least squares in increments, beside noise of each reading and an angle that walks.
+
+    Attributes
+    ----------
+    normals
+        Of the columns divided by `scale`.
+    scale
+        (columns,).
+    readings, walk
+        Variance of the noise of an average, rad^2, and of a step of the walk.
+    """
+
+    normals: "_Normals"
+    scale: FloatArray
+    readings: float
+    walk: float
+
+    @property
+    def values(self) -> FloatArray:
+        """(columns,) coefficients."""
+        return self.normals.solution / self.scale
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(columns, columns) of the coefficients."""
+        return self.normals.covariance / np.outer(self.scale, self.scale)
+
+
+def _whitened(target: FloatArray, columns: FloatArray, prior: FloatArray | float) -> _Whitened:
+    """Coefficients of (columns, averages) in (averages,) under priors about zero."""
+    count = target.size - 1
+    scale = np.sqrt(np.mean(np.diff(columns) ** 2, axis=1))
+    scale[scale == 0.0] = 1.0
+    ready = np.fft.rfft(np.diff(columns) / scale[:, np.newaxis])[:, 1:]
+    wanted = np.fft.rfft(np.diff(target))[1:]
+    shape = 4.0 * np.sin(np.pi * np.fft.rfftfreq(count)[1:]) ** 2
+    left = wanted
+    for _ in range(_ROUNDS):
+        readings, walk = _two_noises(np.abs(left) ** 2 / count, shape)
+        # Each ordinate but the mean's stands for two.
+        weight = 2.0 / (np.maximum(readings * shape + walk, 1e-300) * count)
+        normals = _Normals.of(ready, wanted, weight, prior * scale)
+        left = wanted - normals.solution @ ready
+    return _Whitened(normals=normals, scale=scale, readings=readings, walk=walk)
 
 
 # --- what the readings differ by --------------------------------------------------------------
@@ -289,7 +447,7 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Fit:
-    """Least squares of the difference of readings and gyros, in averages, by its two noises.
+    """What readings and gyros differ by, in averages.
 
     Attributes
     ----------
@@ -297,67 +455,43 @@ class _Fit:
         (averages,) rad.
     interval
         Between averages, s.
-    scale
-        (columns,) what the columns were divided by.
     columns
-        (columns, averages) as fitted.
-    solution, covariance
-        Of the scaled columns.
-    readings, walk
-        Variances of increments: that of an average reading, rad^2 (twice as large in an
-        increment), and that of the walk.
+        (columns, averages): drift, scale, orders, Earth rate, delay.
+    fit
+        Their coefficients, and the two noises.
     """
 
     difference: FloatArray
     interval: float
-    scale: FloatArray
     columns: FloatArray
-    solution: FloatArray
-    covariance: FloatArray
-    readings: float
-    walk: float
+    fit: _Whitened
 
     @classmethod
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
         """Drift, scale, orders, Earth rate and a delay, its change and its pieces, beside noise."""
         difference = read - sensed
         columns, prior = _columns(read, sensed, interval)
-        scale = np.sqrt(np.mean(np.diff(columns) ** 2, axis=1))
-        scale[scale == 0.0] = 1.0
-        ready = np.fft.rfft(np.diff(columns) / scale[:, np.newaxis])[:, 1:]
-        target = np.fft.rfft(np.diff(difference))[1:]
-        shape = 4.0 * np.sin(np.pi * np.fft.rfftfreq(difference.size - 1)[1:]) ** 2
-        left, readings, walk = target, 0.0, 0.0
-        for _ in range(3):
-            readings, walk = _two_noises(np.abs(left) ** 2 / (difference.size - 1), shape)
-            # Each ordinate but the mean's stands for two.
-            weight = 2.0 / ((readings * shape + walk) * (difference.size - 1))
-            solution, covariance = _weighted_fit(ready, target, weight, prior * scale)
-            left = target - solution @ ready
         return cls(
             difference=difference,
             interval=interval,
-            scale=scale,
             columns=columns,
-            solution=solution,
-            covariance=covariance,
-            readings=readings,
-            walk=walk,
+            fit=_whitened(difference, columns, prior),
         )
 
     @property
     def corner(self) -> float:
         """Hz at which readings and gyros know the angle equally well, inf if readings always do."""
         lowest = max(_LOWEST_CORNER, _FEWEST_CYCLES / (self.difference.size * self.interval))
-        if self.readings <= 0.0 or self.walk >= 4.0 * self.readings:
+        readings, walk = self.fit.readings, self.fit.walk
+        if readings <= 0.0 or walk >= 4.0 * readings:
             return math.inf
-        known_alike = math.asin(math.sqrt(0.25 * self.walk / self.readings))
+        known_alike = math.asin(math.sqrt(0.25 * walk / readings))
         return max(known_alike / (math.pi * self.interval), lowest)
 
     def guide(self, corner: float) -> FloatArray:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
         plain = slice(_FIRST_ORDER, _FIRST_DELAY)
-        fitted = (self.solution[plain] / self.scale[plain]) @ self.columns[plain]
+        fitted = self.fit.values[plain] @ self.columns[plain]
         rest = self.difference - fitted
         place = np.arange(rest.size, dtype=np.float64)
         line = np.polynomial.Polynomial.fit(place, rest, 1)(place)
@@ -369,15 +503,14 @@ class _Fit:
     def delay(self, known: Delay | None) -> Delay | None:
         """The delay with what is known of it already; None if none is seen."""
         own = slice(_FIRST_DELAY, None)
-        values = self.solution[own] / self.scale[own]
-        covariance = self.covariance[own, own] / np.outer(self.scale[own], self.scale[own])
+        values, covariance = self.fit.values[own], self.fit.covariance[own, own]
         end = self.difference.size * self.interval
         knots = np.linspace(0.0, end, _PIECES + 1)
         # The columns: at mid-record, change from end to end, and knots beside the straight line.
         line = np.stack([np.ones(knots.size), knots / end - 0.5])
         pieces = values[2:]
         spread = covariance[2:, 2:]
-        seen_pieces = float(pieces @ np.linalg.solve(spread, pieces)) > _SEEN_PIECES
+        seen_pieces = float(pieces @ np.linalg.lstsq(spread, pieces, rcond=None)[0]) > _SEEN_PIECES
         error = np.sqrt(np.diag(covariance)[:2])
         # What the readings lead by is a negative delay.
         moved = -values[:2] @ line
@@ -413,10 +546,9 @@ def _columns(
     # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
     of_cosine, of_sine = sine_cosine_integrals(read, interval)
     rate = np.gradient(sensed, interval)
-    part = (time + 0.5 * interval) / end
+    part = np.asarray((time + 0.5 * interval) / end, dtype=np.float64)
     orders = np.arange(1, _ORDERS + 1)[:, np.newaxis] * read
-    knots = np.arange(1.0, _PIECES)[:, np.newaxis]
-    hats = np.maximum(1.0 - np.abs(part * _PIECES - knots), 0.0)
+    hats = _hats(part)
     # Drift of a gyro's bias looks like a delay that walks, except where the rate varies.
     columns = [time, sensed, *hats, *np.cos(orders), *np.sin(orders), of_cosine, of_sine]
     columns += [rate, rate * (part - 0.5), *(rate * hats)]
@@ -425,38 +557,68 @@ def _columns(
     return np.stack(columns), np.array(prior)
 
 
+def _hats(part: FloatArray) -> FloatArray:
+    """(pieces - 1, averages) straight pieces that go up to 1 and down, over parts of the record."""
+    knots = np.arange(1.0, _PIECES)[:, np.newaxis]
+    return np.asarray(np.maximum(1.0 - np.abs(part * _PIECES - knots), 0.0))
+
+
 _FIRST_ORDER: Final = 2 + _PIECES - 1
 _FIRST_DELAY: Final = _FIRST_ORDER + 2 * _ORDERS + 2
 
 
-def _weighted_fit(
-    columns: ComplexArray, target: ComplexArray, weight: FloatArray, prior: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Solution and covariance of least squares of ordinates under a prior about zero.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Normals:
+    """Normal equations of least squares, group of frequencies by group.
 
-    The covariance is that of leaving out one group of frequencies at a time (jackknife): a line
-    that no column holds, at an order at which the table's rate has its ripple, looks like a delay
-    as long as that frequency is in.
+    Attributes
+    ----------
+    of_groups, rights
+        (groups, columns, columns) and (groups, columns).
+    normal, right
+        Their sums, the prior's ridge in the first.
     """
-    edges = _edges(target.size, _GROUPS)
-    ridge = np.diag(1.0 / prior**2)
-    normals, rights = [], []
-    for low, high in pairwise(edges):
-        own = columns[:, low:high]
-        weighted = (own * weight[low:high]).conj()
-        normals.append((weighted @ own.T).real)
-        rights.append((weighted @ target[low:high]).real)
-    normal, right = np.sum(normals, axis=0) + ridge, np.sum(rights, axis=0)
-    solution = np.linalg.lstsq(normal, right, rcond=None)[0]
-    without = np.stack(
-        [
-            np.linalg.lstsq(normal - own, right - part, rcond=None)[0]
-            for own, part in zip(normals, rights, strict=True)
-        ]
-    )
-    apart = without - solution
-    jackknife = (1.0 - 1.0 / len(normals)) * (apart.T @ apart)
-    return solution, jackknife + np.linalg.pinv(normal, hermitian=True)
+
+    of_groups: FloatArray
+    rights: FloatArray
+    normal: FloatArray
+    right: FloatArray
+
+    @classmethod
+    def of(
+        cls, columns: ComplexArray, target: ComplexArray, weight: FloatArray, prior: FloatArray
+    ) -> "_Normals":
+        """Of complex ordinates with real coefficients under a prior about zero."""
+        normals, rights = [], []
+        for low, high in pairwise(_edges(target.size, _GROUPS)):
+            own = columns[:, low:high]
+            weighted = (own * weight[low:high]).conj()
+            normals.append((weighted @ own.T).real)
+            rights.append((weighted @ target[low:high]).real)
+        of_groups, stacked = np.stack(normals), np.stack(rights)
+        normal = of_groups.sum(axis=0)
+        # A column that lives in one group alone is undetermined without it.
+        normal += np.diag(1.0 / prior**2 + _RIDGE * np.diag(normal))
+        return cls(of_groups=of_groups, rights=stacked, normal=normal, right=stacked.sum(axis=0))
+
+    @property
+    def solution(self) -> FloatArray:
+        """(columns,) coefficients."""
+        return np.asarray(np.linalg.solve(self.normal, self.right))
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(columns, columns), that of leaving out one group at a time with that of the noise.
+
+        A line that no column holds, at an order at which the table's rate has its ripple, looks
+        like a delay as long as that frequency is in (delete-a-group jackknife).
+        """
+        without = np.linalg.solve(
+            self.normal - self.of_groups, (self.right - self.rights)[..., np.newaxis]
+        )[..., 0]
+        apart = without - self.solution
+        jackknife = (1.0 - 1.0 / self.rights.shape[0]) * (apart.T @ apart)
+        return np.asarray(jackknife + np.linalg.inv(self.normal))
 
 
 def _edges(size: int, parts_a_decade: int) -> IntegerArray:

@@ -151,9 +151,7 @@ def kinematic_fit(
     with_drift
         Whether a drift is fitted.
     """
-    (found,) = kinematic_fits(
-        averages[np.newaxis], kinematic, harmonics, with_drift=with_drift
-    )
+    (found,) = kinematic_fits(averages[np.newaxis], kinematic, harmonics, with_drift=with_drift)
     return found
 
 

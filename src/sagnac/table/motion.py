@@ -129,9 +129,7 @@ def follow_table(
     return _motion(found, kinematic, taken)
 
 
-def follow_table_together(
-    averages: FloatArray, kinematic: Kinematics
-) -> tuple[TableMotion, ...]:
+def follow_table_together(averages: FloatArray, kinematic: Kinematics) -> tuple[TableMotion, ...]:
     """`follow_table` of several gyros, (gyros, averages) rad, whose harmonics nobody knows.
 
     They are fitted in one pass.
@@ -142,9 +140,7 @@ def follow_table_together(
     return tuple(_motion(found, kinematic, None) for found in fits)
 
 
-def _motion(
-    found: KinematicFit, kinematic: Kinematics, taken: "_Harmonics | None"
-) -> TableMotion:
+def _motion(found: KinematicFit, kinematic: Kinematics, taken: "_Harmonics | None") -> TableMotion:
     """What was found, its harmonics those of the angle, those that were taken out among them."""
     gain = block_gain(kinematic, found.orders)
     of_cosine, of_sine = found.cosine / gain, found.sine / gain

@@ -1,0 +1,134 @@
+"""One gyro on a turning table: what of its noise may be the encoder's.
+
+Nothing but the encoder tells the motion of the table from the noise of one gyro, so the encoder's
+own wander counts as the gyro's. A second gyro on the table gives it away: both show the same. And
+the two together, each weighted by the other's share, hold no table at all: what is left bounds the
+noise of either.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from sagnac.analysis.headline import Headline
+from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.sharing import shared_walk
+from sagnac.analysis.table_angle import TurningTable
+from sagnac.coefficients.estimates import Estimate
+from sagnac.errors import Note
+from sagnac.recording.encoder_mismatch import LEAST_SHARE, table_share
+from sagnac.recording.model import Recording
+from sagnac.table.turns import mean_rate
+
+WANDER: Final = 20e-6 / math.sqrt(1800.0)
+"""Random walk that the time of an encoder's readings may have unseen, s/sqrt(s)."""
+
+# Part of N that it may make up in an estimate.
+_UNSEEN: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Alone:
+    """The answer of one gyro, and whether what is left of it is the encoder's rather than its own.
+
+    Attributes
+    ----------
+    headline
+        With the interval or the bound that the encoder leaves.
+    by_encoder
+        Whether the encoder decides it.
+    """
+
+    headline: Headline
+    by_encoder: bool
+
+
+def alone(
+    headline: Headline,
+    measured: Measurement,
+    recording: Recording,
+    table: TurningTable,
+    *,
+    masked: Sequence[tuple[float, float]],
+    pair: Callable[[str], Estimate],
+) -> Alone:
+    """The answer of one gyro with what its encoder may have added.
+
+    Parameters
+    ----------
+    headline
+        Of the gyro with the encoder's readings taken off.
+    measured, recording, table
+        The gyro, its recording and the table.
+    masked
+        (low, high) bands of its lines, Hz.
+    pair
+        Angle random walk per gyro of this gyro and another one, by that one's name.
+    """
+    other = _other(measured, recording)
+    if other is None:
+        return _lone(headline, measured, table)
+    own = headline.estimate
+    shared = shared_walk(
+        recording, (measured.gyros[0], other), table, masked=masked, confidence=own.confidence
+    )
+    if own.status == "estimated" and shared is not None and not shared.is_present:
+        low = math.sqrt(max(own.low**2 - max(shared.high, 0.0), 0.0))
+        if low > 0.0:
+            return Alone(
+                headline=replace(headline, estimate=replace(own, low=low)), by_encoder=False
+            )
+    two = pair(other)
+    if two.status == "not observable":
+        return _lone(headline, measured, table)
+    # All of what the two hold may be the noise of one, whose weight is one within their shares.
+    high = math.sqrt(2.0) * two.high
+    if own.status != "not observable":
+        high = min(high, own.high)
+    bound = replace(own, value=high, low=0.0, high=high, status="upper bound")
+    name = measured.gyros[0]
+    note = Note(
+        channel=name,
+        level="warning",
+        text=f"the encoder decides what {name} alone can show: {other} shows the same wander of "
+        f"its readings; the bound is of {name} and {other} together, which take the table out by "
+        "themselves (name both with {gyros})",
+    )
+    source = f"{name} and {other} together, all of whose noise may be that of {name}"
+    return Alone(
+        headline=Headline(estimate=bound, source=source, notes=(*headline.notes, note)),
+        by_encoder=True,
+    )
+
+
+def _other(measured: Measurement, recording: Recording) -> str | None:
+    """Another gyro that senses the table, the first there is."""
+    for gyro in recording.gyros:
+        if gyro.name not in measured.gyros and abs(table_share(recording, gyro)) > LEAST_SHARE:
+            return gyro.name
+    return None
+
+
+def _lone(headline: Headline, measured: Measurement, table: TurningTable) -> Alone:
+    """Without a second gyro: the wander that no one sees is part of the answer."""
+    own, name = headline.estimate, measured.gyros[0]
+    known = table.known
+    if own.status != "estimated" or known is None:
+        return Alone(headline=headline, by_encoder=False)
+    unseen = abs(table.shares[name] * mean_rate(known, measured.sample_rate)) * WANDER
+    if unseen < _UNSEEN * own.low:
+        low = math.sqrt(own.low**2 - unseen**2)
+        return Alone(headline=replace(headline, estimate=replace(own, low=low)), by_encoder=False)
+    bound = replace(own, value=own.high, low=0.0, status="upper bound")
+    note = Note(
+        channel=name,
+        level="warning",
+        text=f"what {name} shows beside the encoder may be the encoder's: readings whose time "
+        "wanders by 20 us in half an hour make as much, and no second gyro on the table tells; "
+        f"only an upper bound is given (if the encoder adds nothing, {name} has "
+        f"{own.to('deg/sqrt(h)')})",
+    )
+    return Alone(
+        headline=replace(headline, estimate=bound, notes=(*headline.notes, note)), by_encoder=True
+    )
