@@ -16,6 +16,7 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.errors import Note, counted
+from sagnac.recording.held_readings import between_ticks, clock_of
 from sagnac.recording.kinds import finite_extent
 from sagnac.recording.stamps import GAP_STEPS
 from sagnac.recording.unwrapping import unwrapped
@@ -108,7 +109,8 @@ def angle_of_readings(
 
     Readings that stand for missing ones are marked, isolated missing ones interpolated; where
     the readings start over, they are made continuous. They start over at a full turn, unless
-    they cover more than one: then they are a running angle, or a counter wider than a turn.
+    they cover more than one: then they are a running angle, or a counter wider than a turn. If the
+    encoder is slower than the recording, so that its readings are held, a spline goes through them.
 
     Parameters
     ----------
@@ -125,7 +127,9 @@ def angle_of_readings(
         Samples that stay missing are NaN.
     """
     turn = 2.0 * math.pi / unit.size
-    notes = _marked_notes(mark_missing(readings, turn), unit)
+    clock = clock_of(readings)
+    # A reading that is held repeats the one before, and stands for none that is missing.
+    notes = [] if clock else _marked_notes(mark_missing(readings, turn), unit)
     period = turn
     extent = finite_extent(readings)
     if extent > turn * (1.0 + 1e-9):
@@ -142,6 +146,13 @@ def angle_of_readings(
                 f"moves by up to {largest:.2f} of its range between samples; unwrapping is in doubt"
             )
             notes.append(_about_table(text, warning=True))
+    if clock is not None:
+        running = between_ticks(running, clock)
+        text = (
+            f"read every {clock.period:.4g} samples and held between: a spline goes through its "
+            "readings"
+        )
+        notes.append(_about_table(text))
     return TableAngle(angle=series.scale(running, unit.size), notes=tuple(notes))
 
 

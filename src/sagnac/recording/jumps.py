@@ -18,14 +18,14 @@ _LOOKED_AT: Final = 20_000
 def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:
     """Steps of over 20 times the 99 % quantile, which is 50 sigma of noise: a warning.
 
-    Steps that come once in a thousand samples are those of a readout that a steady motion meets
+    Steps that come three times in a thousand samples are those of a readout that a steady motion meets
     all but evenly.
     """
     values = channel.values
     sample = np.arange(0, values.size - 1, max(1, (values.size - 1) // _LOOKED_AT))
     steps = series.at(values, sample + 1) - series.at(values, sample)
     middle = float(np.median(steps))
-    usual, rare = np.quantile(np.abs(steps - middle), [0.99, 0.999])
+    usual, rare = np.quantile(np.abs(steps - middle), [0.99, 0.997])
     limit = max(20.0 * float(usual), 2.5 * float(rare))
     if limit <= 0.0:
         return ()
