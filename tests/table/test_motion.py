@@ -32,7 +32,7 @@ def followed(angle, encoder, harmonics):
     """Motion fitted to a whole record, and the angle less it."""
     kinematic = kinematics(encoder, RATE)
     averages = averaged(angle, kinematic.block)
-    motion = follow_table(averages, encoder, kinematic, harmonics=harmonics)
+    motion = follow_table(averages, kinematic, harmonics=harmonics)
     length = motion.kinematics.length
     return motion, angle - series.made(motion.over, encoder.size, length=length)
 
@@ -55,20 +55,6 @@ def test_motion_is_recovered_and_taken_off(speed, harmonics):
     left -= np.polyval(np.polyfit(np.arange(left.size), left, 1), np.arange(left.size))
     assert np.std(left) < np.std(walk)
     assert np.std(np.diff(left)) < 0.1 * np.std(np.diff(walk))
-
-
-@pytest.mark.parametrize("lag", [0.0, 0.0042, -0.013])
-def test_a_lag_of_the_encoder_is_found_where_the_rate_varies(lag):
-    fine, table = motion(reversing(600.0))
-    grid = np.arange(fine.size) / (8.0 * RATE)
-    encoder = np.interp(grid[::8] + lag, grid, fine)
-    angle = sensed(fine, share=0.577)
-    angle += 7e-9 / np.sqrt(RATE) * np.cumsum(np.random.default_rng(1).standard_normal(angle.size))
-    found, _ = followed(angle, encoder, np.empty(0))
-    assert found.kinematics.lag == pytest.approx(lag, abs=1e-4)
-    assert found.share == pytest.approx(0.577, abs=1e-5)
-    inner = slice(100, -100)
-    assert found.kinematics.table[inner] == pytest.approx(table[inner], abs=2e-4)
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -107,7 +93,6 @@ def test_harmonics_given_as_taken_out_are_said_with_what_is_left_of_them():
     averages = averaged(sensed(fine) + left, kinematic.block)
     found = follow_table(
         averages,
-        table,
         kinematic,
         harmonics=np.array([3.0]),
         cosine=np.array([5e-7]),
@@ -125,19 +110,18 @@ def test_gyros_that_follow_one_table_together_do_as_each_by_itself(speed):
     walk = np.cumsum(1e-9 * np.random.default_rng(4).standard_normal(kinematic.angle.size))
     own = averaged(sensed(fine), kinematic.block) + walk
     averages = np.stack([own, 0.5 * own + 1e-7 * np.cos(2.0 * kinematic.angle)])
-    together = follow_table_together(averages, table, kinematic)
+    together = follow_table_together(averages, kinematic)
     for found, one in zip(together, averages, strict=True):
-        alone = follow_table(one, table, kinematic)
+        alone = follow_table(one, kinematic)
         assert found.share == pytest.approx(alone.share, rel=1e-9)
         assert found.earth == pytest.approx(alone.earth, rel=1e-6)
-        assert found.kinematics.lag == pytest.approx(alone.kinematics.lag, abs=1e-9)
         assert found.averages == pytest.approx(alone.averages, abs=1e-12)
 
 
 def test_averages_are_those_of_the_motion():
     _, table = motion(wandering(100.0))
     kinematic = kinematics(table, RATE)
-    found = follow_table(averaged(SHARE * table, kinematic.block), table, kinematic)
+    found = follow_table(averaged(SHARE * table, kinematic.block), kinematic)
     whole = series.made(found.over, table.size, length=kinematic.length)
     difference = found.averages - averaged(whole, kinematic.block)
     assert np.ptp(difference) < 1e-12
@@ -146,9 +130,7 @@ def test_averages_are_those_of_the_motion():
 def test_the_motion_of_a_block_is_the_model_written_out():
     _, table = motion(wandering(100.0))
     kinematic = kinematics(table, RATE)
-    found = follow_table(
-        averaged(SHARE * table + 1e-5 * np.sin(table), kinematic.block), table, kinematic
-    )
+    found = follow_table(averaged(SHARE * table + 1e-5 * np.sin(table), kinematic.block), kinematic)
     found = replace(found, drift=3e-6, earth=(2e-5, -7e-5))
     cosine, sine = sine_cosine_integrals(table, 1.0 / RATE)
     expected = found.share * table + 3e-6 * np.arange(table.size) / RATE
@@ -165,12 +147,10 @@ def test_motion_arguments_that_cannot_be_are_refused():
     kinematic = kinematics(table, RATE)
     averages = averaged(SHARE * table, kinematic.block)
     with pytest.raises(ValueError, match="go together"):
-        follow_table(averages, table, kinematic, harmonics=np.ones(1), cosine=np.ones(1))
+        follow_table(averages, kinematic, harmonics=np.ones(1), cosine=np.ones(1))
     with pytest.raises(ValueError, match="give one of each a harmonic"):
-        follow_table(
-            averages, table, kinematic, harmonics=np.ones(2), cosine=np.ones(1), sine=np.ones(1)
-        )
+        follow_table(averages, kinematic, harmonics=np.ones(2), cosine=np.ones(1), sine=np.ones(1))
     with pytest.raises(ValueError, match="averages have shape"):
-        follow_table(averages[1:], table, kinematic)
+        follow_table(averages[1:], kinematic)
     with pytest.raises(ValueError, match="give a multiple of"):
-        follow_table(averages, table, kinematic).over(slice(1, 10))
+        follow_table(averages, kinematic).over(slice(1, 10))
