@@ -26,6 +26,8 @@ _ALIKE: Final = (0.9, 1.1)
 _TOGETHER: Final = 0.1
 # Part of the pair's increments by which the encoder has to raise them for weights far from one.
 _QUIETER: Final = 0.9
+# Change of a delay that is worth a note, s. What interpolation does between slow readings is less.
+_CHANGES: Final = 1e-4
 # Noise of the encoder that is worth a note: beside the gyros in all, and at least.
 _NOISY: Final = 1.0 * ARCSECOND
 
@@ -101,13 +103,16 @@ def _notes(estimate: EstimatedTable, rate: float) -> tuple[Note, ...]:
     delay = estimate.delay
     if delay is not None:
         late = "after" if delay.mean > 0.0 else "before"
-        said = f"{1e3 * abs(delay.mean):.4g} ms (± {1e3 * delay.mean_error:.1g} ms)"
-        if abs(delay.change) > 5.0 * delay.change_error:
-            said += (
-                f", which changes by {1e3 * delay.change:+.4g} ms (± {1e3 * delay.change_error:.1g}"
-                " ms) over the record"
+        text = (
+            f"its readings come {1e3 * abs(delay.mean):.4g} ms (± {1e3 * delay.mean_error:.1g} ms) "
+            f"{late} the gyros'"
+        )
+        if abs(delay.change) > max(5.0 * delay.change_error, _CHANGES):
+            text += (
+                f", and the delay changes by {1e3 * delay.change:+.4g} ms (± "
+                f"{1e3 * delay.change_error:.1g} ms) over the record"
             )
-        text = f"its readings come {said} {late} the gyros'; they are shifted by that"
+        text += "; they are shifted by that"
         notes.append(Note(channel="table", text=text))
     if estimate.smoothed and estimate.noise > _NOISY:
         jitter = estimate.noise / max(abs(rate), 1e-12)

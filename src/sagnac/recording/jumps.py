@@ -18,8 +18,8 @@ _LOOKED_AT: Final = 20_000
 def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:
     """Steps of over 20 times the 99 % quantile, which is 50 sigma of noise: a warning.
 
-    Steps that come three times in a thousand samples are those of a readout that a steady motion meets
-    all but evenly.
+    Steps that come three times in a thousand samples are no jumps: a motion that is all but steady
+    meets the steps of a readout so.
     """
     values = channel.values
     sample = np.arange(0, values.size - 1, max(1, (values.size - 1) // _LOOKED_AT))

@@ -34,11 +34,10 @@ _ORDERS: Final = 4
 _LARGEST_ORDER: Final = 30.0 * ARCSECOND
 # Standard deviation of the prior of a delay and of its change over the record, s.
 _USUAL_DELAY: Final = 1.0
-# Straight pieces of a delay that walks.
+# Straight pieces of a gyro's drift.
 _PIECES: Final = 8
-# Standard errors from which on a delay is one, and the chi-square of its pieces likewise.
+# Standard errors from which on a delay is one.
 _SEEN: Final = 5.0
-_SEEN_PIECES: Final = 40.0
 # A fit of the delay is done when it moves by less than this, s, or after so many steps.
 _SAME: Final = 1e-7
 _STEPS: Final = 4
@@ -72,22 +71,19 @@ class Delay:
 
     Attributes
     ----------
-    knots
-        (knots,) s from the first sample.
-    values
-        (knots,) delay there, s; straight between.
     mean, mean_error
         At mid-record, and its standard error, s.
     change, change_error
-        From the first sample to the last, s.
+        From the first sample to the last, evenly, s.
+    duration
+        Of the record, s.
     """
 
-    knots: FloatArray
-    values: FloatArray
     mean: float
     mean_error: float
     change: float
     change_error: float
+    duration: float
 
     @property
     def is_seen(self) -> bool:
@@ -98,7 +94,7 @@ class Delay:
 
     def at(self, seconds: FloatArray) -> FloatArray:
         """Delay at times, s."""
-        return np.interp(seconds, self.knots, self.values)
+        return np.asarray(self.mean + self.change * (seconds / self.duration - 0.5))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,7 +204,7 @@ def estimated_table(
         before, delay = delay, moved
         readings = _undelayed(encoder, delay, sample_rate)
         fit = _Fit.of(_averages(readings, block), sensed, interval)
-        if before is not None and np.abs(moved.values - before.values).max() < _SAME:
+        if before is not None and abs(moved.mean - before.mean) < _SAME:
             break
     if delay is not None and not delay.is_seen:
         readings, delay = encoder, None
@@ -379,7 +375,7 @@ def _led(
 
 def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatArray:
     """(samples,) the encoder as it would have been read with the gyros, held at the ends."""
-    reach = math.ceil(float(np.abs(delay.values).max()) * sample_rate) + 1
+    reach = math.ceil((abs(delay.mean) + abs(delay.change)) * sample_rate) + 1
 
     def read(span: slice) -> FloatArray:
         first, last = max(0, span.start - reach), min(encoder.size, span.stop + reach + 1)
@@ -468,7 +464,7 @@ class _Fit:
 
     @classmethod
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
-        """Drift, scale, orders, Earth rate and a delay, its change and its pieces, beside noise."""
+        """Drift, scale, orders, Earth rate, a delay and its change, beside noise."""
         difference = read - sensed
         columns, prior = _columns(read, sensed, interval)
         return cls(
@@ -503,33 +499,21 @@ class _Fit:
     def delay(self, known: Delay | None) -> Delay | None:
         """The delay with what is known of it already; None if none is seen."""
         own = slice(_FIRST_DELAY, None)
-        values, covariance = self.fit.values[own], self.fit.covariance[own, own]
-        end = self.difference.size * self.interval
-        knots = np.linspace(0.0, end, _PIECES + 1)
-        # The columns: at mid-record, change from end to end, and knots beside the straight line.
-        line = np.stack([np.ones(knots.size), knots / end - 0.5])
-        pieces = values[2:]
-        spread = covariance[2:, 2:]
-        seen_pieces = float(pieces @ np.linalg.lstsq(spread, pieces, rcond=None)[0]) > _SEEN_PIECES
-        error = np.sqrt(np.diag(covariance)[:2])
+        error = np.sqrt(np.diag(self.fit.covariance)[own])
         # What the readings lead by is a negative delay.
-        moved = -values[:2] @ line
+        moved = -self.fit.values[own]
         if known is None:
-            seen = np.abs(values[:2]) > _SEEN * error
+            seen = np.abs(moved) > _SEEN * error
             if not seen.any():
                 return None
-            moved = -(values[:2] * seen) @ line
-        elif seen_pieces or np.ptp(np.diff(known.values)) > _SAME:
-            moved[1:-1] -= pieces
-        total = moved if known is None else known.values + moved
-        middle = 0.5 * (knots[0] + knots[-1])
+            moved = np.where(seen, moved, 0.0)
+        mean, change = (0.0, 0.0) if known is None else (known.mean, known.change)
         return Delay(
-            knots=knots,
-            values=total,
-            mean=float(np.interp(middle, knots, total)),
+            mean=mean + float(moved[0]),
             mean_error=float(error[0]),
-            change=float(total[-1] - total[0]),
+            change=change + float(moved[1]),
             change_error=float(error[1]),
+            duration=self.difference.size * self.interval,
         )
 
 
@@ -538,8 +522,8 @@ def _columns(
 ) -> tuple[FloatArray, FloatArray]:
     """(columns, averages) and the standard deviation of the prior of each, inf for none.
 
-    Time, the angle itself, orders, Earth rate; then from `_FIRST_DELAY` on the delay: the rate,
-    and the rate times functions of time.
+    Time, the angle itself, slow drift, orders, Earth rate; then from `_FIRST_DELAY` on the delay:
+    the rate, and the rate times the time.
     """
     time = np.arange(sensed.size) * interval
     end = sensed.size * interval
@@ -551,7 +535,7 @@ def _columns(
     hats = _hats(part)
     # Drift of a gyro's bias looks like a delay that walks, except where the rate varies.
     columns = [time, sensed, *hats, *np.cos(orders), *np.sin(orders), of_cosine, of_sine]
-    columns += [rate, rate * (part - 0.5), *(rate * hats)]
+    columns += [rate, rate * (part - 0.5)]
     prior = [math.inf] * _FIRST_ORDER + [_LARGEST_ORDER] * (2 * _ORDERS) + [LARGEST_EARTH_RATE] * 2
     prior += [_USUAL_DELAY] * (len(columns) - len(prior))
     return np.stack(columns), np.array(prior)
