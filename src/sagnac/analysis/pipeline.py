@@ -36,7 +36,13 @@ from sagnac.analysis.shares import TableTold, told_by_table
 from sagnac.analysis.sharing import sharing_notes, sharing_notes_of_turning
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
-from sagnac.analysis.table_angle import TurningTable, followed, settled, turning_table
+from sagnac.analysis.table_angle import (
+    TurningTable,
+    followed,
+    settled,
+    turning_table,
+    without_function,
+)
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
@@ -202,6 +208,8 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
         table = turning_table(undithered.recording, gyros, settings.method)
         following = followed(measured, undithered.recording, table)
         table = settled(table, following)
+        following, about_function = without_function(table, following)
+        table = replace(table, notes=(*table.notes, *about_function))
     with stages.stage("check"):
         findings = findings_of(recording, settings)
         require_noise(measured)
@@ -225,6 +233,7 @@ def _removed(prepared: _Prepared, stages: Stages) -> _Removed:
         second = None
         if len(settings.gyros) == MOST_GYROS:
             pair = followed(measure(recording, settings.gyros[:2]), recording, table)
+            pair, _ = without_function(table, pair)
             second = remainder_of(pair, table.known, recording, settings, fraction)
         points = points_of(left, settings.interval)
         require_length(points.angle.size, points.rate, recording.duration)

@@ -16,7 +16,8 @@ from sagnac.recording.encoder_mismatch import require_encoder_follows
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
-from sagnac.table.turns import SHORTEST, is_turning, mean_rate
+from sagnac.table.part_turn import function_of_angle
+from sagnac.table.turns import SHORTEST, full_turns, is_turning, mean_rate
 from sagnac.units import ARCSECOND
 
 # Weights of a pair that take the table out of it, between which they stand for the plain
@@ -184,6 +185,33 @@ def followed(measured: Measurement, recording: Recording, table: TurningTable) -
         angle.size, angle, readings, known,
     )  # fmt: skip
     return measured.weighted(own, None)
+
+
+def without_function(
+    table: TurningTable, measured: Measurement
+) -> tuple[Measurement, tuple[Note, ...]]:
+    """What is measured, without what goes with the table's angle over part of a turn.
+
+    Parameters
+    ----------
+    table
+        As `settled` gives it.
+    measured
+        As `followed` gives it.
+    """
+    if table.estimate is None:
+        return measured, ()
+    known = table.estimate.angle
+    function = function_of_angle(measured.angle, known, measured.sample_rate)
+    if function is None:
+        return measured, ()
+    note = Note(
+        channel=measured.channel,
+        text=f"over {full_turns(known):.2g} turns orders of the table are not told apart: what "
+        f"goes with its angle was taken out as one function, a sum of {function.orders.size} "
+        "orders that mean nothing one by one",
+    )
+    return measured.weighted(function.less(measured.angle, known), None), (note,)
 
 
 def _weights(shares: Sequence[float]) -> tuple[float, float]:

@@ -14,17 +14,16 @@ a change with time included (a clock that runs fast), and taken out.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Final, Self
 
 import numpy as np
-from scipy.optimize import nnls
 from scipy.signal import butter, sosfiltfilt
 
 from sagnac import series
-from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
+from sagnac.arrays import FloatArray
 from sagnac.table.earth import LARGEST_EARTH_RATE
-from sagnac.table.kinematics import KINEMATIC_RATE, averaged, sine_cosine_integrals
+from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, sine_cosine_integrals
+from sagnac.table.whitened import Whitened, whitened
 from sagnac.units import ARCSECOND
 
 # Time over which rates are taken for the shares, s.
@@ -41,8 +40,6 @@ _SEEN: Final = 5.0
 # A fit of the delay is done when it moves by less than this, s, or after so many steps.
 _SAME: Final = 1e-7
 _STEPS: Final = 4
-# Rounds in which noise and coefficients are fitted in turn.
-_ROUNDS: Final = 3
 # Stretches over which the phases of orders are followed, turns in each, how many orders are looked
 # at, and the part of the rate of averages up to which averages show them. A phase is one if the
 # order's power stands that many times above its scatter.
@@ -57,12 +54,6 @@ _LOWEST_CORNER: Final = 0.01
 _FEWEST_CYCLES: Final = 8.0
 # Part of the rate of averages from which on a corner leaves the readings as they are.
 _AS_READ: Final = 0.25
-# Bins a decade of the spectrum that the two noises are told from.
-_BINS: Final = 8
-# Ridge, in parts of the normal equations' own diagonal.
-_RIDGE: Final = 1e-9
-# Groups a decade that are left out in turn.
-_GROUPS: Final = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,8 +178,8 @@ def estimated_table(
             f"gyros have shapes {shapes} and the encoder {encoder.shape}; give one or more alike"
         )
     block = max(1, round(sample_rate / KINEMATIC_RATE))
-    coarse = np.stack([_averages(angle, block) for angle in gyros])
-    read = _averages(encoder, block)
+    coarse = np.stack([averages_of(angle, block) for angle in gyros])
+    read = averages_of(encoder, block)
     shares, alike = _shares(coarse, read, max(1, round(_SHARE_INTERVAL * sample_rate / block)))
     strength = float(shares @ shares)
     if not strength > 0.0 or read.size < 4 * _PIECES:
@@ -203,7 +194,7 @@ def estimated_table(
             break
         before, delay = delay, moved
         readings = _undelayed(encoder, delay, sample_rate)
-        fit = _Fit.of(_averages(readings, block), sensed, interval)
+        fit = _Fit.of(averages_of(readings, block), sensed, interval)
         if before is not None and abs(moved.mean - before.mean) < _SAME:
             break
     if delay is not None and not delay.is_seen:
@@ -248,7 +239,7 @@ def order_drift(table: EstimatedTable, angle: FloatArray, sample_rate: float) ->
         None if the orders keep their phases.
     """
     block = max(1, round(sample_rate / KINEMATIC_RATE))
-    shown, known = _averages(angle, block), _averages(table.angle, block)
+    shown, known = averages_of(angle, block), averages_of(table.angle, block)
     turned = abs(float(known[-1] - known[0])) / (2.0 * np.pi)
     highest = math.floor(_PART_OF_RATE * known.size / max(turned, 1e-12))
     orders = np.arange(1.0, min(_MOST_ORDERS, highest) + 1.0)
@@ -309,13 +300,6 @@ def _as_read(encoder: FloatArray, shares: FloatArray, alike: float) -> Estimated
         delay=None,
         alike=alike,
     )
-
-
-def _averages(angle: FloatArray, block: int) -> FloatArray:
-    """Means over whole blocks of a long angle."""
-    length = block * max(1, series.SPAN // block)
-    parts = series.map(lambda span: averaged(angle[span], block), angle.size, angle, length=length)
-    return np.concatenate(parts)
 
 
 def _shares(coarse: FloatArray, read: FloatArray, step: int) -> tuple[FloatArray, float]:
@@ -387,57 +371,6 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
     return series.made(read, encoder.size, encoder)
 
 
-# --- least squares beside two noises ------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Whitened:
-    """Least squares in increments, beside noise of each reading and an angle that walks.
-
-    Attributes
-    ----------
-    normals
-        Of the columns divided by `scale`.
-    scale
-        (columns,).
-    readings, walk
-        Variance of the noise of an average, rad^2, and of a step of the walk.
-    """
-
-    normals: "_Normals"
-    scale: FloatArray
-    readings: float
-    walk: float
-
-    @property
-    def values(self) -> FloatArray:
-        """(columns,) coefficients."""
-        return self.normals.solution / self.scale
-
-    @property
-    def covariance(self) -> FloatArray:
-        """(columns, columns) of the coefficients."""
-        return self.normals.covariance / np.outer(self.scale, self.scale)
-
-
-def _whitened(target: FloatArray, columns: FloatArray, prior: FloatArray | float) -> _Whitened:
-    """Coefficients of (columns, averages) in (averages,) under priors about zero."""
-    count = target.size - 1
-    scale = np.sqrt(np.mean(np.diff(columns) ** 2, axis=1))
-    scale[scale == 0.0] = 1.0
-    ready = np.fft.rfft(np.diff(columns) / scale[:, np.newaxis])[:, 1:]
-    wanted = np.fft.rfft(np.diff(target))[1:]
-    shape = 4.0 * np.sin(np.pi * np.fft.rfftfreq(count)[1:]) ** 2
-    left = wanted
-    for _ in range(_ROUNDS):
-        readings, walk = _two_noises(np.abs(left) ** 2 / count, shape)
-        # Each ordinate but the mean's stands for two.
-        weight = 2.0 / (np.maximum(readings * shape + walk, 1e-300) * count)
-        normals = _Normals.of(ready, wanted, weight, prior * scale)
-        left = wanted - normals.solution @ ready
-    return _Whitened(normals=normals, scale=scale, readings=readings, walk=walk)
-
-
 # --- what the readings differ by --------------------------------------------------------------
 
 
@@ -460,7 +393,7 @@ class _Fit:
     difference: FloatArray
     interval: float
     columns: FloatArray
-    fit: _Whitened
+    fit: Whitened
 
     @classmethod
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
@@ -471,7 +404,7 @@ class _Fit:
             difference=difference,
             interval=interval,
             columns=columns,
-            fit=_whitened(difference, columns, prior),
+            fit=whitened(difference, columns, prior),
         )
 
     @property
@@ -549,75 +482,3 @@ def _hats(part: FloatArray) -> FloatArray:
 
 _FIRST_ORDER: Final = 2 + _PIECES - 1
 _FIRST_DELAY: Final = _FIRST_ORDER + 2 * _ORDERS + 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Normals:
-    """Normal equations of least squares, group of frequencies by group.
-
-    Attributes
-    ----------
-    of_groups, rights
-        (groups, columns, columns) and (groups, columns).
-    normal, right
-        Their sums, the prior's ridge in the first.
-    """
-
-    of_groups: FloatArray
-    rights: FloatArray
-    normal: FloatArray
-    right: FloatArray
-
-    @classmethod
-    def of(
-        cls, columns: ComplexArray, target: ComplexArray, weight: FloatArray, prior: FloatArray
-    ) -> "_Normals":
-        """Of complex ordinates with real coefficients under a prior about zero."""
-        normals, rights = [], []
-        for low, high in pairwise(_edges(target.size, _GROUPS)):
-            own = columns[:, low:high]
-            weighted = (own * weight[low:high]).conj()
-            normals.append((weighted @ own.T).real)
-            rights.append((weighted @ target[low:high]).real)
-        of_groups, stacked = np.stack(normals), np.stack(rights)
-        normal = of_groups.sum(axis=0)
-        # A column that lives in one group alone is undetermined without it.
-        normal += np.diag(1.0 / prior**2 + _RIDGE * np.diag(normal))
-        return cls(of_groups=of_groups, rights=stacked, normal=normal, right=stacked.sum(axis=0))
-
-    @property
-    def solution(self) -> FloatArray:
-        """(columns,) coefficients."""
-        return np.asarray(np.linalg.solve(self.normal, self.right))
-
-    @property
-    def covariance(self) -> FloatArray:
-        """(columns, columns), that of leaving out one group at a time with that of the noise.
-
-        A line that no column holds, at an order at which the table's rate has its ripple, looks
-        like a delay as long as that frequency is in (delete-a-group jackknife).
-        """
-        without = np.linalg.solve(
-            self.normal - self.of_groups, (self.right - self.rights)[..., np.newaxis]
-        )[..., 0]
-        apart = without - self.solution
-        jackknife = (1.0 - 1.0 / self.rights.shape[0]) * (apart.T @ apart)
-        return np.asarray(jackknife + np.linalg.inv(self.normal))
-
-
-def _edges(size: int, parts_a_decade: int) -> IntegerArray:
-    """Ends of groups of ordinates that grow with frequency."""
-    count = max(2, round(parts_a_decade * math.log10(size + 1)))
-    return np.unique(np.geomspace(1, size + 1, count).astype(np.int64)) - 1
-
-
-def _two_noises(power: FloatArray, shape: FloatArray) -> tuple[float, float]:
-    """Levels of noise of each reading and of an angle that walks, from medians of bins."""
-    edges = _edges(power.size, _BINS)
-    pairs = list(pairwise(edges))
-    # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
-    level = np.array([np.median(power[low:high]) for low, high in pairs]) / math.log(2.0)
-    laws = np.stack([[shape[low:high].mean(), 1.0] for low, high in pairs])
-    level = np.maximum(level, 1e-300)
-    readings, walk = nnls(laws / level[:, np.newaxis], np.ones(level.size))[0]
-    return float(readings), float(walk)

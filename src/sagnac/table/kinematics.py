@@ -238,15 +238,16 @@ def averaged(angle: FloatArray, block: int) -> FloatArray:
     return np.asarray(angle[: whole * block].reshape(whole, block).mean(axis=1))
 
 
+def averages_of(angle: FloatArray, block: int) -> FloatArray:
+    """(averages,) of a long (samples,) angle over its whole blocks of `block` samples."""
+    length = block * max(1, series.SPAN // block)
+    parts = series.map(lambda span: averaged(angle[span], block), angle.size, angle, length=length)
+    return np.concatenate(parts)
+
+
 def block_averages(angle: FloatArray, kinematic: Kinematics) -> FloatArray:
     """(averages,) of a (samples,) angle over the blocks of the kinematics, in its unit."""
-    parts = series.map(
-        lambda span: averaged(angle[span], kinematic.block),
-        angle.size,
-        angle,
-        length=kinematic.length,
-    )
-    return np.concatenate(parts)
+    return averages_of(angle, kinematic.block)
 
 
 def _check_rate(sample_rate: float) -> None:

@@ -1,0 +1,171 @@
+"""Least squares in increments of averages, beside noise of each reading and an angle that walks.
+
+The two noises are told from the spectrum of what is left, and the fit weighs frequencies by them
+(Whittle's likelihood). Errors are those of leaving out one group of frequencies at a time.
+"""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from scipy.optimize import nnls
+
+from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
+
+# Rounds in which noise and coefficients are fitted in turn.
+_ROUNDS: Final = 3
+# Bins a decade of the spectrum that the two noises are told from.
+_BINS: Final = 8
+# Ridge, in parts of the normal equations' own diagonal.
+_RIDGE: Final = 1e-9
+# Groups a decade that are left out in turn.
+_GROUPS: Final = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Whitened:
+    """Least squares in increments, beside noise of each reading and an angle that walks.
+
+    Attributes
+    ----------
+    normals
+        Of the columns divided by `scale`.
+    scale
+        (columns,).
+    readings, walk
+        Variance of the noise of an average, rad^2, and of a step of the walk.
+    deviance
+        -2 log likelihood of what is left, except for a constant.
+    """
+
+    normals: "_Normals"
+    scale: FloatArray
+    readings: float
+    walk: float
+    deviance: float
+
+    @property
+    def values(self) -> FloatArray:
+        """(columns,) coefficients."""
+        return self.normals.solution / self.scale
+
+    @property
+    def freedom(self) -> float:
+        """Coefficients that the data, not the prior, decide."""
+        return float(np.trace(np.linalg.solve(self.normals.normal, self.normals.of_groups.sum(0))))
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(columns, columns) of the coefficients."""
+        return self.normals.covariance / np.outer(self.scale, self.scale)
+
+
+def whitened(target: FloatArray, columns: FloatArray, prior: FloatArray | float) -> Whitened:
+    """Coefficients of columns in a target, both taken as increments.
+
+    Parameters
+    ----------
+    target
+        (averages,) rad.
+    columns
+        (columns, averages).
+    prior
+        (columns,) standard deviation of each coefficient about zero, inf for none.
+
+    Raises
+    ------
+    ValueError
+        If the columns do not have as many averages as the target.
+    """
+    if columns.shape[1:] != target.shape:
+        raise ValueError(f"columns have shape {columns.shape} and the target {target.shape}")
+    count = target.size - 1
+    scale = np.sqrt(np.mean(np.diff(columns) ** 2, axis=1))
+    scale[scale == 0.0] = 1.0
+    ready = np.fft.rfft(np.diff(columns) / scale[:, np.newaxis])[:, 1:]
+    wanted = np.fft.rfft(np.diff(target))[1:]
+    shape = 4.0 * np.sin(np.pi * np.fft.rfftfreq(count)[1:]) ** 2
+    left = wanted
+    for _ in range(_ROUNDS):
+        readings, walk = _two_noises(np.abs(left) ** 2 / count, shape)
+        # Each ordinate but the mean's stands for two.
+        weight = 2.0 / (np.maximum(readings * shape + walk, 1e-300) * count)
+        normals = _Normals.of(ready, wanted, weight, prior * scale)
+        left = wanted - normals.solution @ ready
+    expected = np.maximum(readings * shape + walk, 1e-300)
+    deviance = 2.0 * float(np.sum(np.log(expected) + np.abs(left) ** 2 / count / expected))
+    return Whitened(normals=normals, scale=scale, readings=readings, walk=walk, deviance=deviance)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Normals:
+    """Normal equations of least squares, group of frequencies by group.
+
+    Attributes
+    ----------
+    of_groups, rights
+        (groups, columns, columns) and (groups, columns).
+    normal, right
+        Their sums, the prior's ridge in the first.
+    """
+
+    of_groups: FloatArray
+    rights: FloatArray
+    normal: FloatArray
+    right: FloatArray
+
+    @classmethod
+    def of(
+        cls, columns: ComplexArray, target: ComplexArray, weight: FloatArray, prior: FloatArray
+    ) -> "_Normals":
+        """Of complex ordinates with real coefficients under a prior about zero."""
+        normals, rights = [], []
+        for low, high in pairwise(_edges(target.size, _GROUPS)):
+            own = columns[:, low:high]
+            weighted = (own * weight[low:high]).conj()
+            normals.append((weighted @ own.T).real)
+            rights.append((weighted @ target[low:high]).real)
+        of_groups, stacked = np.stack(normals), np.stack(rights)
+        normal = of_groups.sum(axis=0)
+        # A column that lives in one group alone is undetermined without it.
+        normal += np.diag(1.0 / prior**2 + _RIDGE * np.diag(normal))
+        return cls(of_groups=of_groups, rights=stacked, normal=normal, right=stacked.sum(axis=0))
+
+    @property
+    def solution(self) -> FloatArray:
+        """(columns,) coefficients."""
+        return np.asarray(np.linalg.solve(self.normal, self.right))
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(columns, columns), that of leaving out one group at a time with that of the noise.
+
+        A line that no column holds, at an order at which the table's rate has its ripple, looks
+        like a delay as long as that frequency is in (delete-a-group jackknife).
+        """
+        without = np.linalg.solve(
+            self.normal - self.of_groups, (self.right - self.rights)[..., np.newaxis]
+        )[..., 0]
+        apart = without - self.solution
+        jackknife = (1.0 - 1.0 / self.rights.shape[0]) * (apart.T @ apart)
+        return np.asarray(jackknife + np.linalg.inv(self.normal))
+
+
+def _edges(size: int, parts_a_decade: int) -> IntegerArray:
+    """Ends of groups of ordinates that grow with frequency."""
+    count = max(2, round(parts_a_decade * math.log10(size + 1)))
+    return np.unique(np.geomspace(1, size + 1, count).astype(np.int64)) - 1
+
+
+def _two_noises(power: FloatArray, shape: FloatArray) -> tuple[float, float]:
+    """Levels of noise of each reading and of an angle that walks, from medians of bins."""
+    edges = _edges(power.size, _BINS)
+    pairs = list(pairwise(edges))
+    # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
+    level = np.array([np.median(power[low:high]) for low, high in pairs]) / math.log(2.0)
+    laws = np.stack([[shape[low:high].mean(), 1.0] for low, high in pairs])
+    level = np.maximum(level, 1e-300)
+    readings, walk = nnls(laws / level[:, np.newaxis], np.ones(level.size))[0]
+    return float(readings), float(walk)
