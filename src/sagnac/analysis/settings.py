@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.recording.effects import FINDINGS
 from sagnac.recording.model import Recording
@@ -82,21 +82,27 @@ class Settings:
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):
-            raise ValueError(f"gyros is {self.gyros!r}; give names, such as ('x', 'z')")
+            raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         object.__setattr__(self, "estimators", tuple(self.estimators))
         _require_choice("method", self.method, get_args(Method))
         if isinstance(self.accepted, str):
-            raise ValueError(f"accepted is {self.accepted!r}; give names, such as ('clipping',)")
+            raise ValueError(
+                f"accepted is {quoted(self.accepted)}; give names, such as ('clipping',)"
+            )
         object.__setattr__(self, "accepted", tuple(self.accepted))
         for name in self.accepted:
             _require_choice("accepted", name, FINDINGS)
         for estimator in self.estimators:
             _require_choice("estimators", estimator, get_args(Estimator))
         if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):
-            raise ValueError(f"interval is {self.interval!r}; give seconds above zero, or None")
+            raise ValueError(
+                f"interval is {quoted(self.interval)}; give seconds above zero, or None"
+            )
         if not 0.0 < self.confidence < 1.0:
-            raise ValueError(f"confidence is {self.confidence!r}; give a number between 0 and 1")
+            raise ValueError(
+                f"confidence is {quoted(self.confidence)}; give a number between 0 and 1"
+            )
 
     def gyros_of(self, recording: Recording) -> tuple[str, ...]:
         """The gyros asked for, or all that the recording has.
@@ -117,4 +123,4 @@ class Settings:
 
 def _require_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
     if value not in choices:
-        raise ValueError(f"{name} is {value!r}; use one of {', '.join(choices)}")
+        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")

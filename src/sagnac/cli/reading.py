@@ -149,10 +149,11 @@ def _listed(value: Any) -> str:
 
 
 @contextmanager
-def naming(file: Path) -> Iterator[None]:
+def naming(file: Path, recording: "Recording") -> Iterator[None]:
     """Put the file into a data error of a stage that knows nothing of files.
 
-    What a fit or a factorization cannot do with numbers is a fault of the data, too.
+    What a fit or a factorization cannot do with numbers is a fault of the data, too; the error says
+    which numbers they are.
     """
     from sagnac.errors import RecordingError
 
@@ -163,7 +164,17 @@ def naming(file: Path) -> Iterator[None]:
     except (ValueError, ArithmeticError) as error:
         # numpy's LinAlgError is a ValueError.
         raise RecordingError(
-            f"the analysis fails on these numbers ({error})",
+            f"the analysis fails ({error}) on {_numbers(recording)}",
             path=str(file),
             remedy="look at the data with sagnac check",
         ) from error
+
+
+def _numbers(recording: "Recording") -> str:
+    """The samples of each channel in one line: how many, and between which values they lie."""
+    said = []
+    for channel in (*recording.gyros, *recording.accelerometers):
+        unit, values = channel.plain_unit, channel.values
+        ends = f"{values.min() / unit.size:.4g} to {values.max() / unit.size:.4g}"
+        said.append(f"{channel.name}: {values.size} samples from {ends} {unit.name}")
+    return ", ".join(said)

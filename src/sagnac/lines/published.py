@@ -9,7 +9,7 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
-from sagnac.errors import Note
+from sagnac.errors import Note, quoted
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale
 from sagnac.lines.orthogonal_search import (
@@ -167,7 +167,7 @@ def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_ra
             f"table has shape {table.shape} and angle {shapes.pop()}; give one of each a sample"
         )
     if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
-        raise ValueError(f"sample_rate is {sample_rate!r}; give a positive number of Hz")
+        raise ValueError(f"sample_rate is {quoted(sample_rate)}; give a positive number of Hz")
 
 
 def _without_orders(

@@ -6,6 +6,7 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
+from sagnac.errors import quoted
 from sagnac.recording.channel import Kind
 from sagnac.units import split_header
 
@@ -140,7 +141,7 @@ def _named_columns(frame: Any, columns: Mapping[str, str] | None) -> dict[str, s
         for name, header in columns.items():
             if header not in headers:
                 raise ValueError(
-                    f"columns[{name!r}] is {header!r}; the frame has {', '.join(headers)}"
+                    f"columns[{name!r}] is {quoted(header)}; the frame has {', '.join(headers)}"
                 )
         return dict(columns)
     wanted: Iterable[tuple[str, tuple[str, ...]]] = (

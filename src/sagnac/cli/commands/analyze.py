@@ -97,7 +97,7 @@ def _analyzed(
         read = read_file(file, statement, progress, memory=memory)
         from sagnac.analysis.pipeline import analyze as run
 
-        with naming(file):
+        with naming(file, read.recording):
             analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
             return with_accelerometers(analysis, read.recording, progress)
 

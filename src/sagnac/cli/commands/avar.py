@@ -73,7 +73,7 @@ def avar(
     results.require_writable(output)
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
-        with naming(file):
+        with naming(file, read.recording):
             if gaps == "omit":
                 from sagnac.recording.gaps import with_gaps_marked
 

@@ -43,7 +43,7 @@ def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = No
     methods = (options.method,) if options.method else METHODS
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)
-        with naming(file):
+        with naming(file, read.recording):
             found = _compared(read, settings, methods, progress)
         written = []
         if output is not None:

@@ -16,7 +16,7 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
         read = read_file(file, statement, progress, memory=options.memory)
         from sagnac.analysis.pipeline import analyze as run
 
-        with naming(file):
+        with naming(file, read.recording):
             analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
     if options.as_json:
         print_documents([analysis], single=True)
