@@ -375,6 +375,19 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
     )
 
 
+def sensor_of(unit: str) -> Sensor:
+    """The kind of sensor that a unit is of: ``accelerometer`` for velocities and accelerations.
+
+    Examples
+    --------
+    >>> sensor_of("m/s^2"), sensor_of("0.5mg"), sensor_of("deg/s")
+    ('accelerometer', 'accelerometer', 'gyro')
+    """
+    name = split_factor(unit)[1]
+    is_force = name in VELOCITY_UNITS or name in ACCELERATION_UNITS
+    return "accelerometer" if is_force else "gyro"
+
+
 def field_unit(coefficient: str, sensor: Sensor = "gyro") -> Unit:
     """The unit that the field writes a coefficient in.
 

@@ -12,6 +12,8 @@ from sagnac.errors import Note, RecordingError
 from sagnac.recording.encoder_mismatch import require_encoder_follows
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
+from sagnac.recording.not_finite import not_finite_notes
+from sagnac.recording.stuck import stuck_notes
 from sagnac.table.turns import SHORTEST, is_turning
 
 # A departure from a straight line by fewer units of the last place is rounding.
@@ -87,6 +89,21 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
         gyros=(gyros[0], gyros[-1]),
         sample_rate=rate,
     )
+
+
+def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
+    """Refuse a gyro with missing samples, or one that is stuck.
+
+    Raises
+    ------
+    RecordingError
+        For the first of them.
+    """
+    for gyro in map(recording.gyro, gyros):
+        notes = not_finite_notes(recording, gyro.name, gyro.values)
+        for note in (*notes, *stuck_notes(recording, gyro)):
+            if note.level == "error":
+                raise RecordingError.of(note)
 
 
 def require_noise(measured: Measurement) -> None:

@@ -11,6 +11,7 @@ from sagnac.recording.effects import FINDINGS
 from sagnac.recording.model import Recording
 from sagnac.specification.limits import Specification
 from sagnac.stability.names import Estimator
+from sagnac.table.turns import turns
 
 Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
 PUBLISHED: Final[tuple[Method, ...]] = ("fos-paper", "fos-korenberg")
@@ -19,6 +20,8 @@ PUBLISHED: Final[tuple[Method, ...]] = ("fos-paper", "fos-korenberg")
 Progress = Callable[[str, float], None]
 
 MOST_GYROS = 3
+# Between the angles of the curve on a turning table, s: Step 4 of the paper.
+_ON_TABLE: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,9 +31,9 @@ class Settings:
     Parameters
     ----------
     gyros
-        Names: one gyro, a pair to difference, or a triad. The first gyro of a triad less the last
-        gives the curve and the answer; with the second, each gyro's own N is told apart. Without
-        any, all gyros of the recording.
+        Names; without any, all gyros of the recording. At rest each is taken alone. On a turning
+        table: one gyro, a pair to difference, or a triad. The first gyro of a triad less the last
+        gives the curve and the answer; with the second, each gyro's own N is told apart.
     method
         How the periodic parts are removed. ``fos``: joint fit of all lines that stand above the
         noise floor. ``fos-paper``: fast orthogonal search, each gyro first, and the fit of the
@@ -38,8 +41,8 @@ class Settings:
         the Fourier transform, with Korenberg's stop and 40 terms. ``fris``: one
         angle a turn. ``none``: nothing is removed.
     interval
-        Seconds between the angles that the curve is made of (Step 4 of the paper: 1 s);
-        None for every sample.
+        Seconds between the angles that the curve is made of; None for every sample at rest and
+        for 1 s on a turning table (Step 4 of the paper).
     confidence
         Of every interval, between 0 and 1.
     estimators
@@ -72,7 +75,7 @@ class Settings:
 
     gyros: tuple[str, ...] = ()
     method: Method = "fos"
-    interval: float | None = 1.0
+    interval: float | None = None
     confidence: float = 0.95
     estimators: tuple[Estimator, ...] = ()
     strict: bool = False
@@ -110,15 +113,26 @@ class Settings:
         Raises
         ------
         RecordingError
-            If these are not one, two or three different gyros.
+            If these are not different gyros, or more than three on a turning table.
         """
         names = self.gyros or tuple(channel.name for channel in recording.gyros)
-        if not 1 <= len(names) <= MOST_GYROS or len(set(names)) != len(names):
+        most = MOST_GYROS if turns(recording) else len(recording.gyros)
+        if len(names) > most or len(set(names)) != len(names):
             raise RecordingError(
-                f"gyros {','.join(names) or '(none)'}",
+                f"gyros {','.join(names)}",
                 remedy="name one gyro, a pair or a triad, each once ({gyros x,z})",
             )
         return names
+
+    def interval_on(self, *, turning: bool) -> float | None:
+        """Seconds between the angles of the curve on a turning table or at rest; None: every one.
+
+        Parameters
+        ----------
+        turning
+            Whether the table turns.
+        """
+        return _ON_TABLE if self.interval is None and turning else self.interval
 
 
 def _require_choice(name: str, value: object, choices: tuple[str, ...]) -> None:

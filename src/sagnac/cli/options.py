@@ -310,7 +310,7 @@ class Options(Reading):
             seconds,
             group=ANALYSIS,
             metavar="1s",
-            help="Between the angles of the curve: 1s unless stated; every sample in avar.",
+            help="Between the angles of the curve: every sample unless stated, 1s on a table.",
         ),
     ] = None
     confidence: Annotated[
@@ -456,7 +456,6 @@ def settings_of(
     options: Options,
     *,
     method: "Method" = "fos",
-    interval: float | None = 1.0,
     estimators: "tuple[Estimator, ...]" = (),
 ) -> "Settings":
     """What the options choose, with a command's own defaults for what was not typed.
@@ -473,7 +472,7 @@ def settings_of(
         return Settings(
             gyros=options.gyros or (),
             method=options.method or method,
-            interval=interval if options.interval is None else options.interval,
+            interval=options.interval,
             confidence=_confidence(options, specification),
             estimators=estimators,
             strict=options.strict,

@@ -4,14 +4,13 @@ import shlex
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sagnac.cli.progress import Progress
 
 if TYPE_CHECKING:
-    from sagnac.analysis.result import Analysis
     from sagnac.formats import Statement
     from sagnac.recording.model import Recording
 
@@ -48,18 +47,6 @@ def read_file(
         recording = read(file, statement, verify=verify)
     progress("read", 1.0)
     return ReadFile(recording=recording, seconds={"read": time.perf_counter() - began})
-
-
-def with_accelerometers(
-    analysis: "Analysis", recording: "Recording", progress: Progress
-) -> "Analysis":
-    """The analysis with that of each accelerometer of its recording."""
-    if not recording.accelerometers:
-        return analysis
-    from sagnac.analysis.six_axes import accelerometers_of
-
-    found = accelerometers_of(recording, analysis.settings, progress=progress)
-    return replace(analysis, accelerometers=found)
 
 
 def command_for(file: Path, statement: "Statement") -> str:

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -78,7 +78,6 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     settings = Settings(gyros=run.gyros, method=run.method, interval=interval)
     if run.preparation == "rate":
         recording = _rate_sampled(recording, run.gyros[0], interval)
-        settings = replace(settings, interval=None)
     answer = answer_of(recording, settings)
     truth = simulation.truth
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]

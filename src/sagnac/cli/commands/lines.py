@@ -23,9 +23,10 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
         return verdict_status([analysis])
     from sagnac.report import text
 
+    shown = [text.lines(one, most=None) for one in analysis.each]
     print(
         text.blocks(
-            text.verdict(analysis), text.lines(analysis, most=None), text.notes(analysis.notes)
+            text.verdict(analysis), *shown, text.refused(analysis), text.notes(analysis.notes)
         )
     )
     return verdict_status([analysis])
