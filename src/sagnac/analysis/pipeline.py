@@ -143,6 +143,7 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
         fits=trust.fits(answered.coefficients.fits),
         lines=_lines(removed),
         curve=answered.curves.after,
+        taken=answered.curves.taken,
     )
 
 

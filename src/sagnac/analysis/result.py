@@ -50,6 +50,8 @@ class Answer:
     ----------
     angle_random_walk, gyros_differenced, fits, lines, curve
         As of `Analysis`.
+    taken
+        (points of `curve`,) Allan variance of the noise that went with the lines, (rad/s)^2.
     """
 
     angle_random_walk: Estimate
@@ -57,6 +59,7 @@ class Answer:
     fits: Mapping[FitName, Fit]
     lines: tuple[Line, ...]
     curve: StabilityCurve
+    taken: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

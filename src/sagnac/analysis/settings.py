@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
+from sagnac.coefficients.readings import PLAIN, Reading
 from sagnac.errors import RecordingError, quoted
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.recording.effects import FINDINGS
@@ -57,6 +58,9 @@ class Settings:
         Limits that the gyros have to keep; None for no verdict.
     published
         How ``fos-paper`` searches: grid, orders, terms, rule and order of the steps.
+    step_4
+        How the paper's methods read their Step 4: which squares, and whether the noise that went
+        with the lines is put back (`sagnac.coefficients.readings`).
 
     Raises
     ------
@@ -82,6 +86,7 @@ class Settings:
     accepted: tuple[str, ...] = ()
     specification: Specification | None = None
     published: PublishedSearch = FAIR
+    step_4: Reading = PLAIN
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):

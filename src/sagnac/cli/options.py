@@ -304,6 +304,22 @@ class Options(Reading):
         Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"] | None,
         Parameter(group=ANALYSIS, help="How periodic parts are removed: fos unless stated."),
     ] = None
+    step_4: Annotated[
+        Literal[
+            "plain",
+            "plain-restored",
+            "relative",
+            "relative-restored",
+            "two-terms",
+            "two-terms-restored",
+        ]
+        | None,
+        Parameter(
+            group=ANALYSIS,
+            help="How the paper's methods fit the curve: plain unless stated; -restored puts the "
+            "noise that went with the lines back.",
+        ),
+    ] = None
     interval: Annotated[
         float | None,
         one_argument(
@@ -466,6 +482,7 @@ def settings_of(
         If a value cannot be.
     """
     from sagnac.analysis.settings import Settings
+    from sagnac.coefficients.readings import READINGS
 
     try:
         specification = specification_stated(options)
@@ -478,6 +495,7 @@ def settings_of(
             strict=options.strict,
             accepted=options.accept or (),
             specification=specification,
+            step_4=READINGS[options.step_4 or "plain"],
         )
     except ValueError as error:
         raise UsageError(_of_option(error)) from error

@@ -26,12 +26,12 @@ from sagnac.table.kinematics import sine_cosine_integrals
 from sagnac.table.turns import is_turning
 
 SLOWEST_CYCLES: Final = 1.1655612 / math.pi * 51.0
-"""Lowest frequency of the search in time, in cycles a record, 18.9.
+"""Lowest frequency of the search in time, cycles a record: 18.9.
 
 The Allan deviation of a line, 2 A sin^2(pi f tau) / tau, is highest at tau = 0.371 / f, and the
 paper's cut at 10 % ends the curve at a 51st of the record (1/sqrt(2 (N/n - 1))). A line of this
-frequency is highest there; a slower one only rises as tau within the curve, as the rate ramp among
-the five terms does. Below it is what makes most of the mean square of a walk's angle and is no line.
+frequency is highest there. A slower one only rises as tau within the curve, as does the rate ramp
+among the five terms. Below it lies most of the mean square of a walk's angle, which is no line.
 """
 
 
