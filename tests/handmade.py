@@ -131,7 +131,7 @@ def analysis(
     }
     return Analysis(
         recording=recording,
-        settings=Settings(gyros=gyros, method=method),
+        settings=Settings(gyros=gyros, method=method, interval=1.0),
         channel="-".join(gyros[:: len(gyros) - 1]) if len(gyros) > 1 else gyros[0],
         gyros_differenced=differenced,
         table_rate=table_rate,

@@ -2,16 +2,24 @@
 
 import pickle
 
+import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
+from sagnac.analysis.settings import Settings
 from sagnac.errors import (
     MissingExtra,
     Note,
     RecordingError,
     counted,
+    quoted,
     ranked,
     worded,
 )
+from sagnac.formats import Statement
+
+LONG = np.arange(100_000.0)
 
 
 def option(name, value):
@@ -68,3 +76,19 @@ def test_errors_cross_to_another_process():
 
 def test_one_sample_and_two_samples():
     assert (counted(1, "sample"), counted(2, "sample")) == ("1 sample", "2 samples")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [pd.Series(LONG), xr.DataArray(LONG), LONG.tolist(), "x" * 100_000, {n: n for n in range(999)}],
+    ids=["series", "xarray", "list", "text", "mapping"],
+)
+def test_a_value_is_shown_in_one_short_line(value):
+    assert len(quoted(value)) <= 120
+    assert "\n" not in quoted(value)
+    with pytest.raises(ValueError, match="scale is") as caught:
+        Statement(scale=value)
+    assert len(str(caught.value)) < 300
+    with pytest.raises((ValueError, TypeError)) as caught:
+        Settings(gyros=value)
+    assert len(str(caught.value)) < 300

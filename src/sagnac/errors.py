@@ -6,6 +6,7 @@ line as ``--slice 30:90``, a program as ``slice=30:90``.
 """
 
 import re
+import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final, Literal, Self, get_args
@@ -13,6 +14,14 @@ from typing import Final, Literal, Self, get_args
 Level = Literal["error", "warning", "remark"]
 LEVELS: Final[tuple[Level, ...]] = get_args(Level)
 
+# Characters of a value in a message.
+_LONGEST_SHOWN: Final = 120
+_SHOWN: Final = reprlib.Repr()
+_SHOWN.maxstring = _SHOWN.maxother = _LONGEST_SHOWN
+# Marks that move the cursor of a terminal, colour it, or turn the direction of reading.
+_CONTROLS: Final = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]"
+)
 _INPUT: Final = re.compile(r"\{([a-z]+(?:-[a-z]+)*)(?: ([^{}]*))?\}")
 
 
@@ -155,6 +164,31 @@ class MissingExtra(ImportError):
     def __reduce__(self) -> tuple[type[Self], tuple[str, str, str]]:
         # An error that crosses to another process is made there from its parts.
         return type(self), (self.purpose, self.package, self.extra)
+
+
+def quoted(value: object) -> str:
+    """A value as a message shows it: one line of at most 120 characters, whatever it is.
+
+    Examples
+    --------
+    >>> quoted("fft"), quoted(list(range(100)))
+    ("'fft'", '[0, 1, 2, 3, 4, 5, ...]')
+    """
+    text = " ".join(_SHOWN.repr(value).split())
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[: _LONGEST_SHOWN - 4]} ..."
+
+
+def visible(text: str) -> str:
+    """`text` with the marks that a terminal would obey written as Python writes them.
+
+    Line ends and tabs stay.
+
+    Examples
+    --------
+    >>> print(visible("run" + chr(27) + "[2J.csv"))
+    run\\x1b[2J.csv
+    """
+    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def counted(count: int, noun: str) -> str:

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Generic, TypeVar
 
+from sagnac.errors import quoted
+
 Job = TypeVar("Job")
 Made = TypeVar("Made")
 
@@ -44,7 +46,7 @@ class Means:
         if self.workers < 1:
             raise ValueError(f"workers is {self.workers}; give one or more")
         if not self.memory > 0.0:
-            raise ValueError(f"memory is {self.memory!r}; give bytes above zero")
+            raise ValueError(f"memory is {quoted(self.memory)}; give bytes above zero")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
+from sagnac.errors import quoted
+
 Quantity = Literal[
     "angle",
     "rate",
@@ -67,9 +69,11 @@ class Unit:
 
     def __post_init__(self) -> None:
         if self.quantity not in QUANTITIES:
-            raise ValueError(f"quantity is {self.quantity!r}; use one of {', '.join(QUANTITIES)}")
+            raise ValueError(
+                f"quantity is {quoted(self.quantity)}; use one of {', '.join(QUANTITIES)}"
+            )
         if not (math.isfinite(self.size) and self.size > 0.0):
-            raise ValueError(f"size is {self.size!r}; give a finite number above zero")
+            raise ValueError(f"size is {quoted(self.size)}; give a finite number above zero")
 
     def __str__(self) -> str:
         return self.name
@@ -141,7 +145,7 @@ def sizes(quantity: Quantity) -> dict[str, float]:
         If `quantity` is none of `QUANTITIES`.
     """
     if quantity not in QUANTITIES:
-        raise ValueError(f"quantity is {quantity!r}; use one of {', '.join(QUANTITIES)}")
+        raise ValueError(f"quantity is {quoted(quantity)}; use one of {', '.join(QUANTITIES)}")
     return {unit.name: unit.size for unit in UNITS.values() if unit.quantity == quantity}
 
 
@@ -371,6 +375,19 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
     )
 
 
+def sensor_of(unit: str) -> Sensor:
+    """The kind of sensor that a unit is of: ``accelerometer`` for velocities and accelerations.
+
+    Examples
+    --------
+    >>> sensor_of("m/s^2"), sensor_of("0.5mg"), sensor_of("deg/s")
+    ('accelerometer', 'accelerometer', 'gyro')
+    """
+    name = split_factor(unit)[1]
+    is_force = name in VELOCITY_UNITS or name in ACCELERATION_UNITS
+    return "accelerometer" if is_force else "gyro"
+
+
 def field_unit(coefficient: str, sensor: Sensor = "gyro") -> Unit:
     """The unit that the field writes a coefficient in.
 
@@ -387,10 +404,10 @@ def field_unit(coefficient: str, sensor: Sensor = "gyro") -> Unit:
     'm/s/√h'
     """
     if sensor not in SENSORS:
-        raise ValueError(f"sensor is {sensor!r}; use one of {', '.join(SENSORS)}")
+        raise ValueError(f"sensor is {quoted(sensor)}; use one of {', '.join(SENSORS)}")
     units = SENSED[sensor].coefficients
     if coefficient not in units:
-        raise ValueError(f"coefficient is {coefficient!r}; use one of {', '.join(units)}")
+        raise ValueError(f"coefficient is {quoted(coefficient)}; use one of {', '.join(units)}")
     return UNITS[next(iter(units[coefficient]))]
 
 

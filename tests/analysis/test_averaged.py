@@ -63,7 +63,7 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     assert "which the levels bear out" in found.source
     assert "is steady" in texts(found)
     # Angles at 1 s tell less than every sample does: here their fit is of a fiftieth.
-    few, _ = analysis_of(five_terms, gyro=Gyro())
+    few = analyze(recording_of(x=gyro), Settings(gyros=("x",), method="none", interval=1.0))
     assert few.average.member == "average"
     fitted = few.fits["likelihood"].coefficients["angle_random_walk"]
     walk = few.angle_random_walk
@@ -126,16 +126,15 @@ def test_a_warm_up_is_taken_off():
     assert "(warm-up)" in texts(found)
 
 
-def test_two_gyros_that_share_noise_are_told():
+def test_two_gyros_that_share_noise_at_rest_are_each_what_they_are_alone():
     pair = common_pair(np.random.default_rng(4), SAMPLES, RATE, gyro=Gyro(), share=0.4)
     recording = recording_of(x=pair[0], z=pair[1])
     found = analyze(recording, Settings(gyros=("x", "z"), method="none"))
-    (note,) = [note for note in found.notes if "share noise" in note.text]
-    assert note.level == "warning"
-    apart = common_pair(np.random.default_rng(4), SAMPLES, RATE, gyro=Gyro(), share=0.0)
-    found = analyze(recording_of(x=apart[0], z=apart[1]), Settings(gyros=("x", "z")))
-    assert holds(found, UNIT)
-    assert "share no noise" in texts(found)
+    assert found.gyros_differenced == 1
+    for name, walk in found.per_gyro.items():
+        alone = analyze(recording, Settings(gyros=(name,), method="none"))
+        assert walk == alone.angle_random_walk
+        assert holds(alone, UNIT)
 
 
 def test_the_still_bench_answers_with_the_lines_out():

@@ -213,7 +213,7 @@ def turned(turns, samples=8000, *, share=0.577):
             Settings(gyros=("x",)),
             ["x", "times as fast as the table", "unit"],
         ),
-        (still(400), Settings(gyros=("x",)), ["a curve needs 32", "interval=0.31s"]),
+        (still(400), Settings(gyros=("x",), interval=1.0), ["a curve needs 32", "interval=0.31s"]),
         (
             turned(1.0, 180),
             Settings(gyros=("x",), interval=0.1),

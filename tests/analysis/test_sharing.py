@@ -45,10 +45,14 @@ def test_a_common_walk_on_a_turning_table_is_noted_with_its_effect():
     assert note.level == "warning"
     assert note.effect == pytest.approx(1.0 / math.hypot(1.0, 1.5), rel=0.15)
     assert "low against the gyros themselves" in note.text
+    walk = analysis.angle_random_walk
+    assert walk.low < WALK < math.hypot(1.0, 1.5) * WALK < walk.high
 
 
 def test_gyros_that_share_nothing_but_the_table_are_said_to():
-    notes = analysis_of(0.0).notes
+    analysis = analysis_of(0.0)
+    notes, walk = analysis.notes, analysis.angle_random_walk
+    assert walk.low < WALK < walk.high < 1.2 * WALK
     assert not [note for note in notes if note.name == "shared"]
     (note,) = [note for note in notes if "no angle random walk that the two gyros" in note.text]
     assert note.channel == "x-z"

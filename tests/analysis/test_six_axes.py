@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.pipeline import accelerometers_of, analyze
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.six_axes import accelerometers_of
 from sagnac.recording.model import Channel, Recording
 from sagnac.report import document, page, text
 from sagnac.report.forces import force_rows, forces_data
@@ -39,8 +38,7 @@ def recording():
 
 @pytest.fixture(scope="module")
 def force(recording):
-    (found,) = accelerometers_of(recording, Settings(gyros=("x",)))
-    return found
+    return analyze(recording, Settings(gyros=("x",))).accelerometers["az"]
 
 
 def test_the_velocity_random_walk_that_was_put_in_is_held(force):
@@ -71,7 +69,7 @@ def test_notes_are_in_units_of_force(force):
 
 
 def test_page_terminal_and_json_hold_both(recording, force):
-    both = replace(analyze(recording, Settings()), accelerometers=(force,))
+    both = analyze(recording, Settings())
     rows = {title: (unit, readings) for title, unit, readings in force_rows([force])}
     unit, (reading,) = rows["N velocity random walk"]
     assert unit == "m/s/√h"
@@ -79,8 +77,8 @@ def test_page_terminal_and_json_hold_both(recording, force):
     shown = page.page(both)
     assert "<h2>Accelerometers</h2>" in shown
     assert reading in shown
-    assert reading in text.accelerometers(both.accelerometers)
-    assert text.accelerometers(()) == ""
+    assert reading in text.accelerometers(both)
+    assert text.accelerometers(replace(both, accelerometers={})) == ""
     made = json.loads(document.to_json(document.analysis_document(both)))
     of_force = made["accelerometers"]["az"]
     walk = of_force["velocity_random_walk"]
@@ -95,9 +93,60 @@ def test_page_terminal_and_json_hold_both(recording, force):
     }
     assert of_force["coefficients"]["bias_instability"]["unit"] == "mg"
     first = of_force["curve"]["deviation"][0] * 9.80665e-3
-    assert first == pytest.approx(force.curve.deviation[0])
+    assert first == pytest.approx(force.curve_before.deviation[0])
     assert forces_data(()) == {}
 
 
 def test_a_recording_without_accelerometers_gives_none(recording):
-    assert accelerometers_of(replace(recording, accelerometers=()), Settings()) == ()
+    found = accelerometers_of(replace(recording, accelerometers=()), Settings())
+    assert (found.analyses, found.refused) == ({}, {})
+
+
+def test_an_accelerometer_alone_is_answered_in_its_units(recording, force):
+    alone = analyze(recording.of_accelerometer("az"))
+    assert alone.angle_random_walk == force.angle_random_walk
+    assert alone.angle_random_walk.to("m/s/sqrt(h)").value == pytest.approx(WALK / UNIT, rel=0.05)
+    assert {one.sensor for one in alone.coefficients.values()} == {"accelerometer"}
+
+
+def test_arrays_in_units_of_force_are_accelerometers(recording, force):
+    values = recording.accelerometers[0].values
+    made = Recording.from_arrays(
+        x=recording.gyros[0].values,
+        az=values / 9.80665,
+        kind="rate",
+        unit={"x": "rad/s", "az": "g"},
+        sample_rate=RATE,
+    )
+    assert [one.name for one in made.gyros] == ["x"]
+    assert [(one.name, one.sensor) for one in made.accelerometers] == [("az", "accelerometer")]
+    found = analyze(made).accelerometers["az"].angle_random_walk
+    assert found.value == pytest.approx(force.angle_random_walk.value, rel=1e-9)
+    only = Recording.from_arrays(az=values, kind="rate", unit="m/s^2", sample_rate=RATE)
+    assert analyze(only).angle_random_walk == force.angle_random_walk
+
+
+def test_frames_hold_accelerometers_whose_unit_is_stated(recording):
+    pytest.importorskip("pandas")
+    back = Recording.from_frame(recording.to_frame())
+    assert [(one.name, one.shown_in) for one in back.accelerometers] == [("az", "g")]
+    np.testing.assert_allclose(
+        back.accelerometers[0].values, recording.accelerometers[0].values, rtol=1e-12
+    )
+    frame = {"x[deg/s]": [1.0, 2.0], "ax": [1.0, 1.0], "ay[m/s^2]": [9.8, 9.9]}
+    made = Recording.from_frame(frame, kind="rate", sample_rate=2.0)
+    assert [one.name for one in made.accelerometers] == ["ay"]
+
+
+def noisy_half_way(values):
+    """The same with noise that grows threefold half-way: what is looked at in a unit of its own."""
+    grown = values - values.mean()
+    grown[grown.size // 2 :] *= 3.0
+    return 9.81 + grown
+
+
+def test_noise_of_an_accelerometer_that_changes_is_said_in_its_units(recording):
+    (force,) = recording.accelerometers
+    louder = replace(force, values=noisy_half_way(force.values))
+    found = analyze(replace(recording, accelerometers=(louder,))).accelerometers["az"]
+    assert "unsteady" in {note.name for note in found.findings}

@@ -20,8 +20,6 @@ def answer(case: str, **settings: object):
     [
         ("upper half clipped", "not observable"),
         ("stuck again and again", "not observable"),
-        ("one sample late", "not observable"),
-        ("degrees beside arcseconds", "not observable"),
         ("five per cent zeros", "upper bound"),
         ("unsigned, 16 bits", "upper bound"),
     ],
@@ -71,7 +69,26 @@ def test_strict_refuses_in_one_line_and_accepts_by_name():
         Settings(accepted=("clip",))
 
 
-def test_two_copies_of_one_gyro_hold_no_noise():
-    recording = of_rate(still(), z=still())
-    with pytest.raises(RecordingError, match="x-z: holds no noise"):
-        analyze(recording, Settings(gyros=("x", "z"), method="none"))
+@pytest.mark.parametrize(
+    ("case", "name"), [("one sample late", "copy"), ("degrees beside arcseconds", "units")]
+)
+def test_what_gyros_at_rest_say_of_each_other_is_a_warning_and_each_is_answered(case, name):
+    recording = PATHOLOGIES[case][1]()
+    analysis = answer(case)
+    assert [(note.name, note.level) for note in analysis.findings] == [(name, "warning")]
+    for gyro, walk in analysis.per_gyro.items():
+        alone = analyze(recording, Settings(gyros=(gyro,), method="none"))
+        assert walk == alone.angle_random_walk
+        assert not alone.findings
+    with pytest.raises(RecordingError, match=name):
+        answer(case, strict=True)
+
+
+def test_two_copies_of_one_gyro_at_rest_are_told_and_two_gyros_are_not():
+    other = np.random.default_rng(8).permutation(still())
+    copied = analyze(of_rate(still(), z=still()), Settings(gyros=("x", "z"), method="none"))
+    sound = analyze(of_rate(still(), z=other), Settings(gyros=("x", "z"), method="none"))
+    assert [str(note) for note in copied.findings] == [
+        "z: is a copy of gyro x; name another gyro (gyros)"
+    ]
+    assert sound.findings == ()

@@ -31,3 +31,11 @@ def test_one_line_and_its_status(error, status, said, capsys):
     assert shown.count("\n") == 1
     if said is not None:
         assert shown == f"sagnac: {said}\n"
+
+
+def test_a_message_fits_ten_lines_and_moves_no_cursor(capsys):
+    assert explain(RecordingError("is odd", path="\x1b[2J" + "x" * 5000, remedy="look at it")) == 1
+    said = capsys.readouterr().err
+    assert len(said) <= 800
+    assert said.startswith("sagnac: \\x1b[2Jxxx")
+    assert said.endswith("xxx: is odd; look at it\n")

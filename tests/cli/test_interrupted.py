@@ -55,8 +55,13 @@ def commands(still: Path, folder: Path) -> dict[str, tuple[list[str], Path]]:
 
 def files_of(result: Path) -> dict[str, bytes]:
     """A result as it stands: a folder with its files, or a file with those beside it."""
-    found = result.iterdir() if result.is_dir() else result.parent.glob(f"{result.stem}*")
-    return {entry.name: entry.read_bytes() for entry in sorted(found)}
+    folder = result if result.is_dir() else result.parent
+    found = result.rglob("*") if result.is_dir() else result.parent.glob(f"{result.stem}*")
+    return {
+        entry.relative_to(folder).as_posix(): entry.read_bytes()
+        for entry in sorted(found)
+        if entry.is_file()
+    }
 
 
 def put_back(result: Path, files: dict[str, bytes]) -> None:

@@ -71,7 +71,8 @@ def test_estimators_come_in_the_order_of_the_family():
 
 def test_a_command_has_its_own_defaults():
     assert settings_of(NO_OPTIONS).method == "fos"
-    assert settings_of(NO_OPTIONS, method="none", interval=None).interval is None
+    assert settings_of(NO_OPTIONS, method="none").method == "none"
+    assert settings_of(NO_OPTIONS).interval is None
     chosen = settings_of(Options(method="fris", interval=0.5, gyros=("z",)), method="none")
     assert (chosen.method, chosen.interval, chosen.gyros) == ("fris", 0.5, ("z",))
 

@@ -8,6 +8,8 @@ from tests.cli.examples import STATED, strict
 
 def test_hours_for_a_width_and_to_decide_a_limit(bare, capsys):
     arguments = ["plan", str(bare), *STATED, "--within", "2%,1%", "--spec", "2e-3deg/sqrt(h)"]
+    # Of angles at 1 s the average is the narrower one.
+    arguments += ["--interval", "1s"]
     assert main([*arguments, "--json"]) == 0
     made = strict(capsys.readouterr().out)
     wide, narrow, limit = (row["hours"] for row in made["plan"])

@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 from sagnac.cli import main
 from tests.cli.examples import one_line
 
@@ -25,3 +27,28 @@ def test_a_toml_that_is_not_of_the_rig_is_an_error_in_the_data(capsys, tmp_path)
     assert str(config) in line
     assert "duration_hours" in line
     assert [item.name for item in tmp_path.iterdir()] == ["rig.toml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--seed=-1"], "--seed: seed is -1"),
+        (["--seed", "99999999999"], "--seed: seed is 99999999999"),
+        (["--duration", "1e12s"], "--duration: duration_s is 1000000000000.0"),
+        (["--duration", "1e-9s"], "--duration: duration_s is 1e-09"),
+        (["--table-rate", "nan"], "--table-rate: table.rate_deg_per_s is nan"),
+        (["--table-rate=-1e9"], "--table-rate: table.rate_deg_per_s is -1000000000.0"),
+    ],
+)
+def test_what_the_rig_cannot_do_is_wrong_usage(words, said, capsys, tmp_path):
+    assert main(["simulate", "-o", str(tmp_path / "run.npz"), *words]) == 2
+    line = one_line(capsys)
+    assert said in line
+    assert "it must lie from" in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_demo_with_a_wrong_seed_makes_nothing(capsys, tmp_path):
+    assert main(["demo", "--seed=-1", "-o", str(tmp_path / "demo")]) == 2
+    assert "--seed: seed is -1; it must lie from 0" in one_line(capsys)
+    assert not list(tmp_path.iterdir())

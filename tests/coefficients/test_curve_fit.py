@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.errors import RecordingError
@@ -110,3 +111,37 @@ def test_a_curve_of_few_points_gives_what_it_can():
     assert fit.coefficients["rate_ramp"].status == "not observable"
     with pytest.raises(RecordingError, match="record longer"):
         paper_fit(stability_curve(white(60, 1), kind="rate", sample_rate=1.0, taus=[1.0, 5.0]))
+
+
+@pytest.mark.parametrize("squares", ["plain", "two terms"])
+def test_plain_squares_are_those_of_equation_3(squares):
+    """Written out: non-negative least squares on the variance within the cut at 10 %."""
+    curve = stability_curve(white(7200, 5), kind="rate", sample_rate=1.0)
+    shown = 7200 / curve.tau >= 51.0
+    if squares == "two terms":
+        shown &= curve.tau <= 20.0
+    tau, variance = curve.tau[shown], curve.deviation[shown] ** 2
+    columns = np.stack([3.0 / tau**2, 1.0 / tau, 2.0 * np.log(2.0) / np.pi * tau**0, tau / 3.0,
+                        tau**2 / 2.0], axis=1)  # fmt: skip
+    if squares == "two terms":
+        columns = columns[:, :2]
+    expected = lsq_linear(columns, variance, bounds=(0.0, np.inf), tol=1e-14).x[1]
+    found = paper_fit(curve, squares=squares).coefficients
+    assert found["angle_random_walk"].value == pytest.approx(np.sqrt(expected), rel=1e-3)
+    if squares == "two terms":
+        assert {found[name].status for name in found if name not in list(found)[:2]} == {
+            "not observable"
+        }
+
+
+@pytest.mark.parametrize("squares", ["plain", "relative", "two terms"])
+def test_intervals_of_each_reading_hold_the_walk(squares):
+    held, values = 0, []
+    for seed in range(60):
+        curve = stability_curve(white(3600, seed), kind="rate", sample_rate=1.0)
+        estimate = paper_fit(curve, squares=squares).coefficients["angle_random_walk"]
+        assert estimate.status == "estimated"
+        held += estimate.low <= 1.0 <= estimate.high
+        values.append(estimate.value)
+    assert held >= 52
+    assert np.mean(values) == pytest.approx(1.0, abs=0.04)

@@ -231,3 +231,12 @@ def test_an_entry_point_names_a_format(tmp_path, points):
     points.append(object)
     with pytest.raises(TypeError, match=r"entry point mine of sagnac.formats is .* name a Format"):
         read(save(tmp_path / "run.csv", "x\n1\n"))
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("name", ["file", "args", "allow_pickle", "mdict"])
+def test_a_gyro_may_be_called_as_an_argument_of_a_library(name, suffix, tmp_path):
+    recording = Recording.from_arrays(**{name: walk()}, kind="rate", unit="deg/h", sample_rate=10.0)
+    (found,) = read(write(recording, tmp_path / f"run.{suffix}")).gyros
+    assert found.name == name
+    np.testing.assert_allclose(found.values, recording.gyros[0].values, rtol=1e-14)

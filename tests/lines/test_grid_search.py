@@ -105,3 +105,22 @@ def test_refusals(change, message):
 def test_a_fit_refuses_a_place_that_is_none():
     with pytest.raises(ValueError, match="chosen has shape"):
         grid_fit(np.zeros(20), [40], cells=4)
+
+
+def test_false_alarms_of_a_walk_are_few_above_the_lowest_frequency():
+    """Walks with readout noise and no line; neighbours on the finer grid add to the 5 %."""
+    alarms = 0
+    for seed in range(200):
+        random = np.random.default_rng(seed)
+        values = np.cumsum(random.standard_normal(3000)) + 3.0 * random.standard_normal(3000)
+        found = grid_search(values, cells=4, lowest=76, stop="false-alarm", most_terms=3)
+        alarms += found.chosen.size > 0
+    assert 2 <= alarms <= 40
+
+
+def test_the_lowest_candidate_is_the_lowest_chosen():
+    found = grid_search(signal(1000), cells=4, lowest=300, stop="none", most_terms=30)
+    assert found.chosen.min() + 1 >= 300
+    assert 401 in found.chosen + 1  # the line at 100.37 cycles
+    with pytest.raises(ValueError, match="lowest is 5000; give 1 to 1999"):
+        grid_search(signal(1000), cells=4, lowest=5000)

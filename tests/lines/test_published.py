@@ -7,7 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.lines.published import FAIR, PublishedSearch, remove_lines_as_published
+from sagnac.lines.published import (
+    AS_PRINTED,
+    FAIR,
+    SLOWEST_CYCLES,
+    PublishedSearch,
+    remove_lines_as_published,
+)
 from sagnac.lines.taken_noise import taken_allan_variance
 from sagnac.stability.curve import stability_curve
 
@@ -49,9 +55,76 @@ def test_step_1_leaves_the_motion_and_step_3_takes_it_out():
     steps = 1e-8 * np.random.default_rng(5).standard_normal((2, TIME.size))
     walks = np.cumsum(steps, axis=1)
     angles = {"x": walks[0] + 0.577 * table, "z": walks[1] + 0.577 * table}
-    pair = remove_lines_as_published(angles, table, RATE, search=replace(FAIR, most_lines=3))
-    difference = np.diff(pair.residual)
-    assert np.std(difference) == pytest.approx(np.sqrt(2.0) * 1e-8, rel=0.03)
+    for order in (FAIR, AS_PRINTED):
+        pair = remove_lines_as_published(angles, table, RATE, search=replace(order, most_lines=3))
+        difference = np.diff(pair.residual)
+        assert np.std(difference) == pytest.approx(np.sqrt(2.0) * 1e-8, rel=0.03)
+
+
+def test_a_wandering_table_cancels_in_parts_of_the_shares():
+    """(e_x - e_z) alpha stays in the difference of Eq. 21, and goes if the gyros are weighed."""
+    random = np.random.default_rng(9)
+    wander = np.cumsum(np.cumsum(1e-6 * random.standard_normal(TIME.size)))
+    table = 0.7 * TIME + wander
+    encoder = table + 1e-5 * random.standard_normal(TIME.size)
+    walks = np.cumsum(1e-9 * random.standard_normal((2, TIME.size)), axis=1)
+    line = 3e-7 * np.cos(2.0 * np.pi * 9.3 * TIME)
+    angles = {"x": walks[0] + 0.58 * table + line, "z": walks[1] + 0.57 * table}
+    left = {
+        order.difference_first: np.diff(
+            remove_lines_as_published(angles, encoder, RATE, search=order).residual
+        )
+        for order in (FAIR, AS_PRINTED)
+    }
+    assert np.std(left[True]) == pytest.approx(np.sqrt(2.0) * 1e-9, rel=0.03)
+    assert np.std(left[False]) > 100.0 * np.std(left[True])
+
+
+def test_earth_rate_along_a_wandering_table_goes_with_its_integrals():
+    """Eq. 4 integrated step by step; Eq. 6 has it as an order, which holds on a steady table."""
+    random = np.random.default_rng(10)
+    rate = 0.7 + 0.01 * np.sin(0.21 * TIME) + 0.01 * np.sin(0.083 * TIME)
+    table = np.cumsum(rate) / RATE
+    earth = 7e-5 * np.cumsum(np.cos(table - 0.5 * rate / RATE)) / RATE
+    walks = np.cumsum(1e-9 * random.standard_normal((2, TIME.size)), axis=1)
+    angles = {"x": walks[0] + 0.577 * table + earth, "z": walks[1] + 0.577 * table - earth}
+    few = replace(FAIR, most_lines=0)
+    left = remove_lines_as_published(angles, table, RATE, search=few).residual
+    assert np.std(np.diff(left)) == pytest.approx(np.sqrt(2.0) * 1e-9, rel=0.03)
+    plain = remove_lines_as_published(
+        angles, table, RATE, search=replace(few, difference_first=False)
+    ).residual
+    assert np.std(np.diff(plain)) > 10.0 * np.std(np.diff(left))
+
+
+def test_without_a_lowest_frequency_the_terms_go_to_the_wander_of_the_walk():
+    """The walk has most of its mean square in its first cycles; a weak line is found above them."""
+    duration = TIME.size / RATE
+    slowest = SLOWEST_CYCLES / duration
+    for seed in range(3):
+        walk = np.cumsum(1e-8 * np.random.default_rng(seed).standard_normal(TIME.size))
+        line = 1.5e-9 * np.cos(2.0 * np.pi * 11.03 * TIME)
+        chosen = {
+            search.slowest: [
+                one.frequency
+                for one in remove_lines_as_published(
+                    {"x": walk + line}, None, RATE, search=search
+                ).lines
+            ]
+            for search in (FAIR, replace(FAIR, slowest=0.0))
+        }
+        assert sum(place < 10.0 * slowest for place in chosen[0.0]) > 50
+        assert not any(abs(place - 11.03) < 0.01 for place in chosen[0.0])
+        assert min(chosen[SLOWEST_CYCLES]) >= slowest
+        assert any(abs(place - 11.03) < 0.01 for place in chosen[SLOWEST_CYCLES])
+        assert len(chosen[SLOWEST_CYCLES]) <= 4
+
+
+def test_the_lowest_frequency_is_where_a_line_is_highest_at_the_end_of_the_curve():
+    """2 A sin^2(pi f tau) / tau, highest over tau at the paper's cut, N / n = 51."""
+    tau = np.linspace(0.5, 1.5, 20_001) / 51.0  # of a record
+    highest = tau[np.argmax(np.sin(np.pi * SLOWEST_CYCLES * tau) ** 2 / tau)]
+    assert highest == pytest.approx(1.0 / 51.0, rel=1e-3)
 
 
 def test_both_gyros_lose_the_same_frequencies():
@@ -61,7 +134,7 @@ def test_both_gyros_lose_the_same_frequencies():
     walks = np.cumsum(steps, axis=1)
     line = 3e-6 * np.cos(2.0 * np.pi * 7.0 * TIME)
     angles = {"x": walks[0] + jitter + line, "z": walks[1] + jitter}
-    pair = remove_lines_as_published(angles, None, RATE, search=replace(FAIR, stop="none"))
+    pair = remove_lines_as_published(angles, None, RATE, search=replace(AS_PRINTED, stop="none"))
     assert np.std(np.diff(pair.residual)) == pytest.approx(np.sqrt(2.0) * 1e-9, rel=0.05)
 
 
@@ -85,7 +158,7 @@ def test_noise_taken_is_what_the_curve_lost():
     """Lines on the lowest forty bins of a white rate: what is left and what is taken add up."""
     tau = np.array([10.0, 20.0, 30.0])
     expected = 1e-16 * RATE / tau
-    search = replace(FAIR, cells=1, most_lines=40)
+    search = replace(FAIR, cells=1, most_lines=40, slowest=0.0)
     turns = 2.0 * np.pi * np.arange(20_000) / 20_000
     left, taken = np.zeros((2, 12, 3))
     for seed in range(12):
@@ -110,7 +183,7 @@ def test_at_rest_there_is_the_second_step_alone():
 
 def test_a_search_that_takes_all_its_terms_says_so():
     removal = remove_lines_as_published(
-        {"x": angle()}, None, RATE, search=replace(FAIR, most_lines=2)
+        {"x": angle()}, None, RATE, search=replace(FAIR, most_lines=2, stop="none")
     )
     assert "ended at its 2 terms" in removal.notes[0].text
 
@@ -134,6 +207,7 @@ def test_refusals(change, message):
     ("change", "message"),
     [
         ({"cells": 0}, "cells is 0"),
+        ({"slowest": -1.0}, "slowest is -1.0"),
         ({"stop": "never"}, "stop is 'never'"),
         ({"most_lines": -1}, "most_terms -1"),
     ],

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.paper.laboratory import on_day
+from sagnac.paper.laboratory import DRIVEN, on_day
 from sagnac.paper.plan import Scope, plan
 from sagnac.rig.config import preset
 from tests.paper.scope import SMALL
@@ -13,8 +13,8 @@ from tests.paper.scope import SMALL
 
 def test_every_cell_has_a_recording_of_its_own():
     runs = [run for run in plan(Scope()) if run.name.startswith("table")]
-    cells = [run for run in runs if not run.name.endswith("-paper")]
-    assert len(runs) == 60
+    cells = [run for run in runs if not run.name.endswith(("-paper", "-printed"))]
+    assert len(runs) == 87
     assert len(cells) == 30
     assert len({run.config.seed for run in cells}) == 30
     assert {run.config.duration_s for run in cells} == {7200.0}
@@ -28,12 +28,32 @@ def test_every_cell_has_a_recording_of_its_own():
 def test_each_cell_is_also_by_the_papers_method_and_at_rest_untouched():
     runs = {run.name: run for run in plan(Scope())}
     for name, run in runs.items():
-        if name.startswith("table") and not name.endswith("-paper"):
+        if name.startswith("table") and not name.endswith(("-paper", "-printed")):
             other = runs[f"{name}-paper"]
             assert other.config == run.config
             assert run.method == "fos"
             assert other.by_curve
             assert other.method == ("fos-paper" if run.config.turning else "none")
+            assert (f"{name}-printed" in runs) == run.config.turning
+            if run.config.turning:
+                printed = runs[f"{name}-printed"]
+                assert printed.config == run.config
+                assert printed.as_printed
+                assert not other.as_printed
+
+
+def test_disturbances_at_rest_and_turning_are_two_sets():
+    runs = {run.name: run.config for run in plan(Scope())}
+    assert runs["table1-0-day1"].disturbances.time == ()
+    ordinary = preset("paper").disturbances.time
+    for name in ("table1-10-day1", "table2-80-day3"):
+        turning = runs[name].disturbances.time
+        assert len(turning) == len(ordinary)
+        for (frequency, amplitude), (usual, size) in zip(turning, ordinary, strict=True):
+            assert frequency == pytest.approx(usual, rel=0.02)
+            # Amplitudes differ from day to day by a factor of 1.5, one standard deviation.
+            drawn = amplitude / size / (1.0 if usual >= 50.0 else DRIVEN)
+            assert 0.2 < drawn < 5.0
 
 
 def test_days_differ_in_what_a_laboratory_does_not_hold():
@@ -74,9 +94,10 @@ def test_runs_of_one_recording_stand_together_and_names_differ():
     names = [run.name for run in runs]
     assert len(set(names)) == len(runs)
     place = names.index("figure2-day1")
-    assert names[place - 2 : place] == ["table2-40-day1", "table2-40-day1-paper"]
+    cell = "table2-40-day1"
+    assert names[place - 3 : place] == [cell, f"{cell}-paper", f"{cell}-printed"]
     assert runs[place - 1].config == runs[place].config
-    assert names.index("figure2-day2") == place + 3
+    assert names.index("figure2-day2") == place + 4
 
 
 def test_a_scope_or_run_that_cannot_be_is_refused():

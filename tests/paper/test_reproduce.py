@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sagnac.cli import app as cli
+from sagnac.coefficients.readings import READINGS
 from sagnac.errors import RecordingError
 from sagnac.paper.outcome import read_outcome, write_outcome
 from sagnac.paper.plan import plan
@@ -17,6 +18,7 @@ from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.reproduce import outcomes_of_table, reproduce
 from sagnac.processes import GIBIBYTE, Means, Standing
 from sagnac.report import reproduction as pages
+from sagnac.report.reproduction_figures import figures_of
 from sagnac.rig.simulate import simulate
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from tests.paper.scope import SMALL
@@ -122,15 +124,15 @@ def test_runs_of_one_recording_share_one_simulation(tmp_path, monkeypatch):
         pass
 
     def stop(standing):
-        if standing.computed == 5:
+        if standing.computed == 6:
             raise _Enough
 
-    # The first two cells, of two runs each, and one of the third.
+    # The first cell has two runs and the second three; the sixth run is of the third.
     with pytest.raises(_Enough):
         reproduce(folder, SMALL, told=stop)
     assert len(seen) == 3
     assert len(set(seen)) == 3
-    assert len(list((folder / "runs").glob("*.json"))) == 5
+    assert len(list((folder / "runs").glob("*.json"))) == 6
 
 
 def test_tables_hold_every_cell_with_truth_and_published_number(made):
@@ -144,6 +146,8 @@ def test_tables_hold_every_cell_with_truth_and_published_number(made):
             "truth[deg/sqrt(h)]", "error", "lines", "seed",
             "by_paper_method[deg/sqrt(h)]", "by_paper_method_status", "by_paper_method_error",
             "duration[s]",
+            *(f"{order}_{name}[deg/sqrt(h)]" for order in ("by_paper", "as_printed")
+              for name in READINGS),
         ]  # fmt: skip
         assert [float(row["table_rate[deg/s]"]) for row in rows] == list(published)
         for row in rows:
@@ -153,6 +157,7 @@ def test_tables_hold_every_cell_with_truth_and_published_number(made):
     trials = list(csv.DictReader(texts["figure3_trials"].splitlines()))
     assert len(trials) == 3 * len(result.trials)
     assert {"figure2", "figure3", "figure4", "figure5", "figure6", "table_rate"} < texts.keys()
+    assert set(figures_of(result)) == {f"figure{number}" for number in range(1, 7)} | {"table_rate"}
 
 
 class _Reader(HTMLParser):
@@ -190,7 +195,7 @@ def test_page_stands_alone_and_shows_every_published_number(made, tmp_path):
     for table, size in ((TABLE_1, 1e-4), (TABLE_2, 1e-5)):
         for days in table.values():
             assert f"paper {days[0] / size:.2f}" in text
-    for figure in ("Figure 2", "Figure 3", "Figures 4, 5 and 6", "Table 1", "Table 2"):
+    for figure in ("Figure 1", "Figure 2", "Figure 3", "Figures 4, 5 and 6", "Table 1", "Table 2"):
         assert figure in text
 
 

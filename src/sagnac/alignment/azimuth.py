@@ -16,6 +16,7 @@ from sagnac.alignment.noise import GyroNoise
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import allan_variance_basis
 from sagnac.constants import EARTH_RATE
+from sagnac.errors import quoted
 from sagnac.units import DEGREE
 
 # Beyond this Earth rate has next to no north component, and azimuth is not found from it.
@@ -94,7 +95,7 @@ def azimuth_error(
     if not np.all((moments > 0.0) & np.isfinite(moments)):
         raise ValueError("times must be finite numbers of seconds above zero")
     if positions not in (1, 2):
-        raise ValueError(f"positions is {positions!r}; use 1 or 2")
+        raise ValueError(f"positions is {quoted(positions)}; use 1 or 2")
     basis = allan_variance_basis(moments / positions)[:, _OF_NAMES] / positions
     parts = basis * noise.values**2 / rate**2
     constant = (bias / rate) ** 2 if positions == 1 else 0.0

@@ -17,6 +17,7 @@ from sagnac.alignment.azimuth import north_rate
 from sagnac.alignment.noise import GyroNoise
 from sagnac.arrays import FloatArray
 from sagnac.constants import EARTH_RATE
+from sagnac.errors import quoted
 
 STATES: Final = (
     "tilt_north",
@@ -101,7 +102,7 @@ def step_of(noise: GyroNoise, latitude: float, seconds: float) -> Step:
         If the step is not above zero, or the latitude is within a degree of a pole.
     """
     if not seconds > 0.0:
-        raise ValueError(f"seconds is {seconds!r}; give a time above zero")
+        raise ValueError(f"seconds is {quoted(seconds)}; give a time above zero")
     system = system_matrix(latitude)
     count = len(STATES)
     driven = np.zeros((count, count))

@@ -16,6 +16,7 @@ from sagnac.alignment.error_model import (
 )
 from sagnac.alignment.noise import GyroNoise
 from sagnac.arrays import FloatArray
+from sagnac.errors import quoted
 from sagnac.units import DEGREE
 
 
@@ -45,9 +46,9 @@ class Start:
         for name in ("tilt", "azimuth", "velocity_noise", "step_s"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {value!r}; give a finite number above zero")
+                raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
         if not self.drift >= 0.0:
-            raise ValueError(f"drift is {self.drift!r}; give zero or more")
+            raise ValueError(f"drift is {quoted(self.drift)}; give zero or more")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -130,7 +131,7 @@ def aligned(
     begun = start or Start()
     steps = round(seconds / begun.step_s) if math.isfinite(seconds) else 0
     if steps < 1:
-        raise ValueError(f"seconds is {seconds!r}; give {begun.step_s:g} or more")
+        raise ValueError(f"seconds is {quoted(seconds)}; give {begun.step_s:g} or more")
     step = step_of(noise, latitude, begun.step_s)
     covariance = initial_covariance(noise, begun)
     azimuth = np.empty(steps)

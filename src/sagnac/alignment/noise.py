@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
 from sagnac.units import COEFFICIENT_UNITS
 
 NAMES: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
@@ -46,7 +46,7 @@ class GyroNoise:
         for name in NAMES:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} is {value!r}; give a finite number, zero or more")
+                raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
         if self.covariance.shape != (3, 3):
             raise ValueError(f"covariance has shape {self.covariance.shape}; give (3, 3)")
 

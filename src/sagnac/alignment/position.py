@@ -8,6 +8,7 @@ import numpy as np
 from sagnac.alignment.error_model import POSITIONS, step_of
 from sagnac.alignment.noise import GyroNoise
 from sagnac.arrays import FloatArray
+from sagnac.errors import quoted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,7 +57,7 @@ def position_error(
         If the time is not above zero, or the latitude is within a degree of a pole.
     """
     if not (seconds > 0.0 and math.isfinite(seconds)):
-        raise ValueError(f"seconds is {seconds!r}; give a time above zero")
+        raise ValueError(f"seconds is {quoted(seconds)}; give a time above zero")
     step = step_of(noise, latitude, seconds / steps)
     deviation = np.empty(steps)
     for number in range(steps):

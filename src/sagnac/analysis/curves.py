@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from sagnac import series
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
-from sagnac.analysis.settings import Settings
+from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.taken_noise import taken_allan_variance, with_noise_restored
@@ -45,11 +47,14 @@ class Curves:
         With the periodic parts removed, and with all of them in.
     family
         After removal, one for each estimator asked for.
+    taken
+        (points of `after`,) Allan variance of the noise that went with the lines, (rad/s)^2.
     """
 
     after: StabilityCurve
     before: StabilityCurve
     family: tuple[StabilityCurve, ...]
+    taken: FloatArray
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -106,6 +111,8 @@ def curves_of(
 ) -> Curves:
     """The curves after and before removal, the noise that went with the lines given back.
 
+    A reading of Step 4 that puts none back leaves it out of the paper's methods.
+
     Parameters
     ----------
     measured, left
@@ -113,17 +120,20 @@ def curves_of(
     points, before
         The angles at the interval of the curve after and before removal.
     settings
-        Confidence and estimators.
+        Method, reading of Step 4, confidence and estimators.
     """
     gyros, confidence = measured.gyros_differenced, settings.confidence
     after = allan_curve(points, confidence, gyros)
     removal = left.removal
+    taken = np.zeros(after.tau.size)
     if removal.taken.size:
         taken = taken_allan_variance(after.tau, *removal.taken, interval=1.0 / measured.sample_rate)
-        after = with_noise_restored(after, taken, len(removal.lines))
+        restored = settings.method not in PUBLISHED or settings.step_4.noise_restored
+        after = with_noise_restored(after, taken, len(removal.lines), restored=restored)
     same = before.angle is points.angle
     return Curves(
         after=after,
+        taken=taken,
         before=after if same else allan_curve(before, confidence, gyros),
         family=tuple(
             replace(curve, gyros_differenced=gyros)

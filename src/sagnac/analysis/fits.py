@@ -9,7 +9,7 @@ import numpy as np
 from sagnac import series
 from sagnac.analysis.curves import LEAST_POINTS, Points, points_at
 from sagnac.analysis.removal import Remainder
-from sagnac.analysis.settings import Settings
+from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.coefficients.cosine_spectrum import cosine_spectrum
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
@@ -107,8 +107,8 @@ def coefficients_of(
         likelihood = _fit_likelihood(fine, differenced, settings.confidence, left.removal.masked)
     of_gyro = _from_cluster(curve, readout.time)
     fits: dict[FitName, Fit] = {
-        "paper": _fit_curve("paper", of_gyro, differenced, settings.confidence),
-        "weighted": _fit_curve("weighted", of_gyro, differenced, settings.confidence),
+        "paper": _fit_curve("paper", of_gyro, differenced, settings),
+        "weighted": _fit_curve("weighted", of_gyro, differenced, settings),
         "likelihood": likelihood,
     }
     hat = _Hat()
@@ -202,12 +202,21 @@ def fit_likelihood(
 
 
 def _fit_curve(
-    method: Literal["paper", "weighted"], curve: StabilityCurve, differenced: int, confidence: float
+    method: Literal["paper", "weighted"],
+    curve: StabilityCurve,
+    differenced: int,
+    settings: Settings,
 ) -> Fit:
     """A fit to the curve; a curve too short for it observes nothing, and says so."""
-    fit = paper_fit if method == "paper" else weighted_fit
+    confidence = settings.confidence
     try:
-        return fit(curve, gyros_differenced=differenced, confidence=confidence)
+        if method == "weighted":
+            return weighted_fit(curve, gyros_differenced=differenced, confidence=confidence)
+        # Beside another method's answer, relative squares tell of all five terms.
+        squares = settings.step_4.squares if settings.method in PUBLISHED else "relative"
+        return paper_fit(
+            curve, squares=squares, gyros_differenced=differenced, confidence=confidence
+        )
     except RecordingError as error:
         return nothing_observed(method, confidence, Note(text=f"no {method} fit: {error}"))
 

@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 from scipy.special import gammaincinv
 
-from sagnac.analysis.allan_fit import step_4
 from sagnac.analysis.averaged import Averaged, roll_off_of
 from sagnac.analysis.curves import Points, allan_curve, points_at
 from sagnac.analysis.fits import Coefficients, unobserved
@@ -83,7 +82,7 @@ def headline_of(
         Confidence and interval.
     """
     if settings.method in PUBLISHED:
-        return _of_allan_fit(measured.channel, coefficients, curve, measured.gyros_differenced)
+        return _of_allan_fit(measured, left, curve, coefficients, settings)
     if found is not None and found.average.angle_random_walk.status == "estimated":
         return _of_average(measured, found, coefficients)
     fit = coefficients.fits["likelihood"].coefficients["angle_random_walk"]
@@ -134,16 +133,32 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
 
 
 def _of_allan_fit(
-    channel: str, coefficients: Coefficients, curve: StabilityCurve, gyros_differenced: int
+    measured: Measurement,
+    left: Remainder,
+    curve: StabilityCurve,
+    coefficients: Coefficients,
+    settings: Settings,
 ) -> Headline:
-    """Step 4 of the paper, whatever it says."""
-    return Headline(
-        estimate=step_4(
-            curve, coefficients.fits["paper"].coefficients["angle_random_walk"], gyros_differenced
-        ),
-        source=f"least squares of five terms on the Allan variance of {channel} at "
-        f"{1.0 / curve.sample_rate:.4g} s (Step 4 of the paper)",
+    """Step 4 of the paper by the reading chosen.
+
+    A fit whose interval begins at 0 shows no N, whatever value its squares have.
+    """
+    fitted = coefficients.fits["paper"].coefficients["angle_random_walk"]
+    reading = settings.step_4.in_words
+    if fitted.status == "estimated" and fitted.low > 0.0:
+        return Headline(
+            estimate=fitted,
+            source=f"least squares on the Allan variance of {measured.channel} at "
+            f"{1.0 / curve.sample_rate:.4g} s (Step 4 of the paper): {reading}",
+        )
+    bounding = _bounding(
+        measured, left, curve=curve, coefficients=coefficients, found=None, settings=settings
     )
+    note = Note(
+        text=f"Step 4 of the paper ({reading}) shows no angle random walk of {measured.channel}: "
+        "only an upper bound is given"
+    )
+    return _bound(bounding, None, settings, (note,))
 
 
 def _likelihood_source(channel: str, coefficients: Coefficients) -> str:

@@ -31,3 +31,11 @@ def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
         for name in COEFFICIENT_NAMES
         if name in estimates and estimates[name].status != "not observable"
     }
+
+
+def answer_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
+    """All coefficients beside the answer, with the answer among them."""
+    return {
+        **headline_coefficients(analysis),
+        "angle_random_walk": analysis.angle_random_walk,
+    }

@@ -13,12 +13,24 @@ def verdict_of(analysis: Analysis) -> Verdict | None:
 
     N of a triad is judged for each gyro, all else for what the curve is of: one gyro, or what the
     difference of two makes per gyro. A gyro of a triad that is not in that difference is undecided
-    there, for nothing was measured of it.
+    there, for nothing was measured of it. At rest each gyro is judged by its own analysis; one
+    that was refused is undecided.
     """
     specification = analysis.settings.specification
     if specification is None:
         return None
-    rows = [row for limit in specification.limits for row in _rows(analysis, limit, specification)]
+    rows = [
+        row
+        for limit in specification.limits
+        for one in analysis.each
+        for row in _rows(one, limit, specification)
+    ]
+    rows += [
+        judged(name, limit, _unseen(analysis, limit), specification)
+        for limit in specification.limits
+        for name in analysis.settings.gyros
+        if name in analysis.refused
+    ]
     return Verdict(specification=specification, judgements=tuple(rows))
 
 
@@ -27,9 +39,8 @@ def _rows(analysis: Analysis, limit: Limit, specification: Specification) -> lis
         return [judged(name, limit, own, specification) for name, own in analysis.per_gyro.items()]
     rows = [judged(analysis.channel, limit, _measured(analysis, limit), specification)]
     taken = {*analysis.channel.split("-"), analysis.channel}
-    unseen = unobserved(limit.coefficient, analysis.settings.confidence)
     return rows + [
-        judged(name, limit, unseen, specification)
+        judged(name, limit, _unseen(analysis, limit), specification)
         for name in analysis.per_gyro
         if name not in taken
     ]
@@ -39,4 +50,8 @@ def _measured(analysis: Analysis, limit: Limit) -> Estimate:
     if limit.coefficient == "angle_random_walk":
         return analysis.angle_random_walk
     found = headline_coefficients(analysis).get(limit.coefficient)
-    return found or unobserved(limit.coefficient, analysis.settings.confidence)
+    return found or _unseen(analysis, limit)
+
+
+def _unseen(analysis: Analysis, limit: Limit) -> Estimate:
+    return unobserved(limit.coefficient, analysis.settings.confidence)

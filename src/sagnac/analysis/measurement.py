@@ -10,6 +10,8 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
+from sagnac.recording.not_finite import not_finite_notes
+from sagnac.recording.stuck import stuck_notes
 
 # A departure from a straight line by fewer units of the last place is rounding.
 _ROUNDING: Final = 64.0
@@ -75,6 +77,21 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
         gyros=(gyros[0], gyros[-1]),
         sample_rate=rate,
     )
+
+
+def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
+    """Refuse a gyro with missing samples, or one that is stuck.
+
+    Raises
+    ------
+    RecordingError
+        For the first of them.
+    """
+    for gyro in map(recording.gyro, gyros):
+        notes = not_finite_notes(recording, gyro.name, gyro.values)
+        for note in (*notes, *stuck_notes(recording, gyro)):
+            if note.level == "error":
+                raise RecordingError.of(note)
 
 
 def require_noise(measured: Measurement) -> None:

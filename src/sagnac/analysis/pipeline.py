@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, TypedDict
+from typing import Final, Protocol, TypedDict
 
 from threadpoolctl import ThreadpoolController
 
 from sagnac import series
-from sagnac.analysis.alone import alone
 from sagnac.analysis.averaged import Averaged, averaged
 from sagnac.analysis.curves import (
     Curves,
@@ -25,15 +24,17 @@ from sagnac.analysis.measurement import (
     Measurement,
     measure,
     require_noise,
+    require_sound,
 )
 from sagnac.analysis.noticed import noticed
+from sagnac.analysis.one_gyro import answer_of_one
 from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.residuals import Residual, residual_of
-from sagnac.analysis.result import Analysis, Answer, Covariance
+from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
 from sagnac.analysis.shares import TableTold, told_by_table
-from sagnac.analysis.sharing import sharing_notes, sharing_notes_of_turning
+from sagnac.analysis.sharing import Sharing, sharing_of
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
 from sagnac.analysis.stages import Stages
 from sagnac.analysis.table_angle import (
@@ -47,15 +48,27 @@ from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
-from sagnac.errors import Note
+from sagnac.errors import Note, RecordingError
 from sagnac.kernels import cache_notes
 from sagnac.lines.model import Line
+from sagnac.recording.effects import effect_words
 from sagnac.recording.model import Recording
+from sagnac.recording.pairs import pair_notes
+from sagnac.recording.profile import profile_of
 from sagnac.recording.quality import accepted, judged_remainder
-from sagnac.table.turns import mean_rate
+from sagnac.table.turns import mean_rate, turns
 
 # Many small products, a few large ones: threads would spend their time waiting for each other.
 _BLAS: Final = ThreadpoolController()
+
+
+class Run(Protocol):
+    """What analyzes a recording."""
+
+    def __call__(
+        self, recording: Recording, settings: Settings, /, *, progress: Progress | None = None
+    ) -> Analysis:
+        """The analysis."""
 
 
 def analyze(
@@ -63,8 +76,9 @@ def analyze(
 ) -> Analysis:
     """The angle random walk of a recording, with everything it rests on.
 
-    Gyro difference, removal of the periodic parts by the chosen method, the stability curve
-    of the angle at the chosen interval, the coefficients three ways.
+    On a turning table the gyro difference, at rest each gyro alone; removal of the periodic parts
+    by the chosen method, the stability curve of the angle at the chosen interval, the coefficients
+    three ways. Accelerometers are analyzed one by one.
 
     Parameters
     ----------
@@ -78,6 +92,9 @@ def analyze(
     Returns
     -------
     Analysis
+        Of several gyros at rest that of the first, and all of them in `Analysis.gyros`. A gyro
+        or an accelerometer that cannot be analyzed beside others that can is in
+        `Analysis.refused`.
 
     Raises
     ------
@@ -95,15 +112,18 @@ def analyze(
     >>> analysis.angle_random_walk.low < 1e-6 < analysis.angle_random_walk.high
     True
     """
-    stages = Stages(progress, recording.provenance.path if recording.provenance else "recording")
+    settings = settings or Settings()
     with _BLAS.limit(limits=1, user_api="blas"):
-        return _analysis(recording, settings or Settings(), stages)
+        found = _of_gyros(recording, settings, progress)
+    forces = accelerometers_of(recording, settings, progress=progress)
+    return found.with_accelerometers(forces)
 
 
 def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
     """The figures of `analyze` alone: no spectra, no shares, nothing on noise in common.
 
-    For many recordings of which nobody reads a report.
+    For many recordings of which nobody reads a report. A pair is differenced at rest, too, as
+    the paper does.
 
     Parameters
     ----------
@@ -115,7 +135,7 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
     RecordingError
         If the recording cannot give what `settings` ask for; one line, with the remedy.
     """
-    stages = Stages(None, recording.provenance.path if recording.provenance else "recording")
+    stages = _stages(recording, None)
     with _BLAS.limit(limits=1, user_api="blas"):
         prepared = _prepared(recording, settings or Settings(), stages)
         removed = _removed(prepared, stages)
@@ -129,7 +149,145 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
         fits=trust.fits(answered.coefficients.fits),
         lines=_lines(removed),
         curve=answered.curves.after,
+        taken=answered.curves.taken,
     )
+
+
+def accelerometers_of(
+    recording: Recording,
+    settings: Settings,
+    *,
+    run: Run | None = None,
+    progress: Progress | None = None,
+) -> Alone:
+    """An analysis of each accelerometer, its lines out, and why there is none of some.
+
+    A specific force is to its integral, a velocity, what a rate is to an angle: sums, curves and
+    fits are the same, and only the units differ (`sagnac.units.SENSED`).
+
+    Parameters
+    ----------
+    recording
+        With accelerometers, or without: then there is nothing to do.
+    settings
+        Interval, confidence and estimators; the gyros that they name do not count, and lines in
+        table angle are not sought.
+    run
+        What analyzes one; `analyze` unless given.
+    progress
+        Called with the stage and the fraction of it done.
+    """
+    alone = replace(settings, method="fos", specification=None)
+    each = {one.name: recording.of_accelerometer(one.name) for one in recording.accelerometers}
+    return each_alone(each, alone, run or analyze, progress)
+
+
+def each_alone(
+    recordings: Mapping[str, Recording], settings: Settings, run: Run, progress: Progress | None
+) -> Alone:
+    """Channels one by one; what one of them does not give does not cost the others.
+
+    Parameters
+    ----------
+    recordings
+        Channel -> recording that holds it.
+    settings
+        For all of them; if they are strict, every refusal is an error.
+    run
+        What analyzes one.
+    progress
+        Called with the stage, the channel before it, and the fraction of it done.
+
+    Raises
+    ------
+    RecordingError
+        For a channel that is refused, if the settings are strict.
+    """
+    analyses: dict[str, Analysis] = {}
+    refused: dict[str, RecordingError] = {}
+    for name, recording in recordings.items():
+
+        def told(stage: str, fraction: float, name: str = name) -> None:
+            if progress is not None:
+                progress(f"{name}: {stage}", fraction)
+
+        try:
+            found = run(recording, replace(settings, gyros=(name,)), progress=told)
+        except RecordingError as error:
+            if settings.strict:
+                raise
+            refused[name] = error
+        else:
+            analyses[name] = _without_notes_of_others(found, name)
+    return Alone(analyses=analyses, refused=refused)
+
+
+def _without_notes_of_others(analysis: Analysis, name: str) -> Analysis:
+    """An analysis of one channel without what reading noticed of the others."""
+    recording = analysis.recording
+    others = {one.name for one in (*recording.gyros, *recording.accelerometers)} - {name}
+    notes = tuple(note for note in analysis.notes if note.channel not in others)
+    return replace(analysis, notes=notes)
+
+
+def _of_gyros(recording: Recording, settings: Settings, progress: Progress | None) -> Analysis:
+    """Gyros on one turning table together, at rest each alone."""
+    stages = _stages(recording, progress)
+    with stages.stage("difference"):
+        names = settings.gyros_of(recording)
+    if len(names) == 1 or turns(recording):
+        return _analysis(recording, settings, stages)
+
+    def run(each: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
+        return _analysis(each, chosen, _stages(each, progress))
+
+    return gyros_alone(recording, replace(settings, gyros=names), run, progress)
+
+
+def gyros_alone(
+    recording: Recording, settings: Settings, run: Run, progress: Progress | None
+) -> Analysis:
+    """Several gyros at rest, each alone: `Analysis.of_gyros`.
+
+    Parameters
+    ----------
+    recording, settings
+        With the gyros that the settings name, two or more.
+    run
+        What analyzes one.
+    progress
+        Called with the stage and the fraction of it done.
+
+    Raises
+    ------
+    RecordingError
+        The first refusal, if no gyro gives anything or the settings are strict.
+    """
+    names = settings.gyros
+    alone = each_alone(dict.fromkeys(names, recording), settings, run, progress)
+    if not alone.analyses:
+        raise next(iter(alone.refused.values()))
+    beside = accepted(_beside_each_other(recording, tuple(alone.analyses)), settings.accepted)
+    require_strict(beside, settings)
+    return Analysis.of_gyros(alone, names, beside)
+
+
+def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> tuple[Note, ...]:
+    """What gyros say of each other; at rest it spoils no answer, since each is taken alone."""
+    profiles = {name: profile_of(recording.gyro(name)) for name in names}
+    return tuple(
+        replace(
+            note,
+            level="warning",
+            text=note.text.removesuffix(f"; {effect_words(note.effect)}"),
+            effect=None,
+        )
+        for note in pair_notes(recording, profiles)
+    )
+
+
+def _stages(recording: Recording, progress: Progress | None) -> Stages:
+    return Stages(progress, recording.provenance.path if recording.provenance else "recording")
 
 
 def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analysis:
@@ -138,12 +296,16 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     removed = _removed(prepared, stages)
     answered = _answered(prepared, removed, stages)
     with stages.stage("check"):
-        shared = _shared(prepared, removed.left, answered.found)
-        seen = _seen(prepared, (*_noticed(prepared, removed.left, answered), *shared))
+        sharing = _sharing(prepared, removed.left, answered.found)
+        noticed = _noticed(prepared, removed.left, answered)
+        seen = _seen(prepared, (*noticed, *sharing.notes))
         require_strict(seen, prepared.settings)
     with stages.stage("spectrum"):
         spectra = _spectra(prepared, removed)
-    return _composed(prepared, removed, answered, seen, spectra, seconds=stages.seconds)
+    widened = sharing.widened(answered.headline.estimate)
+    answered = replace(answered, headline=replace(answered.headline, estimate=widened))
+    found = _composed(prepared, removed, answered, seen, spectra, seconds=stages.seconds)
+    return found.with_units_of_sensor()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,10 +357,12 @@ class _Spectra:
 
 
 def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prepared:
-    rate, interval = recording.sample_rate, settings.interval
+    rate = recording.sample_rate
     with stages.stage("difference"):
         gyros = settings.gyros_of(recording)
-        settings = replace(settings, gyros=gyros)
+        interval = settings.interval_on(turning=turns(recording))
+        settings = replace(settings, gyros=gyros, interval=interval)
+        require_sound(recording, gyros)
         undithered = without_dither(recording, gyros, settings.method)
         measured = measure(undithered.recording, gyros)
         points = points_at(measured.angle, rate, interval)
@@ -274,7 +438,7 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
         )
         by_encoder = False
         if prepared.table.estimate is not None and measured.gyros_differenced == 1:
-            own = alone(
+            own = answer_of_one(
                 headline,
                 measured,
                 prepared.undithered.recording,
@@ -318,16 +482,13 @@ def _noticed(prepared: _Prepared, left: Remainder, answered: _Answered) -> tuple
     return (*notes, *_of_remainder(recording, measured.channel, left, found))
 
 
-def _shared(prepared: _Prepared, left: Remainder, found: Averaged | None) -> tuple[Note, ...]:
-    """What a pair shares."""
-    if found is None:
-        return ()
-    recording, measured = prepared.undithered.recording, prepared.measured
-    if prepared.table.angle is None:
-        return sharing_notes(recording, measured, left, found)
-    return sharing_notes_of_turning(
-        recording,
-        measured,
+def _sharing(prepared: _Prepared, left: Remainder, found: Averaged | None) -> Sharing:
+    """What a pair on a turning table shares."""
+    if found is None or prepared.table.angle is None:
+        return Sharing()
+    return sharing_of(
+        prepared.undithered.recording,
+        prepared.measured,
         left,
         found,
         table=prepared.table,

@@ -115,7 +115,7 @@ def _as_published(measured: Measurement, table: FloatArray | None, asked: Asked)
     """Steps 1 to 3 of the paper."""
     rate = measured.sample_rate
     angles = {measured.channel: measured.angle}
-    if len(measured.gyros) > 1 and not asked.search.difference_first:
+    if len(measured.gyros) > 1:
         angles = {name: angle_of(asked.recording.gyro(name), rate) for name in measured.gyros}
     removal = remove_lines_as_published(
         angles, table, rate, search=asked.search, progress=asked.progress

@@ -15,7 +15,7 @@ from sagnac.coefficients.estimates import Estimate, Fit, FitName
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
 from sagnac.dataframes import pandas_for
-from sagnac.errors import Note
+from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
 from sagnac.stability.curve import StabilityCurve
@@ -50,6 +50,8 @@ class Answer:
     ----------
     angle_random_walk, gyros_differenced, fits, lines, curve
         As of `Analysis`.
+    taken
+        (points of `curve`,) Allan variance of the noise that went with the lines, (rad/s)^2.
     """
 
     angle_random_walk: Estimate
@@ -57,6 +59,7 @@ class Answer:
     fits: Mapping[FitName, Fit]
     lines: tuple[Line, ...]
     curve: StabilityCurve
+    taken: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,9 +111,14 @@ class Analysis:
         The answer over parts of the recording, of one gyro.
     residual
         What removal leaves, against time and table angle; None if it was not kept.
+    gyros
+        Of several gyros at rest: each analyzed by itself, by name. All else is of the first of
+        them, except `per_gyro`, `settings`, `notes` and `seconds`. Else empty.
     accelerometers
-        The accelerometers of the recording, each analyzed by itself; all figures are in m/s²
-        where those of a gyro are in rad/s.
+        The accelerometers of the recording, each analyzed by itself, by name; all figures are in
+        m/s² where those of a gyro are in rad/s.
+    refused
+        Why there is no analysis of a gyro or an accelerometer, by name.
     shares
         What each gyro shows of the table's rate; empty at rest.
     triad
@@ -140,9 +148,80 @@ class Analysis:
     covariance: Covariance | None = None
     parts: tuple[Part, ...] = ()
     residual: Residual | None = None
-    accelerometers: "tuple[Analysis, ...]" = ()
+    gyros: "Mapping[str, Analysis]" = field(default_factory=dict)
+    accelerometers: "Mapping[str, Analysis]" = field(default_factory=dict)
+    refused: Mapping[str, RecordingError] = field(default_factory=dict)
     shares: Mapping[str, Share] = field(default_factory=dict)
     triad: Triad | None = None
+
+    @classmethod
+    def of_gyros(
+        cls, alone: "Alone", names: tuple[str, ...], beside: tuple[Note, ...]
+    ) -> "Analysis":
+        """The analysis of several gyros that were taken one by one.
+
+        Parameters
+        ----------
+        alone
+            One or more of them.
+        names
+            Of all that were asked for.
+        beside
+            Notes on gyros beside each other.
+        """
+        first = next(iter(alone.analyses.values()))
+        read = first.recording.notes
+        notes = [
+            note if note.channel else replace(note, channel=name)
+            for name, one in alone.analyses.items()
+            for note in one.notes
+            if note not in read
+        ]
+        seconds: dict[str, float] = {}
+        for one in alone.analyses.values():
+            for stage, spent in one.seconds.items():
+                seconds[stage] = seconds.get(stage, 0.0) + spent
+        return replace(
+            first,
+            settings=replace(first.settings, gyros=names),
+            per_gyro={name: one.angle_random_walk for name, one in alone.analyses.items()},
+            notes=tuple(dict.fromkeys((*read, *notes, *beside))),
+            seconds=seconds,
+            gyros=alone.analyses,
+            refused=alone.refused,
+        )
+
+    @property
+    def each(self) -> "tuple[Analysis, ...]":
+        """Those that stand for themselves: of every gyro taken alone, else this one."""
+        return tuple(self.gyros.values()) or (self,)
+
+    def with_accelerometers(self, forces: "Alone") -> "Analysis":
+        """The same with what its accelerometers gave."""
+        return replace(
+            self, accelerometers=forces.analyses, refused={**self.refused, **forces.refused}
+        )
+
+    def with_units_of_sensor(self) -> "Analysis":
+        """The same with estimates that know that they are an accelerometer's, if they are."""
+        sensor = self.sensor
+        if sensor == "gyro":
+            return self
+
+        def named(
+            estimates: Mapping[CoefficientName, Estimate],
+        ) -> dict[CoefficientName, Estimate]:
+            return {name: replace(one, sensor=sensor) for name, one in estimates.items()}
+
+        return replace(
+            self,
+            angle_random_walk=replace(self.angle_random_walk, sensor=sensor),
+            coefficients=named(self.coefficients),
+            fits={
+                method: replace(fit, coefficients=named(fit.coefficients))
+                for method, fit in self.fits.items()
+            },
+        )
 
     @property
     def findings(self) -> tuple[Note, ...]:
@@ -194,3 +273,19 @@ class Analysis:
     def with_seconds(self, before: Mapping[str, float]) -> "Analysis":
         """The same with stages that came before it, such as reading."""
         return replace(self, seconds={**before, **self.seconds})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Alone:
+    """Channels that were analyzed one by one.
+
+    Attributes
+    ----------
+    analyses
+        By channel.
+    refused
+        Why there is none, of the others.
+    """
+
+    analyses: Mapping[str, Analysis]
+    refused: Mapping[str, RecordingError]

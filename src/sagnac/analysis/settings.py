@@ -5,12 +5,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
-from sagnac.errors import RecordingError
+from sagnac.coefficients.readings import PLAIN, Reading
+from sagnac.errors import RecordingError, quoted
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.recording.effects import FINDINGS
 from sagnac.recording.model import Recording
 from sagnac.specification.limits import Specification
 from sagnac.stability.names import Estimator
+from sagnac.table.turns import turns
 
 Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
 PUBLISHED: Final[tuple[Method, ...]] = ("fos-paper", "fos-korenberg")
@@ -19,6 +21,8 @@ PUBLISHED: Final[tuple[Method, ...]] = ("fos-paper", "fos-korenberg")
 Progress = Callable[[str, float], None]
 
 MOST_GYROS = 3
+# Between the angles of the curve on a turning table, s: Step 4 of the paper.
+_ON_TABLE: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,9 +32,9 @@ class Settings:
     Parameters
     ----------
     gyros
-        Names: one gyro, a pair to difference, or a triad. The first gyro of a triad less the last
-        gives the curve and the answer; with the second, each gyro's own N is told apart. Without
-        any, all gyros of the recording.
+        Names; without any, all gyros of the recording. At rest each is taken alone. On a turning
+        table: one gyro, a pair to difference, or a triad. The first gyro of a triad less the last
+        gives the curve and the answer; with the second, each gyro's own N is told apart.
     method
         How the periodic parts are removed. ``fos``: joint fit of all lines that stand above the
         noise floor. ``fos-paper``: fast orthogonal search, each gyro first, and the fit of the
@@ -38,8 +42,8 @@ class Settings:
         the Fourier transform, with Korenberg's stop and 40 terms. ``fris``: one
         angle a turn. ``none``: nothing is removed.
     interval
-        Seconds between the angles that the curve is made of (Step 4 of the paper: 1 s);
-        None for every sample.
+        Seconds between the angles that the curve is made of; None for every sample at rest and
+        for 1 s on a turning table (Step 4 of the paper).
     confidence
         Of every interval, between 0 and 1.
     estimators
@@ -54,6 +58,9 @@ class Settings:
         Limits that the gyros have to keep; None for no verdict.
     published
         How ``fos-paper`` searches: grid, orders, terms, rule and order of the steps.
+    step_4
+        How the paper's methods read their Step 4: which squares, and whether the noise that went
+        with the lines is put back (`sagnac.coefficients.readings`).
 
     Raises
     ------
@@ -72,31 +79,38 @@ class Settings:
 
     gyros: tuple[str, ...] = ()
     method: Method = "fos"
-    interval: float | None = 1.0
+    interval: float | None = None
     confidence: float = 0.95
     estimators: tuple[Estimator, ...] = ()
     strict: bool = False
     accepted: tuple[str, ...] = ()
     specification: Specification | None = None
     published: PublishedSearch = FAIR
+    step_4: Reading = PLAIN
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):
-            raise ValueError(f"gyros is {self.gyros!r}; give names, such as ('x', 'z')")
+            raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         object.__setattr__(self, "estimators", tuple(self.estimators))
         _require_choice("method", self.method, get_args(Method))
         if isinstance(self.accepted, str):
-            raise ValueError(f"accepted is {self.accepted!r}; give names, such as ('clipping',)")
+            raise ValueError(
+                f"accepted is {quoted(self.accepted)}; give names, such as ('clipping',)"
+            )
         object.__setattr__(self, "accepted", tuple(self.accepted))
         for name in self.accepted:
             _require_choice("accepted", name, FINDINGS)
         for estimator in self.estimators:
             _require_choice("estimators", estimator, get_args(Estimator))
         if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):
-            raise ValueError(f"interval is {self.interval!r}; give seconds above zero, or None")
+            raise ValueError(
+                f"interval is {quoted(self.interval)}; give seconds above zero, or None"
+            )
         if not 0.0 < self.confidence < 1.0:
-            raise ValueError(f"confidence is {self.confidence!r}; give a number between 0 and 1")
+            raise ValueError(
+                f"confidence is {quoted(self.confidence)}; give a number between 0 and 1"
+            )
 
     def gyros_of(self, recording: Recording) -> tuple[str, ...]:
         """The gyros asked for, or all that the recording has.
@@ -104,17 +118,28 @@ class Settings:
         Raises
         ------
         RecordingError
-            If these are not one, two or three different gyros.
+            If these are not different gyros, or more than three on a turning table.
         """
         names = self.gyros or tuple(channel.name for channel in recording.gyros)
-        if not 1 <= len(names) <= MOST_GYROS or len(set(names)) != len(names):
+        most = MOST_GYROS if turns(recording) else len(recording.gyros)
+        if len(names) > most or len(set(names)) != len(names):
             raise RecordingError(
-                f"gyros {','.join(names) or '(none)'}",
+                f"gyros {','.join(names)}",
                 remedy="name one gyro, a pair or a triad, each once ({gyros x,z})",
             )
         return names
 
+    def interval_on(self, *, turning: bool) -> float | None:
+        """Seconds between the angles of the curve on a turning table or at rest; None: every one.
+
+        Parameters
+        ----------
+        turning
+            Whether the table turns.
+        """
+        return _ON_TABLE if self.interval is None and turning else self.interval
+
 
 def _require_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
     if value not in choices:
-        raise ValueError(f"{name} is {value!r}; use one of {', '.join(choices)}")
+        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")

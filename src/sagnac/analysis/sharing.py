@@ -1,18 +1,17 @@
-"""Whether the two gyros of a pair share noise, which their difference hides: at rest, turning."""
+"""Whether the two gyros of a pair share noise, which their difference hides."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from sagnac import series
 from sagnac.analysis.averaged import Averaged
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.table_angle import TurningTable
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.common_noise import Common, band_moments, common_noise
 from sagnac.coefficients.common_walk import CommonWalk, common_walk, differenced_factor
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note
@@ -28,78 +27,41 @@ from sagnac.table.kinematics import (
 from sagnac.table.motion import follow_table_together
 from sagnac.table.turns import FEW_TURNS, full_turns
 
-# A correlation below this moves the answer by less than half a per cent.
-_WORTH_A_NOTE: Final = 0.01
-# Samples of each gyro that are looked at.
-_MOST: Final = 2**21
+# A share below this does not matter.
+_MATTERS: Final = 0.01
 
 
-def sharing_notes(
-    recording: Recording, measured: Measurement, left: Remainder, found: Averaged
-) -> tuple[Note, ...]:
-    """What the cross spectrum of a pair at rest says over the band of N.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sharing:
+    """What two gyros on one table share.
 
-    On a turning table both gyros sense the table, and their cross spectrum is of that.
-
-    Parameters
+    Attributes
     ----------
-    recording
-        With both gyros.
-    measured, left
-        The difference, and what removal left of it.
-    found
-        The average, which says where N rules.
+    notes
+        What is said of it.
+    reads
+        Smallest and largest factor at which the difference reads N of a gyro itself; None if
+        nothing that matters is seen.
     """
-    if measured.gyros_differenced == 1 or not found.average.rests_on.terms:
-        return ()
-    rate = recording.sample_rate
-    increments = np.stack(
-        [
-            series.differences(angle_of(recording.gyro(name), rate)[: _MOST + 1])
-            for name in measured.gyros
-        ]
-    )
-    low, high = found.average.rests_on.band_hz
-    try:
-        moments = band_moments(
-            increments,
-            sample_rate=rate,
-            band_hz=(low, min(high, 0.5 * rate)),
-            masked=left.removal.masked,
+
+    notes: tuple[Note, ...] = ()
+    reads: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.reads is not None and not 0.0 < self.reads[0] <= self.reads[1]:
+            raise ValueError(f"reads is {self.reads}; give two factors above zero, low then high")
+
+    def widened(self, read: Estimate) -> Estimate:
+        """N per gyro of the difference with an interval that holds N of the gyros themselves."""
+        if self.reads is None or read.status != "estimated":
+            return read
+        least, most = self.reads
+        return replace(
+            read, low=min(read.low, read.low / most), high=max(read.high, read.high / least)
         )
-    except ValueError:
-        # A band of lines alone.
-        return ()
-    common = common_noise(moments)
-    return (_note(measured.channel, common),) if common.degrees_of_freedom > _LEAST else ()
 
 
-# Degrees of freedom from which on a correlation says anything.
-_LEAST: Final = 8.0
-
-
-def _note(channel: str, common: Common) -> Note:
-    said = f"correlation {common.correlation:+.2g} ({common.low:+.2g} to {common.high:+.2g})"
-    if not common.present or abs(common.correlation) < _WORTH_A_NOTE:
-        return Note(
-            channel=channel, text=f"the two gyros share no noise in the band of the answer: {said}"
-        )
-    off = 100.0 * (common.differenced - 1.0)
-    return Note(
-        name="shared",
-        effect=common.differenced,
-        channel=channel,
-        level="warning" if abs(off) >= 1.0 else "remark",
-        text=f"the two gyros share noise in the band of the answer ({said}): the difference reads "
-        f"{abs(off):.2g} % {'low' if off < 0.0 else 'high'} against the gyros themselves; "
-        "see each alone ({gyros})",
-    )
-
-
-# --- on a turning table -----------------------------------------------------------------------
-
-
-def sharing_notes_of_turning(
+def sharing_of(
     recording: Recording,
     measured: Measurement,
     left: Remainder,
@@ -107,7 +69,7 @@ def sharing_notes_of_turning(
     *,
     table: TurningTable,
     confidence: float,
-) -> tuple[Note, ...]:
+) -> Sharing:
     """What the cross spectrum of gyros on a turning table says, motion and orders taken out.
 
     What the encoder adds to every gyro looks like the gyros' own, but not like an angle random
@@ -128,7 +90,7 @@ def sharing_notes_of_turning(
     """
     walk = found.average.angle_random_walk
     if measured.gyros_differenced == 1 or walk.status != "estimated":
-        return ()
+        return Sharing()
     shared = shared_walk(
         recording,
         measured.gyros,
@@ -137,7 +99,7 @@ def sharing_notes_of_turning(
         masked=left.removal.masked,
         confidence=confidence,
     )
-    return () if shared is None else (_note_of_turning(measured.channel, shared, walk.value),)
+    return Sharing() if shared is None else _worded(measured.channel, shared, walk.value)
 
 
 def shared_walk(
@@ -213,46 +175,50 @@ def _without_table(angles: list[FloatArray], kinematic: Kinematics) -> FloatArra
     return averages
 
 
-def _note_of_turning(channel: str, shared: CommonWalk, walk: float) -> Note:
+def _worded(channel: str, shared: CommonWalk, walk: float) -> Sharing:
     low, factor, high = (
         differenced_factor(square, walk) for square in (shared.high, shared.square, shared.low)
     )
-    if factor < _ENCODER and shared.is_present:
-        walks = Estimate(
-            name="angle_random_walk",
-            value=math.sqrt(shared.square),
-            low=math.sqrt(shared.low),
-            high=math.sqrt(shared.high),
-            confidence=shared.confidence,
-            status="estimated",
-        )
-        return Note(
-            channel="table",
-            text="its readings wander: each gyro taken against them shows "
-            f"{walks.to('deg/sqrt(h)')} of the encoder's; the answer of the two gyros is free of "
-            "it, one alone would not be",
-        )
     if not shared.is_present:
-        if low < _TELLING:
-            return Note(
-                channel=channel,
-                text="whether the two gyros share an angle random walk cannot be told beside the "
-                "noise of the encoder",
-            )
-        return Note(
-            channel=channel,
-            text="no angle random walk that the two gyros share is seen beside the table's motion: "
+        text = (
+            "whether the two gyros share an angle random walk cannot be told beside the noise of "
+            "the encoder"
+            if low < _TELLING
+            else "no angle random walk that the two gyros share is seen beside the table's motion: "
             f"the difference reads at most {100.0 * (1.0 - low):.2g} % low against the gyros "
-            "themselves",
+            "themselves"
         )
+        return Sharing(notes=(Note(channel=channel, text=text),))
+    if factor < _ENCODER:
+        return Sharing(notes=(_wander(shared),))
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
-    return Note(
+    matters = abs(factor - 1.0) >= _MATTERS
+    note = Note(
         name="shared",
         effect=factor,
         channel=channel,
-        level="warning" if abs(off) >= 1.0 else "remark",
+        level="warning" if matters else "remark",
         text="the two gyros share an angle random walk that their difference does not show: per "
         f"gyro it reads {abs(off):.2g} % ({ends[0]:.2g} to {ends[1]:.2g} %) "
         f"{'low' if off < 0.0 else 'high'} against the gyros themselves, unless the encoder "
-        "wanders that much",
+        f"wanders that much{'; the interval allows for it' if matters else ''}",
+    )
+    return Sharing(notes=(note,), reads=(low, high) if matters else None)
+
+
+def _wander(shared: CommonWalk) -> Note:
+    """The wander of an encoder, as two gyros show it alike."""
+    walk = Estimate(
+        name="angle_random_walk",
+        value=math.sqrt(shared.square),
+        low=math.sqrt(shared.low),
+        high=math.sqrt(shared.high),
+        confidence=shared.confidence,
+        status="estimated",
+    )
+    return Note(
+        channel="table",
+        text="its readings wander: each gyro taken against them shows "
+        f"{walk.to('deg/sqrt(h)')} of the encoder's; the answer of the two gyros is free of it, "
+        "one alone would not be",
     )

@@ -16,6 +16,7 @@ from sagnac.errors import Note, RecordingError
 from sagnac.recording.gaps import longest_whole_stretch
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Channel, Recording
+from sagnac.recording.stuck import stuck_notes
 from sagnac.stability.curve import StabilityCurve, stability_curve
 
 
@@ -39,7 +40,11 @@ class AtRest:
 
 
 def at_rest(
-    recording: Recording, settings: Settings, *, progress: Progress | None = None
+    recording: Recording,
+    settings: Settings,
+    *,
+    progress: Progress | None = None,
+    lines_in: bool = False,
 ) -> AtRest:
     """Curve and coefficients of one gyro, and what they would be without its lines.
 
@@ -52,9 +57,12 @@ def at_rest(
     recording
         Its table is not looked at.
     settings
-        For one gyro. With the method ``none`` the lines are searched for all the same.
+        For one gyro. With the method ``none`` the lines are searched for all the same, and the
+        answer is that of `analyze` with its own method.
     progress
         Called with the stage and the fraction of it done.
+    lines_in
+        Leave the lines in the answer as well, with the method ``none``.
 
     Raises
     ------
@@ -66,13 +74,17 @@ def at_rest(
     if len(settings.gyros) != 1:
         raise ValueError(f"gyros is {settings.gyros!r}; name one for the still bench")
     recording = replace(recording, table=None, null_pulse=None, accelerometers=())
-    if has_gaps(recording, settings.gyros[0]):
+    name = settings.gyros[0]
+    for note in stuck_notes(recording, recording.gyro(name)):
+        if note.level == "error":
+            raise RecordingError.of(note, recording.path)
+    if has_gaps(recording, name):
         try:
-            return _with_gaps(recording, settings, progress)
+            return _with_gaps(recording, settings, progress, lines_in=lines_in)
         except RecordingError as error:
             path = recording.provenance.path if recording.provenance else "recording"
             raise error.at(path) from None
-    return _whole(recording, settings, progress)
+    return _whole(recording, settings, progress, lines_in=lines_in)
 
 
 def has_gaps(recording: Recording, gyro: str) -> bool:
@@ -81,9 +93,11 @@ def has_gaps(recording: Recording, gyro: str) -> bool:
     return any(series.map(lambda block: np.isnan(values[block]).any(), values.size, values))
 
 
-def _whole(recording: Recording, settings: Settings, progress: Progress | None) -> AtRest:
+def _whole(
+    recording: Recording, settings: Settings, progress: Progress | None, *, lines_in: bool
+) -> AtRest:
     analysis = analyze(recording, settings, progress=progress)
-    if settings.method != "none":
+    if settings.method != "none" or lines_in:
         return AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
     searched = analyze(recording, replace(settings, method="fos", estimators=()), progress=progress)
     # Vibration and lines are no angle random walk: the answer is the one without them.
@@ -117,7 +131,9 @@ class _Stretch:
     note: Note
 
 
-def _with_gaps(recording: Recording, settings: Settings, progress: Progress | None) -> AtRest:
+def _with_gaps(
+    recording: Recording, settings: Settings, progress: Progress | None, *, lines_in: bool
+) -> AtRest:
     (name,) = settings.gyros
     gyro = recording.gyro(name)
     if settings.method != "none":
@@ -134,7 +150,13 @@ def _with_gaps(recording: Recording, settings: Settings, progress: Progress | No
     part, start = longest_whole_stretch(recording, name)
     span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
     stretch = _of_stretch(
-        part, span, curve=curve, recording=recording, settings=settings, progress=progress
+        part,
+        span,
+        curve=curve,
+        recording=recording,
+        settings=settings,
+        progress=progress,
+        lines_in=lines_in,
     )
     analysis = stretch.found.analysis
     # What the curve of the stretch alone noticed is of no curve that is shown.
@@ -170,11 +192,12 @@ def _of_stretch(
     recording: Recording,
     settings: Settings,
     progress: Progress | None,
+    lines_in: bool,
 ) -> _Stretch:
     """Coefficients, lines and spectra of the longest stretch, or nothing of them."""
     (name,) = settings.gyros
     try:
-        found = _whole(part, replace(settings, estimators=()), progress=progress)
+        found = _whole(part, replace(settings, estimators=()), progress=progress, lines_in=lines_in)
         steps = series.differences(angle_of(part.gyro(name), part.sample_rate))
         return _Stretch(
             found=found,

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from sagnac.analysis.settings import Settings
 from sagnac.campaign.tasks import LABELS, Task
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement
@@ -49,10 +49,10 @@ class Choices:
         try:
             groups = set(re.compile(self.pattern).groupindex)
         except re.error as error:
-            raise ValueError(f"pattern is {self.pattern!r}; {error}") from None
+            raise ValueError(f"pattern is {quoted(self.pattern)}; {error}") from None
         if self.pattern and (not groups or groups - set(LABELS)):
             raise ValueError(
-                f"pattern is {self.pattern!r}; give it groups such as (?P<unit>…), of "
+                f"pattern is {quoted(self.pattern)}; give it groups such as (?P<unit>…), of "
                 f"{', '.join(LABELS)}"
             )
 
@@ -180,7 +180,7 @@ def _texts(content: Mapping[str, Any], name: str) -> list[Any]:
     value = content.get(name, [])
     values = [value] if isinstance(value, str) else list(value)
     if not all(isinstance(one, str) for one in values):
-        raise ValueError(f"{name} is {value!r}; give text, or a list of it")
+        raise ValueError(f"{name} is {quoted(value)}; give text, or a list of it")
     return values
 
 

@@ -1,5 +1,6 @@
 """The table of a campaign: one line for each row, as CSV and Parquet."""
 
+import csv
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -12,6 +13,7 @@ import pyarrow.parquet as pq
 from sagnac.campaign.runner import Row
 from sagnac.campaign.spans import span_of
 from sagnac.campaign.tasks import Task
+from sagnac.errors import RecordingError
 from sagnac.formats.files import replacing
 from sagnac.report.files import write_text
 from sagnac.report.tables import csv_text
@@ -138,6 +140,40 @@ def write_tables(lines: Sequence[Line], folder: Path) -> tuple[Path, Path]:
     with replacing(folder / "campaign.parquet") as temporary:
         pq.write_table(pa.table(columns), temporary)
     return folder / "campaign.csv", folder / "campaign.parquet"
+
+
+def read_table(path: Path) -> list[Line]:
+    """The lines of a ``campaign.csv``, or of the one in a folder.
+
+    Raises
+    ------
+    RecordingError
+        If there is none, or it is no table of a campaign.
+    """
+    file = path / "campaign.csv" if path.is_dir() else path
+    remedy = "give the folder of a campaign or its campaign.csv"
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        problem = error.strerror if isinstance(error, OSError) else "not UTF-8"
+        raise RecordingError(f"cannot be read ({problem})", path=str(file), remedy=remedy) from None
+    try:
+        return [_line_of_texts(row) for row in csv.DictReader(text.splitlines())]
+    except (KeyError, ValueError, TypeError) as error:
+        raise RecordingError(
+            f"is no table of a campaign ({error})", path=str(file), remedy=remedy
+        ) from None
+
+
+def _line_of_texts(row: Mapping[str, str]) -> Line:
+    values: dict[str, Any] = {}
+    for field in fields(Line):
+        text = row[field.name]
+        if field.type is str:
+            values[field.name] = text
+        else:
+            values[field.name] = float(text or "nan") if field.type is float else int(text)
+    return Line(**values)
 
 
 def groups_of(lines: Iterable[Line]) -> dict[tuple[str, str], list[Line]]:

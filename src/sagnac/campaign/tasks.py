@@ -9,7 +9,7 @@ from typing import Final
 
 from sagnac import __version__
 from sagnac.analysis.settings import Settings
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
 from sagnac.formats.statement import Statement
 
 SCHEMA: Final = "sagnac.campaign-result/1"
@@ -49,7 +49,7 @@ class Task:
     def __post_init__(self) -> None:
         for name in self.labels:
             if name not in LABELS:
-                raise ValueError(f"labels: {name!r} is no label; use {', '.join(LABELS)}")
+                raise ValueError(f"labels: {quoted(name)} is no label; use {', '.join(LABELS)}")
 
     @property
     def key(self) -> str:

@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final
@@ -131,6 +132,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return status if isinstance(status, int) else DONE
 
 
+def _unshown(*_: object, **__: object) -> None:
+    """What a library warns of is shown nowhere."""
+
+
 def _prepare_process() -> None:
     """Threads of linear algebra, garbage, streams, and the signs that a terminal may lack."""
     # Imports make hundreds of thousands of objects that stay. Going through them every few hundred
@@ -140,6 +145,9 @@ def _prepare_process() -> None:
     # them down, tenfold if other work shares the cores. numpy reads these at its first import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MKL_NUM_THREADS", "1")
+    if not sys.warnoptions:
+        # Libraries warn those who program with them; -W and PYTHONWARNINGS show it.
+        warnings.showwarning = _unshown
     # A stream that was closed before the start is None; what goes there goes nowhere.
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:

@@ -10,6 +10,9 @@ FAILED: Final = 3
 UNDECIDED: Final = 4
 INTERRUPTED: Final = 130
 
+# Characters of a message.
+_LONGEST: Final = 780
+
 
 class UsageError(Exception):
     """Wrong usage that the argument parser cannot see."""
@@ -49,5 +52,12 @@ def explain(error: Exception) -> int:
 
 
 def complain(message: str) -> None:
-    """One line on standard error."""
-    print(f"sagnac: {' '.join(message.split())}", file=sys.stderr)
+    """One line on standard error, of which a screen shows no more than ten."""
+    from sagnac.errors import visible
+
+    line = visible(" ".join(message.split()))
+    if len(line) > _LONGEST:
+        # What is wrong stands at the beginning, what to do at the end.
+        half = _LONGEST // 2
+        line = f"{line[:half]} ... {line[-half:]}"
+    print(f"sagnac: {line}", file=sys.stderr)

@@ -304,13 +304,29 @@ class Options(Reading):
         Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"] | None,
         Parameter(group=ANALYSIS, help="How periodic parts are removed: fos unless stated."),
     ] = None
+    step_4: Annotated[
+        Literal[
+            "plain",
+            "plain-restored",
+            "relative",
+            "relative-restored",
+            "two-terms",
+            "two-terms-restored",
+        ]
+        | None,
+        Parameter(
+            group=ANALYSIS,
+            help="How the paper's methods fit the curve: plain unless stated; -restored puts the "
+            "noise that went with the lines back.",
+        ),
+    ] = None
     interval: Annotated[
         float | None,
         one_argument(
             seconds,
             group=ANALYSIS,
             metavar="1s",
-            help="Between the angles of the curve: 1s unless stated; every sample in avar.",
+            help="Between the angles of the curve: every sample unless stated, 1s on a table.",
         ),
     ] = None
     confidence: Annotated[
@@ -456,7 +472,6 @@ def settings_of(
     options: Options,
     *,
     method: "Method" = "fos",
-    interval: float | None = 1.0,
     estimators: "tuple[Estimator, ...]" = (),
 ) -> "Settings":
     """What the options choose, with a command's own defaults for what was not typed.
@@ -467,18 +482,20 @@ def settings_of(
         If a value cannot be.
     """
     from sagnac.analysis.settings import Settings
+    from sagnac.coefficients.readings import READINGS
 
     try:
         specification = specification_stated(options)
         return Settings(
             gyros=options.gyros or (),
             method=options.method or method,
-            interval=interval if options.interval is None else options.interval,
+            interval=options.interval,
             confidence=_confidence(options, specification),
             estimators=estimators,
             strict=options.strict,
             accepted=options.accept or (),
             specification=specification,
+            step_4=READINGS[options.step_4 or "plain"],
         )
     except ValueError as error:
         raise UsageError(_of_option(error)) from error

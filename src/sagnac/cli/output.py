@@ -117,55 +117,116 @@ def write_report(
     """Page, document, tables and figures of one analysis, into a folder that is made for them.
 
     With `settings`, which repeat the run, these too; with `pdf` also the page as a PDF. Without
-    `with_forces` the accelerometers are in the document, but not on the page.
+    `with_forces` the accelerometers are in the document, but not on the page. Gyros that were taken
+    alone have one page together, and a folder each in it.
     """
     ready_to_draw()
     from sagnac.formats.files import replacing_folder
-    from sagnac.report import document, figures, page, tables
+
+    sheet = _Sheet(block=block, settings=settings, pdf=pdf, with_forces=with_forces)
+    # All of it or nothing: new figures beside an old document would be believed.
+    with replacing_folder(folder) as new:
+        written = (
+            _write_unit(analysis, new, sheet)
+            if analysis.gyros
+            else _write_gyro(analysis, new, sheet)
+        )
+    return replace(written, paths=tuple(folder / path for path in written.paths))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sheet:
+    """What a report holds beside the analysis; see `write_report`."""
+
+    block: "TitleBlock | None"
+    settings: str
+    pdf: bool
+    with_forces: bool
+
+
+def _write_unit(analysis: "Analysis", folder: Path, sheet: _Sheet) -> Written:
+    """The page of several gyros that were taken alone, and each one's own report."""
+    from sagnac.report import figures, page
     from sagnac.report.files import write_text
 
     began = time.perf_counter()
-    shown = analysis if with_forces else replace(analysis, accelerometers=())
+    places = {name: folder_name(name) for name in analysis.gyros}
+    links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
+    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
+    text = page.unit_page(shown, block=sheet.block, settings=sheet.settings, links=links)
+    write_text(folder / "report.html", text)
+    figures.write_png(figures.unit_figure(analysis), folder / "stability.png")
+    names = ["report.html", *_printed(text, folder, sheet), "analysis.json", "stability.png"]
+    if sheet.settings:
+        write_text(folder / "settings.toml", sheet.settings)
+        names.append("settings.toml")
+    paths = [Path(name) for name in names]
+    each = {}
+    for name, one in analysis.gyros.items():
+        place = folder / places[name]
+        place.mkdir()
+        own = _write_gyro(one, place, sheet)
+        each[name] = own.analysis
+        paths += [Path(places[name]) / path for path in own.paths]
+    spent = time.perf_counter() - began
+    analysis = replace(analysis, gyros=each, seconds={**analysis.seconds, "report": spent})
+    _write_document(analysis, folder)
+    return Written(analysis=analysis, paths=tuple(paths))
+
+
+def _write_gyro(analysis: "Analysis", folder: Path, sheet: _Sheet) -> Written:
+    """The report of one analysis; its paths are relative to the folder."""
+    from sagnac.report import figures, page, tables
+    from sagnac.report.files import write_text
+
+    began = time.perf_counter()
+    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
     drawn = figures.report_figures(analysis)
-    pictures = ["stability.png", "spectrum.png"]
+    pictures = {"stability.png": drawn.stability, "spectrum.png": drawn.spectrum}
     if drawn.parts is not None:
-        pictures.append("parts.png")
+        pictures["parts.png"] = drawn.parts
     texts = {
-        "report.html": page.page(shown, drawn, block=block, settings=settings),
+        "report.html": page.page(shown, drawn, block=sheet.block, settings=sheet.settings),
         "stability.csv": tables.stability_table(analysis),
         "lines.csv": tables.line_table(analysis),
     }
     if analysis.family:
         texts["family.csv"] = tables.family_table(analysis)
         texts["psd.csv"] = tables.density_table(analysis)
-    if settings:
-        texts["settings.toml"] = settings
-    # All of it or nothing: new figures beside an old document would be believed.
-    with replacing_folder(folder) as new:
-        figures.write_png(drawn.stability, new / "stability.png")
-        figures.write_png(drawn.spectrum, new / "spectrum.png")
-        if drawn.parts is not None:
-            figures.write_png(drawn.parts, new / "parts.png")
-        for name, text in texts.items():
-            write_text(new / name, text)
-        spent = time.perf_counter() - began
-        analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
-        text = document.to_json(document.analysis_document(analysis))
-        write_text(new / "analysis.json", text + "\n")
-        if pdf:
-            from sagnac.report.pdf import write_pdf
-
-            write_pdf(texts["report.html"], new / "report.pdf")
+    if sheet.settings:
+        texts["settings.toml"] = sheet.settings
+    for name, figure in pictures.items():
+        figures.write_png(figure, folder / name)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    spent = time.perf_counter() - began
+    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
+    _write_document(analysis, folder)
     first, *others = texts
-    names = (first, "analysis.json", *others, *pictures)
-    if pdf:
-        names = (first, "report.pdf", *names[1:])
-    return Written(analysis=analysis, paths=tuple(folder / name for name in names))
+    printed = _printed(texts[first], folder, sheet)
+    names = (first, *printed, "analysis.json", *others, *pictures)
+    return Written(analysis=analysis, paths=tuple(map(Path, names)))
 
 
-def write_accelerometers(
-    analyses: "Sequence[Analysis]", folder: Path, *, pdf: bool = False
-) -> list[Path]:
+def _write_document(analysis: "Analysis", folder: Path) -> None:
+    from sagnac.report import document
+    from sagnac.report.files import write_text
+
+    text = document.to_json(document.analysis_document(analysis))
+    write_text(folder / "analysis.json", text + "\n")
+
+
+def _printed(page: str, folder: Path, sheet: _Sheet) -> list[str]:
+    """The page as a PDF, if that is wanted."""
+    if not sheet.pdf:
+        return []
+    from sagnac.report.pdf import write_pdf
+
+    write_pdf(page, folder / "report.pdf")
+    return ["report.pdf"]
+
+
+def write_accelerometers(analysis: "Analysis", folder: Path, *, pdf: bool = False) -> list[Path]:
     """Page and figure of the accelerometers of a recording, into a folder that is made for them.
 
     With `pdf` also the page as a PDF.
@@ -176,8 +237,9 @@ def write_accelerometers(
     from sagnac.report.files import write_text
 
     with replacing_folder(folder) as new:
-        figures.write_png(forces.force_figure(analyses), new / "stability.png")
-        text = page.accelerometers_page(analyses)
+        drawn = forces.force_figure(list(analysis.accelerometers.values()))
+        figures.write_png(drawn, new / "stability.png")
+        text = page.accelerometers_page(analysis)
         write_text(new / "report.html", text)
         if pdf:
             from sagnac.report.pdf import write_pdf
@@ -212,11 +274,16 @@ def verdict_status(analyses: "Sequence[Analysis]") -> int:
     return statuses[overall_decision(list(analyses))]
 
 
-def print_documents(analyses: "Sequence[Analysis]", *, single: bool) -> None:
-    """JSON on standard output: one document, or one of several."""
+def print_documents(
+    analyses: "Sequence[Analysis]", *, single: bool, unit: "Analysis | None" = None
+) -> None:
+    """JSON on standard output: one document, or one of several, the gyros of a unit if it is one.
+
+    See `sagnac.report.document.many_document`.
+    """
     from sagnac.report.document import analysis_document, many_document, to_json
 
-    print(to_json(analysis_document(analyses[0]) if single else many_document(analyses)))
+    print(to_json(analysis_document(analyses[0]) if single else many_document(analyses, unit)))
 
 
 def in_brief(analysis: "Analysis", others: "Sequence[Analysis]" = ()) -> tuple[str, ...]:
@@ -239,6 +306,24 @@ def in_full(analysis: "Analysis") -> tuple[str, ...]:
         text.lines(analysis),
         brief.every_note(analysis.notes),
     )
+
+
+def print_beside(analysis: "Analysis") -> None:
+    """The accelerometers of an analysis, and the channels that were not analyzed."""
+    from sagnac.report import text
+
+    for shown in (text.accelerometers(analysis), text.refused(analysis)):
+        if shown:
+            print(shown, end="\n\n")
+
+
+def print_closing(named: "Sequence[tuple[str, Analysis]]", end: str = "\n") -> None:
+    """A row for each gyro of several, by the names of their files."""
+    from sagnac.report import brief
+
+    shown = brief.closing(named)
+    if shown:
+        print(shown, end=end)
 
 
 def print_paths(paths: Sequence[Path]) -> None:

@@ -4,14 +4,13 @@ import shlex
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sagnac.cli.progress import Progress
 
 if TYPE_CHECKING:
-    from sagnac.analysis.result import Analysis
     from sagnac.formats import Statement
     from sagnac.recording.model import Recording
 
@@ -48,18 +47,6 @@ def read_file(
         recording = read(file, statement, verify=verify)
     progress("read", 1.0)
     return ReadFile(recording=recording, seconds={"read": time.perf_counter() - began})
-
-
-def with_accelerometers(
-    analysis: "Analysis", recording: "Recording", progress: Progress
-) -> "Analysis":
-    """The analysis with that of each accelerometer of its recording."""
-    if not recording.accelerometers:
-        return analysis
-    from sagnac.analysis.six_axes import accelerometers_of
-
-    found = accelerometers_of(recording, analysis.settings, progress=progress)
-    return replace(analysis, accelerometers=found)
 
 
 def command_for(file: Path, statement: "Statement") -> str:
@@ -149,10 +136,11 @@ def _listed(value: Any) -> str:
 
 
 @contextmanager
-def naming(file: Path) -> Iterator[None]:
+def naming(file: Path, recording: "Recording") -> Iterator[None]:
     """Put the file into a data error of a stage that knows nothing of files.
 
-    What a fit or a factorization cannot do with numbers is a fault of the data, too.
+    What a fit or a factorization cannot do with numbers is a fault of the data, too; the error says
+    which numbers they are.
     """
     from sagnac.errors import RecordingError
 
@@ -163,7 +151,17 @@ def naming(file: Path) -> Iterator[None]:
     except (ValueError, ArithmeticError) as error:
         # numpy's LinAlgError is a ValueError.
         raise RecordingError(
-            f"the analysis fails on these numbers ({error})",
+            f"the analysis fails ({error}) on {_numbers(recording)}",
             path=str(file),
             remedy="look at the data with sagnac check",
         ) from error
+
+
+def _numbers(recording: "Recording") -> str:
+    """The samples of each channel in one line: how many, and between which values they lie."""
+    said = []
+    for channel in (*recording.gyros, *recording.accelerometers):
+        unit, values = channel.plain_unit, channel.values
+        ends = f"{values.min() / unit.size:.4g} to {values.max() / unit.size:.4g}"
+        said.append(f"{channel.name}: {values.size} samples from {ends} {unit.name}")
+    return ", ".join(said)

@@ -1,11 +1,10 @@
-"""What two gyros share: the cross spectrum over the band of N.
+"""What gyros share: the cross spectra over the band of N.
 
 Two gyros with a common part (drive, temperature, table) read low when differenced: it cancels.
 The real part of their cross spectrum over the band of N is the common part, with the sign that
 the difference sees.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -13,48 +12,14 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len, rfft
-from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.estimates import require_confidence
 from sagnac.spectrum.median import running_median
 from sagnac.spectrum.tapers import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 
 # A cell this many times the median of its neighbourhood, and those cells, is a line.
 _STANDING: Final = 3.0
 _AROUND: Final = 41
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Common:
-    """Noise that two gyros share in a band.
-
-    Attributes
-    ----------
-    correlation, low, high
-        Real part of the coherency with its interval, -1 to 1.
-    confidence
-        Of the interval.
-    degrees_of_freedom
-        Behind it.
-    differenced
-        What differencing makes of the per-gyro N, ``sqrt(1 - 2 C/(S1 + S2))``, as a factor:
-        0.8 reads 20 % low.
-    differenced_low, differenced_high
-        Its interval.
-    present
-        Whether the interval leaves zero out.
-    """
-
-    correlation: float
-    low: float
-    high: float
-    confidence: float
-    degrees_of_freedom: float
-    differenced: float
-    differenced_low: float
-    differenced_high: float
-    present: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,40 +43,6 @@ class Moments:
             raise ValueError("matrix must be square and symmetric")
         if not self.degrees_of_freedom > 0.0:
             raise ValueError("degrees_of_freedom must be above zero")
-
-
-def band_moments(
-    increments: ArrayLike,
-    *,
-    sample_rate: float,
-    band_hz: tuple[float, float],
-    masked: Sequence[tuple[float, float]] = (),
-) -> Moments:
-    """Real spectral matrix of several gyros over a band, under sine tapers.
-
-    Parameters
-    ----------
-    increments
-        (gyros, samples), rad, of one span.
-    sample_rate
-        Samples per second.
-    band_hz
-        Lowest and highest frequency, Hz: that in which N rules.
-    masked
-        Bands (low, high), Hz, to leave out. Lines that gyros on one bench share are no noise;
-        what stands out is left out besides.
-
-    Returns
-    -------
-    Moments
-
-    Raises
-    ------
-    ValueError
-        If no ordinate lies in the band or an argument makes no sense.
-    """
-    cells = band_cells(increments, sample_rate=sample_rate, band_hz=band_hz, masked=masked)
-    return cells.mean(slice(None))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,7 +83,25 @@ def band_cells(
     band_hz: tuple[float, float],
     masked: Sequence[tuple[float, float]] = (),
 ) -> SharedCells:
-    """Spectral matrices of several gyros over a band, cell by cell, as `band_moments` says it."""
+    """Real spectral matrices of several gyros over a band, cell by cell, under sine tapers.
+
+    Parameters
+    ----------
+    increments
+        (gyros, samples), rad, of one span.
+    sample_rate
+        Samples per second.
+    band_hz
+        Lowest and highest frequency, Hz: that in which N rules.
+    masked
+        Bands (low, high), Hz, to leave out. Lines that gyros on one bench share are no noise;
+        what stands out is left out besides.
+
+    Raises
+    ------
+    ValueError
+        If no ordinate lies in the band or an argument makes no sense.
+    """
     values = np.asarray(increments, dtype=np.float64)
     if values.ndim != 2 or values.shape[0] < 2 or not np.isfinite(values).all():
         raise ValueError(f"increments has shape {values.shape}; give two finite gyros or more")
@@ -201,43 +150,3 @@ def _within(
     for low, high in masked:
         touched |= (frequency > low - reach) & (frequency < high + reach)
     return touched
-
-
-def common_noise(moments: Moments, *, confidence: float = 0.95) -> Common:
-    """Correlation of two gyros and what it does to their difference.
-
-    Fisher's transform of the correlation of as many pairs as there are degrees of freedom.
-
-    Parameters
-    ----------
-    moments
-        Of two gyros.
-    confidence
-        Of the intervals.
-    """
-    if moments.matrix.shape != (2, 2):
-        raise ValueError(f"moments are of {moments.matrix.shape[0]} gyros; give two")
-    require_confidence(confidence)
-    first, second = float(moments.matrix[0, 0]), float(moments.matrix[1, 1])
-    size = math.sqrt(first * second)
-    correlation = float(np.clip(moments.matrix[0, 1] / size, -0.999999, 0.999999))
-    reach = float(ndtri(0.5 + 0.5 * confidence)) / math.sqrt(
-        max(moments.degrees_of_freedom - 2.0, 0.5)
-    )
-    low = math.tanh(math.atanh(correlation) - reach)
-    high = math.tanh(math.atanh(correlation) + reach)
-
-    def factor(share: float) -> float:
-        return math.sqrt(max(0.0, 1.0 - 2.0 * share * size / (first + second)))
-
-    return Common(
-        correlation=correlation,
-        low=low,
-        high=high,
-        confidence=confidence,
-        degrees_of_freedom=moments.degrees_of_freedom,
-        differenced=factor(correlation),
-        differenced_low=factor(high),
-        differenced_high=factor(low),
-        present=low > 0.0 or high < 0.0,
-    )

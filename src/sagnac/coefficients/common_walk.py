@@ -98,7 +98,7 @@ def common_walk(
     sample_rate
         Samples per second.
     band_hz, masked
-        As in `band_moments`.
+        As in `band_cells`.
     confidence
         Of the interval, which grows by what the three terms do not explain.
 

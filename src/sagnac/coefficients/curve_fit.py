@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.curve_model import CurveModel, CurvePoints, curve_points
+from sagnac.coefficients.curve_model import CurveModel, CurvePoints, Metric, curve_points
 from sagnac.coefficients.estimates import (
     Estimate,
     Fit,
@@ -27,6 +27,7 @@ from sagnac.coefficients.laws import (
     sinusoid_allan_variance,
 )
 from sagnac.coefficients.limits import PRESENCE, crossing, typical_square
+from sagnac.coefficients.readings import SHORT, Squares
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.difference import per_gyro
 from sagnac.stability.curve import StabilityCurve
@@ -40,23 +41,33 @@ _FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
     "rate_random_walk",
     "rate_ramp",
 )
+_TERMS_OF_SHORT: Final = _FIRST_TERMS[:2]
+POINT_ERROR: Final = 0.1
+"""Relative error of a point above which the paper neither shows nor fits it."""
 
 
 def paper_fit(
-    curve: StabilityCurve, *, gyros_differenced: int = 1, confidence: float = 0.95
+    curve: StabilityCurve,
+    *,
+    squares: Squares = "relative",
+    gyros_differenced: int = 1,
+    confidence: float = 0.95,
 ) -> Fit:
     """Fit Q, N, B, K, R to the Allan variance by the paper's least squares on Eq. 3.
 
     Points whose IEEE error ``1/sqrt(2 (N/n - 1))`` is above 10 % are left out. The paper
-    does not say on what scale its squares are taken; here each residual is relative to the
-    fitted variance: on the plain scale the shortest tau would decide alone. Squared
-    coefficients are kept from falling below zero. All points weigh alike, whatever is known
-    of their errors; the intervals know it and carry the covariance of the points through.
+    does not say on what scale its squares are taken (`sagnac.coefficients.readings`). Relative
+    ones tell of all five terms; on the plain scale the shortest tau decide nearly alone, which is
+    best for N. Squared coefficients are kept from falling below zero. All points weigh alike,
+    whatever is known of their errors; the intervals know it and carry the covariance of the points
+    through.
 
     Parameters
     ----------
     curve
         Allan deviation, plain or overlapping, SI.
+    squares
+        As `Reading` has them.
     gyros_differenced
         1, or 2 if the curve is of a difference of two gyros; a curve that says so itself is
         taken at its word.
@@ -76,11 +87,26 @@ def paper_fit(
         If the curve is of another estimator.
     """
     points = curve_points(curve, ("oadev", "adev"))
+    kept = within_cut(points)
+    if squares == "two terms":
+        kept &= points.tau <= SHORT * (1.0 + 1e-9)
+    return _curve_fit(
+        "paper",
+        points.keep(kept),
+        _gyros(curve, gyros_differenced),
+        confidence,
+        terms=_TERMS_OF_SHORT if squares == "two terms" else _FIRST_TERMS,
+        metric="relative" if squares == "relative" else "plain",
+    )
+
+
+def within_cut(points: CurvePoints) -> BooleanArray:
+    """(points,) whether the paper shows and fits a point: its IEEE error is 10 % or less."""
     within = [
-        ieee_relative_error(points.angles - 1, int(factor)) <= 0.1 for factor in points.factors
+        ieee_relative_error(points.angles - 1, int(factor)) <= POINT_ERROR
+        for factor in points.factors
     ]
-    kept: BooleanArray = np.array(within, dtype=np.bool_)
-    return _curve_fit("paper", points.keep(kept), _gyros(curve, gyros_differenced), confidence)
+    return np.array(within, dtype=np.bool_)
 
 
 def weighted_fit(
@@ -145,6 +171,7 @@ def weighted_fit(
         points,
         _gyros(curve, gyros_differenced),
         confidence,
+        metric="covariance",
         markov=markov,
         sinusoid=sinusoid,
     )
@@ -162,22 +189,24 @@ def _curve_fit(
     gyros_differenced: int,
     confidence: float,
     *,
+    metric: Metric,
+    terms: tuple[CoefficientName, ...] = _FIRST_TERMS,
     markov: bool = False,
     sinusoid: float | None = None,
 ) -> Fit:
-    """Fit of Eq. 3 to points of a curve, by either of the two methods."""
+    """Fit of Eq. 3 to points of a curve, with squares in a metric."""
     require_confidence(confidence)
-    model, notes = _first_model(points, sinusoid)
+    model, notes = _first_model(points, terms, sinusoid)
     if markov:
         model = _with_curve_markov(model)
-    weighed = _weighed(model)
-    squares = weighed.relative if method == "paper" else weighed.squares
+    weighed = _weighed(model, metric)
+    squares = weighed.own
     if weighed.model.departure > 0.0:
         notes += (_departure_note(method, weighed.model.departure),)
     estimates = {
         name: _curve_interval(
             weighed,
-            method,
+            metric,
             column=column,
             value=float(squares[column]),
             confidence=confidence,
@@ -205,21 +234,21 @@ def _curve_fit(
 
 
 def _first_model(
-    points: CurvePoints, sinusoid: float | None
+    points: CurvePoints, terms: tuple[CoefficientName, ...], sinusoid: float | None
 ) -> tuple[CurveModel, tuple[Note, ...]]:
-    """As many terms of Eq. 3 as there are points for, and a sinusoid besides if asked."""
+    """As many of the terms as there are points for, and a sinusoid besides if asked."""
     size = points.factors.size
     if size < 2:
         raise RecordingError(
             f"{size} points of the curve can be fitted and Eq. 3 needs 2 or more",
             remedy="record longer",
         )
-    chosen = _FIRST_TERMS[: max(1, min(5, size - 1))]
+    chosen = terms[: max(1, size - 1)]
     names: tuple[CoefficientName | OptionalName, ...] = tuple(
         name for name in COEFFICIENT_NAMES if name in chosen
     )
     notes: tuple[Note, ...] = ()
-    if len(names) < len(COEFFICIENT_NAMES):
+    if len(names) < len(terms):
         few = f"{size} points of the curve are enough for {', '.join(names)} only"
         notes = (Note(text=few),)
     basis = allan_variance_basis(points.tau)[
@@ -235,23 +264,24 @@ def _first_model(
 class _Weighed:
     """A model that allows for its departure from the curve, and its squared coefficients.
 
-    `relative` (terms,) are those of least squares on relative residuals, `squares` those in the
-    metric of the covariance.
+    `own` (terms,) are those of the fit, `squares` those in the metric of the covariance, of which
+    its errors are.
     """
 
     model: CurveModel
-    relative: FloatArray
+    own: FloatArray
     squares: FloatArray
 
 
-def _weighed(model: CurveModel) -> _Weighed:
+def _weighed(model: CurveModel, metric: Metric) -> _Weighed:
     """Both solutions, with a departure of the points if chance does not explain their misfit."""
     relative = model.relative()
     squares = model.generalized(relative)
     freedom = max(1, model.points.factors.size - len(model.names))
     if model.misfit(squares) * freedom > 6.0 * math.sqrt(2.0 * freedom) + 12.0:
         model, squares = _with_curve_departure(model, relative)
-    return _Weighed(model=model, relative=relative, squares=squares)
+    own = {"covariance": squares, "relative": relative, "plain": model.plain()}[metric]
+    return _Weighed(model=model, own=own, squares=squares)
 
 
 def _with_curve_departure(model: CurveModel, squares: FloatArray) -> tuple[CurveModel, FloatArray]:
@@ -305,7 +335,7 @@ def _curve_markov_time(weighed: _Weighed, driving: Estimate, confidence: float) 
     if driving.status != "estimated":
         return SquaredEstimate.unseen().of_one_gyro("markov_correlation_time", 1, confidence)
     squares, time = weighed.squares, weighed.model.correlation_time
-    _, error = weighed.model.unlimited("weighted", squares, squares.size)
+    _, error = weighed.model.unlimited("covariance", squares, squares.size)
     spread = math.exp(error * float(ndtri(0.5 + 0.5 * confidence)))
     return Estimate(
         name="markov_correlation_time",
@@ -318,7 +348,7 @@ def _curve_markov_time(weighed: _Weighed, driving: Estimate, confidence: float) 
 
 
 def _curve_interval(
-    weighed: _Weighed, method: FitName, *, column: int, value: float, confidence: float
+    weighed: _Weighed, metric: Metric, *, column: int, value: float, confidence: float
 ) -> SquaredEstimate:
     """Square of one coefficient.
 
@@ -328,7 +358,7 @@ def _curve_interval(
     model, reference = weighed.model, weighed.squares
     two_sided = float(ndtri(0.5 + 0.5 * confidence))
     one_sided = float(ndtri(max(confidence, 0.5)))
-    unlimited, error = model.unlimited(method, reference, column)
+    unlimited, error = model.unlimited(metric, reference, column)
 
     # Both limits are looked for from one place.
     @cache
@@ -338,7 +368,7 @@ def _curve_interval(
         squares = model.generalized(start, held=column)
         if not squares.any():
             return math.inf
-        estimate, spread = model.unlimited(method, squares, column)
+        estimate, spread = model.unlimited(metric, squares, column)
         return (estimate - square) / spread
 
     if unlimited > 0.0 and value > 0.0 and deviations(0.0) > max(math.sqrt(PRESENCE), two_sided):

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import FitName, OptionalName
+from sagnac.coefficients.estimates import OptionalName
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     CoefficientName,
@@ -18,6 +19,9 @@ from sagnac.coefficients.laws import (
     overlapped_allan_covariance,
 )
 from sagnac.stability.curve import StabilityCurve
+
+Metric = Literal["covariance", "relative", "plain"]
+"""In which the squares of a fit are least: of the points' covariance, of their size, or none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,6 +155,10 @@ class CurveModel:
             scale = self.basis @ squares
         return squares
 
+    def plain(self) -> FloatArray:
+        """Non-negative squares by plain least squares on the variance, Eq. 3 as it stands."""
+        return non_negative_squares(self.basis, self.points.variance)
+
     def generalized(self, start: FloatArray, held: int | None = None) -> FloatArray:
         """Non-negative squares by least squares in the metric of their own covariance.
 
@@ -184,12 +192,15 @@ class CurveModel:
                 break
         return squares
 
-    def unlimited(self, method: FitName, squares: FloatArray, column: int) -> tuple[float, float]:
+    def unlimited(self, metric: Metric, squares: FloatArray, column: int) -> tuple[float, float]:
         """One square free of the limit at zero, and its error, were `squares` the truth."""
         covariance = self.covariance(squares)
-        # The paper's residuals are relative, whatever their errors.
-        metric = np.diag((self.basis @ squares) ** 2) if method == "paper" else covariance
-        root = positive_root(metric)
+        if metric == "covariance":
+            root = positive_root(covariance)
+        else:
+            # The residuals are weighed like this whatever their errors.
+            size = self.points.factors.size
+            root = np.diag(self.basis @ squares) if metric == "relative" else np.eye(size)
         basis = self.basis
         if self.nuisance is not None:
             basis = np.column_stack([basis, self.nuisance])

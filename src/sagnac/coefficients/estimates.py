@@ -7,7 +7,7 @@ from html import escape
 from typing import Final, Literal, get_args
 
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.errors import Note
+from sagnac.errors import Note, quoted
 from sagnac.recording.difference import per_gyro
 from sagnac.stability.names import check_choice
 from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, TIME_UNITS, Sensor
@@ -265,7 +265,7 @@ class FitBand:
         if not 0.0 <= self.low < self.high:
             raise ValueError(f"low is {self.low}, high is {self.high}; give low below high")
         if not self.interval > 0.0:
-            raise ValueError(f"interval is {self.interval!r}; give seconds above zero")
+            raise ValueError(f"interval is {quoted(self.interval)}; give seconds above zero")
 
     @property
     def is_whole(self) -> bool:
@@ -315,7 +315,7 @@ class Fit:
         for other in self.optional:
             check_choice("optional: name", other, OptionalName)
         if not self.departure >= 0.0:
-            raise ValueError(f"departure is {self.departure!r}; give zero or more")
+            raise ValueError(f"departure is {quoted(self.departure)}; give zero or more")
 
 
 def require_confidence(confidence: float) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
 from sagnac.filters.definitions import DEFINITIONS
 from sagnac.filters.overbound import Overbound
 from sagnac.filters.settings import FilterSetting, worst
@@ -49,7 +49,7 @@ class Wanted:
         if not self.settings:
             raise ValueError("settings is empty; give one gyro or more")
         if self.rate is not None and not self.rate > 0.0:
-            raise ValueError(f"rate is {self.rate!r}; give Hz above zero")
+            raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
 
     @property
     def chosen(self) -> tuple[FilterSetting, ...]:
@@ -80,7 +80,7 @@ def exported(format_name: str, wanted: Wanted) -> str:
         If the tool cannot hold what is wanted.
     """
     if format_name not in FORMATS:
-        raise ValueError(f"format is {format_name!r}; use one of {', '.join(FORMATS)}")
+        raise ValueError(f"format is {quoted(format_name)}; use one of {', '.join(FORMATS)}")
     return FORMATS[format_name](wanted)
 
 

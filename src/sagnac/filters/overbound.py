@@ -15,7 +15,7 @@ from scipy.special import gammaincinv
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import allan_variance_basis, markov_allan_variance
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
 from sagnac.filters.state_space import FilterModel, Markov
 
 # Fewest degrees of freedom of a point that bounds the model. At ten the limit is twice the curve,
@@ -150,7 +150,7 @@ def overbound(
         If `most_markov` is none of these.
     """
     if most_markov not in (0, 1, 2):
-        raise ValueError(f"most_markov is {most_markov!r}; use 0, 1 or 2")
+        raise ValueError(f"most_markov is {quoted(most_markov)}; use 0, 1 or 2")
     least = (least_white**2, _LEAST_WALK * 3.0 * limit.limit[-1] ** 2 / limit.tau[-1] * walks)
     if most_markov == 0 and not angle:
         return Overbound(model=_white_and_walk(limit, least), limit=limit)

@@ -75,7 +75,8 @@ def sensors_in(path: Path) -> tuple[Sensor, ...]:
         if schema not in (SCHEMA, MANY_SCHEMA):
             raise ValueError
         documents = document["analyses"] if schema == MANY_SCHEMA else [document]
-        return tuple(sensor for each in documents for sensor in _sensors(each))
+        alone = [one for each in documents for one in each.get("gyros", {}).values() or [each]]
+        return tuple(sensor for each in alone for sensor in _sensors(each))
     except (ValueError, KeyError, TypeError) as error:
         if isinstance(error, RecordingError):
             raise error.at(str(path)) from None

@@ -7,6 +7,7 @@ import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import allan_variance, markov_allan_variance
+from sagnac.errors import quoted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +34,7 @@ class Markov:
         for name in ("driving_noise", "correlation_time"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {value!r}; give a finite number above zero")
+                raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
 
     @property
     def deviation(self) -> float:
@@ -79,7 +80,7 @@ class FilterModel:
         for name in ("white", "walk", "angle"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} is {value!r}; give zero or more")
+                raise ValueError(f"{name} is {quoted(value)}; give zero or more")
 
     def allan_deviation(self, tau: FloatArray) -> FloatArray:
         """Allan deviation that the model has, rad/s.

@@ -331,15 +331,21 @@ def _require_exact(key: str, values: NDArray[Any]) -> None:
 def verified(recording: Recording) -> Recording:
     """The recording with what `integrity` noticed.
 
+    A gyro or accelerometer that is not sound does not cost the others: an error is noted, and
+    whoever uses that channel refuses it.
+
     Raises
     ------
     RecordingError
-        If the data are not sound.
+        If the data are not sound, or none of the gyros is.
     """
     forces = (recording.of_accelerometer(one.name) for one in recording.accelerometers)
     found = [note for one in (recording, *forces) for note in integrity(one)]
     found = list(dict.fromkeys(found))
-    for note in found:
-        if note.level == "error":
-            raise RecordingError.of(note)
+    errors = [note for note in found if note.level == "error"]
+    gyros = {gyro.name for gyro in recording.gyros}
+    spoilt = {note.channel for note in errors}
+    bearable = spoilt - {one.name for one in recording.accelerometers} < gyros
+    if errors and not bearable:
+        raise RecordingError.of(errors[0])
     return replace(recording, notes=(*recording.notes, *found))

@@ -2,7 +2,9 @@
 
 import json
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from dataclasses import field as field_of
 from pathlib import Path
@@ -21,14 +23,15 @@ from sagnac.formats.outgoing import Outgoing
 from sagnac.formats.registry import CSV
 from sagnac.formats.source import Column, Source, Stored, column, in_memory
 from sagnac.formats.statement import Statement
-from sagnac.formats.text_file import TidyStream, ends_in_newline, lines_of, sample_of
+from sagnac.formats.text_file import blocks_of, ends_in_newline, lines_of, sample_of
 from sagnac.formats.text_layout import Field, Layout, fields_of, layout
 from sagnac.formats.text_numbers import MISSING, NumberStyle
 from sagnac.formats.text_presets import preset_of
 from sagnac.formats.text_times import form_of, nanoseconds, past_midnight
 from sagnac.formats.unit_text import parsed_unit
 
-_BLOCK_BYTES: Final = 1 << 20
+# That many blocks are read side by side.
+_THREADS: Final = 2
 _COMMENT: Final = ("#", "%")
 _LONGEST_SHOWN: Final = 40
 _FIRST_FIELDS: Final = 6
@@ -141,33 +144,11 @@ def _parsed(
     is_ended: bool,
 ) -> dict[str, NDArray[Any]]:
     """The wanted columns: key -> values, integers where a float would lose digits."""
-    # Rows are split by the library; a stream before it makes other text plain.
-    blanks = laid_out.delimiter == " "
-    is_direct = not blanks and not encoding.startswith("utf-16")
-    stream = path if is_direct else TidyStream(path, encoding=encoding, blanks=blanks)
-    kinds = {key: _column_type(laid_out.fields[place], laid_out) for key, place in wanted.items()}
+    blocks = blocks_of(path, encoding=encoding, blanks=laid_out.delimiter == " ")
+    expected = path.stat().st_size // max(1, len(laid_out.delimiter.join(laid_out.first_row)))
     shown, sys.unraisablehook = sys.unraisablehook, _unshown
     try:
-        reader = arrow_csv.open_csv(
-            stream,
-            read_options=arrow_csv.ReadOptions(
-                column_names=[str(place) for place in range(len(laid_out.fields))],
-                skip_rows=laid_out.skip,
-                block_size=_BLOCK_BYTES,
-            ),
-            parse_options=arrow_csv.ParseOptions(
-                delimiter=laid_out.delimiter, invalid_row_handler=_odd_row
-            ),
-            convert_options=arrow_csv.ConvertOptions(
-                include_columns=[str(place) for place in wanted.values()],
-                column_types={str(place): kinds[key] for key, place in wanted.items()},
-                decimal_point=laid_out.style.decimal,
-                true_values=[],
-                false_values=[],
-            ),
-        )
-        expected = path.stat().st_size // max(1, len(laid_out.delimiter.join(laid_out.first_row)))
-        return _filled(reader, laid_out, wanted, expected)
+        return _filled(_batches(blocks, laid_out, wanted), laid_out, wanted, expected)
     except (pa.ArrowInvalid, ValueError) as error:
         found = wrong_line(path, encoding, laid_out, wanted, is_ended=is_ended)
         if found is not None:
@@ -176,8 +157,46 @@ def _parsed(
             raise
     finally:
         sys.unraisablehook = shown
-        if isinstance(stream, TidyStream):
-            stream.close()
+
+
+def _batches(
+    blocks: Iterable[bytes], laid_out: Layout, wanted: dict[str, int]
+) -> Iterator[pa.RecordBatch]:
+    """Blocks of text as rows.
+
+    The library's reader of a whole file leaves threads behind when it fails, which call Python
+    while the interpreter ends: the process aborts or hangs. So it gets one block of its own memory
+    at a time and reads it in the thread that calls it; those threads are ours and end here.
+    """
+    kinds = {key: _column_type(laid_out.fields[place], laid_out) for key, place in wanted.items()}
+    parse = arrow_csv.ParseOptions(delimiter=laid_out.delimiter, invalid_row_handler=_odd_row)
+    convert = arrow_csv.ConvertOptions(
+        include_columns=[str(place) for place in wanted.values()],
+        column_types={str(place): kinds[key] for key, place in wanted.items()},
+        decimal_point=laid_out.style.decimal,
+        true_values=[],
+        false_values=[],
+    )
+    names = [str(place) for place in range(len(laid_out.fields))]
+
+    def table(block: bytes, skip: int) -> pa.Table:
+        held = pa.BufferOutputStream()
+        held.write(block)
+        read = arrow_csv.ReadOptions(
+            use_threads=False, column_names=names, skip_rows=skip, block_size=len(block) + 1
+        )
+        return arrow_csv.read_csv(pa.BufferReader(held.getvalue()), read, parse, convert)
+
+    skip = laid_out.skip
+    ahead: deque[Future[pa.Table]] = deque()
+    with ThreadPoolExecutor(max_workers=_THREADS) as pool:
+        for block in blocks:
+            ahead.append(pool.submit(table, block, skip))
+            skip = 0
+            if len(ahead) > _THREADS:
+                yield from ahead.popleft().result().to_batches()
+        for one in ahead:
+            yield from one.result().to_batches()
 
 
 def _unshown(_: object) -> None:

@@ -102,5 +102,8 @@ def _heads(path: Path) -> dict[str, _Head]:
 def write(path: Path, out: Outgoing) -> None:
     """One array per column and the statement as text and numbers."""
     arrays: dict[str, Any] = {**out.rows(slice(None)), **out.statement()}
-    with replacing(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, **arrays)
+    # Not by np.savez: a gyro that is called as one of its arguments is none to it.
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as stream:
+                np.lib.format.write_array(stream, np.asanyarray(values), allow_pickle=False)

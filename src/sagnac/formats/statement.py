@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Final
 
+from sagnac.errors import quoted
 from sagnac.formats.unit_text import KNOWN_UNITS, parsed_unit
 from sagnac.recording.channel import KINDS
 
@@ -94,37 +95,41 @@ class Statement:
         _check_names("accelerometers", self.accelerometers)
         _check_span(self.span)
         if self.counter_bits is not None and self.counter_bits not in COUNTER_BITS:
-            raise ValueError(f"counter_bits is {self.counter_bits!r}; use one of 16, 24, 32")
+            raise ValueError(f"counter_bits is {quoted(self.counter_bits)}; use one of 16, 24, 32")
 
 
 def _check_texts(statement: Statement) -> None:
     for name in ("scale", "time", "table", "null_pulse"):
         value = getattr(statement, name)
         if value is not None and not isinstance(value, str):
-            raise ValueError(f"{name} is {value!r}; give text")
+            raise ValueError(f"{name} is {quoted(value)}; give text")
     if not isinstance(statement.columns, Mapping) or not all(
         isinstance(name, str) for name in _values(statement.columns)
     ):
-        raise ValueError(f"columns is {statement.columns!r}; give name wanted -> name in the file")
+        raise ValueError(
+            f"columns is {quoted(statement.columns)}; give name wanted -> name in the file"
+        )
 
 
 def _check_kind(kind: str | Mapping[str, str] | None) -> None:
     for one in _values(kind):
         if not isinstance(one, str) or one not in KINDS:
-            raise ValueError(f"kind is {one!r}; use one of {', '.join(KINDS)}")
+            raise ValueError(f"kind is {quoted(one)}; use one of {', '.join(KINDS)}")
 
 
 def _check_unit(unit: str | Mapping[str, str] | None) -> None:
     for one in _values(unit):
         if not isinstance(one, str) or not parsed_unit(one).is_known:
-            raise ValueError(f"unit is {one!r}; {KNOWN_UNITS}")
+            raise ValueError(f"unit is {quoted(one)}; {KNOWN_UNITS}")
 
 
 def _check_scale(scale: str | None) -> None:
     if scale is not None:
         unit = parsed_unit(scale)
         if unit.is_counts or not unit.is_known:
-            raise ValueError(f"scale is {scale!r}; give the size of one count such as 0.1arcsec")
+            raise ValueError(
+                f"scale is {quoted(scale)}; give the size of one count such as 0.1arcsec"
+            )
 
 
 def _check_sample_rate(sample_rate: float | None) -> None:
@@ -133,7 +138,9 @@ def _check_sample_rate(sample_rate: float | None) -> None:
     # True is 1 to a program, not to a person.
     number = isinstance(sample_rate, int | float) and not isinstance(sample_rate, bool)
     if not number or not (math.isfinite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(f"sample_rate is {sample_rate!r}; give samples per second, above zero")
+        raise ValueError(
+            f"sample_rate is {quoted(sample_rate)}; give samples per second, above zero"
+        )
 
 
 def _check_names(argument: str, names: tuple[str, ...] | None) -> None:
@@ -141,7 +148,7 @@ def _check_names(argument: str, names: tuple[str, ...] | None) -> None:
         return
     named = all(isinstance(name, str) and name for name in names)
     if not names or not named or len(set(names)) < len(names):
-        raise ValueError(f"{argument} is {names!r}; give one or more different names")
+        raise ValueError(f"{argument} is {quoted(names)}; give one or more different names")
 
 
 def _check_span(span: tuple[float | None, float | None] | None) -> None:

@@ -1,4 +1,4 @@
-"""Bytes of a text file: their encoding, lines to judge it by, and one stream of plain text."""
+"""Bytes of a text file: their encoding, lines to judge it by, and blocks of plain text."""
 
 import codecs
 import io
@@ -116,8 +116,8 @@ def lines_of(path: Path, encoding: str) -> Iterator[str]:
             yield (line.lstrip("\ufeff") if number == 0 else line).rstrip("\n")
 
 
-class TidyStream(io.RawIOBase):
-    """A text file as UTF-8 and, where blanks set fields apart, with one of them between two.
+def blocks_of(path: Path, *, encoding: str, blanks: bool) -> Iterator[bytes]:
+    """Blocks of whole lines, about 1 MiB each, as UTF-8 unless the codec is of single bytes.
 
     Parameters
     ----------
@@ -131,57 +131,29 @@ class TidyStream(io.RawIOBase):
     Raises
     ------
     ValueError
-        On reading, if a line is longer than any table's.
+        If a line is longer than any table's.
     """
+    decoder = (
+        codecs.getincrementaldecoder(encoding)("replace") if encoding.startswith("utf-16") else None
+    )
+    pending = b""
+    with path.open("rb") as stream:
+        while part := stream.read(_LONGEST_LINE):
+            block = pending + (part if decoder is None else decoder.decode(part).encode())
+            # A carriage return at the very end may be half of a line end.
+            end = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
+            pending = block[end:]
+            if len(pending) > _LONGEST_LINE:
+                raise ValueError("a line is longer than 1 MiB")
+            if end:
+                yield _single(block[:end]) if blanks else block[:end]
+    if pending:
+        yield _single(pending) if blanks else pending
 
-    def __init__(self, path: Path, *, encoding: str, blanks: bool) -> None:
-        """Open the file."""
-        super().__init__()
-        self._file = path.open("rb")
-        self._decoder = (
-            codecs.getincrementaldecoder(encoding)("replace")
-            if encoding.startswith("utf-16")
-            else None
-        )
-        self._blanks = blanks
-        self._pending = b""
-        self._ready = b""
 
-    def readable(self) -> bool:
-        """Yes."""
-        return True
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
-        super().close()
-
-    def read(self, size: int = -1) -> bytes:
-        """At most `size` bytes; none at the end."""
-        size = _LONGEST_LINE if size < 0 else size
-        while not self._ready and (part := self._file.read(_LONGEST_LINE)):
-            self._ready = self._tidied(part)
-        if not self._ready:
-            self._ready, self._pending = self._single(self._pending), b""
-        taken, self._ready = self._ready[:size], self._ready[size:]
-        return taken
-
-    def _tidied(self, part: bytes) -> bytes:
-        """The whole lines of a part; what follows them waits for the next."""
-        if self._decoder is not None:
-            part = self._decoder.decode(part).lstrip("\ufeff").encode()
-        if not self._blanks:
-            return part
-        whole, end, rest = (self._pending + part).rpartition(b"\n")
-        if len(rest) > _LONGEST_LINE:
-            raise ValueError("a line is longer than 1 MiB")
-        self._pending = rest
-        return self._single(whole + end)
-
-    @staticmethod
-    def _single(lines: bytes) -> bytes:
-        plain = lines.replace(b"\t", b" ").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-        tidy = plain
-        while b"  " in tidy:
-            tidy = tidy.replace(b"  ", b" ")
-        return tidy.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")
+def _single(lines: bytes) -> bytes:
+    """Lines with one blank between two fields and none at their ends."""
+    tidy = lines.replace(b"\t", b" ").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    while b"  " in tidy:
+        tidy = tidy.replace(b"  ", b" ")
+    return tidy.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")

@@ -294,13 +294,18 @@ def _best_of(
     even_power: FloatArray,
     odd_power: FloatArray,
     least: float,
+    walk: float,
+    white: float,
 ) -> tuple[float, int]:
-    """Greatest drop of the mean square that a candidate from `low` to `high` brings, and which."""
+    """Greatest drop of the mean square that a candidate from `low` to `high` brings, and which.
+
+    Drops below walk / place^2 + white do not count.
+    """
     best, place = 0.0, low
     for m in range(low, high + 1):
         if even_power[m - 1] > least and odd_power[m - 1] > least:
             merit = even[m - 1] ** 2 / even_power[m - 1] + odd[m - 1] ** 2 / odd_power[m - 1]
-            if merit > best:
+            if merit > best and merit > walk / m**2 + white:
                 best, place = merit, m
     return best, place
 
@@ -367,6 +372,8 @@ def grid_update(
     tilt_change: float,
     tilt_reach: int,
     least: float,
+    walk: float,
+    white: float,
     stale: BooleanArray,
     best: FloatArray,
     best_place: IntegerArray,
@@ -411,6 +418,6 @@ def grid_update(
                 odd[m - 1] -= tilt_change * _tilt(m, samples, sines, cosines, inverse)
         if touched:
             best[number], best_place[number] = _best_of(
-                low, high, even, odd, even_power, odd_power, least
+                low, high, even, odd, even_power, odd_power, least, walk, white
             )
             stale[number] = False

@@ -37,6 +37,8 @@ _BLOCK: Final = 4096
 # A candidate with less mean square than this beside the chosen terms is rejected: neighbours on a
 # fine grid would cancel each other with coefficients without bound.
 _DEPENDENT: Final = 5e-5
+# Power of cosine or sine, of one half, that a candidate has whose neighbours are not chosen.
+_FREE: Final = 0.25
 # Changes of products below this share of what a candidate has to bring are left out.
 _NEGLIGIBLE: Final = 1e-4
 # Cycles a record around a chosen term within which others are made orthogonal to it.
@@ -52,6 +54,7 @@ def grid_search(
     *,
     cells: int,
     candidates: int | None = None,
+    lowest: int = 1,
     stop: Stop = "korenberg",
     false_alarm: float = 0.05,
     most_terms: int = 40,
@@ -67,6 +70,11 @@ def grid_search(
         line further than an eighth of a cycle a record from a candidate.
     candidates
         Number of frequencies; all below half a cycle a sample unless given.
+    lowest
+        The first k that is a candidate. Above 1 the false alarm is that of a random walk and white
+        noise together, whose levels are medians: of the candidates from `lowest` to twice that, and
+        of the upper half of all. The slow wander of a walk, which has most of its mean square, then
+        neither is taken for lines nor hides those that stand above the walk where they are.
     stop, false_alarm, most_terms
         As in `fast_orthogonal_search`. ``false-alarm`` counts the frequencies of the Fourier
         transform among the candidates, since those between them are not independent.
@@ -94,11 +102,17 @@ def grid_search(
     """
     values = np.asarray(signal, dtype=np.float64)
     count = _checked_candidates(values, cells, candidates)
+    if not 1 <= lowest <= count:
+        raise ValueError(f"lowest is {lowest}; give 1 to {count}, the number of candidates")
     require_rule(stop, false_alarm, most_terms)
-    search = _Search(values, cells, count)
-    bound = share_to_bring(
-        stop, false_alarm, terms=2, candidates=math.ceil(count / cells), samples=values.size
-    )
+    search = _Search(values, cells, count, lowest)
+    independent, bound = math.ceil(count / cells), 0.0
+    if lowest > 1 and stop == "false-alarm":
+        search.times_noise = math.log(independent / false_alarm)
+    else:
+        bound = share_to_bring(
+            stop, false_alarm, terms=2, candidates=independent, samples=values.size
+        )
     search.choose_all(bound, most_terms)
     return search.result(count, stop, false_alarm, most_terms)
 
@@ -305,11 +319,13 @@ class _Search(_Fit):
     """The search as it goes on: every candidate's product with what is left.
 
     `even` is of the cosines and `odd` of the sines; the powers are theirs beside the constant,
-    the ramp and the terms chosen.
+    the ramp and the terms chosen. A candidate has to bring `times_noise` times what the noise of a
+    walk and white noise brings at its place.
     """
 
-    def __init__(self, values: FloatArray, cells: int, count: int) -> None:
+    def __init__(self, values: FloatArray, cells: int, count: int, lowest: int) -> None:
         super().__init__(values, cells, count)
+        self.lowest, self.times_noise = lowest, 0.0
         self.even, self.odd = np.empty(count), np.empty(count)
         for start in range(0, count, _AT_ONCE):
             part = slice(start, min(start + _AT_ONCE, count))
@@ -324,6 +340,9 @@ class _Search(_Fit):
             self.samples,
             self.ramp_power,
         )
+        # A frequency without power is no candidate; those below are searched for their level alone.
+        self.even_power[: lowest - 1] = self.odd_power[: lowest - 1] = 0.0
+        self._white = self._noise_level(slice(count // 2, count), 0)
         self.noise = _noise(self.even, self.odd, cells)
         blocks = -(-count // _BLOCK)
         self._stale: BooleanArray = np.ones(blocks, dtype=np.bool_)
@@ -345,6 +364,17 @@ class _Search(_Fit):
                 self.add(place)
                 before = np.append(before[0], 0.0), np.append(before[1], 0.0)
             self._update(self.cosines - before[0], self.sines - before[1])
+
+    def _noise_level(self, places: slice, power: int) -> float:
+        """Mean of what candidates bring times `power` of their place, from its median."""
+        even_power, odd_power = self.even_power[places], self.odd_power[places]
+        free = (even_power > _FREE) & (odd_power > _FREE)
+        brought = (
+            self.even[places][free] ** 2 / even_power[free]
+            + self.odd[places][free] ** 2 / odd_power[free]
+        )
+        where = np.arange(places.start + 1, places.stop + 1)[free]
+        return float(np.median(brought * where**power)) / math.log(2.0) if brought.size else 0.0
 
     def _narrow_powers(self, place: int) -> bool:
         """Take a pair about to be chosen out of the powers of the candidates around it.
@@ -409,6 +439,14 @@ class _Search(_Fit):
         tilt = abs(odd_change[0]) * self.cells / (np.pi * max(least, 1e-300))
         moved = odd_change.copy()
         moved[0] = 0.0
+        walk = white = 0.0
+        if self.times_noise > 0.0:
+            # A strong slow line hides the walk until it is chosen, so the level is taken anew.
+            slow = slice(self.lowest - 1, min(2 * self.lowest, self.even.size))
+            walk, white = (
+                self.times_noise * level for level in (self._noise_level(slow, 2), self._white)
+            )
+            self._stale[:] = True
         _kernels.grid_update(
             self.even,
             self.odd,
@@ -424,6 +462,8 @@ class _Search(_Fit):
             float(odd_change[0]),
             int(min(tilt, self.length)),
             _DEPENDENT,
+            walk,
+            white,
             self._stale,
             self._best,
             self._best_place,

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.errors import quoted
 from sagnac.lines.candidate_products import (
     CandidateProducts,
     MatrixProducts,
@@ -294,7 +295,7 @@ def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
         If the stop is none of `STOPS`, or a number is out of range.
     """
     if stop not in STOPS:
-        raise ValueError(f"stop is {stop!r}; use one of {', '.join(STOPS)}")
+        raise ValueError(f"stop is {quoted(stop)}; use one of {', '.join(STOPS)}")
     if not 0.0 < false_alarm < 1.0:
         raise ValueError(f"false_alarm is {false_alarm!r}; give a probability between 0 and 1")
     if most_terms < 0:

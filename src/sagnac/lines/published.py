@@ -9,7 +9,7 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
-from sagnac.errors import Note
+from sagnac.errors import Note, quoted
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale
 from sagnac.lines.orthogonal_search import (
@@ -22,7 +22,17 @@ from sagnac.lines.taken_noise import TAKEN_BINS
 from sagnac.spectrum import periodogram
 from sagnac.spectrum.floor import noise_floor
 from sagnac.spectrum.sums import angle_series
+from sagnac.table.kinematics import sine_cosine_integrals
 from sagnac.table.turns import is_turning
+
+SLOWEST_CYCLES: Final = 1.1655612 / math.pi * 51.0
+"""Lowest frequency of the search in time, cycles a record: 18.9.
+
+The Allan deviation of a line, 2 A sin^2(pi f tau) / tau, is highest at tau = 0.371 / f, and the
+paper's cut at 10 % ends the curve at a 51st of the record (1/sqrt(2 (N/n - 1))). A line of this
+frequency is highest there. A slower one only rises as tau within the curve, as does the rate ramp
+among the five terms. Below it lies most of the mean square of a walk's angle, which is no line.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,11 +49,19 @@ class PublishedSearch:
     most_orders, most_lines
         Pairs of cosine and sine chosen at most, in angle and in time. A line between two
         frequencies of the grid takes two or three pairs.
+    slowest
+        Lowest frequency of the search in time, cycles a record. Above zero the rule
+        ``false-alarm`` holds in a walk's noise, too (`grid_search`): without it nearly all terms go
+        to the slow wander of the walk.
     stop, false_alarm
         The rule by which a search stops before that, as `fast_orthogonal_search` takes it.
     difference_first
-        Steps 1 and 2 on the difference of the gyros instead of on each of them: not the order of
-        the paper, but the table's motion is then out of the way of Step 2.
+        Step 3 before Steps 1 and 2: the lines of a pair are searched for in its difference. The
+        gyros are then taken in such parts that the table's motion cancels, as their shares e_x and
+        e_z are fitted, and Earth rate is taken out by the integrals of which Eq. 6 is the closed
+        form on a steady table. False is the paper's order, with the plain difference of Eq. 21:
+        on a table whose rate wanders, the wander hides the lines of each gyro, and
+        (e_x - e_z) alpha stays in the difference.
 
     Raises
     ------
@@ -59,14 +77,17 @@ class PublishedSearch:
     orders: int = 64
     most_orders: int = 64
     most_lines: int = 60
+    slowest: float = SLOWEST_CYCLES
     stop: Stop = "false-alarm"
     false_alarm: float = 0.05
-    difference_first: bool = False
+    difference_first: bool = True
 
     def __post_init__(self) -> None:
         for name in ("cells", "orders"):
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; give 1 or more")
+        if not 0.0 <= self.slowest < math.inf:
+            raise ValueError(f"slowest is {self.slowest!r}; give cycles a record, zero or more")
         for name in ("most_orders", "most_lines"):
             require_rule(self.stop, self.false_alarm, getattr(self, name))
 
@@ -74,7 +95,12 @@ class PublishedSearch:
 FAIR: Final = PublishedSearch()
 """As someone who knows the search would run it."""
 
-LITERAL: Final = PublishedSearch(cells=1, most_orders=40, most_lines=40, stop="korenberg")
+AS_PRINTED: Final = PublishedSearch(slowest=0.0, difference_first=False)
+"""The steps in the paper's order, with the difference as Eq. 21 has it, and no lowest frequency."""
+
+LITERAL: Final = PublishedSearch(
+    cells=1, most_orders=40, most_lines=40, slowest=0.0, stop="korenberg", difference_first=False
+)
 """On the frequencies of the Fourier transform, with Korenberg's bound for one candidate."""
 
 
@@ -86,20 +112,22 @@ def remove_lines_as_published(
     search: PublishedSearch = FAIR,
     progress: Callable[[float], None] | None = None,
 ) -> Removal:
-    """Steps 1 to 3 of the paper: both searches on each gyro, then the difference.
+    """Steps 1 to 3 of the paper: orders, lines in time, and the difference of two gyros.
 
     Step 1 searches the whole orders of table angle, Step 2 an even grid of frequencies in time.
-    Both fit a constant and a slope along with the sinusoids, and only the sinusoids are removed:
-    what a gyro senses of the table and the Earth, e_x (eta_3 t + alpha), stays in for Step 3
-    (Eq. 20). Eq. 22 sums over the same frequencies for both gyros, so that each gyro is
-    fitted with those that either search chose. The jitter of the table that is chosen as if it
+    Both fit a constant and a slope along with the sinusoids, and only the sinusoids are removed.
+    The difference comes first unless `search` says otherwise. In the paper's order both searches
+    are of each gyro, and what it senses of the table and the Earth, e_x (eta_3 t + alpha), stays in
+    for Step 3 (Eq. 20). Eq. 22 sums over the same frequencies for both gyros, so that each gyro
+    is fitted with those that either search chose. The jitter of the table that is chosen as if it
     were a line then goes out of both, and its rest cancels as before.
 
     Parameters
     ----------
     angles
         (samples,) rad by name: of one gyro, or of two, the second of which is taken off the first.
-        One alone has no Step 3, so that the fitted e_x alpha goes with Step 1.
+        One alone has no Step 3, so that the fitted e_x alpha goes with Step 1. Of two gyros, the
+        squares of the parts in which they are taken add up to two, as in a plain difference.
     table
         (samples,) unwrapped table angle, rad; None at rest.
     sample_rate
@@ -121,6 +149,9 @@ def remove_lines_as_published(
     _check(angles, table, sample_rate)
     report = progress or (lambda _: None)
     turning = table if table is not None and is_turning(table) else None
+    alone = len(angles) == 1
+    if len(angles) == 2 and search.difference_first:
+        angles = {"-".join(angles): _difference(tuple(angles.values()), turning, sample_rate)}
     left: list[FloatArray] = []
     in_angle: list[Line] = []
     in_time: list[Line] = []
@@ -128,7 +159,7 @@ def remove_lines_as_published(
     for number, (name, angle) in enumerate(angles.items()):
         rest = angle
         if turning is not None:
-            rest, found = _without_orders(angle, turning, search, alone=len(angles) == 1)
+            rest, found = _without_orders(angle, turning, search, alone=alone)
             in_angle += published_lines(found, "angle", 1.0, name)
         report((number + 0.3) / (len(angles) + 1))
         found = _search_in_time(rest, search)
@@ -154,6 +185,35 @@ def remove_lines_as_published(
     )
 
 
+def _difference(
+    pair: tuple[FloatArray, ...], table: FloatArray | None, sample_rate: float
+) -> FloatArray:
+    """Step 3: the first gyro less the second, without table motion and Earth rate.
+
+    On a turning table each gyro is fitted with e alpha and with what Earth rate makes of it, the
+    integrals of cos alpha and sin alpha. The parts of the gyros are in the inverse ratio of their
+    shares e, so that e alpha cancels without the encoder and its noise. A constant drift is not
+    fitted: on a steady table it could not be told from a share.
+    """
+    first, second = pair
+    if table is None:
+        return series.less(first, second)
+    earth = sine_cosine_integrals(table, 1.0 / sample_rate)
+    columns = (np.ones(table.size), table, *earth)
+    sizes = np.array([max(float(np.linalg.norm(column)), 1e-300) for column in columns])
+    gram = np.array([[one @ other for other in columns] for one in columns])
+    data = np.array([[column @ own for own in pair] for column in columns])
+    fitted = np.linalg.lstsq(
+        gram / np.outer(sizes, sizes), data / sizes[:, np.newaxis], rcond=1e-13
+    )[0]
+    fitted /= sizes[:, np.newaxis]
+    shares = fitted[1]
+    parts = math.sqrt(2.0) * shares[::-1] / max(float(np.hypot(*shares)), 1e-300)
+    sensed = (fitted @ (parts * np.array([1.0, -1.0])))[2:]
+    difference = series.less(parts[0] * first, parts[1] * second)
+    return series.less(difference, sensed[0] * earth[0] + sensed[1] * earth[1])
+
+
 def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_rate: float) -> None:
     """Refuse arrays and rates that make no sense."""
     if not 1 <= len(angles) <= 2:
@@ -167,7 +227,7 @@ def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_ra
             f"table has shape {table.shape} and angle {shapes.pop()}; give one of each a sample"
         )
     if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
-        raise ValueError(f"sample_rate is {sample_rate!r}; give a positive number of Hz")
+        raise ValueError(f"sample_rate is {quoted(sample_rate)}; give a positive number of Hz")
 
 
 def _without_orders(
@@ -188,10 +248,13 @@ def _without_orders(
 
 
 def _search_in_time(rest: FloatArray, search: PublishedSearch) -> OrthogonalSearch:
-    """Step 2: the frequencies of one gyro."""
+    """Step 2: the frequencies of one gyro, or of the difference."""
+    half = (search.cells * rest.size - 1) // 2
+    lowest = min(max(1, math.ceil(search.slowest * search.cells)), half)
     return grid_search(
         rest,
         cells=search.cells,
+        lowest=lowest,
         stop=search.stop,
         false_alarm=search.false_alarm,
         most_terms=search.most_lines,

@@ -141,7 +141,9 @@ def taken_allan_variance(
     )
 
 
-def with_noise_restored(curve: StabilityCurve, taken: FloatArray, lines: int) -> StabilityCurve:
+def with_noise_restored(
+    curve: StabilityCurve, taken: FloatArray, lines: int, *, restored: bool = True
+) -> StabilityCurve:
     """`curve` with the variance added that went with removed lines, and a note that says so.
 
     Parameters
@@ -153,6 +155,8 @@ def with_noise_restored(curve: StabilityCurve, taken: FloatArray, lines: int) ->
         unit.
     lines
         How many were removed, for the note.
+    restored
+        False leaves the curve as it is, and the note says that.
 
     Returns
     -------
@@ -175,17 +179,20 @@ def with_noise_restored(curve: StabilityCurve, taken: FloatArray, lines: int) ->
             f"{curve.tau.size} points"
         )
     raised = np.hypot(curve.deviation, np.sqrt(taken))
-    factor = np.divide(
-        raised, curve.deviation, out=np.ones_like(raised), where=curve.deviation > 0.0
-    )
     share = np.divide(taken, raised**2, out=np.zeros_like(raised), where=raised > 0.0)
-    restored = replace(curve, deviation=raised, low=curve.low * factor, high=curve.high * factor)
+    changed = curve
+    if restored:
+        factor = np.divide(
+            raised, curve.deviation, out=np.ones_like(raised), where=curve.deviation > 0.0
+        )
+        changed = replace(curve, deviation=raised, low=curve.low * factor, high=curve.high * factor)
     most = int(np.argmax(share))
     if share[most] < _SEEN_SHARE:
-        return restored
+        return changed
     counted = "1 line" if lines == 1 else f"{lines} lines"
+    back = "it is added back" if restored else "it is not added back, as in the paper"
     note = Note(
         text=f"removal of {counted} took up to {100.0 * share[most]:.2g} % of the noise variance "
-        f"(at tau = {curve.tau[most]:.4g} s); it is added back"
+        f"(at tau = {curve.tau[most]:.4g} s); {back}"
     )
-    return replace(restored, notes=(*curve.notes, note))
+    return replace(changed, notes=(*curve.notes, note))

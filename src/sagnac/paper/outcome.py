@@ -3,21 +3,23 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from sagnac.analysis.allan_fit import step_4
 from sagnac.analysis.pipeline import answer_of
 from sagnac.analysis.result import Answer
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Status
+from sagnac.coefficients.estimates import Estimate, Status
+from sagnac.coefficients.readings import ReadingName
 from sagnac.formats.files import replacing
+from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.paper.least_squares import FITTED_TERMS, FORMS, Form, least_squares
 from sagnac.paper.plan import Run
+from sagnac.paper.readings import by_each_reading
 from sagnac.recording.difference import per_gyro
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.simulate import Simulation
@@ -42,6 +44,8 @@ class Outcome:
     least_squares
         N by each of `FORMS`, signed as `least_squares` says; empty where the curve has
         fewer than five points within 10 %.
+    readings
+        N by each reading of Step 4, NaN where it shows none; empty unless the run is `by_curve`.
     tau_s, deviation, low_curve, high_curve
         The stability curve, deg/h, all of one length.
     """
@@ -61,6 +65,7 @@ class Outcome:
     status: Status
     lines: int
     least_squares: Mapping[Form, float]
+    readings: Mapping[ReadingName, float]
     tau_s: tuple[float, ...]
     deviation: tuple[float, ...]
     low_curve: tuple[float, ...]
@@ -75,17 +80,18 @@ class Outcome:
 def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     """Analyze the recording of a run, and set the estimate beside its truth."""
     recording, interval = simulation.recording, run.interval_s
-    settings = Settings(gyros=run.gyros, method=run.method, interval=interval)
+    search = AS_PRINTED if run.as_printed else FAIR
+    settings = Settings(gyros=run.gyros, method=run.method, interval=interval, published=search)
     if run.preparation == "rate":
         recording = _rate_sampled(recording, run.gyros[0], interval)
-        settings = replace(settings, interval=None)
     answer = answer_of(recording, settings)
     truth = simulation.truth
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
     estimate, curve = answer.angle_random_walk, answer.curve
+    readings: dict[ReadingName, Estimate] = {}
     if run.by_curve:
-        fitted = answer.fits["paper"].coefficients["angle_random_walk"]
-        estimate = step_4(curve, fitted, answer.gyros_differenced)
+        readings = by_each_reading(answer)
+        estimate = readings["plain"]
     return Outcome(
         name=run.name,
         table_rate_deg_per_s=run.config.table.rate_deg_per_s,
@@ -102,6 +108,10 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
         status=estimate.status,
         lines=len(answer.lines),
         least_squares=least_squares_of(curve, answer.gyros_differenced),
+        readings={
+            name: one.value / DEGREE_PER_ROOT_HOUR if one.status == "estimated" else math.nan
+            for name, one in readings.items()
+        },
         tau_s=tuple(curve.tau.tolist()),
         deviation=_shown(answer, curve.deviation),
         low_curve=_shown(answer, curve.low),
@@ -167,12 +177,16 @@ def write_outcome(path: Path, outcome: Outcome) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    values = {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in asdict(outcome).items()
-    }
+    values = _without_nan(asdict(outcome))
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(values, allow_nan=False, indent=1), encoding="utf-8")
+
+
+def _without_nan(value: Any) -> Any:
+    """None in place of what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: _without_nan(one) for key, one in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def read_outcome(path: Path) -> Outcome | None:
@@ -182,6 +196,10 @@ def read_outcome(path: Path) -> Outcome | None:
         for key, value in values.items():
             if isinstance(value, list):
                 values[key] = tuple(value)
+            elif isinstance(value, dict):
+                values[key] = {
+                    name: math.nan if one is None else one for name, one in value.items()
+                }
             elif value is None:
                 values[key] = math.nan
         return Outcome(**values)

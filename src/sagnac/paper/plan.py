@@ -14,7 +14,7 @@ from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import GyroMode
 
-RUN_SCHEMA: Final = "sagnac.reproduction-run/1"
+RUN_SCHEMA: Final = "sagnac.reproduction-run/2"
 Table = Literal["table1", "table2"]
 _MODE_OF_TABLE: Final[Mapping[Table, GyroMode]] = {"table1": "dithered", "table2": "rate-biased"}
 _FIRST_SEED: Final[Mapping[Table, int]] = {"table1": 1000, "table2": 2000}
@@ -64,6 +64,7 @@ class Run:
 
     `preparation` ``rate`` takes one mean rate over 1 s in each interval instead of the angle.
     `by_curve` takes the fit of the Allan curve as the answer whatever the method: Step 4.
+    `as_printed` takes Steps 1 to 3 in the paper's order, with no lowest frequency.
 
     Raises
     ------
@@ -78,6 +79,7 @@ class Run:
     interval_s: float = 1.0
     preparation: Preparation = "angle"
     by_curve: bool = False
+    as_printed: bool = False
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.gyros) <= 2:
@@ -101,6 +103,11 @@ def cell_name(table: Table, rate: float, day: int) -> str:
 def published_cell_name(table: Table, rate: float, day: int) -> str:
     """Name of the run of one table cell by the paper's method."""
     return f"{cell_name(table, rate, day)}-paper"
+
+
+def printed_cell_name(table: Table, rate: float, day: int) -> str:
+    """Name of the run of one table cell by the paper's method in the paper's order."""
+    return f"{cell_name(table, rate, day)}-printed"
 
 
 def plan(scope: Scope) -> tuple[Run, ...]:
@@ -132,6 +139,17 @@ def _runs_of_table(
                     by_curve=True,
                 )
             )
+            if rate > 0.0:
+                runs.append(
+                    Run(
+                        name=printed_cell_name(table, rate, day),
+                        config=config,
+                        gyros=PAIR,
+                        method="fos-paper",
+                        by_curve=True,
+                        as_printed=True,
+                    )
+                )
             if (table, rate) == _CELL_OF_FIGURE_2:
                 long = replace(config, duration_s=scope.figure_duration_s)
                 runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))

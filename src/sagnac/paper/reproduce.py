@@ -17,7 +17,16 @@ import numpy as np
 
 from sagnac.errors import RecordingError
 from sagnac.paper.outcome import Outcome, outcome_of, read_outcome, write_outcome
-from sagnac.paper.plan import FULL, Run, Scope, Table, cell_name, plan, published_cell_name
+from sagnac.paper.plan import (
+    FULL,
+    Run,
+    Scope,
+    Table,
+    cell_name,
+    plan,
+    printed_cell_name,
+    published_cell_name,
+)
 from sagnac.paper.prediction import Prediction, predicted_angle_random_walk
 from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.trials import Trial, trials
@@ -187,7 +196,8 @@ def _store(folder: Path) -> Path:
 class Cell(NamedTuple):
     """A cell of a table: rate in deg/s, day from 1, the published N, and what came out.
 
-    `outcome` is by our method, `by_paper` by the paper's.
+    `outcome` is by our method, `by_paper` by the paper's, `as_printed` by its steps in the paper's
+    order; at rest the last two are one.
     """
 
     rate: float
@@ -195,6 +205,7 @@ class Cell(NamedTuple):
     published: float
     outcome: Outcome
     by_paper: Outcome
+    as_printed: Outcome
 
 
 def outcomes_of_table(reproduction: Reproduction, table: Table) -> Iterator[Cell]:
@@ -204,4 +215,7 @@ def outcomes_of_table(reproduction: Reproduction, table: Table) -> Iterator[Cell
         for day in range(1, reproduction.scope.days + 1):
             outcome = reproduction.outcomes[cell_name(table, rate, day)]
             by_paper = reproduction.outcomes[published_cell_name(table, rate, day)]
-            yield Cell(rate, day, days[day - 1], outcome, by_paper)
+            printed = by_paper
+            if rate > 0.0:
+                printed = reproduction.outcomes[printed_cell_name(table, rate, day)]
+            yield Cell(rate, day, days[day - 1], outcome, by_paper, printed)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
+from sagnac.errors import quoted
 from sagnac.units import (
     SENSED,
     SENSORS,
@@ -34,7 +35,7 @@ def require_kind(kind: str) -> None:
         If `kind` is none of `KINDS`.
     """
     if kind not in KINDS:
-        raise ValueError(f"kind is {kind!r}; state angle, increment or rate")
+        raise ValueError(f"kind is {quoted(kind)}; state angle, increment or rate")
 
 
 def quantity_of(kind: Kind, sensor: Sensor = "gyro") -> Quantity:
@@ -147,9 +148,9 @@ class Channel:
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise ValueError(f"name is {self.name!r}; give the channel a name, x for one")
+            raise ValueError(f"name is {quoted(self.name)}; give the channel a name, x for one")
         if self.sensor not in SENSORS:
-            raise ValueError(f"sensor is {self.sensor!r}; use one of {', '.join(SENSORS)}")
+            raise ValueError(f"sensor is {quoted(self.sensor)}; use one of {', '.join(SENSORS)}")
         quantity = quantity_of(self.kind, self.sensor)
         if not self.shown_in:
             in_si = next(name for name, size in sizes(quantity).items() if size == 1.0)

@@ -12,7 +12,7 @@ from sagnac.recording.channel import Channel, Kind, numbers
 from sagnac.recording.encoder_readings import angle_of_readings
 from sagnac.recording.kinds import finite_extent
 from sagnac.recording.unwrapping import unwrapped
-from sagnac.units import time_scale, unit_of
+from sagnac.units import sensor_of, time_scale, unit_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +34,7 @@ class Pulses:
 def gyro_of(
     name: str, values: ArrayLike, *, kind: Kind, unit: str, period: float | None = None
 ) -> Taken:
-    """A gyro of a column in a unit of the field.
+    """A gyro of a column in a unit of the field; an accelerometer if the unit is one of force.
 
     Parameters
     ----------
@@ -46,14 +46,16 @@ def gyro_of(
         See `Channel.from_values`.
     period
         Reading at which a counter of angle starts over, in `unit`; None if it never does.
+        Accelerometers have none.
 
     Raises
     ------
     ValueError
         If an argument makes no sense, or the readings exceed the period.
     """
-    if period is None:
-        return Taken(channel=Channel.from_values(name, values, kind=kind, unit=unit))
+    sensor = sensor_of(unit)
+    if period is None or sensor == "accelerometer":
+        return Taken(channel=Channel.from_values(name, values, kind=kind, unit=unit, sensor=sensor))
     if kind != "angle":
         raise ValueError(
             f"period is {period:g} and gyro {name} of kind {kind}; only a counter of kind angle "

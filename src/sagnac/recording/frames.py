@@ -6,6 +6,7 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
+from sagnac.errors import quoted
 from sagnac.recording.channel import Kind
 from sagnac.units import split_header
 
@@ -26,9 +27,9 @@ class FrameColumns:
     Attributes
     ----------
     gyros
-        Name -> column.
+        Name -> column, of accelerometers, too.
     kind, unit
-        One for all gyros, or by name.
+        One for all of them, or by name.
     times, table, null_pulse
         The column, or None.
     time_unit, table_unit
@@ -71,7 +72,7 @@ def columns_of(
     ValueError
         If a column is not there, or neither argument nor frame states a kind or a unit.
     """
-    found = _named_columns(frame, columns)
+    found = _named_columns(frame, columns, unit)
     stated = {name: split_header(header)[1] for name, header in found.items()}
     gyros = [name for name in found if name not in ("table", "time", NULL_PULSE_NAME)]
     if not gyros:
@@ -133,18 +134,23 @@ def _headers(frame: Any) -> list[str]:
     return [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
 
 
-def _named_columns(frame: Any, columns: Mapping[str, str] | None) -> dict[str, str]:
-    """Name wanted -> name in the frame, for all that are wanted or, without a wish, known."""
+def _named_columns(
+    frame: Any, columns: Mapping[str, str] | None, unit: str | Mapping[str, str] | None
+) -> dict[str, str]:
+    """Name wanted -> name in the frame, for all that are wanted or, without a wish, known.
+
+    An accelerometer is known by its name only if its unit is stated, by itself or in its header.
+    """
     headers = _headers(frame)
     if columns is not None:
         for name, header in columns.items():
             if header not in headers:
                 raise ValueError(
-                    f"columns[{name!r}] is {header!r}; the frame has {', '.join(headers)}"
+                    f"columns[{name!r}] is {quoted(header)}; the frame has {', '.join(headers)}"
                 )
         return dict(columns)
     wanted: Iterable[tuple[str, tuple[str, ...]]] = (
-        *((name, (name,)) for name in GYRO_NAMES),
+        *((name, (name,)) for name in (*GYRO_NAMES, *ACCELEROMETER_NAMES)),
         ("table", TABLE_NAMES),
         ("time", TIME_NAMES),
         (NULL_PULSE_NAME, (NULL_PULSE_NAME,)),
@@ -156,6 +162,11 @@ def _named_columns(frame: Any, columns: Mapping[str, str] | None) -> dict[str, s
             raise ValueError(
                 f"{', '.join(alike)} may each be {name}; name one with columns={{{name!r}: NAME}}"
             )
-        if alike:
+        if alike and (name not in ACCELEROMETER_NAMES or _has_unit(name, alike[0], unit)):
             found[name] = alike[0]
     return found
+
+
+def _has_unit(name: str, header: str, unit: str | Mapping[str, str] | None) -> bool:
+    """Whether the unit of a column is stated by its own name or in its header."""
+    return split_header(header)[1] is not None or (isinstance(unit, Mapping) and name in unit)

@@ -40,8 +40,8 @@ def with_gaps_marked(recording: Recording) -> Recording:
     Raises
     ------
     RecordingError
-        If anything but gaps is wrong: infinite samples, stamps that run backwards, a stuck
-        gyro, or gaps that hold far more samples than there are.
+        If anything but gaps is wrong: infinite samples, stamps that run backwards, no gyro that
+        is not stuck, or gaps that hold far more samples than there are.
     """
     recording = replace(recording, table=None, null_pulse=None)
     recording = replace(recording, notes=(*recording.notes, *_sound_apart_from_gaps(recording)))
@@ -89,6 +89,7 @@ def with_gaps_marked(recording: Recording) -> Recording:
 def _sound_apart_from_gaps(recording: Recording) -> tuple[Note, ...]:
     """What is to be known of a recording with gaps; an error if anything else is wrong."""
     notes: list[Note] = []
+    stuck: list[Note] = []
     for gyro in recording.gyros:
         infinite = Places(values=gyro.values, test=np.isinf).tally()
         if infinite.count:
@@ -99,13 +100,16 @@ def _sound_apart_from_gaps(recording: Recording) -> tuple[Note, ...]:
                 channel=gyro.name,
                 remedy="mark bad samples as NaN",
             )
-        notes += stuck_notes(recording, gyro)
+        stuck += stuck_notes(recording, gyro)
+    if len(stuck) == len(recording.gyros):
+        # One that is stuck does not cost the others.
+        notes += stuck
     if recording.times is not None:
         notes += stamp_notes(recording, recording.times, omit_gaps=True)
     for note in ranked(notes):
         if note.level == "error":
             raise RecordingError.of(note, recording.path)
-    return ranked(notes)
+    return ranked((*notes, *stuck))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

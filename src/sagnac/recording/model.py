@@ -167,19 +167,21 @@ class Recording:
         pickoffs: Mapping[str, ArrayLike] | None = None,
         **gyros: ArrayLike,
     ) -> Self:
-        """A recording from columns in the units of the field, one keyword a gyro.
+        """A recording from columns in the units of the field, one keyword a gyro or accelerometer.
 
-        Values are converted to SI. Encoder readings that are missing are interpolated and those
+        Values are converted to SI. A column in a unit of force (``m/s^2``, ``g``; ``m/s`` for
+        increments of velocity) is an accelerometer, and stands in the place of a gyro if there is
+        no gyro. Encoder readings that are missing are interpolated and those
         that start over at a full turn unwrapped; time stamps of uniform sampling are left out;
         all as on reading a file, and noted.
 
         Parameters
         ----------
         kind
-            What one sample is: ``angle``, ``increment`` or ``rate``; one for all gyros, or by
+            What one sample is: ``angle``, ``increment`` or ``rate``; one for all sensors, or by
             name.
         unit
-            Of the gyros; one for all, or by name.
+            Of the sensors; one for all, or by name.
         sample_rate
             Samples per second. With `times` it has to agree with them.
         times
@@ -194,7 +196,8 @@ class Recording:
         pickoffs
             Gyro name -> (samples,) what the pick-off of its dither shows, in any unit.
         **gyros
-            Name -> (samples,) values: lists, arrays, columns of a frame.
+            Name -> (samples,) values of gyros and accelerometers: lists, arrays, columns of a
+            frame.
 
         Raises
         ------
@@ -207,13 +210,20 @@ class Recording:
         --------
         >>> Recording.from_arrays(x=[3600, 7200], kind="increment", unit="arcsec", sample_rate=2.0)
         Recording(x (increment, arcsec); 2 samples at 2 Hz, 1 s)
+        >>> unit = {"x": "deg/s", "ax": "g"}
+        >>> Recording.from_arrays(x=[0, 1], ax=[1, 1], kind="rate", unit=unit, sample_rate=2.0)
+        Recording(x (rate, deg/s); ax (rate, g); 2 samples at 2 Hz, 1 s)
         """
         taken = _gyros_of(gyros, kind, unit, period)
         of_table = None if table is None else table_of(table, unit=table_unit)
         pulses = None if null_pulse is None else pulses_of(null_pulse)
         when = _sampled(sample_rate, times, time_unit, taken[0].channel.values.size)
+        sensors = [one.channel for one in taken]
+        forces = tuple(one for one in sensors if one.sensor == "accelerometer")
+        turning = tuple(one for one in sensors if one.sensor == "gyro")
         return cls(
-            gyros=tuple(one.channel for one in taken),
+            gyros=turning or forces,
+            accelerometers=forces if turning else (),
             sample_rate=when.sample_rate,
             times=when.times,
             table=of_table.channel if of_table else None,
@@ -251,10 +261,11 @@ class Recording:
             What has columns by name. A column called ``x[deg/s]`` states its unit, and
             ``frame.attrs["kind"]`` the kind, where no argument does.
         columns
-            Name wanted -> name in the frame: gyros by the names that they shall have, besides
-            ``table``, ``time`` and ``null_pulse``. Without it, the columns called so and the
-            gyros ``x``, ``y`` and ``z`` are taken, those that are there. The dates of an index
-            are the time if there is no such column and no rate is stated.
+            Name wanted -> name in the frame: gyros and accelerometers by the names that they
+            shall have, besides ``table``, ``time`` and ``null_pulse``. Without it, the columns
+            called so, the gyros ``x``, ``y`` and ``z``, and of the accelerometers ``ax``, ``ay``
+            and ``az`` those whose unit is stated are taken, as far as they are there. The dates
+            of an index are the time if there is no such column and no rate is stated.
         kind, unit, sample_rate, time_unit, table_unit, period
             See `from_arrays`; a time without a unit is in s and a table in degrees.
 
@@ -297,12 +308,13 @@ class Recording:
         pandas = pandas_for("a recording as a data frame")
         times = np.arange(self.samples) / self.sample_rate if self.times is None else self.times
         columns: dict[str, Any] = {"time[s]": times}
-        for channel in (*self.gyros, *([self.table] if self.table else [])):
+        sensors = (*self.gyros, *self.accelerometers)
+        for channel in (*sensors, *([self.table] if self.table else [])):
             columns[f"{channel.name}[{channel.plain_unit}]"] = channel.values_in()
         if self.null_pulse is not None:
             columns[NULL_PULSE_NAME] = self.null_pulse
         frame = pandas.DataFrame(columns)
-        frame.attrs["kind"] = {gyro.name: gyro.kind for gyro in self.gyros}
+        frame.attrs["kind"] = {sensor.name: sensor.kind for sensor in sensors}
         return frame
 
     @property

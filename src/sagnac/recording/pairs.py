@@ -130,7 +130,7 @@ def _copied(first: str, second: str, profiles: dict[str, Profile]) -> list[Note]
         late, early = (second, first) if found.delay > 0 else (first, second)
         text = (
             f"repeats gyro {early} {counted(abs(found.delay), 'sample')} later (correlation "
-            f"{found.correlation:+.3g}): their difference hides the noise that they share; "
+            f"{found.correlation:+.3g}): the two share their noise, which their difference hides; "
             "name another gyro ({gyros})"
         )
         return [finding("copy", late, text, effect=math.sqrt(max(1.0 - alike, 0.0)))]

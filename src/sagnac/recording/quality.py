@@ -186,19 +186,23 @@ def accepted(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:
 def check(recording: Recording) -> tuple[Note, ...]:
     """Everything that can be said about the quality of the data.
 
-    Besides `integrity`: what `judged` finds, and an encoder that the gyros do not follow. These
-    are looked at only if `integrity` found no error.
+    Besides `integrity`, that of the accelerometers, too: what `judged` finds, and an encoder that
+    the gyros do not follow. These are looked at only of gyros in which `integrity` found no error.
 
     Returns
     -------
     tuple of Note
         Errors first.
     """
-    notes = list(integrity(recording))
-    if any(note.level == "error" for note in notes):
-        return tuple(notes)
-    notes += judged(recording)
-    for gyro in recording.gyros:
+    forces = [recording.of_accelerometer(one.name) for one in recording.accelerometers]
+    notes = [note for one in (recording, *forces) for note in integrity(one)]
+    spoilt = {note.channel for note in notes if note.level == "error"}
+    sound = [gyro for gyro in recording.gyros if gyro.name not in spoilt]
+    known = {one.name for one in (*recording.gyros, *recording.accelerometers)}
+    if not sound or spoilt - known:
+        return ranked(notes)
+    notes += judged(recording, [gyro.name for gyro in sound])
+    for gyro in sound:
         notes += table_notes(recording, gyro)
     if recording.table is not None:
         notes += jump_notes(recording, recording.table)

@@ -1,7 +1,6 @@
 """Noise that changes in the course of a record."""
 
 import math
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -49,7 +48,7 @@ def unsteady_notes(recording: Recording, gyro: Channel, profile: Profile) -> tup
         return _loud(recording, gyro, profile) or _growing(gyro, profile)
     # Lines and resonances come and go by right: the noise between them tells.
     white = np.pad(whitened(profile.changes, bands=_BANDS, kept=_KEPT).values, EDGE, mode="reflect")
-    between = replace(gyro, kind="increment", values=white, shown_in="rad")
+    between = Channel(name=gyro.name, kind="increment", values=white, sensor=gyro.sensor)
     profile = profile_of(between)
     return _loud(recording, between, profile) or _growing(between, profile)
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
 from sagnac.repeatability.design import Design
 from sagnac.repeatability.fiducial import chance_of_less, draws_of
 from sagnac.repeatability.outliers import departures, slope_of_days
@@ -48,11 +48,13 @@ class Run:
 
     def __post_init__(self) -> None:
         if not (self.value > 0.0 and math.isfinite(self.value)):
-            raise ValueError(f"value is {self.value!r}; give N above zero")
+            raise ValueError(f"value is {quoted(self.value)}; give N above zero")
         if not math.isnan(self.low + self.high) and not self.low <= self.value <= self.high:
             raise ValueError(f"value {self.value} must lie within [{self.low}, {self.high}]")
         if not 0.0 < self.confidence < 1.0:
-            raise ValueError(f"confidence is {self.confidence!r}; give a number between 0 and 1")
+            raise ValueError(
+                f"confidence is {quoted(self.confidence)}; give a number between 0 and 1"
+            )
 
     @property
     def relative_variance(self) -> float:
@@ -191,7 +193,7 @@ def repeatability(
         If `confidence` is not between 0 and 1.
     """
     if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence is {confidence!r}; give a number between 0 and 1")
+        raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")
     used = [name for name in factors if runs and all(name in run.labels for run in runs)]
     labels = {name: tuple(run.labels[name] for run in runs) for name in used}
     labels = {name: found for name, found in labels.items() if len(set(found)) < len(runs)}

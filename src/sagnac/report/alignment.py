@@ -37,6 +37,10 @@ class Prospect:
         Alignment by a Kalman filter.
     position
         After the alignment.
+    rotating
+        Of a triad that turns all the time, at the end; None if no table rate was given.
+    foretold
+        In words, from what N is foretold; empty if it was measured.
     """
 
     noise: GyroNoise
@@ -45,6 +49,8 @@ class Prospect:
     compass: AzimuthError
     filtered: Alignment
     position: PositionError
+    rotating: AzimuthError | None = None
+    foretold: str = ""
 
 
 def compass_figure(
@@ -128,12 +134,21 @@ def prospect_text(prospect: Prospect) -> str:
     last = compass.deviation[-1] / ARCMINUTE
     low, high = compass.low[-1] / ARCMINUTE, compass.high[-1] / ARCMINUTE
     hours = prospect.position.times[-1] / HOUR
+    turning = []
+    if prospect.rotating is not None:
+        ends = (prospect.rotating.low[0], prospect.rotating.high[0])
+        shown = ", ".join(number(end / ARCMINUTE) for end in ends)
+        turning = [
+            f"  triad turning all the time    {number(prospect.rotating.deviation[0] / ARCMINUTE)}′"
+            f"  [{shown}] {100.0 * compass.confidence:g} %"
+        ]
     lines = [
         f"azimuth after {compass.times[-1]:g} s at {prospect.latitude / DEGREE:g}°, 1 σ",
         f"  gyrocompass, two positions    {number(last)}′  [{number(low)}, {number(high)}] "
         f"{100.0 * compass.confidence:g} %",
         f"    its floor by B              {_floor(prospect)}",
         f"  Kalman filter, one position   {number(filtered.azimuth[-1] / ARCMINUTE)}′",
+        *turning,
         f"position {hours:g} h after the filter's alignment  "
         f"{number(prospect.position.deviation[-1])} m, 1 σ",
         "for the filter, of each gyro",
@@ -148,7 +163,8 @@ def prospect_text(prospect: Prospect) -> str:
 def notes_of(prospect: Prospect) -> list[str]:
     """What the answer leaves out."""
     unseen = prospect.noise.unseen
-    notes = [
+    notes = [prospect.foretold] if prospect.foretold else []
+    notes += [
         f"{TITLES[name]} was not estimated and is taken as zero"  # type: ignore[index]
         for name in unseen
         if name != "angle_random_walk"
@@ -182,11 +198,27 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
             "drift_process_noise_rad2_per_s3": prospect.noise.rate_random_walk**2,
             "covariance": filtered.covariance.tolist(),
         },
+        **_turning(prospect),
         "position": {
             "time_s": prospect.position.times.tolist(),
             "deviation_m": prospect.position.deviation.tolist(),
         },
         "notes": notes_of(prospect),
+    }
+
+
+def _turning(prospect: Prospect) -> dict[str, Any]:
+    """The triad that turns, if a table rate was given."""
+    found = prospect.rotating
+    if found is None:
+        return {}
+    return {
+        "rotating_triad": {
+            "time_s": float(found.times[0]),
+            "azimuth_arcmin": float(found.deviation[0] / ARCMINUTE),
+            "low_arcmin": float(found.low[0] / ARCMINUTE),
+            "high_arcmin": float(found.high[0] / ARCMINUTE),
+        }
     }
 
 

@@ -101,14 +101,14 @@ def _levelled(note: Note) -> str:
 
 
 def closing(named: Sequence[tuple[str, Analysis]]) -> str:
-    """One row for each gyro of several analyses; empty for one alone.
+    """One row for each gyro of several analyses, or of several gyros; empty for one alone.
 
     Parameters
     ----------
     named
         Name of the file, empty if all are of one, and its analysis.
     """
-    if len(named) < 2:
+    if len(named) < 2 and not any(analysis.gyros for _, analysis in named):
         return ""
     rows = [row for file, analysis in named for row in _closing_rows(file, analysis)]
     unit = field_unit("angle_random_walk").symbol
@@ -119,12 +119,18 @@ def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
     verdict = verdict_of(analysis)
     decisions = {} if verdict is None else dict(verdict.by_gyro)
     estimates = dict(analysis.per_gyro) or {analysis.channel: analysis.angle_random_walk}
-    return [
+    named = file if len(file) <= 24 else f"…{file[-23:]}"
+    rows: list[tuple[str, ...]] = [
         (
-            file if len(file) <= 24 else f"…{file[-23:]}",
+            named,
             name,
             *reading_cells("angle_random_walk", estimate),
             decisions.get(name, verdict.decision if verdict else ""),
         )
         for name, estimate in estimates.items()
+    ]
+    return rows + [
+        (named, name, "–", "", "not analyzed", decisions.get(name, ""))
+        for name in analysis.settings.gyros
+        if name in analysis.refused
     ]

@@ -19,7 +19,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate, in_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
-from sagnac.report.command_line import findings_data, note_text
+from sagnac.report.command_line import error_text, findings_data, note_text
 from sagnac.report.forces import forces_data
 from sagnac.report.quantities import curve_unit, in_field_unit
 from sagnac.report.spectra import per_gyro_density
@@ -39,7 +39,9 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
     dict
         Of schema ``sagnac.analysis/1``: strings, finite numbers, None, lists and
         mappings only. What is not a number (a coefficient that cannot be observed) is None.
-        Coefficients and curve are per gyro; lines are of the channel they name.
+        Coefficients and curve are per gyro; lines are of the channel they name. Of several gyros
+        at rest all is of the first, ``per_gyro`` holds N of each, and ``gyros`` the document of
+        each; ``refused`` says why a channel has none.
     """
     curve = analysis.curve.per_gyro()
     answer = _estimate("angle_random_walk", analysis.angle_random_walk)
@@ -77,7 +79,9 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         },
         **_family(analysis),
         "findings": findings_data(analysis.findings),
-        **forces_data(analysis.accelerometers),
+        **_gyros(analysis),
+        **_forces(analysis),
+        **_refused(analysis),
         "notes": [note_text(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
     }
@@ -85,8 +89,16 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
     return cleaned
 
 
-def many_document(analyses: Iterable[Analysis]) -> dict[str, Any]:
-    """One document of several analyses (several files, or several gyros of one)."""
+def many_document(analyses: Iterable[Analysis], unit: Analysis | None = None) -> dict[str, Any]:
+    """One document of several analyses (several files, or several gyros of one).
+
+    Parameters
+    ----------
+    analyses
+        In their order.
+    unit
+        Of which they are the gyros: its accelerometers, and what was refused, stand beside them.
+    """
     analyses = list(analyses)
     decision = overall_decision(analyses)
     return {
@@ -94,6 +106,7 @@ def many_document(analyses: Iterable[Analysis]) -> dict[str, Any]:
         "version": __version__,
         **({} if decision is None else {"verdict": {"overall": decision}}),
         "analyses": [analysis_document(analysis) for analysis in analyses],
+        **({} if unit is None else {**_forces(unit), **_refused(unit)}),
     }
 
 
@@ -120,6 +133,24 @@ def comparison_document(
 def to_json(document: Mapping[str, Any]) -> str:
     """The document as text that strict readers accept: no NaN, no infinity."""
     return json.dumps(document, allow_nan=False, ensure_ascii=False, indent=1)
+
+
+def _gyros(analysis: Analysis) -> dict[str, Any]:
+    """The document of each gyro that was taken alone beside others."""
+    if not analysis.gyros:
+        return {}
+    return {"gyros": {name: analysis_document(one) for name, one in analysis.gyros.items()}}
+
+
+def _forces(analysis: Analysis) -> dict[str, Any]:
+    return forces_data(list(analysis.accelerometers.values()))
+
+
+def _refused(analysis: Analysis) -> dict[str, Any]:
+    """Why there is no analysis of a channel."""
+    if not analysis.refused:
+        return {}
+    return {"refused": {name: error_text(why) for name, why in analysis.refused.items()}}
 
 
 def _verdict(analysis: Analysis) -> dict[str, Any]:

@@ -1,9 +1,10 @@
 """The figures of an analysis in the style of the reports, as SVG and PNG."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO, StringIO
+from itertools import cycle
 from pathlib import Path
 from typing import Final
 
@@ -15,9 +16,9 @@ from sagnac import plot
 from sagnac.analysis.result import Analysis
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, logarithmic
 from sagnac.report.files import write_bytes
-from sagnac.report.quantities import in_field_unit, number
+from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.report.style import STYLE, legend_above, styled
-from sagnac.units import DEGREE_PER_HOUR
+from sagnac.units import DEGREE_PER_HOUR, Unit
 
 COLORS: Final = {
     "none": QUIET,
@@ -104,6 +105,38 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
         one = next(iter(analyses.values()))
         logarithmic(canvas.axes, "cluster time τ (s)", f"Allan deviation, {channel_of(one)} (°/h)")
         legend_above(canvas.axes, columns=2)
+    return canvas.figure
+
+
+def unit_figure(analysis: Analysis) -> Figure:
+    """Allan deviation of each gyro that was taken alone, as recorded."""
+    return curves_figure(list(analysis.gyros.values()), curve_unit("oadev"))
+
+
+def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
+    """Allan deviation of several channels against cluster time, as recorded, in a unit of rate."""
+    with styled() as canvas:
+        for analysis, color in zip(analyses, cycle((BLUE, ORANGE, GREEN, INK)), strict=False):
+            curve = analysis.curve_before
+            canvas.axes.plot(
+                curve.tau,
+                curve.deviation / unit.size,
+                color=color,
+                marker="o",
+                markersize=3.0,
+                linewidth=0.9,
+                label=analysis.channel,
+            )
+            canvas.axes.fill_between(
+                curve.tau,
+                curve.low / unit.size,
+                curve.high / unit.size,
+                color=color,
+                alpha=0.15,
+                linewidth=0,
+            )
+        logarithmic(canvas.axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
+        legend_above(canvas.axes, columns=6)
     return canvas.figure
 
 

@@ -1,20 +1,18 @@
 """Accelerometers on page, terminal and in JSON: their coefficients and curves in their units."""
 
 import math
-from collections.abc import Mapping, Sequence
-from itertools import cycle
+from collections.abc import Sequence
 from typing import Any, Final
 
 from matplotlib.figure import Figure
 
-from sagnac.analysis.headline_coefficients import headline_coefficients
+from sagnac.analysis.headline_coefficients import answer_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
-from sagnac.plot.frame import BLUE, GREEN, ORANGE, logarithmic
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.report.command_line import note_text
+from sagnac.report.figures import curves_figure
 from sagnac.report.quantities import figures, number
-from sagnac.report.style import legend_above, styled
 from sagnac.units import SENSED, UNITS, field_unit
 
 _SENSED: Final = SENSED["accelerometer"]
@@ -31,17 +29,9 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     rows = []
     for name in COEFFICIENT_NAMES:
         unit = field_unit(name, "accelerometer")
-        readings = [_reading(_coefficients(one).get(name), unit.size) for one in analyses]
+        readings = [_reading(answer_coefficients(one).get(name), unit.size) for one in analyses]
         rows.append((f"{SYMBOLS[name]} {_SENSED.titles[name]}", unit.symbol, tuple(readings)))
     return rows
-
-
-def _coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
-    """The coefficients of the answer, with the answer among them."""
-    return {
-        **headline_coefficients(analysis),
-        "angle_random_walk": analysis.angle_random_walk,
-    }
 
 
 def _reading(estimate: Estimate | None, size: float) -> str:
@@ -57,31 +47,8 @@ def _reading(estimate: Estimate | None, size: float) -> str:
 
 
 def force_figure(analyses: Sequence[Analysis]) -> Figure:
-    """Allan deviation of accelerometers against cluster time."""
-    unit = UNITS[_SENSED.rate_unit]
-    with styled() as canvas:
-        for analysis, color in zip(analyses, cycle((BLUE, ORANGE, GREEN)), strict=False):
-            curve = analysis.curve
-            canvas.axes.plot(
-                curve.tau,
-                curve.deviation / unit.size,
-                color=color,
-                marker="o",
-                markersize=3.0,
-                linewidth=0.9,
-                label=analysis.channel,
-            )
-            canvas.axes.fill_between(
-                curve.tau,
-                curve.low / unit.size,
-                curve.high / unit.size,
-                color=color,
-                alpha=0.15,
-                linewidth=0,
-            )
-        logarithmic(canvas.axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
-        legend_above(canvas.axes, columns=6)
-    return canvas.figure
+    """Allan deviation of accelerometers against cluster time, as recorded."""
+    return curves_figure(analyses, UNITS[_SENSED.rate_unit])
 
 
 def force_notes(analyses: Sequence[Analysis]) -> tuple[str, ...]:
@@ -107,8 +74,8 @@ def forces_data(analyses: Sequence[Analysis]) -> dict[str, Any]:
 
 def _force_data(analysis: Analysis) -> dict[str, Any]:
     unit = UNITS[_SENSED.rate_unit]
-    curve = analysis.curve
-    estimates = _coefficients(analysis)
+    curve = analysis.curve_before
+    estimates = answer_coefficients(analysis)
     return {
         "velocity_random_walk": _data("angle_random_walk", analysis.angle_random_walk),
         "coefficients": {

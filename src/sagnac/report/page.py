@@ -1,6 +1,6 @@
 """The report: one page that stands alone, answer first, to be read, printed and sent."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,6 +9,7 @@ from markupsafe import Markup
 from sagnac import __version__
 from sagnac.alignment.noise import GyroNoise
 from sagnac.analysis.headline_coefficients import (
+    answer_coefficients,
     headline_coefficients,
     headline_estimates,
     headline_fit,
@@ -17,10 +18,17 @@ from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
+from sagnac.errors import ranked
 from sagnac.report.alignment import compass_figure
-from sagnac.report.command_line import note_text
+from sagnac.report.command_line import error_text, note_text
 from sagnac.report.document import analysis_document
-from sagnac.report.figures import ReportFigures, comparison_figure, report_figures, svg
+from sagnac.report.figures import (
+    ReportFigures,
+    comparison_figure,
+    report_figures,
+    svg,
+    unit_figure,
+)
 from sagnac.report.files import write_text
 from sagnac.report.forces import force_figure, force_notes, force_rows
 from sagnac.report.html import rendered
@@ -67,7 +75,7 @@ def write_report(analysis: Analysis, path: Path) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    write_text(path, page(analysis))
+    write_text(path, unit_page(analysis) if analysis.gyros else page(analysis))
 
 
 def page(
@@ -105,7 +113,7 @@ def page(
         removed=analysis.settings.method != "none",
         turning=analysis.residual is not None and analysis.residual.by_angle is not None,
         shares=_shares(analysis),
-        forces=_forces(analysis.accelerometers),
+        forces=_forces(analysis),
         azimuth=_azimuth(analysis),
         facts=[
             *_file_facts(analysis),
@@ -140,10 +148,7 @@ def _headline(analysis: Analysis) -> dict[str, Any]:
         "answer": _answer(analysis),
         "verdict": _verdict(analysis),
         "kalman": kalman_figures(analysis.angle_random_walk),
-        "per_gyro": [
-            (name, reading_cells("angle_random_walk", estimate, plain=False))
-            for name, estimate in analysis.per_gyro.items()
-        ],
+        "per_gyro": _each_gyro(analysis),
         "fit": _fit_title(analysis),
         "band": analysis.average is not None
         and analysis.average.law is not None
@@ -181,6 +186,80 @@ def _tables(analysis: Analysis) -> dict[str, Any]:
         "lines": _line_rows(analysis),
         "names": any(line.name for line in analysis.lines),
     }
+
+
+def unit_page(
+    analysis: Analysis,
+    *,
+    block: TitleBlock | None = None,
+    settings: str = "",
+    links: Mapping[str, str] | None = None,
+) -> str:
+    """The gyros of one unit at rest on one page: N of each, verdict, curves and coefficients.
+
+    Parameters
+    ----------
+    analysis
+        Of several gyros at rest.
+    block
+        What stands on top.
+    settings
+        TOML that repeats the run.
+    links
+        Gyro -> its own report.
+    """
+    heading = _heading(analysis, block or TitleBlock())
+    title = f"Gyros {', '.join(analysis.settings.gyros)}"
+    return rendered(
+        "unit.html",
+        **{**heading, "title": heading["heading"] or title},
+        worst=worst_gyro(analysis),
+        unit=field_unit("angle_random_walk").symbol,
+        confidence=f"{100.0 * analysis.settings.confidence:g} %",
+        per_gyro=[
+            (name, cells, (links or {}).get(name, "")) for name, cells in _each_gyro(analysis)
+        ],
+        refused=_refused(analysis),
+        verdict=_verdict(analysis),
+        notes=[(note.level, note_text(note)) for note in ranked(analysis.notes)],
+        figure=Markup(
+            svg(unit_figure(analysis), "unit", "Allan deviation of the gyros against cluster time")
+        ),
+        names=list(analysis.gyros),
+        coefficients=_unit_rows(analysis),
+        forces=_forces(analysis),
+        facts=[*_file_facts(analysis), *_gyro_facts(analysis), *_curve_facts(analysis)],
+        settings=settings,
+        version=__version__,
+    )
+
+
+def _each_gyro(analysis: Analysis) -> list[tuple[str, tuple[str, str, str]]]:
+    return [
+        (name, reading_cells("angle_random_walk", estimate, plain=False))
+        for name, estimate in analysis.per_gyro.items()
+    ]
+
+
+def _refused(analysis: Analysis) -> list[tuple[str, str]]:
+    return [(name, error_text(why)) for name, why in analysis.refused.items()]
+
+
+def _unit_rows(analysis: Analysis) -> list[dict[str, Any]]:
+    """Each coefficient of every gyro."""
+    missing = ("–", "", "not fitted")
+    return [
+        {
+            "symbol": SYMBOLS[name],
+            "title": TITLES[name],
+            "unit": field_unit(name).symbol,
+            "readings": [
+                reading_cells(name, found[name], plain=False) if name in found else missing
+                for found in map(answer_coefficients, analysis.gyros.values())
+            ],
+        }
+        for name in COEFFICIENT_NAMES
+    ]
 
 
 def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
@@ -221,31 +300,31 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     )
 
 
-def accelerometers_page(analyses: Sequence[Analysis]) -> str:
+def accelerometers_page(analysis: Analysis) -> str:
     """The accelerometers of a recording as HTML.
 
     Parameters
     ----------
-    analyses
-        One for each accelerometer.
+    analysis
+        With accelerometers.
 
     Raises
     ------
     ValueError
-        If there are none.
+        If it has none.
     """
-    if not analyses:
-        raise ValueError("analyses is empty; give one or more of accelerometers")
-    names = ", ".join(one.channel for one in analyses)
-    channels = [(one.channel, one.recording.gyro(one.channel).shown_in) for one in analyses]
+    forces = list(analysis.accelerometers.values())
+    if not forces:
+        raise ValueError("analysis has no accelerometers")
+    channels = [(one.channel, one.recording.gyro(one.channel).shown_in) for one in forces]
     return rendered(
         "accelerometers.html",
-        title=f"Accelerometers {names}",
-        forces=_forces(analyses),
+        title=f"Accelerometers {', '.join(analysis.accelerometers)}",
+        forces=_forces(analysis),
         facts=[
-            *_file_facts(analyses[0]),
+            *_file_facts(forces[0]),
             ("Accelerometers", ", ".join(f"{name} ({unit})" for name, unit in channels)),
-            *_curve_facts(analyses[0]),
+            *_curve_facts(forces[0]),
         ],
         version=__version__,
     )
@@ -320,17 +399,21 @@ def _shares(analysis: Analysis) -> dict[str, Any] | None:
     }
 
 
-def _forces(analyses: Sequence[Analysis]) -> dict[str, Any] | None:
+def _forces(analysis: Analysis) -> dict[str, Any] | None:
     """The accelerometers; None if there are none."""
-    if not analyses:
+    forces = list(analysis.accelerometers.values())
+    gyros = {gyro.name for gyro in analysis.recording.gyros}
+    refused = [one for one in _refused(analysis) if one[0] not in gyros]
+    if not forces and not refused:
         return None
     description = "Allan deviation of the accelerometers against cluster time"
     return {
-        "names": [one.channel for one in analyses],
-        "confidence": f"{100.0 * analyses[0].settings.confidence:g} %",
-        "rows": force_rows(analyses),
-        "notes": force_notes(analyses),
-        "figure": Markup(svg(force_figure(analyses), "forces", description)),
+        "names": list(analysis.accelerometers),
+        "confidence": f"{100.0 * analysis.settings.confidence:g} %",
+        "rows": force_rows(forces),
+        "notes": force_notes(forces),
+        "refused": refused,
+        "figure": Markup(svg(force_figure(forces), "forces", description)) if forces else "",
     }
 
 

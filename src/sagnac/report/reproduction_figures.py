@@ -8,16 +8,18 @@ from matplotlib.figure import Figure
 
 from sagnac.paper.reproduce import Outcome, Reproduction
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, logarithmic
+from sagnac.report.frames_figure import frames_figure
 from sagnac.report.reproduction_values import cells_of, curves_of, white_deviation, within_cut
 from sagnac.report.style import legend_above, styled
 from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
 
 
 def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
-    """Figures 2 to 6, and N against table rate, by name."""
+    """Figures 1 to 6, and N against table rate, by name."""
     curves = curves_of(reproduction)
     fitted = {name: _curve_figure(curves[name]) for name in ("figure4", "figure5", "figure6")}
     return {
+        "figure1": frames_figure(),
         "figure2": _fris_figure(*curves["figure2"]),
         "figure3": _intervals_figure(curves["figure3"]),
         **fitted,

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,9 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from sagnac import __version__
+from sagnac.coefficients.readings import READINGS, ReadingName
+from sagnac.lines.published import SLOWEST_CYCLES
+from sagnac.paper.laboratory import DRIVEN
 from sagnac.paper.least_squares import FORM, FORMS
 from sagnac.paper.prediction import adequate_rate
 from sagnac.paper.published import FIGURE_2, FIGURE_3, TABLE_1, TABLE_2
@@ -18,17 +22,21 @@ from sagnac.report.figures import svg
 from sagnac.report.html import rendered
 from sagnac.report.quantities import number
 from sagnac.report.reproduction_values import (
+    ORDERS,
     TABLES,
+    Order,
     PaperTable,
     cell_texts,
     cells_of,
+    errors_of_reading,
     estimated,
     excess,
     growth,
-    intervals_of,
     mean,
+    reading_error,
     readings,
     spread,
+    turning_over_rest,
 )
 from sagnac.units import DEGREE
 
@@ -56,20 +64,22 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
         title="The experiment of Yu et al. (2013), regenerated on a simulated rig",
         scope=reproduction.scope,
         figures={
-            name: Markup(svg(figure, name, f"{name}: Allan deviation or N, see caption"))
+            name: Markup(svg(figure, name, f"{name}: see caption"))
             for name, figure in figures.items()
         },
         figure2=[_figure2_row(outcome) for outcome in fris],
         figure2_paper=number(FIGURE_2),
+        figure2_ratio=number(FIGURE_2 / mean(TABLE_2[40.0])),
         figure2_local=number(max(excess(outcome) for outcome in fris)),
         forms=FORMS,
         trials=[_trial_rows(reproduction, trial) for trial in reproduction.trials],
         white=readings(reproduction, "white", FORM),
         nearest=readings(reproduction, NEAREST_TRIAL, FORM),
         rate_growth=growth(reproduction, "rate"),
-        removed=", ".join(
-            f"{outcome.value * 1e4:.2f}" for outcome in intervals_of(reproduction, "removed")
-        ),
+        driven=f"{DRIVEN:g}",
+        at_rest=number(excess(outcomes["table1-0-day1-paper"])),
+        orders=ORDERS,
+        validity=_validity(cells_of(reproduction, "table1")),
         figures_456=[
             (label, cell_texts(published, outcomes[name], size, outcomes[f"{name}-paper"]))
             for label, name, published, size in (
@@ -89,6 +99,7 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
             / mean(value for rate, days in TABLE_2.items() if rate > 20 for value in days)
         ),
         slowest=number(slowest),
+        slowest_cycles=f"{SLOWEST_CYCLES:.1f}",
         version=__version__,
     )
 
@@ -128,9 +139,78 @@ def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[s
         "by_paper_spread": _day_spread(by_rate, lambda one: one.by_paper.value),
         "true_spread": _day_spread(by_rate, lambda one: one.outcome.truth_deg_per_sqrt_h),
         "paper_spread": _day_spread(by_rate, lambda one: one.published),
-        "by_paper_rms": _rms([one.by_paper for one in cells]),
         "rms": _rms([one.outcome for one in cells]),
+        "readings": _readings(cells),
+        "in_cells": [
+            {
+                "place": f"{one.rate:g} °/s, day {one.day}",
+                "errors": [
+                    {order: _percent(reading_error(one, order, reading)) for order in ORDERS}
+                    for reading in READINGS
+                ],
+            }
+            for one in cells
+            if one.rate > 0.0
+        ],
     }
+
+
+def _readings(cells: Sequence[Cell]) -> list[dict[str, Any]]:
+    """A row for each reading of Step 4: errors on the turning table in either order."""
+    rows = []
+    for name, reading in READINGS.items():
+        errors = {order: errors_of_reading(cells, order, name) for order in ORDERS}
+        rows.append(
+            {
+                "name": name,
+                "words": reading.in_words,
+                "errors": [
+                    {
+                        "mean": _percent(one.mean),
+                        "rms": f"{100.0 * one.rms:.1f} %" if one.shown else "–",
+                        "shown": f"{one.shown} of {one.cells}",
+                    }
+                    for one in errors.values()
+                ],
+            }
+        )
+    return rows
+
+
+def _percent(error: float) -> str:
+    return f"{100.0 * error:+.1f} %" if math.isfinite(error) else "no N"
+
+
+def _validity(cells: Sequence[Cell]) -> dict[str, Any]:
+    """The paper's check of validity: mean N turning over mean N at rest."""
+    without = [one for one in cells if one.published != max(days for days in TABLE_1[40.0])]
+    return {
+        "rows": [
+            ("the paper’s numbers", number(turning_over_rest(cells, lambda one: one.published))),
+            (
+                "the same without its highest cell",
+                number(turning_over_rest(without, lambda one: one.published)),
+            ),
+            (
+                "the truth that was simulated",
+                number(turning_over_rest(cells, lambda one: one.outcome.truth_deg_per_sqrt_h)),
+            ),
+            ("ours", number(turning_over_rest(cells, lambda one: _estimated(one.outcome)))),
+            *(
+                (
+                    f"the paper’s method, {ORDERS[order]}, {name}",
+                    number(turning_over_rest(cells, partial(_of_reading, order=order, name=name))),
+                )
+                for order in ORDERS
+                for name in READINGS
+            ),
+        ],
+    }
+
+
+def _of_reading(one: Cell, order: Order, name: ReadingName) -> float:
+    outcome = one.by_paper if order == "by_paper" else one.as_printed
+    return outcome.readings[name]
 
 
 def _estimated(outcome: Outcome) -> float:
@@ -169,9 +249,6 @@ def _figure2_row(outcome: Outcome) -> dict[str, Any]:
             else ("–", "too few points")
             for form in FORMS
         ],
-        "answer": "not observable"
-        if outcome.status == "not observable"
-        else f"{'< ' if outcome.status == 'upper bound' else ''}{number(outcome.value)}",
     }
 
 
@@ -179,12 +256,6 @@ def _trial_rows(reproduction: Reproduction, trial: Trial) -> dict[str, Any]:
     rows = []
     for interval, published in FIGURE_3.items():
         outcome = reproduction.outcomes[f"figure3-{trial.name}-{interval:g}s"]
-        bound = "< " if outcome.status == "upper bound" else ""
-        interval_text = (
-            f"{outcome.low * 1e4:.2f} … {outcome.high * 1e4:.2f}"
-            if outcome.status == "estimated"
-            else outcome.status
-        )
         rows.append(
             {
                 "interval": f"{interval:g}",
@@ -195,10 +266,6 @@ def _trial_rows(reproduction: Reproduction, trial: Trial) -> dict[str, Any]:
                     else "–"
                     for form in FORMS
                 ],
-                "value": f"{bound}{outcome.value * 1e4:.2f}"
-                if math.isfinite(outcome.value)
-                else "–",
-                "range": interval_text,
                 "truth": f"{outcome.truth_deg_per_sqrt_h * 1e4:.2f}",
             }
         )

@@ -2,21 +2,27 @@
 
 import math
 
+from sagnac.coefficients.readings import READINGS
 from sagnac.paper.least_squares import FORMS
 from sagnac.paper.published import FIGURE_3
-from sagnac.paper.reproduce import Outcome, Reproduction
+from sagnac.paper.reproduce import Cell, Outcome, Reproduction
 from sagnac.report.reproduction_values import (
+    ORDERS,
     TABLES,
     PaperTable,
+    ReadingErrors,
     cell_texts,
     cells_of,
     curves_of,
+    errors_of_reading,
+    turning_over_rest,
     white_deviation,
 )
 from sagnac.report.tables import cell, csv_text
 from sagnac.report.text import table
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 
+_UNIT = "[deg/sqrt(h)]"
 _ESTIMATE = (
     "estimate[deg/sqrt(h)]",
     "low[deg/sqrt(h)]",
@@ -42,8 +48,9 @@ def summary(reproduction: Reproduction) -> str:
     blocks = []
     for name, size in TABLES.items():
         rows = []
-        for rate, day, published, outcome, by_paper in cells_of(reproduction, name):
-            texts = cell_texts(published, outcome, size, by_paper)
+        for one in cells_of(reproduction, name):
+            rate, day = one.rate, one.day
+            texts = cell_texts(one.published, one.outcome, size, one.by_paper)
             shown = ("value", "range", "truth", "error", "by_paper", "paper")
             rows.append((f"{rate:g}", str(day), *(texts[key] for key in shown)))
         text = table(
@@ -61,7 +68,43 @@ def summary(reproduction: Reproduction) -> str:
             right=(0, 1, 2, 4, 5, 6, 7),
         )
         blocks.append(f"Table {name[-1]}, N per gyro, {size:g} deg/sqrt(h)\n{text}")
-    return "\n\n".join(blocks)
+    return "\n\n".join((*blocks, _readings_text(reproduction), _validity_text(reproduction)))
+
+
+def _readings_text(reproduction: Reproduction) -> str:
+    """Error of each reading of Step 4 on the turning table, for a terminal."""
+    rows = []
+    for reading in READINGS:
+        errors = [
+            errors_of_reading(cells_of(reproduction, name), order, reading)
+            for order in ORDERS
+            for name in TABLES
+        ]
+        rows.append((reading, *(_error_text(one) for one in errors)))
+    head = (f"Table {name[-1]}, {order}" for order in ORDERS.values() for name in TABLES)
+    text = table(("Step 4", *head), rows, right=(1, 2, 3, 4))
+    return f"The paper's method on the turning table, error in % (mean / rms)\n{text}"
+
+
+def _error_text(errors: ReadingErrors) -> str:
+    if not errors.shown:
+        return "no N"
+    lacking = errors.cells - errors.shown
+    text = f"{100.0 * errors.mean:+.1f} / {100.0 * errors.rms:.1f}"
+    return f"{text}, {lacking} without" if lacking else text
+
+
+def _validity_text(reproduction: Reproduction) -> str:
+    """The check of validity, turning over rest."""
+    cells = cells_of(reproduction, "table1")
+    parts = {
+        "the paper": turning_over_rest(cells, lambda one: one.published),
+        "truth": turning_over_rest(cells, lambda one: one.outcome.truth_deg_per_sqrt_h),
+        "ours": turning_over_rest(cells, lambda one: one.outcome.value),
+        "its method": turning_over_rest(cells, lambda one: one.by_paper.value),
+    }
+    shown = ", ".join(f"{name} {ratio:.3f}" for name, ratio in parts.items())
+    return f"Check of validity, turning over rest (Table 1): {shown}"
 
 
 def _table(reproduction: Reproduction, name: PaperTable) -> str:
@@ -78,24 +121,32 @@ def _table(reproduction: Reproduction, name: PaperTable) -> str:
             "by_paper_method_status",
             "by_paper_method_error",
             "duration[s]",
+            *(f"{order}_{reading}{_UNIT}" for order in ORDERS for reading in READINGS),
         ),
-        [
-            [
-                cell(rate),
-                str(day),
-                cell(published),
-                *_estimate(outcome),
-                cell(outcome.value / outcome.truth_deg_per_sqrt_h - 1.0),
-                str(outcome.lines),
-                str(outcome.seed),
-                cell(by_paper.value),
-                by_paper.status,
-                cell(by_paper.value / outcome.truth_deg_per_sqrt_h - 1.0),
-                cell(outcome.duration_s),
-            ]
-            for rate, day, published, outcome, by_paper in cells_of(reproduction, name)
-        ],
+        [_row(one) for one in cells_of(reproduction, name)],
     )
+
+
+def _row(one: Cell) -> list[str]:
+    outcome, by_paper = one.outcome, one.by_paper
+    return [
+        cell(one.rate),
+        str(one.day),
+        cell(one.published),
+        *_estimate(outcome),
+        cell(outcome.value / outcome.truth_deg_per_sqrt_h - 1.0),
+        str(outcome.lines),
+        str(outcome.seed),
+        cell(by_paper.value),
+        by_paper.status,
+        cell(by_paper.value / outcome.truth_deg_per_sqrt_h - 1.0),
+        cell(outcome.duration_s),
+        *(
+            cell(found.readings[reading])
+            for found in (by_paper, one.as_printed)
+            for reading in READINGS
+        ),
+    ]
 
 
 def _trials(reproduction: Reproduction) -> str:

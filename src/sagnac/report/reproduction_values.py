@@ -1,12 +1,14 @@
 """Numbers of the reproduction that tables, figures and page share."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
 
 from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.coefficients.readings import ReadingName
 from sagnac.paper.least_squares import Form
 from sagnac.paper.outcome import PAPER_POINT_ERROR
 from sagnac.paper.published import FIGURE_3
@@ -61,6 +63,62 @@ def estimated(reproduction: Reproduction, table: PaperTable, above: float) -> li
         for one in cells_of(reproduction, table)
         if one.rate > above and one.outcome.status == "estimated"
     ]
+
+
+Order = Literal["by_paper", "as_printed"]
+ORDERS: Final[Mapping[Order, str]] = {
+    "by_paper": "difference first",
+    "as_printed": "the paper's order",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadingErrors:
+    """How far N by one reading of Step 4 is off the truth, over the turning cells of a table.
+
+    Attributes
+    ----------
+    mean, rms
+        Relative error; NaN of no cell.
+    shown, cells
+        Cells in which the reading shows N, and all.
+    """
+
+    mean: float
+    rms: float
+    shown: int
+    cells: int
+
+
+def errors_of_reading(cells: Sequence[Cell], order: Order, reading: ReadingName) -> ReadingErrors:
+    """Errors over the cells on a turning table."""
+    turning = [one for one in cells if one.rate > 0.0]
+    errors = [reading_error(one, order, reading) for one in turning]
+    known = np.array([error for error in errors if math.isfinite(error)])
+    return ReadingErrors(
+        mean=float(known.mean()) if known.size else math.nan,
+        rms=float(np.sqrt(np.mean(known**2))) if known.size else math.nan,
+        shown=known.size,
+        cells=len(turning),
+    )
+
+
+def reading_error(one: Cell, order: Order, reading: ReadingName) -> float:
+    """Relative error of N by a reading; NaN if it shows none."""
+    outcome = one.by_paper if order == "by_paper" else one.as_printed
+    return outcome.readings[reading] / outcome.truth_deg_per_sqrt_h - 1.0
+
+
+def turning_over_rest(cells: Sequence[Cell], value: Callable[[Cell], float]) -> float:
+    """The paper's check of validity: mean N on the turning table over mean N at rest (Table 1)."""
+    turning, rest = (
+        mean(found for one in group if math.isfinite(found := value(one)))
+        for group in (
+            [one for one in cells if one.rate > 0.0],
+            [one for one in cells if one.rate == 0.0],
+        )
+    )
+    return turning / rest
 
 
 def mean(values: Iterable[float]) -> float:

@@ -16,7 +16,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import Note
 from sagnac.recording.model import Recording
-from sagnac.report.command_line import as_typed, note_text
+from sagnac.report.command_line import as_typed, error_text, note_text
 from sagnac.report.forces import force_notes, force_rows
 from sagnac.report.quantities import (
     FIT_TITLES,
@@ -136,14 +136,22 @@ def shares(analysis: Analysis) -> str:
     return "\n".join((table(HEADER, share_rows(analysis)), *said))
 
 
-def accelerometers(analyses: Sequence[Analysis]) -> str:
+def accelerometers(analysis: Analysis) -> str:
     """The coefficients of accelerometers, and what was noticed of them."""
-    if not analyses:
+    forces = list(analysis.accelerometers.values())
+    if not forces:
         return ""
-    names = [f"accelerometer {one.channel}" for one in analyses]
-    rows = [(title, unit, *readings) for title, unit, readings in force_rows(analyses)]
+    names = [f"accelerometer {name}" for name in analysis.accelerometers]
+    rows = [(title, unit, *readings) for title, unit, readings in force_rows(forces)]
     shown = table(("coefficient", "unit", *names), rows)
-    return blocks(shown, "\n".join(f"note: {said}" for said in force_notes(analyses)))
+    return blocks(shown, "\n".join(f"note: {said}" for said in force_notes(forces)))
+
+
+def refused(analysis: Analysis) -> str:
+    """Why channels were not analyzed, a line each."""
+    return "\n".join(
+        f"{name} was not analyzed: {error_text(why)}" for name, why in analysis.refused.items()
+    )
 
 
 def units(analysis: Analysis) -> str:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from sagnac import formats
 from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.errors import quoted
 from sagnac.formats import parquet
 from sagnac.formats.files import replacing_set
 from sagnac.formats.registry import PARQUET
@@ -322,6 +323,6 @@ def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> 
 def _require_config(config: object) -> None:
     if not isinstance(config, RigConfig):
         raise TypeError(
-            f"config is {config!r}; give a RigConfig, for one RigConfig() or "
+            f"config is {quoted(config)}; give a RigConfig, for one RigConfig() or "
             "sagnac.rig.config.preset('paper')"
         )

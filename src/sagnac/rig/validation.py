@@ -11,6 +11,8 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
+from sagnac.errors import quoted
+
 
 class ConfigurationError(ValueError):
     """A key holds what it must not: the key and its value (`problem`), what to do (`remedy`)."""
@@ -96,7 +98,7 @@ def check(section: Any, prefix: str = "") -> None:
         if field.name in rules:
             object.__setattr__(section, field.name, _checked(rules[field.name], name, value))
         elif not is_dataclass(value):
-            raise ConfigurationError(f"{name} is {value!r}", f"it is a table, write [{name}]")
+            raise ConfigurationError(f"{name} is {quoted(value)}", f"it is a table, write [{name}]")
 
 
 def overlaid(base: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
@@ -117,24 +119,26 @@ def overlaid(base: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
 def _checked(rule: Rule, name: str, value: Any) -> Any:
     if isinstance(rule, Choice):
         _require(
-            value in rule.choices, f"{name} is {value!r}", f"use one of {', '.join(rule.choices)}"
+            value in rule.choices,
+            f"{name} is {quoted(value)}",
+            f"use one of {', '.join(rule.choices)}",
         )
     elif isinstance(rule, PairsOf):
         halves = (rule.first, rule.second)
         expected = f"it must be a list of pairs [{', '.join(half.meaning for half in halves)}]"
-        _require(isinstance(value, list | tuple), f"{name} is {value!r}", expected)
+        _require(isinstance(value, list | tuple), f"{name} is {quoted(value)}", expected)
         for pair in value:
             whole = isinstance(pair, list | tuple) and len(pair) == len(halves)
-            _require(whole, f"{name} holds {pair!r}", expected)
+            _require(whole, f"{name} holds {quoted(pair)}", expected)
         names = [f"{name} ({half.meaning})" for half in halves]
         return tuple(tuple(map(_checked, halves, names, pair)) for pair in value)
     elif isinstance(rule, PerGyro):
         three = (value,) * 3 if isinstance(value, int | float) else value
         whole = isinstance(three, list | tuple) and len(three) == 3
-        _require(whole, f"{name} is {value!r}", "it must be a number or a list of three")
+        _require(whole, f"{name} is {quoted(value)}", "it must be a number or a list of three")
         return tuple(_checked(Number(rule.low, rule.high, ""), name, one) for one in three)
     else:
-        problem, limits = f"{name} is {value!r}", allowed(rule)
+        problem, limits = f"{name} is {quoted(value)}", allowed(rule)
         if isinstance(rule, Whole):
             _require(isinstance(value, int), problem, "it must be a whole number")
         number = isinstance(value, int | float) and not isinstance(value, bool)

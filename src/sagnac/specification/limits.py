@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
+from sagnac.errors import quoted
 from sagnac.stability.names import check_choice
 from sagnac.units import Quantity, Unit, field_unit, split_factor, unit_of
 
@@ -55,7 +56,7 @@ class Limit:
     def __post_init__(self) -> None:
         check_choice("coefficient", self.coefficient, CoefficientName)
         if not (math.isfinite(self.value) and self.value > 0.0):
-            raise ValueError(f"value is {self.value!r}; give a finite number above zero")
+            raise ValueError(f"value is {quoted(self.value)}; give a finite number above zero")
         if self.unit.quantity != _QUANTITIES[self.coefficient]:
             raise ValueError(f"unit {self.unit} is not a unit of {self.coefficient}")
 
@@ -99,7 +100,7 @@ class Specification:
         if not names or len(set(names)) != len(names):
             raise ValueError("spec needs one limit or more, one for each coefficient at most")
         if self.risk is not None and not 0.0 < self.risk < 0.5:
-            raise ValueError(f"risk is {self.risk!r}; give a number between 0 and 0.5")
+            raise ValueError(f"risk is {quoted(self.risk)}; give a number between 0 and 0.5")
 
 
 def specification_of(text: str, *, risk: float | None = None) -> Specification:
@@ -156,7 +157,7 @@ def _of_keys(stated: Mapping[str, Any], risk: float | None) -> Specification:
     limits = {**{key: value for key, value in stated.items() if key not in _WORDS}, **table}
     of_file = stated.get("risk")
     if of_file is not None and not isinstance(of_file, int | float):
-        raise ValueError(f"risk is {of_file!r}; give a number between 0 and 0.5")
+        raise ValueError(f"risk is {quoted(of_file)}; give a number between 0 and 0.5")
     return Specification(
         limits=tuple(_limit(name, value) for name, value in limits.items()),
         risk=of_file if risk is None else risk,

@@ -33,7 +33,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.arrays import FloatArray
 from sagnac.dataframes import pandas_for
-from sagnac.errors import Note
+from sagnac.errors import Note, quoted
 from sagnac.recording.model import Kind
 from sagnac.stability.accumulate import accumulated_track
 from sagnac.stability.clusters import cluster_sizes
@@ -134,7 +134,8 @@ class StabilityCurve:
         _check_confidence(self.confidence)
         if self.gyros_differenced not in (1, 2):
             raise ValueError(
-                f"gyros_differenced is {self.gyros_differenced!r}; use 1 (a gyro) or 2 (a pair)"
+                f"gyros_differenced is {quoted(self.gyros_differenced)}; "
+                "use 1 (a gyro) or 2 (a pair)"
             )
 
     def __eq__(self, other: object) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.errors import RecordingError
+from sagnac.recording.model import Recording
 from sagnac.table.kinematics import KINEMATIC_RATE
 
 FEW_TURNS: Final = 4.0
@@ -45,6 +46,13 @@ def is_turning(table: FloatArray | None) -> bool:
         return False
     lowest, highest = series.extent(table)
     return bool(highest - lowest > _AT_REST)
+
+
+def turns(recording: Recording) -> bool:
+    """Whether a recording is of a turning table, by its encoder or by its null pulses."""
+    pulse = recording.null_pulse
+    of_encoder = recording.table is not None and is_turning(recording.table.values)
+    return of_encoder or (pulse is not None and int(np.count_nonzero(pulse)) > 1)
 
 
 def full_turns(table: FloatArray) -> float:

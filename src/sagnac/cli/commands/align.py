@@ -16,7 +16,13 @@ if TYPE_CHECKING:
 
 
 def align(
-    analysis: Annotated[Path, Parameter(name="ANALYSIS.json", help="Of an analysis.")],
+    source: Annotated[
+        Path,
+        Parameter(
+            name="ANALYSIS.json|CAMPAIGN",
+            help="Of an analysis; or a campaign (its folder or campaign.csv), which foretells N.",
+        ),
+    ],
     /,
     *,
     latitude: Annotated[float, Parameter(metavar="DEG", help="-89 to 89.")],
@@ -29,6 +35,12 @@ def align(
             metavar="DEG/H", help="What is not known of a gyro's bias, 1 sigma: 0 unless stated."
         ),
     ] = 0.0,
+    table_rate: Annotated[
+        float | None,
+        Parameter(
+            metavar="DEG/S", help="Of a table that turns all the time, for a triad that turns."
+        ),
+    ] = None,
     after: Annotated[
         float, one_argument(seconds, metavar="1h", help="Position error this long afterwards.")
     ] = 3600.0,
@@ -49,19 +61,33 @@ def align(
     del debug
     results.require_writable(output)
     from sagnac.alignment.initial import Start
-    from sagnac.alignment.noise import GyroNoise
     from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
+    noise, words = _noise(source, confidence)
     prospect = _prospect(
-        GyroNoise.from_json(analysis),
+        noise,
         Start(drift=bias * DEGREE_PER_HOUR),
         latitude * DEGREE,
         time=time,
         after=after,
+        table_rate=None if table_rate is None else table_rate * DEGREE,
+        foretold=words,
         confidence=confidence,
     )
     _show(prospect, output, as_json=as_json)
     return DONE
+
+
+def _noise(source: Path, confidence: float) -> "tuple[GyroNoise, str]":
+    """N, B and K of an analysis; or N that a campaign foretells, and in words from what."""
+    if source.is_dir() or source.suffix.lower() == ".csv":
+        from sagnac.campaign.prior import prior_of
+
+        prior = prior_of(source, confidence=confidence)
+        return prior.noise, prior.words
+    from sagnac.alignment.noise import GyroNoise
+
+    return GyroNoise.from_json(source), ""
 
 
 def _prospect(
@@ -71,6 +97,8 @@ def _prospect(
     *,
     time: float,
     after: float,
+    table_rate: float | None,
+    foretold: str,
     confidence: float,
 ) -> "Prospect":
     """What the noise means at a latitude, rad."""
@@ -79,8 +107,19 @@ def _prospect(
     from sagnac.alignment.azimuth import azimuth_error
     from sagnac.alignment.initial import aligned
     from sagnac.alignment.position import position_error
+    from sagnac.alignment.rotating import rotating_azimuth_error
+    from sagnac.cli.errors import UsageError
     from sagnac.report.alignment import Prospect
 
+    rotating = None
+    if table_rate is not None:
+        try:
+            rotating = rotating_azimuth_error(
+                noise, latitude=place, times=np.array([time]), table_rate=table_rate,
+                bias=start.drift, confidence=confidence,
+            )  # fmt: skip
+        except ValueError as error:
+            raise UsageError(f"--table-rate: {error}") from None
     filtered = aligned(noise, latitude=place, seconds=time, start=start)
     return Prospect(
         noise=noise,
@@ -91,6 +130,8 @@ def _prospect(
             confidence=confidence,
         ),
         filtered=filtered,
+        rotating=rotating,
+        foretold=foretold,
         position=position_error(
             noise, latitude=place, covariance=filtered.covariance, seconds=after
         ),

@@ -18,7 +18,7 @@ from sagnac.cli.options import (
     statement_of,
     title_block_of,
 )
-from sagnac.cli.reading import naming, read_file, with_accelerometers
+from sagnac.cli.reading import naming, read_file
 from sagnac.cli.settings_file import settings_text, with_settings
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def analyze(
                 print(file, end="\n\n")
             _print(one, curve=curve, end="\n\n\n" if several else "\n")
     if several and not options.as_json:
-        _print_closing(named)
+        results.print_closing(named)
     if options.as_json and done:
         results.print_documents(done, single=not several)
     return failed or results.verdict_status(done)
@@ -97,9 +97,8 @@ def _analyzed(
         read = read_file(file, statement, progress, memory=memory)
         from sagnac.analysis.pipeline import analyze as run
 
-        with naming(file):
-            analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
-            return with_accelerometers(analysis, read.recording, progress)
+        with naming(file, read.recording):
+            return run(read.recording, settings, progress=progress).with_seconds(read.seconds)
 
 
 def _reported(
@@ -117,22 +116,11 @@ def _print(one: results.Written, *, curve: bool, end: str) -> None:
     from sagnac.report import text
 
     analysis = one.analysis
-    print(
-        text.blocks(
-            text.answer(analysis),
-            text.verdict(analysis),
-            *(results.in_full(analysis) if curve else results.in_brief(analysis)),
-            text.accelerometers(analysis.accelerometers),
-        ),
-        end="\n\n",
-    )
+    for gyro in analysis.each:
+        shown = results.in_full(gyro) if curve else results.in_brief(gyro)
+        print(text.blocks(text.answer(gyro), text.verdict(gyro), *shown), end="\n\n")
+    results.print_beside(analysis)
     results.print_paths(one.paths)
+    if analysis.gyros:
+        results.print_closing([("", analysis)], end="\n\n")
     print(text.seconds(analysis), end=end)
-
-
-def _print_closing(named: "list[tuple[str, Analysis]]") -> None:
-    from sagnac.report import brief
-
-    shown = brief.closing(named)
-    if shown:
-        print(shown)

@@ -1,6 +1,7 @@
 """``sagnac avar``: the still bench."""
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
@@ -24,13 +25,14 @@ from sagnac.cli.options import (
     title_block_of,
 )
 from sagnac.cli.progress import Progress
-from sagnac.cli.reading import ReadFile, naming, read_file, with_accelerometers
+from sagnac.cli.reading import ReadFile, naming, read_file
 from sagnac.cli.settings_file import settings_text, with_settings
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.analysis.still_bench import AtRest
+    from sagnac.recording.model import Recording
     from sagnac.report.title_block import TitleBlock
 
 # Folder of their report, beside those of the gyros.
@@ -58,8 +60,9 @@ def avar(
     """The still bench: the ARW of each gyro, its curves, and the lines in it.
 
     The answer is with the lines out; curves and fits are of the recording as it is unless
-    --method says what to remove. With -o, each gyro's report goes into a folder of its own, and
-    the accelerometers' into another.
+    --method says what to remove; with --method none the answer is of the recording as it is, too.
+    With -o, each gyro's report goes into a folder of its own beside a page of all of them, and the
+    accelerometers' into another.
     """
     options, block = with_settings(options), title_block_of(heading)
     if heading.pdf:
@@ -67,95 +70,111 @@ def avar(
 
         require_pdf()
     statement = statement_of(options)
-    settings = settings_of(
-        options, method="none", interval=None, estimators=estimators_of(estimator)
-    )
+    settings = settings_of(options, method="none", estimators=estimators_of(estimator))
     results.require_writable(output)
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
-        with naming(file):
+        with naming(file, read.recording):
             if gaps == "omit":
                 from sagnac.recording.gaps import with_gaps_marked
 
                 read = replace(read, recording=with_gaps_marked(read.recording))
-            benches = _benches(read, settings, progress)
-            first = with_accelerometers(benches[0].analysis, read.recording, progress)
-            benches = [replace(benches[0], analysis=first), *benches[1:]]
+            made = _made(read, settings, progress, lines_in=options.method == "none")
             paths: list[Path] = []
             if output is not None:
-                benches, paths = _reported(
-                    benches, output, progress, block, settings_text(options), pdf=heading.pdf
+                made, paths = _reported(
+                    made, output, progress, block, settings_text(options), pdf=heading.pdf
                 )
     if options.as_json:
-        results.print_documents([one.analysis for one in benches], single=len(benches) == 1)
-        return results.verdict_status([one.analysis for one in benches])
-    for bench in benches:
-        _print(bench, curve=curve or estimator is not None)
-    _print_accelerometers(benches[0].analysis)
+        analyses = made.analysis.each
+        single = not made.analysis.gyros
+        results.print_documents(analyses, single=single, unit=made.analysis)
+        return results.verdict_status([made.analysis])
+    for name, bench in made.benches.items():
+        _print(bench, made.analysis.gyros.get(name, made.analysis), curve or estimator is not None)
+    results.print_beside(made.analysis)
     results.print_paths(paths)
-    _print_closing(benches)
-    return results.verdict_status([one.analysis for one in benches])
+    results.print_closing([("", made.analysis)])
+    return results.verdict_status([made.analysis])
 
 
-def _benches(read: ReadFile, settings: "Settings", progress: Progress) -> "list[AtRest]":
-    """One gyro after another."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Made:
+    """What the still bench gives: all gyros, and each with its lines in and out."""
+
+    analysis: "Analysis"
+    benches: "Mapping[str, AtRest]"
+
+
+def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in: bool) -> _Made:
+    """One gyro after another, and the accelerometers.
+
+    With `lines_in` the answer is of the recording as it is, since that was asked for.
+    """
+    from sagnac.analysis.pipeline import accelerometers_of, gyros_alone
     from sagnac.analysis.still_bench import at_rest
 
-    benches = []
-    for name in settings.gyros or tuple(gyro.name for gyro in read.recording.gyros):
-        bench = at_rest(
-            read.recording,
-            replace(settings, gyros=(name,)),
-            progress=progresses.prefixed(progress, name),
-        )
-        benches.append(replace(bench, analysis=bench.analysis.with_seconds(read.seconds)))
-    return benches
+    benches: dict[str, AtRest] = {}
+
+    def run(
+        recording: "Recording", chosen: "Settings", /, *, progress: Progress | None = None
+    ) -> "Analysis":
+        bench = at_rest(recording, chosen, progress=progress, lines_in=lines_in)
+        analysis = bench.analysis.with_seconds(read.seconds)
+        (name,) = chosen.gyros
+        benches[name] = replace(bench, analysis=analysis)
+        return analysis
+
+    def run_force(
+        recording: "Recording", chosen: "Settings", /, *, progress: Progress | None = None
+    ) -> "Analysis":
+        return at_rest(recording, chosen, progress=progress).analysis
+
+    still = replace(read.recording, table=None, null_pulse=None)
+    names = settings.gyros_of(still)
+    settings = replace(settings, gyros=names)
+    if len(names) == 1:
+        analysis = run(still, settings, progress=progresses.prefixed(progress, names[0]))
+    else:
+        analysis = gyros_alone(still, settings, run, progress)
+    forces = accelerometers_of(still, settings, run=run_force, progress=progress)
+    return _Made(analysis=analysis.with_accelerometers(forces), benches=benches)
 
 
 def _reported(
-    benches: "list[AtRest]",
+    made: _Made,
     output: Path,
     progress: Progress,
     block: "TitleBlock",
     settings: str,
     *,
     pdf: bool,
-) -> "tuple[list[AtRest], list[Path]]":
-    """The benches with the time of their reports, and every file written."""
-    timed: list[AtRest] = []
-    paths: list[Path] = []
-    for bench in benches:
-        (name,) = bench.analysis.settings.gyros
-        progress(f"{name}: report", 0.0)
-        written = results.write_report(
-            bench.analysis,
-            output / results.folder_name(name),
-            block=block,
-            settings=settings,
-            pdf=pdf,
-            with_forces=False,
-        )
-        timed.append(replace(bench, analysis=written.analysis))
-        paths += written.paths
-    if forces := benches[0].analysis.accelerometers:
-        progress("accelerometers: report", 0.0)
-        paths += results.write_accelerometers(forces, output / _ACCELEROMETERS, pdf=pdf)
-    return timed, paths
+) -> tuple[_Made, list[Path]]:
+    """The benches with the time of their reports, and every file written.
 
-
-def _print_accelerometers(analysis: "Analysis") -> None:
-    from sagnac.report import text
-
+    One gyro's report goes into a folder of its own, too.
+    """
+    analysis = made.analysis
+    place = output
+    if not analysis.gyros:
+        place = output / results.folder_name(analysis.channel)
+    progress("report", 0.0)
+    written = results.write_report(
+        analysis, place, block=block, settings=settings, pdf=pdf, with_forces=False
+    )
+    paths = list(written.paths)
     if analysis.accelerometers:
-        print(text.accelerometers(analysis.accelerometers), end="\n\n")
+        progress("accelerometers: report", 0.0)
+        paths += results.write_accelerometers(analysis, output / _ACCELEROMETERS, pdf=pdf)
+    return replace(made, analysis=written.analysis), paths
 
 
-def _print(bench: "AtRest", *, curve: bool) -> None:
+def _print(bench: "AtRest", analysis: "Analysis", curve: bool) -> None:
+    """One gyro."""
     from sagnac.report import text
 
-    analysis = bench.analysis
     print(text.answer(analysis))
-    if analysis.settings.method == "none" and analysis.lines:
+    if bench.as_it_is is not bench.without_lines and analysis.lines:
         print(text.with_lines(bench.as_it_is))
     print()
     print(
@@ -170,11 +189,3 @@ def _print(bench: "AtRest", *, curve: bool) -> None:
         ),
         end="\n\n",
     )
-
-
-def _print_closing(benches: "list[AtRest]") -> None:
-    from sagnac.report import brief
-
-    shown = brief.closing([("", one.analysis) for one in benches])
-    if shown:
-        print(shown)

@@ -48,7 +48,7 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
         from sagnac.recording.quality import check as findings_of
 
         progress("check", 0.0)
-        with naming(file):
+        with naming(file, recording):
             findings = accepted(findings_of(recording), settings.accepted)
             findings = ranked((*_doubts(recording), *findings))
     if options.as_json:

@@ -43,7 +43,7 @@ def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = No
     methods = (options.method,) if options.method else METHODS
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)
-        with naming(file):
+        with naming(file, read.recording):
             found = _compared(read, settings, methods, progress)
         written = []
         if output is not None:
@@ -55,7 +55,9 @@ def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = No
     if options.as_json:
         print(to_json(comparison_document(found.analyses, found.refused)))
         return results.verdict_status([found.best])
-    print(f"{file}: {text.comparison(found.analyses, found.refused)}")
+    for name in found.best.gyros or [""]:
+        each = {method: one.gyros.get(name, one) for method, one in found.analyses.items()}
+        print(f"{file}: {text.comparison(each, found.refused)}")
     results.print_paths(written)
     return results.verdict_status([found.best])
 

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
+from sagnac.cli.commands.simulate import changed
 from sagnac.cli.errors import DONE
 from sagnac.cli.options import Debug, Folder
 
@@ -27,7 +28,6 @@ def demo(
 ) -> int:
     """Simulate the paper's two-hour run, analyze it, print the ARW beside the truth."""
     del debug
-    folder = results.made(output or Path("demo"))
     from sagnac.analysis.pipeline import analyze
     from sagnac.analysis.settings import Settings
     from sagnac.formats import read
@@ -36,9 +36,10 @@ def demo(
     from sagnac.rig.sections import GYRO_NAMES
     from sagnac.rig.simulate import write
 
-    config = replace(preset("paper"), seed=seed)
+    config = changed(preset("paper"), seed=seed)
     if quick:
         config = replace(config, duration_s=QUICK_S)
+    folder = results.made(output or Path("demo"))
     began = time.perf_counter()
     with progresses.shown() as progress:
         path, truth_path = write(

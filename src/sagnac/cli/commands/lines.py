@@ -16,16 +16,17 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
         read = read_file(file, statement, progress, memory=options.memory)
         from sagnac.analysis.pipeline import analyze as run
 
-        with naming(file):
+        with naming(file, read.recording):
             analysis = run(read.recording, settings, progress=progress).with_seconds(read.seconds)
     if options.as_json:
         print_documents([analysis], single=True)
         return verdict_status([analysis])
     from sagnac.report import text
 
+    shown = [text.lines(one, most=None) for one in analysis.each]
     print(
         text.blocks(
-            text.verdict(analysis), text.lines(analysis, most=None), text.notes(analysis.notes)
+            text.verdict(analysis), *shown, text.refused(analysis), text.notes(analysis.notes)
         )
     )
     return verdict_status([analysis])

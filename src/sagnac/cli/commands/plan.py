@@ -53,7 +53,7 @@ def plan(
         from sagnac.analysis.forecast import shown_by
         from sagnac.analysis.pipeline import analyze as run
 
-        with naming(file):
+        with naming(file, read.recording):
             analysis = run(read.recording, settings, progress=progress)
             shown = shown_by(analysis)
     rows = [*(_width(shown, width) for width in widths), *_limits(shown, analysis)]

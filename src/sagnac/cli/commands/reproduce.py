@@ -20,7 +20,7 @@ def reproduce(
     workers: Workers = None,
     debug: Debug = False,
 ) -> int:
-    """The paper's Figures 2 to 6 and Tables 1 and 2 on the simulated rig, truth beside.
+    """The paper's Figures 1 to 6 and Tables 1 and 2 on the simulated rig, truth beside.
 
     Page, pictures and tables go into DIR, by default reproduction. Started again in the
     same folder it goes on where it stopped. Several processes work side by side, a recording each.

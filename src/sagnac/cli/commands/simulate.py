@@ -39,14 +39,9 @@ def simulate(
     if config is not None and preset is not None:
         raise UsageError("--preset and CONFIG.toml exclude each other; write preset in the TOML")
     chosen = _config(config, preset or "paper")
-    if seed is not None:
-        chosen = replace(chosen, seed=seed)
-    if duration is not None:
-        chosen = replace(chosen, duration_s=duration)
-    if table_rate is not None:
-        if chosen.table.profile:
-            raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
-        chosen = replace(chosen, table=replace(chosen.table, rate_deg_per_s=table_rate))
+    if table_rate is not None and chosen.table.profile:
+        raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
+    chosen = changed(chosen, seed=seed, duration=duration, table_rate=table_rate)
     from sagnac.rig.simulate import write
 
     with progresses.shown() as progress:
@@ -54,6 +49,38 @@ def simulate(
     print(f"{chosen.samples} samples at {chosen.sample_rate_hz:g} Hz, seed {chosen.seed}")
     print_paths([path, truth_path])
     return DONE
+
+
+def changed(
+    config: "RigConfig",
+    *,
+    seed: int | None = None,
+    duration: float | None = None,
+    table_rate: float | None = None,
+) -> "RigConfig":
+    """A configuration with what the options state instead.
+
+    Raises
+    ------
+    UsageError
+        If a value cannot be.
+    """
+    from sagnac.rig.validation import ConfigurationError
+
+    option = ""
+    try:
+        if seed is not None:
+            option = "--seed"
+            config = replace(config, seed=seed)
+        if duration is not None:
+            option = "--duration"
+            config = replace(config, duration_s=duration)
+        if table_rate is not None:
+            option = "--table-rate"
+            config = replace(config, table=replace(config.table, rate_deg_per_s=table_rate))
+    except ConfigurationError as error:
+        raise UsageError(f"{option}: {error}") from None
+    return config
 
 
 def _config(path: Path | None, preset: str) -> "RigConfig":

@@ -29,7 +29,7 @@ _UNSEEN: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Alone:
+class OneGyro:
     """The answer of one gyro, and whether what is left of it is the encoder's rather than its own.
 
     Attributes
@@ -44,7 +44,7 @@ class Alone:
     by_encoder: bool
 
 
-def alone(
+def answer_of_one(
     headline: Headline,
     measured: Measurement,
     recording: Recording,
@@ -52,7 +52,7 @@ def alone(
     *,
     masked: Sequence[tuple[float, float]],
     pair: Callable[[str], Estimate],
-) -> Alone:
+) -> OneGyro:
     """The answer of one gyro with what its encoder may have added.
 
     Parameters
@@ -76,7 +76,7 @@ def alone(
     if own.status == "estimated" and shared is not None and not shared.is_present:
         low = math.sqrt(max(own.low**2 - max(shared.high, 0.0), 0.0))
         if low > 0.0:
-            return Alone(
+            return OneGyro(
                 headline=replace(headline, estimate=replace(own, low=low)), by_encoder=False
             )
     two = pair(other)
@@ -96,7 +96,7 @@ def alone(
         "themselves (name both with {gyros})",
     )
     source = f"{name} and {other} together, all of whose noise may be that of {name}"
-    return Alone(
+    return OneGyro(
         headline=Headline(estimate=bound, source=source, notes=(*headline.notes, note)),
         by_encoder=True,
     )
@@ -110,16 +110,16 @@ def _other(measured: Measurement, recording: Recording) -> str | None:
     return None
 
 
-def _lone(headline: Headline, measured: Measurement, table: TurningTable) -> Alone:
+def _lone(headline: Headline, measured: Measurement, table: TurningTable) -> OneGyro:
     """Without a second gyro: the wander that no one sees is part of the answer."""
     own, name = headline.estimate, measured.gyros[0]
     known = table.known
     if own.status != "estimated" or known is None:
-        return Alone(headline=headline, by_encoder=False)
+        return OneGyro(headline=headline, by_encoder=False)
     unseen = abs(table.shares[name] * mean_rate(known, measured.sample_rate)) * WANDER
     if unseen < _UNSEEN * own.low:
         low = math.sqrt(own.low**2 - unseen**2)
-        return Alone(headline=replace(headline, estimate=replace(own, low=low)), by_encoder=False)
+        return OneGyro(headline=replace(headline, estimate=replace(own, low=low)), by_encoder=False)
     bound = replace(own, value=own.high, low=0.0, status="upper bound")
     note = Note(
         channel=name,
@@ -129,6 +129,6 @@ def _lone(headline: Headline, measured: Measurement, table: TurningTable) -> Alo
         f"only an upper bound is given (if the encoder adds nothing, {name} has "
         f"{own.to('deg/sqrt(h)')})",
     )
-    return Alone(
+    return OneGyro(
         headline=replace(headline, estimate=bound, notes=(*headline.notes, note)), by_encoder=True
     )

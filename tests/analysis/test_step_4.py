@@ -1,0 +1,50 @@
+"""Step 4 by each of its readings."""
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.coefficients.readings import READINGS
+from sagnac.recording.model import Recording
+
+
+@pytest.mark.parametrize("name", list(READINGS))
+def test_the_source_says_which_reading_and_the_curve_obeys_it(name):
+    """A still gyro with a line: with the noise put back the curve is higher, else as it is left."""
+    time = np.arange(90_000) / 50.0
+    walk = np.cumsum(1e-8 * np.random.default_rng(4).standard_normal(time.size))
+    angle = walk + sum(1e-6 * np.cos(2.0 * np.pi * place * time) for place in (0.02, 0.05, 0.11))
+    recording = Recording.from_arrays(x=angle, kind="angle", unit="rad", sample_rate=50.0)
+    found = {
+        one: analyze(recording, Settings(method="fos-paper", step_4=READINGS[one]))
+        for one in (name, name.removesuffix("-restored"))
+    }
+    assert READINGS[name].in_words in found[name].source
+    assert found[name].angle_random_walk.status == "estimated"
+    assert found[name].angle_random_walk.value == pytest.approx(1e-8 * np.sqrt(50.0), rel=0.15)
+    back = " ".join(note.text for note in found[name].notes)
+    ratio = found[name].curve.deviation / found[name.removesuffix("-restored")].curve.deviation
+    if name.endswith("-restored"):
+        assert "; it is added back" in back
+        assert ratio.max() > 1.01
+    else:
+        assert "it is not added back, as in the paper" in back
+        assert np.all(ratio == 1.0)
+
+
+def test_a_fit_that_shows_no_walk_gives_a_bound_and_says_so():
+    """Readout noise of 3 urad hides the walk from the fit; the curve bounds it all the same."""
+    time = np.arange(6000) / 10.0
+    random = np.random.default_rng(6)
+    walk = np.cumsum(1e-8 * random.standard_normal(time.size))
+    angle = walk + 3e-6 * random.standard_normal(time.size)
+    recording = Recording.from_arrays(x=angle, kind="angle", unit="rad", sample_rate=10.0)
+    found = analyze(recording, Settings(method="fos-paper"))
+    answer = found.angle_random_walk
+    assert answer.status == "upper bound"
+    assert answer.low == 0.0
+    assert answer.value > 1e-8 * np.sqrt(10.0)
+    assert any(
+        "shows no angle random walk of x: only an upper bound" in n.text for n in found.notes
+    )

@@ -1,0 +1,93 @@
+"""What a campaign foretells of N, and what that means for azimuth."""
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+
+from sagnac.campaign.prior import prior_of
+from sagnac.campaign.table import Line, read_table, write_tables
+from sagnac.cli import app as cli
+from sagnac.constants import EARTH_RATE
+from sagnac.errors import RecordingError
+from sagnac.paper.published import TABLE_2
+from sagnac.repeatability.study import Run, repeatability
+from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
+
+NAN = math.nan
+EMPTY = Line(
+    file="", unit="x-z", day="1", rate_deg_per_s=40.0, method="fos", gyros="x,z", start_s=NAN,
+    stop_s=NAN, state="done", status="estimated", n_deg_per_sqrt_h=1e-4, low=NAN, high=NAN,
+    confidence=0.95, b_deg_per_h=NAN, k_deg_per_h_per_sqrt_h=NAN, band_low_hz=NAN,
+    band_high_hz=NAN, verdict="", duration_s=7200.0, lines=0, notes=0, reason="", report="",
+    key="",
+)  # fmt: skip
+TABLE = [
+    replace(EMPTY, day=str(day), rate_deg_per_s=rate, n_deg_per_sqrt_h=value)
+    for rate, days in TABLE_2.items()
+    for day, value in enumerate(days, start=1)
+]
+
+
+def test_a_table_is_read_as_it_was_written(tmp_path):
+    write_tables(TABLE, tmp_path)
+    assert repr(read_table(tmp_path)) == repr(TABLE)
+    assert repr(read_table(tmp_path / "campaign.csv")) == repr(TABLE)
+
+
+def test_table_2_foretells_what_its_statistics_say(tmp_path):
+    write_tables(TABLE, tmp_path)
+    runs = [
+        Run(value=value, labels={"unit": "x-z", "day": str(day), "rate": f"{rate:g}"})
+        for rate, days in TABLE_2.items()
+        for day, value in enumerate(days, start=1)
+    ]
+    for confidence in (0.95, 0.6827):
+        foretold = repeatability(runs, confidence=confidence).next_day["x-z"]
+        prior = prior_of(tmp_path, confidence=confidence)
+        assert prior.noise.angle_random_walk == pytest.approx(foretold.value * DEGREE_PER_ROOT_HOUR)
+        assert "foretold for unit x-z on a new day, at a new rate by 15 runs" in prior.words
+        assert f"{foretold.low:.3g}, {foretold.high:.3g}" in prior.words
+
+
+def test_azimuth_of_what_is_foretold_has_its_interval(tmp_path, capsys):
+    """N over the root of t and the north rate, at the median and at both ends that are foretold."""
+    write_tables(TABLE, tmp_path)
+    arguments = ["--latitude", "28.2", "--time", "10min", "--table-rate", "40", "--json"]
+    assert cli.main(["align", str(tmp_path), *arguments]) == 0
+    found = json.loads(capsys.readouterr().out)
+    runs = [Run(value=line.n_deg_per_sqrt_h, labels={"unit": "x-z", "day": line.day,
+                "rate": f"{line.rate_deg_per_s:g}"}) for line in TABLE]  # fmt: skip
+    foretold = repeatability(runs).next_day["x-z"]
+    per_walk = DEGREE_PER_ROOT_HOUR / math.sqrt(600.0) / (EARTH_RATE * math.cos(28.2 * DEGREE))
+    expected = [
+        walk * per_walk / (60.0 * ARCSECOND)
+        for walk in (foretold.value, foretold.low, foretold.high)
+    ]
+    rotating = found["rotating_triad"]
+    shown = [rotating[name] for name in ("azimuth_arcmin", "low_arcmin", "high_arcmin")]
+    assert shown == pytest.approx(expected, rel=0.03)
+    assert "foretold" in found["notes"][0]
+    assert cli.main(["align", str(tmp_path), "--latitude", "28.2", "--table-rate", "0.1"]) == 2
+    assert "--table-rate: times must be of a turn, 3600 s" in capsys.readouterr().err
+
+
+def test_a_campaign_that_foretells_nothing_is_refused(tmp_path):
+    (tmp_path / "campaign.csv").write_text("file,unit\na,b\n")
+    with pytest.raises(RecordingError, match="no table of a campaign"):
+        prior_of(tmp_path)
+    with pytest.raises(RecordingError, match="cannot be read"):
+        prior_of(tmp_path / "campaign")
+    write_tables([*TABLE, replace(EMPTY, gyros="y")], tmp_path)
+    with pytest.raises(RecordingError, match="holds fos of x,z; fos of y"):
+        prior_of(tmp_path)
+    write_tables(TABLE[:2], tmp_path)
+    with pytest.raises(RecordingError) as caught:
+        prior_of(tmp_path)
+    assert caught.value.path == str(tmp_path)
+    days = [replace(EMPTY, rate_deg_per_s=rate, n_deg_per_sqrt_h=1e-4 + 1e-6 * rate)
+            for rate in (10.0, 20.0, 40.0, 60.0)]  # fmt: skip
+    write_tables(days, tmp_path)
+    with pytest.raises(RecordingError, match="days"):
+        prior_of(tmp_path)

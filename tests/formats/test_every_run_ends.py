@@ -1,0 +1,100 @@
+"""Commands on text that is right, wrong or cut off, beside busy processes: every one ends.
+
+A library that reads text with threads of its own aborts a process at its exit or lets it hang, now
+and then. So each command is run again and again: a few times here, 200 times by ``make test-fuzz``.
+"""
+
+import os
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import sagnac
+
+ROOT = Path(sagnac.__file__).parent.parent
+STATED = ("--kind", "rate", "--unit", "deg/h", "--rate", "100")
+LONGEST = 120.0  # s, of a run that takes two on a machine with nothing else to do
+ROWS = 60_000
+
+
+@contextmanager
+def busy_processes(count: int) -> Iterator[None]:
+    """Processes that do nothing but take the processor."""
+    loop = [sys.executable, "-c", "while True: pass"]
+    running = [subprocess.Popen(loop) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for one in running:
+            one.kill()
+            one.wait()
+
+
+def ended(words: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(
+        [sys.executable, "-m", "sagnac", *words],
+        capture_output=True, text=True, check=False, env=environment, timeout=LONGEST,
+    )  # fmt: skip
+
+
+def texts(folder: Path) -> dict[str, Path]:
+    """Two blocks of text each: sound, with a word in it, with a row too long, cut off."""
+    random = np.random.default_rng(8)
+    rows = [f"{a:.9f},{b:.9f},{c:.9f}" for a, b, c in random.normal(size=(ROWS, 3))]
+    wrong, longer = list(rows), list(rows)
+    wrong[ROWS // 2] = "stop,1.0,2.0"
+    longer[ROWS - 9] = "1.0,2.0,3.0,4.0"
+    blanks = [row.replace(",", "  ") for row in wrong]
+    made = {"right": rows, "wrong": wrong, "longer": longer, "blanks": blanks}
+    paths = {name: folder / f"{name}.csv" for name in (*made, "cut")}
+    for name, lines in made.items():
+        head = "x y z" if name == "blanks" else "x,y,z"
+        paths[name].write_text("\n".join([head, *lines]) + "\n")
+    whole = paths["right"].read_bytes()
+    paths["cut"].write_bytes(whole[: whole.rindex(b",")])
+    return paths
+
+
+def commands(folder: Path) -> Iterator[tuple[tuple[str, ...], int]]:
+    """Words and the status that they end with, again and again; no two write one file."""
+    paths = texts(folder)
+    number = 0
+    while True:
+        for name, path in paths.items():
+            status = 0 if name == "right" else 1
+            yield ("check", str(path), *STATED), status
+            number += 1
+            yield ("convert", str(path), str(folder / f"{number}.parquet"), *STATED), status
+            yield ("avar", str(path), *STATED, "--gyros", "x", "--slice", "0:20"), status
+
+
+def every_run_ends(folder: Path, runs: int) -> None:
+    asked = [next_one for next_one, _ in zip(commands(folder), range(runs), strict=False)]
+    with busy_processes(2), ThreadPoolExecutor(max_workers=2) as pool:
+        found = list(pool.map(lambda one: ended(one[0]), asked))
+    odd = [
+        (words, said.returncode, said.stderr[-300:])
+        for (words, status), said in zip(asked, found, strict=True)
+        if said.returncode != status
+        or (status and said.stderr.count("sagnac: ") != 1)
+        or "internal error" in said.stderr
+    ]
+    assert not odd
+    print(f"\n{runs} runs: {dict(Counter(said.returncode for said in found))}")
+
+
+def test_a_dozen_runs_end_with_their_own_status(tmp_path):
+    every_run_ends(tmp_path, 12)
+
+
+@pytest.mark.fuzz
+def test_two_hundred_runs_end_with_their_own_status(tmp_path):
+    every_run_ends(tmp_path, 200)
