@@ -1,0 +1,102 @@
+"""One gyro on a turning table: what its answer says of the encoder, and its sound twins."""
+
+import numpy as np
+import pytest
+
+import sagnac
+from sagnac.analysis.result import Analysis
+from tests.second_rig import Bench, simulate
+
+RING_LASER, MEMS = 2.5e-5, 0.1  # deg/sqrt(h)
+COMPANIONS = ("x", "y", "z")
+
+
+def analyzed(names: tuple[str, ...], walk: float, **settings: object) -> Analysis:
+    """Gyro x of a recording that holds these gyros."""
+    bench = Bench(**{"seconds": 900.0, "sample_rate": 100.0, "walks": (walk,) * 3, **settings})
+    recorded = simulate(bench)
+    recording = sagnac.Recording.from_arrays(
+        **{name: recorded.angles[name] for name in names},
+        kind="angle",
+        unit="rad",
+        sample_rate=recorded.sample_rate,
+        table=recorded.table,
+        table_unit="rad",
+    )
+    return sagnac.analyze(recording, sagnac.Settings(gyros=("x",)))
+
+
+def of_encoder(result: Analysis) -> list[str]:
+    """Warnings by which the encoder decides the answer."""
+    return [
+        note.text
+        for note in result.notes
+        if note.level == "warning"
+        and ("the encoder decides" in note.text or "may be the encoder's" in note.text)
+    ]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    "settings", [{"jitter": 100e-6}, {"latency_walk": 100e-6}], ids=["jitter", "walk"]
+)
+@pytest.mark.parametrize("names", [COMPANIONS, ("x", "z")], ids=["triad", "pair"])
+def test_beside_a_companion_the_encoder_leaves_a_bound_that_holds(names, settings, seed):
+    result = analyzed(names, RING_LASER, seed=seed, **settings)
+    answer = result.angle_random_walk
+    assert answer.status == "upper bound"
+    assert answer.low == 0.0
+    assert 1.0 <= answer.to("deg/sqrt(h)").high / RING_LASER < 3.0
+    (warning,) = of_encoder(result)
+    assert f"{names[1]} shows the same wander" in warning
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_lone_ring_laser_gyro_is_bounded_by_what_no_one_sees_of_the_encoder(seed):
+    result = analyzed(("x",), RING_LASER, seed=seed)
+    answer = result.angle_random_walk
+    assert answer.status == "upper bound"
+    assert answer.low == 0.0
+    assert answer.to("deg/sqrt(h)").high >= RING_LASER
+    (warning,) = of_encoder(result)
+    assert "20 us in half an hour" in warning
+
+
+def test_a_lone_gyro_beside_a_latch_that_jitters_is_told_of_it():
+    result = analyzed(("x",), RING_LASER, jitter=100e-6)
+    assert result.angle_random_walk.status != "estimated"
+    assert of_encoder(result)
+
+
+@pytest.mark.parametrize("names", [COMPANIONS, ("x",)], ids=["triad", "lone"])
+def test_noise_above_the_encoders_is_the_gyros(names):
+    held = 0
+    for seed in (1, 2, 3):
+        result = analyzed(names, MEMS, seed=seed)
+        answer = result.angle_random_walk
+        assert answer.status == "estimated"
+        shown = answer.to("deg/sqrt(h)")
+        held += shown.low <= MEMS <= shown.high
+        assert shown.high < 1.1 * MEMS
+        assert of_encoder(result) == []
+    assert held >= 2
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_wander_is_said_of_an_encoder_that_has_none(seed):
+    result = analyzed(COMPANIONS, RING_LASER, seed=seed)
+    answer = result.angle_random_walk.to("deg/sqrt(h)")
+    assert answer.low <= RING_LASER <= answer.high
+    assert not any("wander" in text for text in of_encoder(result))
+
+
+def test_what_the_encoder_may_add_lowers_the_interval_of_a_lone_gyro():
+    # 20 us in half an hour at 40 deg/s and a share of 0.578, as a walk.
+    unseen = 0.578 * 40.0 * 20e-6 / np.sqrt(1800.0) * 60.0
+    walk = 8.0 * unseen
+    answer = analyzed(("x",), walk).angle_random_walk
+    assert answer.status == "estimated"
+    shown = answer.to("deg/sqrt(h)")
+    below, above = shown.value**2 - shown.low**2, shown.high**2 - shown.value**2
+    assert below - above == pytest.approx(unseen**2, abs=0.5 * above)
+    assert below > above

@@ -1,0 +1,186 @@
+"""The table's angle from gyros and encoder, against the true one of a second simulator."""
+
+import numpy as np
+import pytest
+
+from sagnac import series
+from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
+from tests.second_rig import ARCSECOND, DEGREE, Bench, Simulated, simulate
+
+RATE = 100.0
+SECONDS = 900.0
+MOTIONS = ("steady", "reversing", "dwelling", "swinging")
+# The encoder's own error once and twice a turn, which nothing tells from the table's angle.
+PERIODIC = np.hypot(0.8, 0.3) / np.sqrt(2.0) * ARCSECOND
+# Orders above the fourth and tones of a gyro look like motion of the table: at the most.
+SENSED = np.sqrt(0.5 * sum(size**2 for order, size in Bench().orders if order > 4.0))
+SENSED = np.hypot(SENSED, np.sqrt(0.5 * sum(size**2 for _, size in Bench().tones)))
+OWN = np.hypot(PERIODIC, SENSED / Bench().shares[2] * ARCSECOND)
+
+
+def bench(**settings) -> Bench:
+    return Bench(**{"seconds": SECONDS, "sample_rate": RATE, **settings})
+
+
+def estimated(recorded: Simulated, gyros: str = "xyz") -> EstimatedTable:
+    angles = [recorded.angles[name] for name in gyros]
+    return estimated_table(angles, recorded.table, recorded.sample_rate)
+
+
+def error_of(angle: np.ndarray, recorded: Simulated) -> np.ndarray:
+    """Of an angle, except for a straight line, rad."""
+    error = angle - recorded.true_table
+    place = np.linspace(-1.0, 1.0, error.size)
+    return error - np.polyval(np.polyfit(place, error, 1), place)
+
+
+@pytest.mark.parametrize("gyros", ["x", "xz", "xyz"])
+@pytest.mark.parametrize("jitter", [0.0, 20e-6, 100e-6, 500e-6])
+def test_jitter_of_the_latch_leaves_the_angle(jitter, gyros):
+    recorded = simulate(bench(jitter=jitter))
+    found = estimated(recorded, gyros)
+    read = error_of(recorded.table, recorded)
+    # White noise of readings below a corner fc has 2 fc / sample rate of its variance; the filter
+    # goes over the readings twice, and its noise band is nearly that.
+    scatter = jitter * 40.0 * DEGREE
+    left = scatter * np.sqrt(2.0 * min(found.corner, 0.5 * RATE) / RATE)
+    assert np.std(read) == pytest.approx(np.hypot(PERIODIC, scatter), rel=0.05)
+    assert np.std(error_of(found.angle, recorded)) < OWN + 3.0 * left
+    # From sample to sample it is as smooth as the gyros' motion.
+    steps = np.diff(error_of(found.angle, recorded))
+    assert np.std(steps) < 0.06 * ARCSECOND
+    if jitter > 0.0:
+        assert found.smoothed
+        assert found.noise == pytest.approx(scatter, rel=0.03)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 100e-6])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_angle_follows_tables_that_stop_turn_back_and_swing(motion, jitter):
+    recorded = simulate(bench(motion=motion, jitter=jitter))
+    found = estimated(recorded)
+    # Jitter of 100 us is up to 14 arcsec; a hundredth of a hertz holds 1/70 of it.
+    assert np.std(error_of(found.angle, recorded)) < OWN + 1.0 * ARCSECOND
+
+
+def test_steps_of_the_encoder_leave_the_angle():
+    step = 36.0 * ARCSECOND
+    recorded = simulate(bench(step=36.0))
+    found = estimated(recorded)
+    assert found.smoothed
+    # 40 deg/s moves the table by 40 steps a sample to 1e-4: readings lie within one step.
+    assert np.std(error_of(recorded.table, recorded)) == pytest.approx(
+        np.hypot(step / np.sqrt(12.0), PERIODIC), rel=0.05
+    )
+    assert np.std(error_of(found.angle, recorded)) < 0.2 * step / np.sqrt(12.0)
+
+
+def test_a_wander_slower_than_the_gyros_know_stays_in_the_angle():
+    # 100 us that walk are 14 arcsec, which at a steady rate only the encoder says; above the
+    # corner the walk's own steps are beneath the gyros'.
+    recorded = simulate(bench(latency_walk=100e-6))
+    found = estimated(recorded)
+    gain = np.std(np.diff(error_of(found.angle, recorded)))
+    assert gain < np.std(np.diff(error_of(found.readings, recorded)))
+    assert np.std(error_of(found.angle, recorded)) < 1.05 * np.std(
+        error_of(recorded.table, recorded)
+    )
+
+
+def test_gyros_that_know_less_leave_the_readings_as_they_are():
+    recorded = simulate(bench(walks=(1.0, 1.0, 1.0)))
+    found = estimated(recorded)
+    assert found.angle is recorded.table
+    assert found.corner == np.inf
+    assert not found.smoothed
+    assert found.delay is None
+
+
+@pytest.mark.parametrize("motion", ["reversing", "dwelling"])
+@pytest.mark.parametrize(
+    ("settings", "mean", "change"),
+    [
+        ({"latency": 2e-3}, 2e-3, 0.0),
+        ({"clock": 20e-6}, 0.5 * 20e-6 * SECONDS, 20e-6 * SECONDS),
+        ({"latency_drift": 5e-3}, 2.5e-3, 5e-3),
+        ({"latency": -2e-3, "jitter": 100e-6}, -2e-3, 0.0),
+    ],
+    ids=["late", "clock", "drift", "early with jitter"],
+)
+def test_a_delay_is_found_within_its_errors(motion, settings, mean, change):
+    delay = estimated(simulate(bench(motion=motion, **settings))).delay
+    assert delay is not None
+    assert abs(delay.mean - mean) < min(5.0 * delay.mean_error, 20e-6)
+    assert abs(delay.change - change) < min(5.0 * delay.change_error, 40e-6)
+    middle = delay.at(np.array([0.5 * SECONDS]))
+    assert middle == pytest.approx([delay.mean], abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("jitter", [0.0, 100e-6])
+def test_no_delay_is_named_if_there_is_none(motion, seed, jitter):
+    assert estimated(simulate(bench(motion=motion, seed=seed, jitter=jitter))).delay is None
+
+
+def test_a_delay_that_is_found_is_taken_out_of_the_readings():
+    found = estimated(recorded := simulate(bench(motion="reversing", clock=20e-6)))
+    inner = slice(100, -100)
+    late = error_of(recorded.table, recorded)[inner]
+    left = error_of(found.readings, recorded)[inner]
+    assert np.std(late) > 500.0 * ARCSECOND
+    assert np.std(left) < 2.0 * ARCSECOND
+
+
+@pytest.mark.parametrize("span", [5000, 1234])
+def test_the_estimate_is_the_same_by_blocks_of_any_length(monkeypatch, span):
+    recorded = simulate(bench(seconds=300.0, motion="reversing", latency=2e-3, jitter=20e-6))
+    whole = estimated(recorded, "xz")
+    monkeypatch.setattr(series, "SPAN", span)
+    parts = estimated(recorded, "xz")
+    assert np.asarray(parts.angle) == pytest.approx(np.asarray(whole.angle), abs=1e-9)
+    assert np.asarray(parts.readings) == pytest.approx(np.asarray(whole.readings), abs=1e-9)
+    assert parts.shares == pytest.approx(whole.shares, rel=1e-12)
+    assert parts.noise == pytest.approx(whole.noise, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rate", "seconds"), [(10.0, 1800.0), (40.0, SECONDS), (80.0, SECONDS)], ids=["10", "40", "80"]
+)
+def test_a_delay_that_drifts_is_read_off_the_orders(rate, seconds):
+    drift = 5e-3 * rate * DEGREE
+    recorded = simulate(bench(rate=rate, seconds=seconds, latency_drift=5e-3))
+    table, pair = estimated(recorded), without_table(recorded)
+    found = order_drift(table, pair, RATE)
+    # A servo that hunts may have given a part of it away already.
+    known = 0.0 if table.delay is None else table.delay.change * rate * DEGREE
+    uncertain = 0.0 if table.delay is None else table.delay.change_error * rate * DEGREE
+    value, error = (0.0, np.inf) if found is None else (found.value, found.error)
+    if table.delay is None:
+        assert found is not None
+    assert abs(known + value - drift) < 4.0 * min(error, uncertain or np.inf)
+    assert abs(known + value - drift) < 0.1 * drift
+    if found is not None:
+        # And the table led by it keeps the orders' phases.
+        assert order_drift(table.led(found), pair, RATE) is None
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("rate", [20.0, 40.0, 80.0])
+def test_no_drift_is_read_off_orders_that_keep_their_phases(rate, seed):
+    recorded = simulate(bench(rate=rate, seed=seed, jitter=20e-6))
+    assert order_drift(estimated(recorded), without_table(recorded), RATE) is None
+
+
+def without_table(recorded: Simulated) -> np.ndarray:
+    """(samples,) x and z weighted by each other's true share, rad."""
+    of_x, _, of_z = Bench().shares
+    return of_z * recorded.angles["x"] - of_x * recorded.angles["z"]
+
+
+def test_gyros_of_another_length_are_refused():
+    encoder = np.linspace(0.0, 60.0, 3000)
+    with pytest.raises(ValueError, match=r"gyros have shapes \(2999,\) and the encoder \(3000,\)"):
+        estimated_table([encoder[1:]], encoder, RATE)
+    with pytest.raises(ValueError, match="gyros have shapes none"):
+        estimated_table([], encoder, RATE)
