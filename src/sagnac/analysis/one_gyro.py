@@ -88,11 +88,13 @@ def answer_of_one(
         high = min(high, own.high)
     bound = replace(own, value=high, low=0.0, high=high, status="upper bound")
     name = measured.gyros[0]
+    seen = shared is not None and shared.low > 0.0
+    why = f"{other} shows the same wander" if seen else "it hides the gyro's noise"
     note = Note(
         channel=name,
         level="warning",
-        text=f"the encoder decides what {name} alone can show: {other} shows the same wander of "
-        f"its readings; the bound is of {name} and {other} together, which take the table out by "
+        text=f"the encoder decides what {name} alone can show: {why}; the "
+        f"bound is of {name} and {other} together, which take the table out by "
         "themselves (name both with {gyros})",
     )
     source = f"{name} and {other} together, all of whose noise may be that of {name}"
@@ -113,9 +115,19 @@ def _other(measured: Measurement, recording: Recording) -> str | None:
 def _lone(headline: Headline, measured: Measurement, table: TurningTable) -> OneGyro:
     """Without a second gyro: the wander that no one sees is part of the answer."""
     own, name = headline.estimate, measured.gyros[0]
-    known = table.known
-    if own.status != "estimated" or known is None:
+    known, estimate = table.known, table.estimate
+    if known is None or estimate is None:
         return OneGyro(headline=headline, by_encoder=False)
+    if own.status != "estimated":
+        if not estimate.smoothed:
+            return OneGyro(headline=headline, by_encoder=False)
+        note = Note(
+            channel=name,
+            level="warning",
+            text=f"what {name} shows beside the encoder is the encoder's noise: no second gyro on "
+            "the table takes it out; record one more, or latch the encoder with the gyros",
+        )
+        return OneGyro(headline=replace(headline, notes=(*headline.notes, note)), by_encoder=True)
     unseen = abs(table.shares[name] * mean_rate(known, measured.sample_rate)) * WANDER
     if unseen < _UNSEEN * own.low:
         low = math.sqrt(own.low**2 - unseen**2)

@@ -28,6 +28,7 @@ from sagnac.analysis.measurement import (
 )
 from sagnac.analysis.noticed import noticed
 from sagnac.analysis.one_gyro import answer_of_one
+from sagnac.analysis.pair_weights import of_both_alike
 from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.residuals import Residual, residual_of
@@ -447,6 +448,7 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 pair=lambda other: _of_pair(prepared, other),
             )
             headline, by_encoder = own.headline, own.by_encoder
+        headline = of_both_alike(prepared.followed, headline)
     return _Answered(
         curves=curves,
         coefficients=coefficients,

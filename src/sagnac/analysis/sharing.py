@@ -133,13 +133,13 @@ def shared_walk(
     CommonWalk or None
         None if it cannot be told.
     """
-    readings = table.angle if table.estimate is None else table.estimate.readings
-    if readings is None or full_turns(readings) < FEW_TURNS:
+    known, readings = table.known, table.readings
+    if known is None or readings is None or full_turns(known) < FEW_TURNS:
         # Table motion and its orders are nearly one basis: nothing is left of a gyro alone.
         return None
-    kinematic = kinematics(readings, recording.sample_rate)
+    kinematic = kinematics(known, recording.sample_rate)
     angles = [angle_of(recording.gyro(name), recording.sample_rate) for name in gyros]
-    increments = np.diff(_without_table(angles, kinematic))
+    increments = np.diff(_without_table(angles, kinematic, readings))
     rate = 1.0 / kinematic.interval
     low, high = band_hz
     try:
@@ -158,20 +158,29 @@ def shared_walk(
 # What differencing leaves of N, below which it is the encoder that wanders: two gyros hardly share
 # more noise than they have of their own.
 _ENCODER: Final = 0.6
+# More than this it adds to no N: gyros do not lean on each other so.
+_ODD: Final = 1.5
 # What it leaves at the least, below which nothing is told.
 _TELLING: Final = 0.5
 # Part of the rate of averages above which they are bent.
 _PART_OF_RATE: Final = 0.25
 
 
-def _without_table(angles: list[FloatArray], kinematic: Kinematics) -> FloatArray:
-    """(gyros, averages) of angles, rad, without table motion, Earth rate and whole orders."""
+def _without_table(
+    angles: list[FloatArray], kinematic: Kinematics, readings: FloatArray
+) -> FloatArray:
+    """(gyros, averages) of angles, rad, without table motion, Earth rate and whole orders.
+
+    They are fitted to the angle that gyros and encoder know together. The share that each gyro has
+    is then taken of the readings: what the encoder errs by is left in all gyros alike.
+    """
     averages = np.stack([block_averages(angle, kinematic) for angle in angles])
+    errors = block_averages(readings, kinematic) - kinematic.angle
     for number, motion in enumerate(follow_table_together(averages, kinematic)):
         of = motion.kinematics
         gain = block_gain(of, motion.orders)
         orders = harmonic_sum(of.angle, motion.orders, motion.cosine * gain, motion.sine * gain)
-        averages[number] -= motion.averages + orders
+        averages[number] -= motion.averages + orders + motion.share * errors
     return averages
 
 
@@ -179,11 +188,11 @@ def _worded(channel: str, shared: CommonWalk, walk: float) -> Sharing:
     low, factor, high = (
         differenced_factor(square, walk) for square in (shared.high, shared.square, shared.low)
     )
-    if not shared.is_present:
+    if not shared.is_present or factor > _ODD:
         text = (
             "whether the two gyros share an angle random walk cannot be told beside the noise of "
             "the encoder"
-            if low < _TELLING
+            if low < _TELLING or shared.is_present
             else "no angle random walk that the two gyros share is seen beside the table's motion: "
             f"the difference reads at most {100.0 * (1.0 - low):.2g} % low against the gyros "
             "themselves"

@@ -16,13 +16,14 @@ from sagnac.recording.encoder_mismatch import require_encoder_follows
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
+from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
 from sagnac.table.part_turn import function_of_angle
 from sagnac.table.turns import SHORTEST, full_turns, is_turning, mean_rate
 from sagnac.units import ARCSECOND
 
-# Weights of a pair that take the table out of it, between which they stand for the plain
-# difference of the two.
-_ALIKE: Final = (0.9, 1.1)
+ALIKE: Final = (0.9, 1.1)
+"""Weights of a pair that take the table out of it, between which they stand for its difference."""
+
 # Motion that two gyros do not share, in that of both, from which on no weights take it out.
 _TOGETHER: Final = 0.1
 # Part of the pair's increments by which the encoder has to raise them for weights far from one.
@@ -59,6 +60,11 @@ class TurningTable:
     def known(self) -> FloatArray | None:
         """(samples,) the best angle there is, rad."""
         return self.angle if self.estimate is None else self.estimate.angle
+
+    @property
+    def readings(self) -> FloatArray | None:
+        """(samples,) as read, a delay taken out, rad."""
+        return self.angle if self.estimate is None else self.estimate.readings
 
 
 def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) -> TurningTable:
@@ -241,15 +247,17 @@ def _takes_table_out(
     """Whether two gyros by themselves tell more than their difference and the encoder."""
     if not 0.0 < estimate.alike < _TOGETHER:
         return False
-    if all(_ALIKE[0] < abs(weight) < _ALIKE[1] for weight in weights):
+    if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in weights):
         return True
-    alone = _step(_combined(weights, pair))
     share = estimate.shares[0] - estimate.shares[-1]
     angle, readings = measured.angle, estimate.readings
     by_encoder = series.made(
         lambda span: angle[span] - share * readings[span], angle.size, angle, readings
     )
-    return alone < _QUIETER * _step(by_encoder)
+    alone = _combined(weights, pair)
+    block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
+    slow = _step(averages_of(alone, block)) < _QUIETER * _step(averages_of(by_encoder, block))
+    return slow or _step(alone) < _QUIETER * _step(by_encoder)
 
 
 def _step(angle: FloatArray) -> float:

@@ -17,7 +17,7 @@ from sagnac.units import DEGREE
 _LOOKED_AT: Final = 20_000
 # Jumps from which on they may be steps of a readout, how large these may be, and how near to a
 # whole number of steps.
-_OFTEN: Final = 10
+_OFTEN: Final = 3
 _COARSEST: Final = 0.1 * DEGREE
 _WHOLE: Final = 0.05
 
@@ -54,4 +54,4 @@ def _of_readout(values: FloatArray, places: IntegerArray, middle: float) -> bool
     sizes = np.abs(series.at(values, places + 1) - series.at(values, places) - middle)
     step = float(sizes.min())
     parts = sizes / step
-    return step < _COARSEST and bool(np.all(np.abs(parts - np.rint(parts)) < _WHOLE * parts))
+    return bool(sizes.max() < _COARSEST and np.all(np.abs(parts - np.rint(parts)) < _WHOLE))

@@ -36,7 +36,7 @@ _USUAL_DELAY: Final = 1.0
 # Straight pieces of a gyro's drift.
 _PIECES: Final = 8
 # Standard errors from which on a delay is one.
-_SEEN: Final = 5.0
+_SEEN: Final = 6.0
 # A fit of the delay is done when it moves by less than this, s, or after so many steps.
 _SAME: Final = 1e-7
 _STEPS: Final = 4
@@ -321,14 +321,14 @@ def _shares(coarse: FloatArray, read: FloatArray, step: int) -> tuple[FloatArray
 def _noise(gyros: Sequence[FloatArray], weights: FloatArray, readings: FloatArray) -> float:
     """Rms of readings about the gyros, from sample to sample, rad."""
 
-    def squares(block: slice) -> float:
+    def sums(block: slice) -> FloatArray:
         here = slice(block.start, block.stop + 1)
         steps = np.diff(readings[here] - _weighted(gyros, weights, here))
-        steps -= steps.mean()
-        return float(steps @ steps)
+        return np.array([steps.sum(), steps @ steps])
 
-    whole = series.total(squares, readings.size - 1, readings, *gyros)
-    return math.sqrt(0.5 * whole / (readings.size - 1))
+    size = readings.size - 1
+    mean, square = series.total(sums, size, readings, *gyros) / size
+    return math.sqrt(0.5 * max(float(square - mean**2), 0.0))
 
 
 def _weighted(gyros: Sequence[FloatArray], weights: FloatArray, here: slice) -> FloatArray:
@@ -358,15 +358,31 @@ def _led(
 
 
 def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatArray:
-    """(samples,) the encoder as it would have been read with the gyros, held at the ends."""
-    reach = math.ceil((abs(delay.mean) + abs(delay.change)) * sample_rate) + 1
+    """(samples,) the encoder as it would have been read with the gyros, held at the ends.
+
+    By a cubic through the four readings around: a straight line between two of them cuts the
+    corners of a table that speeds up.
+    """
+    reach = math.ceil((abs(delay.mean) + abs(delay.change)) * sample_rate) + 3
 
     def read(span: slice) -> FloatArray:
-        first, last = max(0, span.start - reach), min(encoder.size, span.stop + reach + 1)
+        first, last = max(0, span.start - reach), min(encoder.size, span.stop + reach)
+        near = encoder[first:last]
         place = np.arange(span.start, span.stop, dtype=np.float64)
-        place += sample_rate * delay.at(place / sample_rate)
-        near = np.arange(first, last, dtype=np.float64)
-        return np.asarray(np.interp(place, near, encoder[first:last]))
+        place += sample_rate * delay.at(place / sample_rate) - first
+        place = np.clip(place, 0.0, near.size - 1.0)
+        before = np.clip(np.floor(place).astype(np.int64), 1, max(near.size - 3, 1))
+        part = place - before
+        weights = (
+            -part * (part - 1.0) * (part - 2.0) / 6.0,
+            (part + 1.0) * (part - 1.0) * (part - 2.0) / 2.0,
+            -(part + 1.0) * part * (part - 2.0) / 2.0,
+            (part + 1.0) * part * (part - 1.0) / 6.0,
+        )
+        total = np.zeros(place.size)
+        for offset, weight in enumerate(weights, start=-1):
+            total += weight * near[before + offset]
+        return total
 
     return series.made(read, encoder.size, encoder)
 
@@ -419,7 +435,8 @@ class _Fit:
 
     def guide(self, corner: float) -> FloatArray:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
-        plain = slice(_FIRST_ORDER, _FIRST_DELAY)
+        # The share's error goes with the motion, which no corner may smooth.
+        plain = [1, *range(_FIRST_ORDER, _FIRST_DELAY)]
         fitted = self.fit.values[plain] @ self.columns[plain]
         rest = self.difference - fitted
         place = np.arange(rest.size, dtype=np.float64)
