@@ -61,6 +61,14 @@ def test_toml_is_laid_over_its_preset(tmp_path):
             r"reversal_interval_s 0\.5 leaves no time to turn round in 0\.8 s",
         ),
         (
+            "[table]\nreversal_interval_s = 60\ndwell_s = 59.5",
+            r"reversal_interval_s 60 leaves no time to turn round in 60\.3 s",
+        ),
+        (
+            "[table]\ndwell_s = 5",
+            r"table\.dwell_s is 5, but nothing says when the table stands; give table\.reversal_int",
+        ),
+        (
             "[table]\nripple = [[1, 0.2], [2, 0.2], [3, 0.2], [4, 0.2], [5, 0.2]]",
             r"table\.ripple: fractions add up to 1",
         ),

@@ -170,12 +170,17 @@ def _check_table(table: TableConfig) -> None:
     times = [time for time, _ in table.profile]
     if any(later <= earlier for earlier, later in pairwise(times)):
         raise ConfigurationError(f"table.profile: times {times} do not increase", "sort them")
-    turn_round = 2.0 * abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2
+    turn_round = 2.0 * abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2 + table.dwell_s
     if 0.0 < table.reversal_interval_s <= turn_round and not table.profile:
         raise ConfigurationError(
             f"table.reversal_interval_s {table.reversal_interval_s:g} leaves no time to "
             f"turn round in {turn_round:g} s",
             "raise it or table.acceleration_deg_per_s2",
+        )
+    if table.dwell_s > 0.0 and (table.profile or table.reversal_interval_s == 0.0):
+        raise ConfigurationError(
+            f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands",
+            "give table.reversal_interval_s, and no table.profile",
         )
     ripple = sum(fraction for _, fraction in table.ripple)
     if ripple >= 1.0:

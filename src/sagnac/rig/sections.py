@@ -9,6 +9,7 @@ Triple = tuple[float, float, float]
 Pairs = tuple[tuple[float, float], ...]
 GyroMode = Literal["ideal", "still", "dithered", "rate-biased"]
 JitterSpectrum = Literal["position", "rate"]
+AfterDwell = Literal["back", "onward"]
 GYRO_NAMES: Final = ("x", "y", "z")
 _ORDER: Final = Number(0.01, 1000.0, "order")
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
@@ -31,11 +32,18 @@ class TableConfig:
         float, Number(-360.0, 360.0, "commanded table angle at the first sample, from the null")
     ] = 0.0
     reversal_interval_s: Annotated[
-        float, Number(0.0, 1e6, "time between reversals, 0 for none")
+        float, Number(0.0, 1e6, "time between reversals or dwells, 0 for none")
     ] = 0.0
-    acceleration_deg_per_s2: Annotated[float, Number(0.1, 1e4, "acceleration of a reversal")] = (
-        100.0
-    )
+    dwell_s: Annotated[float, Number(0.0, 1e6, "time for which the table stands at each")] = 0.0
+    after_dwell: Annotated[
+        AfterDwell,
+        Choice(
+            get_args(AfterDwell), "whether the table then turns back, or onward as it did before"
+        ),
+    ] = "back"
+    acceleration_deg_per_s2: Annotated[
+        float, Number(0.1, 1e4, "acceleration of a reversal, and at a dwell")
+    ] = 100.0
     profile: Annotated[
         Pairs,
         PairsOf(
@@ -62,6 +70,13 @@ class TableConfig:
         float, Number(0.0, 0.2, "rms slow wander of the rate, as a part of it")
     ] = 0.0
     wander_time_s: Annotated[float, Number(1.0, 1e6, "correlation time of the wander")] = 300.0
+    hunting_rms_deg_per_s: Annotated[
+        float, Number(0.0, 10.0, "rms rate of a servo that hunts about one frequency")
+    ] = 0.0
+    hunting_hz: Annotated[float, Number(0.1, 100.0, "that frequency")] = 3.0
+    hunting_quality: Annotated[
+        float, Number(0.5, 1000.0, "that frequency over the width of the hunting's band")
+    ] = 10.0
     ripple: Annotated[
         Pairs,
         PairsOf(
