@@ -66,7 +66,15 @@ def test_toml_is_laid_over_its_preset(tmp_path):
         ),
         (
             "[table]\ndwell_s = 5",
-            r"table\.dwell_s is 5, but nothing says when the table stands; give table\.reversal_int",
+            r"table\.dwell_s is 5, but nothing says when the table stands; give table",
+        ),
+        (
+            "[encoder]\nlatency_s = 0.1\nclock_ppm = 300",
+            r"clock_ppm put readings 2\.25\d* s late after 7200 s; keep it from 0 to 2 s; ",
+        ),
+        (
+            "[encoder]\nlatency_s = 0.001\nclock_ppm = -20",
+            r"put readings -0\.143\d* s late after 7200 s; keep it from 0 to 2 s; a clock that ",
         ),
         (
             "[table]\nripple = [[1, 0.2], [2, 0.2], [3, 0.2], [4, 0.2], [5, 0.2]]",

@@ -248,7 +248,7 @@ def test_rate_noise_has_its_size_and_correlation():
 
 
 def test_a_servo_that_hunts_makes_a_band_of_its_frequency_and_quality():
-    """The density of the rate is that of the oscillator's equation, and its rms is the one stated."""
+    """The density of the angle is that of the oscillator's equation, its rms the one stated."""
     table = TableConfig(
         rate_deg_per_s=20.0, hunting_rms_deg_per_s=0.03, hunting_hz=2.0, hunting_quality=8.0
     )

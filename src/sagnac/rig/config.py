@@ -11,10 +11,12 @@ import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
+from sagnac.rig.encoder import delay_growth
 from sagnac.rig.gyro import dither_of, ring_lasers_of
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import (
     GYRO_NAMES,
+    LONGEST_DELAY_S,
     DisturbanceConfig,
     DitherConfig,
     EncoderConfig,
@@ -75,6 +77,7 @@ class RigConfig:
         check(self)
         _check_sampling(self)
         _check_table(self.table)
+        _check_delay(self.encoder, self.duration_s)
         _check_modes(self)
 
     def __repr__(self) -> str:
@@ -187,6 +190,18 @@ def _check_table(table: TableConfig) -> None:
         raise ConfigurationError(
             f"table.ripple: fractions add up to {ripple:g}",
             "keep them below 1 so that the table keeps its direction",
+        )
+
+
+def _check_delay(encoder: EncoderConfig, duration: float) -> None:
+    end = encoder.latency_s + delay_growth(encoder, duration) * duration
+    # The difference of drift and clock may leave a rounding below zero.
+    if not -1e-12 <= end <= LONGEST_DELAY_S:
+        raise ConfigurationError(
+            f"encoder.latency_s, latency_drift_s and clock_ppm put readings {end:g} s late after "
+            f"{duration:g} s",
+            f"keep it from 0 to {LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
+            "to begin with",
         )
 
 

@@ -12,6 +12,7 @@ JitterSpectrum = Literal["position", "rate"]
 AfterDwell = Literal["back", "onward"]
 GYRO_NAMES: Final = ("x", "y", "z")
 _ORDER: Final = Number(0.01, 1000.0, "order")
+LONGEST_DELAY_S: Final = 2.0
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
 
 
@@ -123,6 +124,33 @@ class EncoderConfig:
     )
     latch_jitter_s: Annotated[
         float, Number(0.0, 0.01, "rms time between the encoder's sample and the gyros'")
+    ] = 0.0
+    latency_s: Annotated[
+        float, Number(0.0, LONGEST_DELAY_S, "time by which a reading is late at the start")
+    ] = 0.0
+    latency_drift_s: Annotated[
+        float,
+        Number(
+            -LONGEST_DELAY_S,
+            LONGEST_DELAY_S,
+            "what the latency has gained at the end; with clock_ppm it keeps to the same limits",
+        ),
+    ] = 0.0
+    latency_walk_s: Annotated[
+        float, Number(0.0, 1e-3, "rms of a random walk of the latency after half an hour")
+    ] = 0.0
+    clock_ppm: Annotated[
+        float,
+        Number(-1000.0, 1000.0, "by which its clock runs fast, so that readings fall behind"),
+    ] = 0.0
+    reading_rate_hz: Annotated[
+        float, Number(0.0, 1e5, "readings a second, each held to the next; 0 for one a sample")
+    ] = 0.0
+    lost_fraction: Annotated[
+        float, Number(0.0, 0.9, "part of the readings that repeat the one before")
+    ] = 0.0
+    missing_null_fraction: Annotated[
+        float, Number(0.0, 1.0, "part of the null pulses that are missing")
     ] = 0.0
 
     def __post_init__(self) -> None:

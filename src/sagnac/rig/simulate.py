@@ -111,8 +111,14 @@ class Rig:
         encoder = null_pulse = None
         if config.turning:
             way = fastest_rate(config.table, command) * config.duration_s
-            encoder = Encoder.drawn(config.encoder, table.origin, interval, streams)
-            null_pulse = NullPulse.drawn(config.encoder, table.origin, way, streams.null)
+            encoder = Encoder.drawn(
+                config.encoder,
+                table.before,
+                duration=config.duration_s,
+                interval=interval,
+                streams=streams,
+            )
+            null_pulse = NullPulse.drawn(config.encoder, table.origin, way, streams)
         return cls(
             table=table,
             disturbances=Disturbances.drawn(config.disturbances, streams.disturbances),
@@ -139,7 +145,7 @@ class Rig:
         return Block(
             first=first,
             angles=angles,
-            table=None if self.encoder is None else self.encoder.read(motion.angle),
+            table=None if self.encoder is None else self.encoder.read(first, motion.angle),
             null_pulse=None if self.null_pulse is None else self.null_pulse.advance(motion.angle),
             table_angle=motion.angle,
             pickoffs=np.array(shown) if shown else None,

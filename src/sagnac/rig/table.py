@@ -316,6 +316,14 @@ class Table:
             origin=origin,
         )
 
+    def before(self, time: FloatArray) -> FloatArray:
+        """Angle before the recording, rad: as commanded, up to where the table is made.
+
+        `time`, s, is at most one sample before the first.
+        """
+        made = self.command.angle_at(np.array([-self.interval]))
+        return np.asarray(self.origin + self.command.angle_at(time) - made)
+
     def advance(self, first: int, count: int) -> Motion:
         """The motion over the next `count` samples, the first of which has number `first`."""
         step = self.interval / self.substeps
