@@ -69,6 +69,10 @@ def test_toml_is_laid_over_its_preset(tmp_path):
             r"table\.dwell_s is 5, but nothing says when the table stands; give table",
         ),
         (
+            "sample_rate_hz = 20\n[motion]\nnutation_hz = 6\nnutation_rms_arcsec = 1",
+            r"motion\.nutation_hz 6 is above 5 Hz, a quarter of sample_rate_hz; lower it",
+        ),
+        (
             "[encoder]\nlatency_s = 0.1\nclock_ppm = 300",
             r"clock_ppm put readings 2\.25\d* s late after 7200 s; keep it from 0 to 2 s; ",
         ),

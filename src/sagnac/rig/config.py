@@ -21,6 +21,7 @@ from sagnac.rig.sections import (
     DitherConfig,
     EncoderConfig,
     GyroConfig,
+    MotionConfig,
     PlatformConfig,
     TableConfig,
 )
@@ -68,6 +69,7 @@ class RigConfig:
     seed: Annotated[int, Whole(0, 2**32 - 1, "of every random stream")] = 1
     table: TableConfig = TableConfig()
     encoder: EncoderConfig = EncoderConfig()
+    motion: MotionConfig = MotionConfig()
     platform: PlatformConfig = PlatformConfig()
     gyro: GyroConfig = GyroConfig()
     dither: DitherConfig = DitherConfig()
@@ -156,6 +158,13 @@ def _check_sampling(config: RigConfig) -> None:
                 "sample_rate_hz",
                 "give the frequency it folds to",
             )
+    nutation = config.motion.nutation_hz
+    if config.motion.nutation_rms_arcsec > 0.0 and nutation > 0.5 * nyquist:
+        raise ConfigurationError(
+            f"motion.nutation_hz {nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of "
+            "sample_rate_hz",
+            "lower it, or raise sample_rate_hz",
+        )
     highest = max(config.gyro.low_pass_hz)
     if highest >= nyquist:
         raise ConfigurationError(

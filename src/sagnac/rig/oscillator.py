@@ -71,6 +71,10 @@ class Oscillator:
             random=random,
         )
 
+    def stop(self) -> None:
+        """Bring it to rest."""
+        self.state = _kernels.OscillatorState(0.0, 0.0)
+
     def begin(self, drive: float, rate: float) -> tuple[float, float]:
         """Drive and rate one sample before the first, with the oscillator's part added."""
         return drive + self.state.angle, rate + self.state.rate

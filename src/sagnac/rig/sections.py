@@ -158,6 +158,36 @@ class EncoderConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MotionConfig:
+    """Random motion that gyros do not share, while the table turns (`sagnac.rig.own_motion`)."""
+
+    resonance_rms_arcsec: Annotated[
+        Triple,
+        PerGyro(0.0, 3600.0, "rms angle by which each gyro's mount shakes about the input axis"),
+    ] = (0.0, 0.0, 0.0)
+    resonance_hz: Annotated[Triple, PerGyro(0.1, 1e4, "resonance of each mount")] = (
+        17.0,
+        17.0,
+        17.0,
+    )
+    resonance_quality: Annotated[
+        float, Number(0.5, 1000.0, "resonance of a mount over its width")
+    ] = 20.0
+    nutation_rms_arcsec: Annotated[
+        float, Number(0.0, 60.0, "rms random tilt of the shaft about each level axis")
+    ] = 0.0
+    nutation_hz: Annotated[
+        float, Number(0.1, 1e4, "frequency of that tilting, to a quarter of sample_rate_hz")
+    ] = 10.0
+    nutation_quality: Annotated[
+        float, Number(0.5, 1000.0, "that frequency over the width of its band")
+    ] = 5.0
+
+    def __post_init__(self) -> None:
+        check(self, "motion.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlatformConfig:
     """How the triad sits on the table and where the table stands."""
 

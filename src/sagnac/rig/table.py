@@ -10,7 +10,7 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.rig import _kernels
 from sagnac.rig.oscillator import Oscillator
 from sagnac.rig.sections import Pairs, TableConfig
@@ -245,11 +245,14 @@ class Motion:
         (n,) table angle, rad.
     turned
         (3, n) angle turned along b since one sample before the first, without the table's own:
-        the Earth's, and on the level axes the wobble's, rad.
+        the Earth's, and on the level axes the wobble's and the nutation's, rad.
+    moving
+        (n,) whether the table is commanded to move.
     """
 
     angle: FloatArray
     turned: FloatArray
+    moving: BooleanArray
 
 
 @dataclass(slots=True, kw_only=True)
@@ -349,7 +352,8 @@ class Table:
             angle,
             turned,
         )
-        return Motion(angle=angle, turned=turned)
+        moving = commanded[self.substeps - 1 :: self.substeps] != 0.0
+        return Motion(angle=angle, turned=turned, moving=moving)
 
 
 def fastest_rate(config: TableConfig, command: TableCommand) -> float:

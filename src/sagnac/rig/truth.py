@@ -13,6 +13,7 @@ from sagnac.rig.disturbances import Disturbances, DrawnLines
 from sagnac.rig.dither import dither_frequency, folded, left_of
 from sagnac.rig.encoder import delay_growth, delay_walk
 from sagnac.rig.gyro import dither_of, ring_lasers_of
+from sagnac.rig.own_motion import nutation_walk
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
 from sagnac.rig.streams import random_streams
@@ -120,7 +121,10 @@ class Truth:
 
     The coefficients of `gyros` and `pairs` are those before a gyro's own low-pass, whose corner
     (-3 dB) is in `low_pass_hz`, 0 without one: well below the corner the recording shows them.
-    `encoder` is None on a table that is not commanded to move.
+    `encoder` is None on a table that is not commanded to move. `nutation_walk_deg_per_sqrt_h` is
+    what a nutation of the shaft adds to N of each gyro and pair, as root of squares, on a table
+    that turns evenly; the coefficients of `gyros` and `pairs` are without it. It is empty if there
+    is no nutation.
     """
 
     schema: str
@@ -139,6 +143,7 @@ class Truth:
     config: Mapping[str, Any]
     dither: Mapping[str, DitherTruth] = field(default_factory=dict)
     encoder: EncoderTruth | None = None
+    nutation_walk_deg_per_sqrt_h: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if tuple(self.gyros) != GYRO_NAMES:
@@ -172,7 +177,24 @@ def truth_of(config: RigConfig) -> Truth:
         config=asdict(config),
         dither=_dither_truths(config),
         encoder=_encoder_truth(config) if config.turning else None,
+        nutation_walk_deg_per_sqrt_h=_nutation_walks(config, command, shares),
     )
+
+
+def _nutation_walks(
+    config: RigConfig, command: TableCommand, shares: FloatArray
+) -> dict[str, float]:
+    """What nutation adds to N of each gyro and, per gyro, of each pair; empty without any."""
+    if config.motion.nutation_rms_arcsec == 0.0 or command.rate.size != 1 or not config.turning:
+        return {}
+    walk = nutation_walk(config.motion, float(command.rate[0])) / DEGREE_PER_ROOT_HOUR
+    level = dict(zip(GYRO_NAMES, table_to_gyro_matrix(*shares)[:, :2], strict=True))
+    alone = {name: walk * float(np.linalg.norm(part)) for name, part in level.items()}
+    apart = {
+        f"{a}-{b}": walk * float(np.linalg.norm(level[a] - level[b])) / math.sqrt(2.0)
+        for a, b in _PAIRS
+    }
+    return alone | apart
 
 
 def _encoder_truth(config: RigConfig) -> EncoderTruth:
