@@ -317,7 +317,7 @@ def _read_out(channel: Channel, angle: FloatArray, step: float) -> Channel:
 
 
 def disturbed_bands(number: int) -> list[tuple[float, float]]:
-    """Where wandering lines lie and mounts resonate, and what a dither leaves behind its pick-off."""
+    """Bands of wandering lines, of resonances, and of what a dither leaves behind its pick-off."""
     config = disturbed_config(number)
     lines, _ = wandering_lines(number)
     bands = [
