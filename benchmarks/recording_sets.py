@@ -5,17 +5,27 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 import numpy as np
 from scipy.signal import lfilter
 
+from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Channel
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.dither import dither_frequency, folded
-from sagnac.rig.sections import GYRO_NAMES, DisturbanceConfig, DitherConfig, Pairs, Triple
+from sagnac.rig.sections import (
+    GYRO_NAMES,
+    DisturbanceConfig,
+    DitherConfig,
+    EncoderConfig,
+    MotionConfig,
+    Pairs,
+    TableConfig,
+    Triple,
+)
 from sagnac.rig.simulate import Simulation, simulate
 from sagnac.rig.truth import truth_of
 from sagnac.units import ARCSECOND
@@ -41,6 +51,24 @@ WARM_UPS: Final = (1.0, 5.0)  # K
 WARM_UP_TIMES: Final = (600.0, 3600.0)  # s
 PER_KELVIN: Final = (3e-5, 3e-4)  # deg/h/K
 RESIDUES: Final = (1e-3, 1e-2)  # of the dither
+# Of its encoder, evenly: jitter and latency. Each of the others is there in a part of the
+# recordings, evenly in its logarithm.
+LATCH_JITTERS: Final = (0.0, 2e-4)  # s
+LATENCIES: Final = (0.0, 5e-3)  # s
+WITH_FAULT: Final = 0.25
+LATENCY_DRIFTS: Final = (2e-4, 5e-3)  # s from start to end
+LATENCY_WALKS: Final = (5e-6, 1e-4)  # s in half an hour
+CLOCKS: Final = (1.0, 20.0)  # ppm
+READING_RATES: Final = (20.0, 200.0)  # Hz
+STEPS: Final = (1.0, 36.0)  # arcsec
+LOST: Final = (1e-4, 1e-2)
+MISSING_NULLS: Final = (1e-3, 1e-1)
+# And of the motion: a servo that hunts, and mounts that resonate.
+HUNTINGS: Final = (0.001, 0.01)  # deg/s
+HUNTING_FREQUENCIES: Final = (1.0, 6.0)  # Hz
+MOUNTS: Final = (0.01, 0.1)  # arcsec
+RESONANCES: Final = (5.0, 100.0)  # Hz
+QUALITIES: Final = (10.0, 50.0)
 WANDERING: Final = (0.005, 0.1)  # arcsec
 CARRIERS: Final = (1.0, 200.0)  # Hz
 # A wandering line: rms of its frequency and of its amplitude, each as a part of it, and the time
@@ -49,6 +77,8 @@ FREQUENCY_WANDER: Final = 2e-4
 AMPLITUDE_WANDER: Final = 0.1
 WANDER_TIMES: Final = (100.0, 1000.0)  # s
 MOST_WANDERING: Final = 2
+# Widths of a resonance within which a mount's band is looked for.
+_WIDTHS: Final = 3.0
 # Standard deviations of its frequency within which a wandering line is looked for, and the width
 # of what a dither leaves behind its pick-off, Hz.
 _WITHIN: Final = 5.0
@@ -73,6 +103,8 @@ class RecordingSet:
         What a recording of a number has that its rig does not say.
     switched_on
         What the page says of the set besides what is drawn of both.
+    methods
+        That are run unless stated.
     """
 
     name: str
@@ -81,6 +113,7 @@ class RecordingSet:
     bands_of: Callable[[int], list[tuple[float, float]]]
     extras_of: Callable[[int], tuple[object, ...]]
     switched_on: str
+    methods: tuple[Method, ...] = get_args(Method)
 
     def digest_of(self, number: int) -> str:
         """Digest of everything that the recording of a number is made from."""
@@ -137,7 +170,10 @@ def _pairs(positions: Any, amplitudes: Any) -> Pairs:
 
 
 def disturbed_config(number: int) -> RigConfig:
-    """The plain rig of that number with lock-in, dither of odd numbers, B, K and warm-up."""
+    """The plain rig of that number with lock-in, dither of odd numbers, B, K and warm-up.
+
+    Its encoder is late and noisy, its servo may hunt and its mounts may resonate.
+    """
     random = np.random.default_rng([SEED, 1, number])
     base = plain_config(number)
     dithered = number % 2 == 1
@@ -154,7 +190,45 @@ def disturbed_config(number: int) -> RigConfig:
     )
     residue = _triple(random, RESIDUES)
     left = DitherConfig(residue=residue, delay_s=(1e-6, -2e-6, 3e-6)) if dithered else base.dither
-    return replace(base, gyro=gyro, dither=left)
+    table, encoder, motion = _faults(base, np.random.default_rng([SEED, 3, number]))
+    return replace(base, gyro=gyro, dither=left, table=table, encoder=encoder, motion=motion)
+
+
+def _faults(
+    base: RigConfig, random: np.random.Generator
+) -> tuple[TableConfig, EncoderConfig, MotionConfig]:
+    """What is wrong with table, encoder and mounts; every draw is made, used or not."""
+
+    def sometimes(ends: tuple[float, float], without: float = 0.0) -> float:
+        drawn, there = float(_between(random, ends)), random.random() < WITH_FAULT
+        return drawn if there else without
+
+    finest = 360.0 * 3600.0 / base.encoder.lines
+    encoder = replace(
+        base.encoder,
+        latch_jitter_s=float(random.uniform(*LATCH_JITTERS)),
+        latency_s=float(random.uniform(*LATENCIES)),
+        latency_drift_s=sometimes(LATENCY_DRIFTS),
+        latency_walk_s=sometimes(LATENCY_WALKS),
+        clock_ppm=sometimes(CLOCKS),
+        reading_rate_hz=sometimes(READING_RATES),
+        lines=round(360.0 * 3600.0 / sometimes(STEPS, finest)),
+        lost_fraction=sometimes(LOST),
+        missing_null_fraction=sometimes(MISSING_NULLS),
+    )
+    table = replace(
+        base.table,
+        hunting_rms_deg_per_s=sometimes(HUNTINGS),
+        hunting_hz=float(_between(random, HUNTING_FREQUENCIES)),
+    )
+    shaken = random.random() < WITH_FAULT
+    sizes = _triple(random, MOUNTS)
+    motion = MotionConfig(
+        resonance_rms_arcsec=sizes if shaken else (0.0, 0.0, 0.0),
+        resonance_hz=_triple(random, RESONANCES),
+        resonance_quality=float(_between(random, QUALITIES)),
+    )
+    return table, encoder, motion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -243,7 +317,7 @@ def _read_out(channel: Channel, angle: FloatArray, step: float) -> Channel:
 
 
 def disturbed_bands(number: int) -> list[tuple[float, float]]:
-    """Where wandering lines lie, and what a dither leaves behind its pick-off."""
+    """Bands of wandering lines, of resonances, and of what a dither leaves behind its pick-off."""
     config = disturbed_config(number)
     lines, _ = wandering_lines(number)
     bands = [
@@ -253,6 +327,11 @@ def disturbed_bands(number: int) -> list[tuple[float, float]]:
         )
         for line in lines
     ]
+    motion = config.motion
+    for rms, middle in zip(motion.resonance_rms_arcsec, motion.resonance_hz, strict=True):
+        if rms > 0.0:
+            width = _WIDTHS * middle / motion.resonance_quality
+            bands.append((middle - width, middle + width))
     if config.dither.is_left:
         for gyro in range(len(GYRO_NAMES)):
             middle = folded(dither_frequency(config, gyro), config.sample_rate_hz)
@@ -268,7 +347,7 @@ PLAIN: Final = RecordingSet(
     extras_of=lambda _: (),
     switched_on="Switched off, and so not tested here: bias instability and rate random walk "
     "(B = K = 0), lock-in (gyros `ideal`), lines that wander, and any time between the samples of "
-    "encoder and gyros. The disturbed hundred (`--set disturbed`) has all of these but the last.",
+    "encoder and gyros. The disturbed hundred (`--set disturbed`) has all of these.",
 )
 DISTURBED: Final = RecordingSet(
     name="disturbed",
@@ -293,6 +372,20 @@ DISTURBED: Final = RecordingSet(
     f"their frequency by {1e4 * FREQUENCY_WANDER:g}·10⁻⁴ rms of it, their amplitude by "
     f"{100.0 * AMPLITUDE_WANDER:g} % rms, over {WANDER_TIMES[0]:g} to {WANDER_TIMES[1]:g} s. What "
     "was drawn above as N of a gyro is its quantum limit here; lock-in adds to it, and the truth "
-    "is the rig's own. Switched off: any time between the samples of encoder and gyros.",
+    "is the rig's own. Drawn of the encoder, evenly: latch jitter "
+    f"{1e6 * LATCH_JITTERS[0]:g} to {1e6 * LATCH_JITTERS[1]:g} µs and latency "
+    f"{1e3 * LATENCIES[0]:g} to {1e3 * LATENCIES[1]:g} ms. Each of the following is there in one "
+    f"recording of {1.0 / WITH_FAULT:g}: a latency that drifts by {1e3 * LATENCY_DRIFTS[0]:g} to "
+    f"{1e3 * LATENCY_DRIFTS[1]:g} ms from start to end; one that walks by "
+    f"{1e6 * LATENCY_WALKS[0]:g} to {1e6 * LATENCY_WALKS[1]:g} µs in half an hour; a clock "
+    f"{CLOCKS[0]:g} to {CLOCKS[1]:g} ppm fast; readings at {READING_RATES[0]:g} to "
+    f"{READING_RATES[1]:g} Hz, held between; steps of {STEPS[0]:g} to {STEPS[1]:g}″ instead of "
+    f"0.18″; {100.0 * LOST[0]:g} to {100.0 * LOST[1]:g} % of the readings lost and "
+    f"{100.0 * MISSING_NULLS[0]:g} to {100.0 * MISSING_NULLS[1]:g} % of the null pulses missing; a "
+    f"servo that hunts at {HUNTING_FREQUENCIES[0]:g} to {HUNTING_FREQUENCIES[1]:g} Hz, "
+    f"{HUNTINGS[0]:g} to {HUNTINGS[1]:g} °/s rms; and mounts that resonate, each at "
+    f"{RESONANCES[0]:g} to {RESONANCES[1]:g} Hz by {MOUNTS[0]:g} to {MOUNTS[1]:g}″ rms. Switched "
+    "off: nutation of the shaft, which no pair tells from N, and reversals.",
+    methods=("fos", "fos-paper"),
 )
 SETS: Final = {one.name: one for one in (PLAIN, DISTURBED)}

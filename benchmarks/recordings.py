@@ -3,7 +3,8 @@
 Each recording is drawn by its number and made on the rig; the truth is the rig's own. One row a
 recording and method is kept in a folder, so that a run that was stopped goes on where it was. All
 of it takes hours: `--methods` and `--recordings` take a part. ``--set disturbed`` takes the second
-hundred, with lock-in, dither, slow noise, warm-up and lines that wander (`recording_sets`).
+hundred, with lock-in, dither, slow noise, warm-up, lines that wander and an encoder as encoders are
+(`recording_sets`), by `fos` and `fos-paper` unless stated.
 """
 
 import argparse
@@ -234,6 +235,20 @@ def answers(rows: Mapping[Method, Sequence[Mapping[str, Any]]]) -> list[str]:
     return text
 
 
+_FAULTS: Final[Mapping[str, Callable[[RigConfig], bool]]] = {
+    "latch jitter below 100 µs": lambda config: 0.0 < config.encoder.latch_jitter_s < 1e-4,
+    "latch jitter above 100 µs": lambda config: config.encoder.latch_jitter_s >= 1e-4,
+    "latency that drifts": lambda config: config.encoder.latency_drift_s > 0.0,
+    "latency that walks": lambda config: config.encoder.latency_walk_s > 0.0,
+    "a clock that runs fast": lambda config: config.encoder.clock_ppm > 0.0,
+    "readings held": lambda config: config.encoder.reading_rate_hz > 0.0,
+    "steps of 1″ and more": lambda config: config.encoder.lines <= 1_296_000,
+    "readings lost": lambda config: config.encoder.lost_fraction > 0.0,
+    "a servo that hunts": lambda config: config.table.hunting_rms_deg_per_s > 0.0,
+    "mounts that resonate": lambda config: any(config.motion.resonance_rms_arcsec),
+}
+
+
 def parts(rows: Sequence[Mapping[str, Any]], of: RecordingSet) -> list[str]:
     """Bias and coverage of `fos` by what was drawn."""
     configs = {row["number"]: of.config_of(row["number"]) for row in rows}
@@ -249,6 +264,11 @@ def parts(rows: Sequence[Mapping[str, Any]], of: RecordingSet) -> list[str]:
         **{
             f"gyros {mode}": lambda row, mode=mode: configs[row["number"]].gyro.mode == mode
             for mode in sorted({config.gyro.mode for config in configs.values()})
+        },
+        **{
+            fault: lambda row, there=there: there(configs[row["number"]])
+            for fault, there in _FAULTS.items()
+            if any(there(config) for config in configs.values())
         },
     }
     text = [
@@ -470,7 +490,7 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--write", action="store_true", help="write the page and its figure")
     parser.add_argument("--set", choices=tuple(SETS), default=PLAIN.name, dest="name")
     parser.add_argument("--recordings", type=numbers_of, default=range(1, 101), metavar="[M:]N")
-    parser.add_argument("--methods", default=",".join(METHODS), metavar="NAME,…")
+    parser.add_argument("--methods", metavar="NAME,…", help="those of the set unless stated")
     parser.add_argument("--workers", type=int, default=1, metavar="N")
     parser.add_argument(
         "-o",
@@ -480,10 +500,11 @@ def main(arguments: list[str]) -> None:
         help="of the rows; out/recordings or out/recordings-disturbed unless stated",
     )
     options = parser.parse_args(arguments)
-    methods = [method for method in METHODS if method in options.methods.split(",")]
-    if len(methods) < len(options.methods.split(",")):
-        parser.error(f"--methods {options.methods}: use {', '.join(get_args(Method))}")
     of = SETS[options.name]
+    named = options.methods.split(",") if options.methods else of.methods
+    methods = [method for method in METHODS if method in named]
+    if len(methods) < len(named):
+        parser.error(f"--methods {options.methods}: use {', '.join(get_args(Method))}")
     folder = options.output or FOLDER / f"recordings{'' if of is PLAIN else f'-{of.name}'}"
     make_rows(folder, of, options.recordings, methods, options.workers)
     rows = {

@@ -27,7 +27,9 @@ from sagnac.rig.table import Motion
 def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.ndarray:
     """(runs, steps, 3) angle errors of the rig's gyros in each second, rad."""
     random = np.random.default_rng(seed)
-    still = Motion(angle=np.zeros(steps), turned=np.zeros((3, steps)))
+    still = Motion(
+        angle=np.zeros(steps), turned=np.zeros((3, steps)), moving=np.zeros(steps, dtype=bool)
+    )
     noise = np.empty((runs, steps, 3))
     for run in range(runs):
         for axis in range(3):

@@ -55,7 +55,7 @@ def test_prediction_of_one_laser_agrees_with_its_law():
 
 def test_encoder_part_is_quantization_noise():
     """Allan variance of simulated encoder rounding, through the share mismatch: 3 Q^2/tau^2."""
-    prediction = predicted_angle_random_walk([10.0 * DEGREE, 40.0 * DEGREE])
+    prediction = predicted_angle_random_walk([10.0 * DEGREE, 40.0 * DEGREE], latch_jitter=0.0)
     line = 2.0 * math.pi / 7_200_000
     rounding = np.random.default_rng(3).uniform(-0.5, 0.5, 200_001) * line
     shares = truth_of(preset("paper")).shares
@@ -103,6 +103,13 @@ def test_a_rig_with_latch_jitter_reads_as_predicted():
     q = analysis.fits["likelihood"].coefficients["quantization"]
     assert q.value == pytest.approx(prediction.quantization[0], rel=0.05)
     assert math.sqrt(3.0) * prediction.encoder[0] > 3.0 * answer.high
+
+
+def test_a_rig_that_dwells_is_predicted_for_its_turning():
+    base = preset("paper")
+    dwelling = replace(base, table=replace(base.table, reversal_interval_s=60.0, dwell_s=5.0))
+    even, stops = (predicted_angle_random_walk([0.5], config=one) for one in (base, dwelling))
+    assert stops.total[0] == even.total[0]
 
 
 def test_without_following_the_table_its_jitter_counts():

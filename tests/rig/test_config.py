@@ -61,6 +61,26 @@ def test_toml_is_laid_over_its_preset(tmp_path):
             r"reversal_interval_s 0\.5 leaves no time to turn round in 0\.8 s",
         ),
         (
+            "[table]\nreversal_interval_s = 60\ndwell_s = 59.5",
+            r"reversal_interval_s 60 leaves no time to turn round in 60\.3 s",
+        ),
+        (
+            "[table]\ndwell_s = 5",
+            r"table\.dwell_s is 5, but nothing says when the table stands; give table",
+        ),
+        (
+            "sample_rate_hz = 20\n[motion]\nnutation_hz = 6\nnutation_rms_arcsec = 1",
+            r"motion\.nutation_hz 6 is above 5 Hz, a quarter of sample_rate_hz; lower it",
+        ),
+        (
+            "[encoder]\nlatency_s = 0.1\nclock_ppm = 300",
+            r"clock_ppm put readings 2\.25\d* s late after 7200 s; keep it from 0 to 2 s; ",
+        ),
+        (
+            "[encoder]\nlatency_s = 0.001\nclock_ppm = -20",
+            r"put readings -0\.143\d* s late after 7200 s; keep it from 0 to 2 s; a clock that ",
+        ),
+        (
             "[table]\nripple = [[1, 0.2], [2, 0.2], [3, 0.2], [4, 0.2], [5, 0.2]]",
             r"table\.ripple: fractions add up to 1",
         ),

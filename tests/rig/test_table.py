@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, quad
 from scipy.interpolate import CubicSpline
+from scipy.signal import welch
 
 from sagnac.rig.sections import TableConfig
-from sagnac.rig.table import PositionJitter, RateNoise, substeps_of, table_command
+from sagnac.rig.table import RateNoise, hunting, position_jitter, substeps_of, table_command
 from sagnac.table.earth import earth_rate
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 from tests.rig.rigs import (
@@ -216,9 +217,9 @@ def advanced(mover, commanded, pieces):
     return drive, rate
 
 
-@pytest.mark.parametrize("make", [PositionJitter.stationary, RateNoise.jitter, RateNoise.wander])
+@pytest.mark.parametrize("make", [position_jitter, hunting, RateNoise.jitter, RateNoise.wander])
 def test_movers_do_not_depend_on_how_they_are_advanced(make):
-    config = TableConfig(jitter_rms_deg_per_s=0.1, wander_fraction=0.01)
+    config = TableConfig(jitter_rms_deg_per_s=0.1, wander_fraction=0.01, hunting_rms_deg_per_s=0.1)
     commanded = np.full(1000, 40.0 * DEG)
     whole, parts = (
         advanced(make(config, 0.002, np.random.default_rng(1)), commanded, n) for n in (1, 7)
@@ -228,7 +229,7 @@ def test_movers_do_not_depend_on_how_they_are_advanced(make):
 
 def test_movers_begin_with_what_they_are_in():
     config = TableConfig(jitter_rms_deg_per_s=0.1, wander_fraction=0.01)
-    held = PositionJitter.stationary(config, 0.002, np.random.default_rng(1))
+    held = position_jitter(config, 0.002, np.random.default_rng(1))
     assert held.begin(1.0, 2.0) == (1.0 + held.state.angle, 2.0 + held.state.rate)
     wander = RateNoise.wander(config, 0.002, np.random.default_rng(1))
     assert wander.begin(1.0, 2.0) == (1.0, 2.0 + 0.01 * 2.0 * wander.state.level)
@@ -244,3 +245,55 @@ def test_rate_noise_has_its_size_and_correlation():
     )
     steps = 0.5 * 0.002 * (rate[1:] + rate[:-1])
     np.testing.assert_allclose(np.diff(drive), steps, atol=1e-15)
+
+
+def test_a_servo_that_hunts_makes_a_band_of_its_frequency_and_quality():
+    """The density of the angle is that of the oscillator's equation, its rms the one stated."""
+    table = TableConfig(
+        rate_deg_per_s=20.0, hunting_rms_deg_per_s=0.03, hunting_hz=2.0, hunting_quality=8.0
+    )
+    config = configured(duration_s=2000.0, sample_rate_hz=50.0, table=table)
+    angle = true_table_angle(config) - 20.0 * DEG * np.arange(config.samples) / 50.0
+    # Sampled angles of an oscillator; above 20 Hz hardly anything is left to fold.
+    frequency, density = welch(angle, 50.0, nperseg=2048)
+    inside = (frequency > 0.5) & (frequency < 6.0)
+    ratio = frequency[inside] / 2.0
+    variance = (0.03 * DEG / (2 * math.pi * 2.0)) ** 2
+    law = 4.0 * variance / (2 * math.pi * 2.0 * 8.0) / ((1 - ratio**2) ** 2 + (ratio / 8.0) ** 2)
+    # About 97 segments, half of them overlapping: a bin scatters by 12 %, their mean by 1 %.
+    assert np.mean(density[inside] / law) == pytest.approx(1.0, abs=0.05)
+    assert frequency[np.argmax(density)] == pytest.approx(2.0, abs=0.1)
+    # 2000 s hold some 1600 ring-downs of 8/(2 pi) s.
+    assert angle.std() == pytest.approx(math.sqrt(variance), rel=0.08)
+
+
+@pytest.mark.parametrize(
+    ("after", "rates", "times"),
+    [
+        ("back", [20, 0, 0, -20, -20, 0, 0, 20], [6, 8, 12, 14, 16, 18, 22, 24]),
+        ("onward", [20, 0, 0, 20, 20, 0, 0, 20], [6, 8, 12, 14, 16, 18, 22, 24]),
+    ],
+)
+def test_a_table_dwells_and_then_turns_back_or_onward(after, rates, times):
+    config = TableConfig(
+        rate_deg_per_s=20.0,
+        reversal_interval_s=10.0,
+        acceleration_deg_per_s2=10.0,
+        dwell_s=4.0,
+        after_dwell=after,
+    )
+    command = table_command(config, 25.0)
+    np.testing.assert_allclose(command.rate_at(np.array(times, dtype=float)) / DEG, rates)
+    stands = command.angle_at(np.array([8.0, 9.0, 12.0])) / DEG
+    # 6 s at full rate and a ramp of 2 s at half of it.
+    np.testing.assert_allclose(stands, 6 * 20.0 + 2 * 10.0)
+
+
+def test_a_table_may_stop_and_go_on_without_a_dwell():
+    config = TableConfig(
+        reversal_interval_s=10.0, acceleration_deg_per_s2=40.0, after_dwell="onward"
+    )
+    command = table_command(config, 15.0)
+    np.testing.assert_allclose(
+        command.rate_at(np.array([8.9, 9.5, 10.0, 10.5, 11.1])) / DEG, [40, 20, 0, 20, 40]
+    )

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.rig.sections import GyroConfig
+from sagnac.rig.sections import EncoderConfig, GyroConfig
 from sagnac.rig.truth import NoiseTruth, truth_of
 from tests.rig.rigs import ARCSEC, AT_REST, configured, triad, true_table_angle
 
@@ -34,6 +34,32 @@ def test_a_pair_has_means_of_squares_and_the_difference_of_ramps():
     pair = truth_of(config).pairs["x-z"]
     assert pair.arw_deg_per_sqrt_h == pytest.approx(math.sqrt(12.5))
     assert pair.rate_ramp_deg_per_h_per_h == pytest.approx(math.sqrt(2.0))
+
+
+def test_the_truth_names_what_the_encoder_does():
+    encoder = EncoderConfig(
+        lines=129_600,
+        latch_jitter_s=2e-5,
+        latency_s=0.002,
+        latency_drift_s=0.001,
+        latency_walk_s=1e-5,
+        clock_ppm=20.0,
+        lost_fraction=1e-3,
+        missing_null_fraction=0.01,
+    )
+    config = configured(duration_s=7200.0, encoder=encoder)
+    truth = truth_of(config).encoder
+    assert truth is not None
+    assert truth.step_arcsec == pytest.approx(10.0)
+    assert truth.latch_jitter_s == 2e-5
+    assert truth.delay_start_s == 0.002
+    assert truth.delay_end_s == pytest.approx(0.003 + 7200.0 * 20e-6, rel=1e-4)
+    assert truth.delay_walk_end_s == pytest.approx(2e-5)
+    assert (truth.lost_fraction, truth.missing_null_fraction) == (1e-3, 0.01)
+    assert (truth.reading_rate_hz, truth.clock_ppm) == (500.0, 20.0)
+    held = replace(config, encoder=replace(encoder, reading_rate_hz=20.0))
+    assert truth_of(held).encoder.reading_rate_hz == 20.0
+    assert truth_of(replace(config, table=AT_REST)).encoder is None
 
 
 def test_truth_that_cannot_be_is_refused():

@@ -124,8 +124,9 @@ def _lone(headline: Headline, measured: Measurement, table: TurningTable) -> One
         note = Note(
             channel=name,
             level="warning",
-            text=f"what {name} shows beside the encoder is the encoder's noise: no second gyro on "
-            "the table takes it out; record one more, or latch the encoder with the gyros",
+            text=f"the encoder decides what {name} can show: its noise lies above the gyro's, and "
+            "no second gyro on the table takes it out; record one, or latch the encoder with the "
+            "gyros",
         )
         return OneGyro(headline=replace(headline, notes=(*headline.notes, note)), by_encoder=True)
     unseen = abs(table.shares[name] * mean_rate(known, measured.sample_rate)) * WANDER

@@ -158,6 +158,8 @@ def shared_walk(
 # What differencing leaves of N, below which it is the encoder that wanders: two gyros hardly share
 # more noise than they have of their own.
 _ENCODER: Final = 0.6
+# Half intervals that a wander of the encoder has to measure to be named.
+_CLEAR: Final = 2.0
 # More than this it adds to no N: gyros do not lean on each other so.
 _ODD: Final = 1.5
 # What it leaves at the least, below which nothing is told.
@@ -199,7 +201,8 @@ def _worded(channel: str, shared: CommonWalk, walk: float) -> Sharing:
         )
         return Sharing(notes=(Note(channel=channel, text=text),))
     if factor < _ENCODER:
-        return Sharing(notes=(_wander(shared),))
+        clear = shared.square > _CLEAR * (shared.square - shared.low)
+        return Sharing(notes=(_wander(shared),) if clear else ())
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
     matters = abs(factor - 1.0) >= _MATTERS
     note = Note(

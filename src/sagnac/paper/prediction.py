@@ -161,7 +161,11 @@ def _laser_noise(speeds: FloatArray, config: RigConfig, pair: tuple[str, str]) -
     noise = np.empty(speeds.size)
     for index, speed in enumerate(speeds / DEGREE):
         table = replace(
-            config.table, rate_deg_per_s=float(speed), profile=(), reversal_interval_s=0.0
+            config.table,
+            rate_deg_per_s=float(speed),
+            profile=(),
+            reversal_interval_s=0.0,
+            dwell_s=0.0,
         )
         truth = truth_of(replace(config, gyro=gyro, table=table))
         each = [truth.gyros[name].arw_deg_per_sqrt_h for name in pair]

@@ -11,14 +11,17 @@ import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
+from sagnac.rig.encoder import delay_growth
 from sagnac.rig.gyro import dither_of, ring_lasers_of
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import (
     GYRO_NAMES,
+    LONGEST_DELAY_S,
     DisturbanceConfig,
     DitherConfig,
     EncoderConfig,
     GyroConfig,
+    MotionConfig,
     PlatformConfig,
     TableConfig,
 )
@@ -66,6 +69,7 @@ class RigConfig:
     seed: Annotated[int, Whole(0, 2**32 - 1, "of every random stream")] = 1
     table: TableConfig = TableConfig()
     encoder: EncoderConfig = EncoderConfig()
+    motion: MotionConfig = MotionConfig()
     platform: PlatformConfig = PlatformConfig()
     gyro: GyroConfig = GyroConfig()
     dither: DitherConfig = DitherConfig()
@@ -75,6 +79,7 @@ class RigConfig:
         check(self)
         _check_sampling(self)
         _check_table(self.table)
+        _check_delay(self.encoder, self.duration_s)
         _check_modes(self)
 
     def __repr__(self) -> str:
@@ -153,6 +158,13 @@ def _check_sampling(config: RigConfig) -> None:
                 "sample_rate_hz",
                 "give the frequency it folds to",
             )
+    nutation = config.motion.nutation_hz
+    if config.motion.nutation_rms_arcsec > 0.0 and nutation > 0.5 * nyquist:
+        raise ConfigurationError(
+            f"motion.nutation_hz {nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of "
+            "sample_rate_hz",
+            "lower it, or raise sample_rate_hz",
+        )
     highest = max(config.gyro.low_pass_hz)
     if highest >= nyquist:
         raise ConfigurationError(
@@ -170,18 +182,35 @@ def _check_table(table: TableConfig) -> None:
     times = [time for time, _ in table.profile]
     if any(later <= earlier for earlier, later in pairwise(times)):
         raise ConfigurationError(f"table.profile: times {times} do not increase", "sort them")
-    turn_round = 2.0 * abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2
+    turn_round = 2.0 * abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2 + table.dwell_s
     if 0.0 < table.reversal_interval_s <= turn_round and not table.profile:
         raise ConfigurationError(
             f"table.reversal_interval_s {table.reversal_interval_s:g} leaves no time to "
             f"turn round in {turn_round:g} s",
             "raise it or table.acceleration_deg_per_s2",
         )
+    if table.dwell_s > 0.0 and (table.profile or table.reversal_interval_s == 0.0):
+        raise ConfigurationError(
+            f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands",
+            "give table.reversal_interval_s, and no table.profile",
+        )
     ripple = sum(fraction for _, fraction in table.ripple)
     if ripple >= 1.0:
         raise ConfigurationError(
             f"table.ripple: fractions add up to {ripple:g}",
             "keep them below 1 so that the table keeps its direction",
+        )
+
+
+def _check_delay(encoder: EncoderConfig, duration: float) -> None:
+    end = encoder.latency_s + delay_growth(encoder, duration) * duration
+    # The difference of drift and clock may leave a rounding below zero.
+    if not -1e-12 <= end <= LONGEST_DELAY_S:
+        raise ConfigurationError(
+            f"encoder.latency_s, latency_drift_s and clock_ppm put readings {end:g} s late after "
+            f"{duration:g} s",
+            f"keep it from 0 to {LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
+            "to begin with",
         )
 
 
@@ -264,7 +293,7 @@ _PAPER = RigConfig(
         jitter_rms_deg_per_s=0.004,
         ripple=((12.0, 5e-4), (36.0, 2e-4)),
     ),
-    encoder=EncoderConfig(periodic_error=((1.0, 1.0),)),
+    encoder=EncoderConfig(periodic_error=((1.0, 1.0),), latch_jitter_s=20e-6),
     platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
     disturbances=DisturbanceConfig(
         angle=(

@@ -9,6 +9,7 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from sagnac.arrays import FloatArray
 from sagnac.rig import _kernels
+from sagnac.rig.own_motion import Mount
 from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
 from sagnac.rig.sections import GYRO_NAMES, GyroConfig
 from sagnac.rig.table import Motion
@@ -270,6 +271,8 @@ class Gyro:
         Of a ring laser, or None.
     low_pass
         Of the sensor, or None.
+    mount
+        Of the gyro, or None if it is rigid.
     random
         Stream of the angle random walk.
     walked
@@ -288,6 +291,7 @@ class Gyro:
     lock_in: LockIn | None
     random: np.random.Generator
     low_pass: LowPass | None = None
+    mount: Mount | None = None
     walked: float = 0.0
     before: float = 0.0
 
@@ -306,6 +310,8 @@ class Gyro:
         count = motion.angle.size
         own = self.direction[2] * (motion.angle - self.origin)
         true = self.direction @ motion.turned + own
+        if self.mount is not None:
+            true += self.mount.advance(motion.moving)
         drift = self.slow.advance(first, count)
         # A sample's drift is that of the middle of the interval before it.
         seconds: FloatArray = (first + np.arange(count, dtype=np.float64) - 0.5) * self.interval

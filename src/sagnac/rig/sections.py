@@ -9,8 +9,10 @@ Triple = tuple[float, float, float]
 Pairs = tuple[tuple[float, float], ...]
 GyroMode = Literal["ideal", "still", "dithered", "rate-biased"]
 JitterSpectrum = Literal["position", "rate"]
+AfterDwell = Literal["back", "onward"]
 GYRO_NAMES: Final = ("x", "y", "z")
 _ORDER: Final = Number(0.01, 1000.0, "order")
+LONGEST_DELAY_S: Final = 2.0
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
 
 
@@ -31,11 +33,18 @@ class TableConfig:
         float, Number(-360.0, 360.0, "commanded table angle at the first sample, from the null")
     ] = 0.0
     reversal_interval_s: Annotated[
-        float, Number(0.0, 1e6, "time between reversals, 0 for none")
+        float, Number(0.0, 1e6, "time between reversals or dwells, 0 for none")
     ] = 0.0
-    acceleration_deg_per_s2: Annotated[float, Number(0.1, 1e4, "acceleration of a reversal")] = (
-        100.0
-    )
+    dwell_s: Annotated[float, Number(0.0, 1e6, "time for which the table stands at each")] = 0.0
+    after_dwell: Annotated[
+        AfterDwell,
+        Choice(
+            get_args(AfterDwell), "whether the table then turns back, or onward as it did before"
+        ),
+    ] = "back"
+    acceleration_deg_per_s2: Annotated[
+        float, Number(0.1, 1e4, "acceleration of a reversal, and at a dwell")
+    ] = 100.0
     profile: Annotated[
         Pairs,
         PairsOf(
@@ -62,6 +71,13 @@ class TableConfig:
         float, Number(0.0, 0.2, "rms slow wander of the rate, as a part of it")
     ] = 0.0
     wander_time_s: Annotated[float, Number(1.0, 1e6, "correlation time of the wander")] = 300.0
+    hunting_rms_deg_per_s: Annotated[
+        float, Number(0.0, 10.0, "rms rate of a servo that hunts about one frequency")
+    ] = 0.0
+    hunting_hz: Annotated[float, Number(0.1, 100.0, "that frequency")] = 3.0
+    hunting_quality: Annotated[
+        float, Number(0.5, 1000.0, "that frequency over the width of the hunting's band")
+    ] = 10.0
     ripple: Annotated[
         Pairs,
         PairsOf(
@@ -109,9 +125,66 @@ class EncoderConfig:
     latch_jitter_s: Annotated[
         float, Number(0.0, 0.01, "rms time between the encoder's sample and the gyros'")
     ] = 0.0
+    latency_s: Annotated[
+        float, Number(0.0, LONGEST_DELAY_S, "time by which a reading is late at the start")
+    ] = 0.0
+    latency_drift_s: Annotated[
+        float,
+        Number(
+            -LONGEST_DELAY_S,
+            LONGEST_DELAY_S,
+            "what the latency has gained at the end; with clock_ppm it keeps to the same limits",
+        ),
+    ] = 0.0
+    latency_walk_s: Annotated[
+        float, Number(0.0, 1e-3, "rms of a random walk of the latency after half an hour")
+    ] = 0.0
+    clock_ppm: Annotated[
+        float,
+        Number(-1000.0, 1000.0, "by which its clock runs fast, so that readings fall behind"),
+    ] = 0.0
+    reading_rate_hz: Annotated[
+        float, Number(0.0, 1e5, "readings a second, each held to the next; 0 for one a sample")
+    ] = 0.0
+    lost_fraction: Annotated[
+        float, Number(0.0, 0.9, "part of the readings that repeat the one before")
+    ] = 0.0
+    missing_null_fraction: Annotated[
+        float, Number(0.0, 1.0, "part of the null pulses that are missing")
+    ] = 0.0
 
     def __post_init__(self) -> None:
         check(self, "encoder.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionConfig:
+    """Random motion that gyros do not share, while the table turns (`sagnac.rig.own_motion`)."""
+
+    resonance_rms_arcsec: Annotated[
+        Triple,
+        PerGyro(0.0, 3600.0, "rms angle by which each gyro's mount shakes about the input axis"),
+    ] = (0.0, 0.0, 0.0)
+    resonance_hz: Annotated[Triple, PerGyro(0.1, 1e4, "resonance of each mount")] = (
+        17.0,
+        17.0,
+        17.0,
+    )
+    resonance_quality: Annotated[
+        float, Number(0.5, 1000.0, "resonance of a mount over its width")
+    ] = 20.0
+    nutation_rms_arcsec: Annotated[
+        float, Number(0.0, 60.0, "rms random tilt of the shaft about each level axis")
+    ] = 0.0
+    nutation_hz: Annotated[
+        float, Number(0.1, 1e4, "frequency of that tilting, to a quarter of sample_rate_hz")
+    ] = 10.0
+    nutation_quality: Annotated[
+        float, Number(0.5, 1000.0, "that frequency over the width of its band")
+    ] = 5.0
+
+    def __post_init__(self) -> None:
+        check(self, "motion.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -26,9 +26,10 @@ from sagnac.rig.disturbances import Disturbances
 from sagnac.rig.dither import DitherMotion
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import Gyro, LockIn, LowPass, SlowDrift, Trend, dither_of, ring_lasers_of
+from sagnac.rig.own_motion import Mount, Nutation
 from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.streams import RandomStreams, random_streams
-from sagnac.rig.table import Table, fastest_rate, table_command
+from sagnac.rig.table import Table, TableCommand, fastest_rate, table_command
 from sagnac.rig.truth import Truth, truth_of
 from sagnac.table.earth import earth_rate
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
@@ -98,6 +99,7 @@ class Rig:
     gyros: tuple[Gyro, ...]
     encoder: Encoder | None
     null_pulse: NullPulse | None
+    nutation: Nutation | None = None
     dithers: tuple[DitherMotion, ...] = ()
 
     @classmethod
@@ -109,17 +111,31 @@ class Rig:
         earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
         interval = 1.0 / config.sample_rate_hz
         table = Table.before_first(config.table, command, earth, interval, streams)
-        encoder = null_pulse = None
+        encoder = null_pulse = nutation = None
         if config.turning:
+            nutation = Nutation.drawn(
+                config.motion,
+                table.origin,
+                moving=_moves_at_first(config, command),
+                interval=interval,
+                random=streams.nutation,
+            )
             way = fastest_rate(config.table, command) * config.duration_s
-            encoder = Encoder.drawn(config.encoder, table.origin, interval, streams)
-            null_pulse = NullPulse.drawn(config.encoder, table.origin, way, streams.null)
+            encoder = Encoder.drawn(
+                config.encoder,
+                table.before,
+                duration=config.duration_s,
+                interval=interval,
+                streams=streams,
+            )
+            null_pulse = NullPulse.drawn(config.encoder, table.origin, way, streams)
         return cls(
             table=table,
             disturbances=Disturbances.drawn(config.disturbances, streams.disturbances),
-            gyros=_gyros(config, table.origin, streams),
+            gyros=_gyros(config, table.origin, command, streams),
             encoder=encoder,
             null_pulse=null_pulse,
+            nutation=nutation,
             dithers=tuple(
                 DitherMotion.drawn(config, g, streams.dither[g]) for g in range(len(GYRO_NAMES))
             )
@@ -130,6 +146,8 @@ class Rig:
     def advance(self, first: int, count: int) -> Block:
         """The next `count` samples, the first of which has number `first`."""
         motion = self.table.advance(first, count)
+        if self.nutation is not None:
+            motion = self.nutation.added_to(motion)
         angles = self.disturbances.advance(first, motion.angle, self.table.interval)
         shown = [
             dither.advance(first, measured)
@@ -140,14 +158,21 @@ class Rig:
         return Block(
             first=first,
             angles=angles,
-            table=None if self.encoder is None else self.encoder.read(motion.angle),
+            table=None if self.encoder is None else self.encoder.read(first, motion.angle),
             null_pulse=None if self.null_pulse is None else self.null_pulse.advance(motion.angle),
             table_angle=motion.angle,
             pickoffs=np.array(shown) if shown else None,
         )
 
 
-def _gyros(config: RigConfig, origin: float, streams: RandomStreams) -> tuple[Gyro, ...]:
+def _moves_at_first(config: RigConfig, command: TableCommand) -> bool:
+    """Whether the table moves before the recording."""
+    return bool(command.rate_at(np.array([-1.0 / config.sample_rate_hz]))[0] != 0.0)
+
+
+def _gyros(
+    config: RigConfig, origin: float, command: TableCommand, streams: RandomStreams
+) -> tuple[Gyro, ...]:
     own = config.gyro
     interval = 1.0 / config.sample_rate_hz
     matrix = table_to_gyro_matrix(*shares_from_deviations(config.platform.share_deviation))
@@ -169,6 +194,13 @@ def _gyros(config: RigConfig, origin: float, streams: RandomStreams) -> tuple[Gy
             trend=Trend.of(own, g),
             lock_in=LockIn(laser=lasers[g], dither=dither, interval=interval) if lasers else None,
             low_pass=LowPass.of(own, g, config.sample_rate_hz),
+            mount=Mount.drawn(
+                config.motion,
+                g,
+                moving=_moves_at_first(config, command),
+                interval=interval,
+                random=streams.mount[g],
+            ),
             random=streams.white[g],
         )
         for g in range(len(GYRO_NAMES))

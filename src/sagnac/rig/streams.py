@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_STREAMS = 15
+_STREAMS = 23
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -13,7 +13,9 @@ class RandomStreams:
 
     `white` and `slow` hold one for each gyro. The others belong to the table's jitter and
     wander, the null passages, the encoder's latch, the phases of table and encoder, and the
-    disturbances. `dither` holds one for each gyro, too.
+    disturbances. `dither` and `mount` hold one for each gyro, too. Then come the table's hunting
+    and nutation, and of the encoder the walk of its delay, the readings lost and the null pulses
+    that are missing. New ones are appended, so that a seed keeps its numbers.
     """
 
     jitter: np.random.Generator
@@ -25,6 +27,12 @@ class RandomStreams:
     slow: tuple[np.random.Generator, ...]
     latch: np.random.Generator
     dither: tuple[np.random.Generator, ...]
+    mount: tuple[np.random.Generator, ...]
+    hunting: np.random.Generator
+    nutation: np.random.Generator
+    delay: np.random.Generator
+    lost: np.random.Generator
+    missing: np.random.Generator
 
 
 def random_streams(seed: int) -> RandomStreams:
@@ -41,4 +49,10 @@ def random_streams(seed: int) -> RandomStreams:
         slow=tuple(generators[8:11]),
         latch=generators[11],
         dither=tuple(generators[12:15]),
+        mount=tuple(generators[15:18]),
+        hunting=generators[18],
+        nutation=generators[19],
+        delay=generators[20],
+        lost=generators[21],
+        missing=generators[22],
     )

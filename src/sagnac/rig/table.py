@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Protocol, Self
 
 import numpy as np
-import scipy.linalg
 
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.rig import _kernels
+from sagnac.rig.oscillator import Oscillator
 from sagnac.rig.sections import Pairs, TableConfig
 from sagnac.rig.streams import RandomStreams
 from sagnac.units import ARCSECOND, DEGREE
@@ -80,17 +80,23 @@ def table_command(config: TableConfig, duration: float) -> TableCommand:
 
 
 def _reversals(config: TableConfig, duration: float) -> Pairs:
-    knots = [(0.0, config.rate_deg_per_s)]
+    rate = config.rate_deg_per_s
+    knots = [(0.0, rate)]
     interval = config.reversal_interval_s
-    if interval > 0.0 and config.rate_deg_per_s != 0.0:
-        half_ramp = abs(config.rate_deg_per_s) / config.acceleration_deg_per_s2
-        sign = 1.0
-        turn_round = interval
-        while turn_round < duration:
-            knots.append((turn_round - half_ramp, sign * config.rate_deg_per_s))
-            sign = -sign
-            knots.append((turn_round + half_ramp, sign * config.rate_deg_per_s))
-            turn_round += interval
+    if interval == 0.0 or rate == 0.0:
+        return tuple(knots)
+    ramp, stand = abs(rate) / config.acceleration_deg_per_s2, 0.5 * config.dwell_s
+    onward = config.after_dwell == "onward"
+    middle = interval
+    while middle < duration:
+        knots.append((middle - stand - ramp, rate))
+        if stand > 0.0:
+            knots.append((middle - stand, 0.0))
+        if stand > 0.0 or onward:
+            knots.append((middle + stand, 0.0))
+        rate = rate if onward else -rate
+        knots.append((middle + stand + ramp, rate))
+        middle += interval
     return tuple(knots)
 
 
@@ -110,52 +116,26 @@ class Mover(Protocol):
         """
 
 
-@dataclass(slots=True, kw_only=True)
-class PositionJitter:
-    """Jitter of a servo that holds the angle: an oscillator driven by white noise.
+def position_jitter(config: TableConfig, step: float, random: np.random.Generator) -> Oscillator:
+    """Jitter of a servo that holds the angle, to be stepped by `step` seconds."""
+    return Oscillator.stationary(
+        frequency=config.jitter_bandwidth_hz,
+        damping=config.jitter_damping,
+        rms_rate=config.jitter_rms_deg_per_s * DEGREE,
+        step=step,
+        random=random,
+    )
 
-    Attributes
-    ----------
-    transition, spread
-        (2, 2) exact step of angle and rate, and the factor of the noise added to it.
-    state
-        Of the last node.
-    random
-        Its stream.
-    """
 
-    transition: FloatArray
-    spread: FloatArray
-    state: _kernels.OscillatorState
-    random: np.random.Generator
-
-    @classmethod
-    def stationary(cls, config: TableConfig, step: float, random: np.random.Generator) -> Self:
-        """The oscillator in its stationary state, to be stepped by `step` seconds."""
-        natural = 2.0 * math.pi * config.jitter_bandwidth_hz
-        rms = config.jitter_rms_deg_per_s * DEGREE
-        stationary = np.diag([(rms / natural) ** 2, rms**2])
-        slope = np.array([[0.0, 1.0], [-natural * natural, -2.0 * config.jitter_damping * natural]])
-        transition = np.asarray(scipy.linalg.expm(slope * step))
-        added = stationary - transition @ stationary @ transition.T
-        angle, rate = np.sqrt(np.diag(stationary)) * random.standard_normal(2)
-        return cls(
-            transition=transition,
-            spread=np.linalg.cholesky(added),
-            state=_kernels.OscillatorState(float(angle), float(rate)),
-            random=random,
-        )
-
-    def begin(self, drive: float, rate: float) -> tuple[float, float]:
-        """See `Mover`."""
-        return drive + self.state.angle, rate + self.state.rate
-
-    def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
-        """See `Mover`."""
-        normals = self.random.standard_normal((commanded.size, 2))
-        self.state = _kernels.oscillator(
-            normals, self.transition, self.spread, self.state, drive, rate
-        )
+def hunting(config: TableConfig, step: float, random: np.random.Generator) -> Oscillator:
+    """Hunting of the servo, a band about one frequency, to be stepped by `step` seconds."""
+    return Oscillator.stationary(
+        frequency=config.hunting_hz,
+        damping=0.5 / config.hunting_quality,
+        rms_rate=config.hunting_rms_deg_per_s * DEGREE,
+        step=step,
+        random=random,
+    )
 
 
 @dataclass(slots=True, kw_only=True)
@@ -235,12 +215,12 @@ class RateNoise:
 def _movers(config: TableConfig, step: float, streams: RandomStreams) -> tuple[Mover, ...]:
     movers: list[Mover] = []
     if config.turning and config.jitter_rms_deg_per_s > 0.0:
-        held = (
-            PositionJitter.stationary if config.jitter_spectrum == "position" else RateNoise.jitter
-        )
+        held = position_jitter if config.jitter_spectrum == "position" else RateNoise.jitter
         movers.append(held(config, step, streams.jitter))
     if config.turning and config.wander_fraction > 0.0:
         movers.append(RateNoise.wander(config, step, streams.wander))
+    if config.turning and config.hunting_rms_deg_per_s > 0.0:
+        movers.append(hunting(config, step, streams.hunting))
     return tuple(movers)
 
 
@@ -265,11 +245,14 @@ class Motion:
         (n,) table angle, rad.
     turned
         (3, n) angle turned along b since one sample before the first, without the table's own:
-        the Earth's, and on the level axes the wobble's, rad.
+        the Earth's, and on the level axes the wobble's and the nutation's, rad.
+    moving
+        (n,) whether the table is commanded to move.
     """
 
     angle: FloatArray
     turned: FloatArray
+    moving: BooleanArray
 
 
 @dataclass(slots=True, kw_only=True)
@@ -336,6 +319,14 @@ class Table:
             origin=origin,
         )
 
+    def before(self, time: FloatArray) -> FloatArray:
+        """Angle before the recording, rad: as commanded, up to where the table is made.
+
+        `time`, s, is at most one sample before the first.
+        """
+        made = self.command.angle_at(np.array([-self.interval]))
+        return np.asarray(self.origin + self.command.angle_at(time) - made)
+
     def advance(self, first: int, count: int) -> Motion:
         """The motion over the next `count` samples, the first of which has number `first`."""
         step = self.interval / self.substeps
@@ -361,7 +352,8 @@ class Table:
             angle,
             turned,
         )
-        return Motion(angle=angle, turned=turned)
+        moving = commanded[self.substeps - 1 :: self.substeps] != 0.0
+        return Motion(angle=angle, turned=turned, moving=moving)
 
 
 def fastest_rate(config: TableConfig, command: TableCommand) -> float:
@@ -372,7 +364,11 @@ def fastest_rate(config: TableConfig, command: TableCommand) -> float:
 def substeps_of(config: TableConfig, command: TableCommand, interval: float) -> int:
     """Nodes in a sample interval, close enough for Simpson's rule and for the servo's jitter."""
     needed = [1, math.ceil(fastest_rate(config, command) * interval / _LARGEST_TURN_PER_STEP)]
-    if config.turning and config.jitter_rms_deg_per_s > 0.0:
-        natural = 2.0 * math.pi * config.jitter_bandwidth_hz
-        needed.append(math.ceil(natural * interval / _LARGEST_JITTER_STEP))
+    for rms, frequency in (
+        (config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz),
+        (config.hunting_rms_deg_per_s, config.hunting_hz),
+    ):
+        if config.turning and rms > 0.0:
+            natural = 2.0 * math.pi * frequency
+            needed.append(math.ceil(natural * interval / _LARGEST_JITTER_STEP))
     return max(needed)

@@ -11,9 +11,11 @@ from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.rig.config import RigConfig
 from sagnac.rig.disturbances import Disturbances, DrawnLines
 from sagnac.rig.dither import dither_frequency, folded, left_of
+from sagnac.rig.encoder import delay_growth, delay_walk
 from sagnac.rig.gyro import dither_of, ring_lasers_of
+from sagnac.rig.own_motion import nutation_walk
 from sagnac.rig.ring_laser import angle_random_walk
-from sagnac.rig.sections import GYRO_NAMES, PlatformConfig, Triple
+from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
 from sagnac.rig.streams import random_streams
 from sagnac.rig.table import TableCommand, table_command
 from sagnac.table.earth import earth_rate
@@ -90,11 +92,39 @@ class DitherTruth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EncoderTruth:
+    """What the encoder adds to the table angle, and when its readings are taken.
+
+    A reading is late by a delay that goes from `delay_start_s` to `delay_end_s`, drift and clock
+    together; beside that it walks, by `delay_walk_end_s` rms at the end.
+    """
+
+    step_arcsec: float
+    periodic_error_arcsec: Pairs
+    latch_jitter_s: float
+    delay_start_s: float
+    delay_end_s: float
+    delay_walk_end_s: float
+    clock_ppm: float
+    reading_rate_hz: float
+    lost_fraction: float
+    missing_null_fraction: float
+
+    def __post_init__(self) -> None:
+        if not (self.step_arcsec > 0.0 and self.reading_rate_hz > 0.0):
+            raise ValueError("an encoder has a step and a rate of readings above zero")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
     """What the recording was made from; ``dataclasses.asdict`` of it is the JSON.
 
     The coefficients of `gyros` and `pairs` are those before a gyro's own low-pass, whose corner
     (-3 dB) is in `low_pass_hz`, 0 without one: well below the corner the recording shows them.
+    `encoder` is None on a table that is not commanded to move. `nutation_walk_deg_per_sqrt_h` is
+    what a nutation of the shaft adds to N of each gyro and pair, as root of squares, on a table
+    that turns evenly; the coefficients of `gyros` and `pairs` are without it. It is empty if there
+    is no nutation.
     """
 
     schema: str
@@ -112,6 +142,8 @@ class Truth:
     earth_rate_order_one: LineTruth | None
     config: Mapping[str, Any]
     dither: Mapping[str, DitherTruth] = field(default_factory=dict)
+    encoder: EncoderTruth | None = None
+    nutation_walk_deg_per_sqrt_h: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if tuple(self.gyros) != GYRO_NAMES:
@@ -144,6 +176,41 @@ def truth_of(config: RigConfig) -> Truth:
         earth_rate_order_one=_order_one(command, shares, earth),
         config=asdict(config),
         dither=_dither_truths(config),
+        encoder=_encoder_truth(config) if config.turning else None,
+        nutation_walk_deg_per_sqrt_h=_nutation_walks(config, command, shares),
+    )
+
+
+def _nutation_walks(
+    config: RigConfig, command: TableCommand, shares: FloatArray
+) -> dict[str, float]:
+    """What nutation adds to N of each gyro and, per gyro, of each pair; empty without any."""
+    if config.motion.nutation_rms_arcsec == 0.0 or command.rate.size != 1 or not config.turning:
+        return {}
+    walk = nutation_walk(config.motion, float(command.rate[0])) / DEGREE_PER_ROOT_HOUR
+    level = dict(zip(GYRO_NAMES, table_to_gyro_matrix(*shares)[:, :2], strict=True))
+    alone = {name: walk * float(np.linalg.norm(part)) for name, part in level.items()}
+    apart = {
+        f"{a}-{b}": walk * float(np.linalg.norm(level[a] - level[b])) / math.sqrt(2.0)
+        for a, b in _PAIRS
+    }
+    return alone | apart
+
+
+def _encoder_truth(config: RigConfig) -> EncoderTruth:
+    encoder = config.encoder
+    grown = delay_growth(encoder, config.duration_s) * config.duration_s
+    return EncoderTruth(
+        step_arcsec=2.0 * math.pi / encoder.lines / ARCSECOND,
+        periodic_error_arcsec=encoder.periodic_error,
+        latch_jitter_s=encoder.latch_jitter_s,
+        delay_start_s=encoder.latency_s,
+        delay_end_s=encoder.latency_s + grown,
+        delay_walk_end_s=delay_walk(encoder, config.duration_s),
+        clock_ppm=encoder.clock_ppm,
+        reading_rate_hz=encoder.reading_rate_hz or config.sample_rate_hz,
+        lost_fraction=encoder.lost_fraction,
+        missing_null_fraction=encoder.missing_null_fraction,
     )
 
 

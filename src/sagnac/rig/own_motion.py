@@ -1,0 +1,173 @@
+"""Motion that gyros on one table do not share: mounts that resonate, a shaft that nutates.
+
+Both are random and there only while the table turns: the part of ``n_alpha`` in Eqs. 12 to 17 that
+is no multiple of the table's rate. What two gyros sense of it differs by more than their shares.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.rig.oscillator import Oscillator
+from sagnac.rig.sections import MotionConfig
+from sagnac.rig.table import Motion
+from sagnac.units import ARCSECOND
+
+
+@dataclass(slots=True, kw_only=True)
+class Mount:
+    """The mount of one gyro: a structure that the turning table shakes about the input axis.
+
+    The gyro turns with it, by an angle that comes back: it adds to the density of the rate a peak
+    at the resonance, f^2 below it, and nothing to N.
+
+    Attributes
+    ----------
+    structure
+        The resonance.
+    start
+        Its angle one sample before the first, rad.
+    """
+
+    structure: Oscillator
+    start: float
+
+    @classmethod
+    def drawn(
+        cls,
+        config: MotionConfig,
+        gyro: int,
+        *,
+        moving: bool,
+        interval: float,
+        random: np.random.Generator,
+    ) -> Self | None:
+        """The mount of one gyro, None if it is rigid; it rests if the table is not `moving` yet."""
+        rms, frequency = config.resonance_rms_arcsec[gyro], config.resonance_hz[gyro]
+        if rms == 0.0:
+            return None
+        structure = Oscillator.stationary(
+            frequency=frequency,
+            damping=0.5 / config.resonance_quality,
+            rms_rate=2.0 * math.pi * frequency * rms * ARCSECOND,
+            step=interval,
+            random=random,
+        )
+        if not moving:
+            structure.stop()
+        return cls(structure=structure, start=structure.state.angle)
+
+    def advance(self, moving: BooleanArray) -> FloatArray:
+        """(n,) angle at the next samples since one sample before the first, rad."""
+        return self.structure.angles(moving) - self.start
+
+
+@dataclass(slots=True, kw_only=True)
+class Nutation:
+    """Random tilting of the shaft, which the turning table makes and the gyros sense.
+
+    The shaft tilts by the small angles p = (p1, p2) about the level axes of b0, two oscillators
+    that know nothing of each other. Along the axes of b, turned by alpha, the tilting is the rate::
+
+        w1 = cos(alpha) p1' + sin(alpha) p2',   w2 = -sin(alpha) p1' + cos(alpha) p2'
+
+    and a gyro whose input axis has the level part m in b senses ``m . w``. The level parts of three
+    input axes point 120 deg apart and add up to almost nothing. So no multiple of one gyro takes
+    the tilting out of another, while the sum of three is free of it.
+
+    Integrated by parts, C(alpha) being the turn by alpha and Omega the table's rate, the angle is::
+
+        m . C(alpha) p - m . integral of Omega C'(alpha) p dt
+
+    The first term comes back. The second walks: turning brings what p holds at the table's own
+    frequency down to zero. If S is the two-sided density of p1 and p2, the rate sensed there is
+    white, with::
+
+        N^2 = |m|^2 Omega^2 S(Omega)
+
+    A gyro on a table that turns evenly cannot tell it from its own N. It differs from N by going
+    with the rate of the table, and by what three gyros share of it.
+
+    The Earth's rate, tipped by the tilt, is left out: 1 arcsec of it is 7e-5 deg/h.
+
+    Attributes
+    ----------
+    tilts
+        Of the two axes.
+    angle
+        Table angle at the last sample, rad.
+    tilted
+        (2, 1) tilt at the last sample, rad.
+    turned
+        (2, 1) angle that it has made along the level axes of b so far, rad.
+    """
+
+    tilts: tuple[Oscillator, Oscillator]
+    angle: float
+    tilted: FloatArray
+    turned: FloatArray
+
+    @classmethod
+    def drawn(
+        cls,
+        config: MotionConfig,
+        origin: float,
+        *,
+        moving: bool,
+        interval: float,
+        random: np.random.Generator,
+    ) -> Self | None:
+        """The nutation on a table at `origin`, rad, None if there is none; as `Mount.drawn`."""
+        rms = config.nutation_rms_arcsec
+        if rms == 0.0:
+            return None
+        first, second = (
+            Oscillator.stationary(
+                frequency=config.nutation_hz,
+                damping=0.5 / config.nutation_quality,
+                rms_rate=2.0 * math.pi * config.nutation_hz * rms * ARCSECOND,
+                step=interval,
+                random=one,
+            )
+            for one in random.spawn(2)
+        )
+        if not moving:
+            first.stop()
+            second.stop()
+        return cls(
+            tilts=(first, second),
+            angle=origin,
+            tilted=np.array([[first.state.angle], [second.state.angle]]),
+            turned=np.zeros((2, 1)),
+        )
+
+    def added_to(self, motion: Motion) -> Motion:
+        """The table's motion over the next samples with the shaft's tilting in it."""
+        tilt = np.array([one.angles(motion.moving) for one in self.tilts])
+        steps = np.diff(tilt, prepend=self.tilted)
+        # The tilting of a sample interval is taken at the middle of it.
+        middle = motion.angle - 0.5 * np.diff(motion.angle, prepend=self.angle)
+        cosine, sine = np.cos(middle), np.sin(middle)
+        along = np.array([cosine * steps[0] + sine * steps[1], cosine * steps[1] - sine * steps[0]])
+        along[:, :1] += self.turned
+        level = np.cumsum(along, axis=1)
+        self.angle = float(motion.angle[-1])
+        self.tilted, self.turned = tilt[:, -1:], level[:, -1:]
+        turned = motion.turned.copy()
+        turned[:2] += level
+        return replace(motion, turned=turned)
+
+
+def nutation_walk(config: MotionConfig, rate: float) -> float:
+    """N that nutation adds to a gyro with its input axis in the table's plane, rad/sqrt(s).
+
+    `rate`, rad/s, is the table's. See `Nutation` for the law.
+    """
+    natural = 2.0 * math.pi * config.nutation_hz
+    damping = 0.5 / config.nutation_quality
+    variance = (config.nutation_rms_arcsec * ARCSECOND) ** 2
+    apart = (natural**2 - rate**2) ** 2 + (2.0 * damping * natural * rate) ** 2
+    return abs(rate) * math.sqrt(4.0 * damping * natural**3 * variance / apart)
