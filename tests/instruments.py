@@ -87,9 +87,7 @@ def lines_in_time(
     """Sines of a frequency in Hz and an amplitude each, at any phase."""
     total = np.zeros(times.size)
     for frequency, amplitude in heights:
-        total += amplitude * np.sin(
-            2.0 * math.pi * (frequency * times + random.uniform())
-        )
+        total += amplitude * np.sin(2.0 * math.pi * (frequency * times + random.uniform()))
     return total
 
 

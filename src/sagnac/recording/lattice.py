@@ -14,10 +14,11 @@ from sagnac.recording import _kernels
 _SIDE: Final = 3
 # Classes of sizes: half octaves, far beyond all that is measured in rad or m/s on either side.
 _EDGES: Final = np.exp2(np.arange(-240, 121) / 2.0)
-# Sizes that rounding makes lie this many classes, a factor of four, below those that a step makes;
-# there are this many of them at least, and as many of the others unless they are exactly zero.
+# Sizes that rounding makes lie this many classes, a factor of four, below those that a step makes.
+# They are this many at least, and the others more than this share of all: fewer are spikes.
 _CLASSES: Final = 4
 _LEAST_OFTEN: Final = 10
+_LEAST_SHARE: Final = 0.01
 # Largest sizes that are looked at, in steps, and how near to whole steps half of them lie.
 _WITHIN: Final = 6.0
 _NEAR: Final = 0.12
@@ -61,9 +62,12 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     finest = float(found.smallest[filled[0]])
     below = np.cumsum(found.counts[filled])[:-1]
     gaps = np.flatnonzero((np.diff(filled) > _CLASSES) & (below >= _LEAST_OFTEN))
-    if gaps.size == 0:
-        return finest
-    return _whole_step(changes, float(found.smallest[filled[gaps[0] + 1]])) or finest
+    # Decimals are a lattice of their own: the coarsest is the readout's.
+    for gap in gaps[::-1].tolist():
+        step = _whole_step(changes, float(found.smallest[filled[gap + 1]]))
+        if step is not None:
+            return step
+    return finest
 
 
 def _off(changes: FloatArray, block: slice) -> FloatArray:
@@ -98,7 +102,7 @@ def _whole_step(changes: FloatArray, least: float) -> float | None:
         return np.asarray(sizes[(sizes >= least) & (sizes < _WITHIN * least)])
 
     sizes = np.concatenate(series.map(within, changes.size - 2 * _SIDE, changes))
-    if sizes.size < _LEAST_OFTEN:
+    if sizes.size < _LEAST_SHARE * changes.size:
         return None
     step = float(np.median(sizes[sizes < 1.5 * least]))
     off = np.abs(sizes / step - np.rint(sizes / step))

@@ -191,7 +191,7 @@ def joint_readout(
     if not recording.duration / apart >= LEAST_DITHERED:
         text = (
             f"{recording.duration:.4g} s dither {what} too few times for a fit to tell angle "
-            "random walk from it, and only an upper bound is given; record longer, or read out "
+            "random walk from it, and no fit is an estimate of it; record longer, or read out "
             "finer"
         )
         note = Note(text=text, level="warning")

@@ -61,9 +61,9 @@ def repeat_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple
     )
     if found.in_runs > held * samples:
         text = f"sticks again and again: {text}; take a stretch without with {{slice}}"
-        return (
-            finding("repeats", gyro.name, text, effect=math.sqrt(1.0 - found.in_runs / samples)),
-        )
+        # That of the noise as far as the runs are long; what they make of slower noise is open.
+        effect = math.sqrt(1.0 - found.in_runs / samples)
+        return (finding("repeats", gyro.name, text, effect=effect, level="error"),)
     if share > _ALL_HELD:
         text = f"{text}: it is sampled faster than it measures"
         return (Note(name="repeats", channel=gyro.name, text=text, level="warning"),)
