@@ -33,6 +33,7 @@ from sagnac.formats.suspicions import (
     stamp_unit_notes,
     table_counter_notes,
 )
+from sagnac.formats.unused import unused_notes
 from sagnac.recording.columns import Pulses, Taken, pulses_of
 from sagnac.recording.frames import GYRO_NAMES
 from sagnac.recording.model import Provenance, Recording
@@ -80,6 +81,7 @@ def assemble(
     stored = source.load(choice.keys)
     check_lengths(stored.lengths)
     stretch = stretch_of(choice, scales, stored, statements)
+    beside = unused_notes(source, choice, statements, stretch)
     made = channels_of(choice, scales, stored, stretch, statements.counter_bits)
     sliced = stretch.span_s if statements.caller.span is not None else None
     recording = Recording(
@@ -97,6 +99,7 @@ def assemble(
             *scales.notes,
             *stretch.sampling.notes,
             *_stamp_notes(choice, statements, stretch),
+            *beside,
             *made.notes,
         ),
     )

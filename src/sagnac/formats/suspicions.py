@@ -134,11 +134,13 @@ def stamp_unit_notes(key: str, unit: str, sample_rate: float) -> tuple[Note, ...
     sample_rate
         Samples per second that they give.
     """
-    if _SLOWEST <= sample_rate <= _FASTEST or canonical(unit) not in TIME_UNITS:
+    if canonical(unit) not in TIME_UNITS or _SLOWEST <= sample_rate <= _USUAL_RATES[1]:
         return ()
     size = TIME_UNITS[canonical(unit)]
-    text = f"stamps are {1.0 / sample_rate:.3g} s apart on average: the unit {unit} looks wrong"
     likely = likely_time_unit(1.0 / (sample_rate * size))
+    if sample_rate <= _FASTEST and likely is None:
+        return ()
+    text = f"stamps are {1.0 / sample_rate:.3g} s apart on average: the unit {unit} looks wrong"
     if likely is not None:
         rate = sample_rate * size / TIME_UNITS[likely]
         text += f"; in {likely} they would be those of {rate:.6g} Hz ({{time {key}:{likely}}})"

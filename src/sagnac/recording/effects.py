@@ -17,6 +17,8 @@ FINDINGS: Final = (
     "copy",
     "dropouts",
     "encoder",
+    "interleaved",
+    "motion",
     "repeats",
     "resolution",
     "shared",

@@ -26,10 +26,11 @@ _NEAR: Final = 0.12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Sizes:
-    """How many sizes each class holds, and the smallest of each."""
+    """How many sizes each class holds, the smallest of each, and how many are nothing."""
 
     counts: IntegerArray
     smallest: FloatArray
+    nothing: int
 
 
 def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
@@ -60,7 +61,7 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     if filled.size == 0:
         return math.inf
     finest = float(found.smallest[filled[0]])
-    below = np.cumsum(found.counts[filled])[:-1]
+    below = found.nothing + np.cumsum(found.counts[filled])[:-1]
     gaps = np.flatnonzero((np.diff(filled) > _CLASSES) & (below >= _LEAST_OFTEN))
     # Decimals are a lattice of their own: the coarsest is the readout's.
     for gap in gaps[::-1].tolist():
@@ -85,12 +86,14 @@ def _sizes_of(changes: FloatArray, rounding: float) -> _Sizes:
         counts = np.diff(places)
         smallest = np.full(counts.size, math.inf)
         smallest[counts > 0] = sizes[places[:-1][counts > 0]]
-        return _Sizes(counts=counts, smallest=smallest)
+        nothing = block.stop - block.start - sizes.size
+        return _Sizes(counts=counts, smallest=smallest, nothing=nothing)
 
     parts = series.map(counted, changes.size - 2 * _SIDE, changes)
     return _Sizes(
         counts=np.sum([part.counts for part in parts], axis=0),
         smallest=np.min([part.smallest for part in parts], axis=0),
+        nothing=sum(part.nothing for part in parts),
     )
 
 
