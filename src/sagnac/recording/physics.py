@@ -21,7 +21,7 @@ from sagnac.units import (
 # Three accelerometers show gravity this well: it differs by 0.5 % over the Earth, and cheap sensors
 # have biases of a few hundredths of it.
 _GRAVITY: Final = 0.05
-# A mean that is Earth's rate to this, in a unit that is not its own, is hardly chance: the biases of
+# A mean that is Earth's rate to this in another unit than its own is hardly chance: the biases of
 # one unit in a hundred make it. A ring laser unit at rest is known to show 14.76 deg/h of 15.04.
 _EARTH: Final = 0.025
 # Gravity in numbers called rates, to this.
