@@ -15,7 +15,7 @@ from sagnac.formats.precedence import Statements
 from sagnac.formats.registry import BINARY, ROSBAG, Format, formats
 from sagnac.formats.source import Source
 from sagnac.formats.statement import Statement, one_statement
-from sagnac.formats.suggestion import accelerometer_inputs, suggestion
+from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.recording.model import Provenance, Recording
 
 
@@ -136,6 +136,30 @@ def missing(path: Path | str, statement: Statement | None = None, **stated: Any)
     {'columns': 'x=gyro_x[deg/s]', 'kind': 'rate', 'time': 'stamp:s'}
     """
     return suggestion(*_opened(path, one_statement(statement, stated)))
+
+
+def gyros_in(
+    path: Path | str, statement: Statement | None = None, **stated: Any
+) -> tuple[str, ...]:
+    """Columns of a file that may be gyros, if nothing says which of them are.
+
+    Parameters
+    ----------
+    path, statement, **stated
+        See `read`.
+
+    Returns
+    -------
+    tuple of str
+        As ``columns`` takes them.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+    """
+    found = candidates(*_opened(path, one_statement(statement, stated)))
+    return tuple(column_text(one) for one in found)
 
 
 def accelerometers_in(

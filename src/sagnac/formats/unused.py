@@ -81,9 +81,12 @@ def _require_rate(source: Source, column: Column, stretch: Stretch) -> None:
     usual = float(np.median(steps)) if steps.size else 0.0
     if not usual > 0.0 or not _mostly(np.abs(steps - usual) < _WITHIN * usual):
         return
+    known = column.unit is not None and is_time_unit(column.unit)
+    if usual == 1.0 and not known:
+        # It numbers the rows.
+        return
     step = float(stamps[-1] - stamps[0]) / steps.size
     stated = stretch.sampling.sample_rate
-    known = column.unit is not None and is_time_unit(column.unit)
     units: Sequence[str] = _UNITS
     if known and canonical(column.unit or "") in TIME_UNITS:
         units = (canonical(column.unit or ""),)
