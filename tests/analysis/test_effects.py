@@ -87,6 +87,6 @@ def test_counts_behind_a_low_pass_move_less_than_their_share_of_the_scatter():
     # 16 bits of 250 deg/s behind 40 Hz: the steps add to every frequency up to half the rate.
     made = bench(6, walk=0.15, low_pass=40.0, names="x", readout=Readout(step=1.0 / 131.0))
     analysis = analyze(recorded(made))
-    assert [note for note in analysis.notes if note.level != "remark"] == []
+    assert [note.text for note in analysis.notes if note.name == "resolution"] == []
     (falls,) = [note.text for note in analysis.notes if "as behind a low-pass" in note.text]
     assert 36.0 < float(falls.split("half at ")[1].split(" Hz")[0]) < 44.0
