@@ -241,3 +241,14 @@ def test_a_sound_bench_of_any_bias_is_accepted(tmp_path, number):
     unit = {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "m/s^2"}
     columns = {"t": made.times, "count": np.mod(COUNT[:6000], 256), **made.rates, **made.forces}
     assert said(tmp_path, columns, **{**RATE, "unit": unit}, **FORCES) == []
+
+
+def test_a_clock_too_coarse_for_times_names_what_reads_the_file(tmp_path):
+    columns = {"t[s]": np.floor(STILL.times), **STILL.rates}
+    stated = {"kind": "rate", "unit": "deg/s"}
+    (found,) = said(tmp_path, columns, **stated)
+    assert "time=none" in found
+    rate = float(found.split("rate=")[1].split()[0])
+    assert rate == pytest.approx(100.0, rel=0.02)
+    # With what it names, it is read.
+    assert said(tmp_path, columns, **stated, time="none", sample_rate=rate) == []

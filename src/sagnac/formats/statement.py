@@ -12,7 +12,7 @@ from sagnac.errors import quoted
 from sagnac.formats.unit_text import KNOWN_UNITS, parsed_unit
 from sagnac.recording.channel import KINDS
 
-COUNTER_BITS: Final = (16, 24, 32)
+COUNTER_BITS: Final = range(8, 49)
 # Columns that are no gyros, by the names that `Statement.columns` has for them.
 ROLES: Final = ("time", "table", "null_pulse")
 
@@ -43,7 +43,7 @@ class Statement:
     span
         Start and stop to take, s from the first sample; either may be None.
     counter_bits
-        Width of gyro counters that roll over (kind ``angle``): 16, 24 or 32.
+        Width of gyro counters that roll over (kind ``angle``), 8 to 48.
     null_pulse
         Column that is nonzero at the null pulse.
     accelerometers
@@ -95,7 +95,7 @@ class Statement:
         _check_names("accelerometers", self.accelerometers)
         _check_span(self.span)
         if self.counter_bits is not None and self.counter_bits not in COUNTER_BITS:
-            raise ValueError(f"counter_bits is {quoted(self.counter_bits)}; use one of 16, 24, 32")
+            raise ValueError(f"counter_bits is {quoted(self.counter_bits)}; give 8 to 48")
 
 
 def _check_texts(statement: Statement) -> None:
