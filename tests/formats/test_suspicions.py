@@ -34,7 +34,7 @@ def test_a_counter_that_rolls_over_is_named(bits, start):
     assert counter_notes("x", angle, COUNTS) == ()
 
 
-@pytest.mark.parametrize("modulus", [36_000, 1_000_000, 360_000])
+@pytest.mark.parametrize("modulus", [36_000, 360_000])
 def test_a_counter_of_any_modulus_is_named(modulus):
     angle = np.rint(np.arange(20_000) * modulus / 3000 + walk(samples=20_000))
     (note,) = counter_notes("x", angle % modulus, COUNTS)

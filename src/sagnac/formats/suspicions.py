@@ -27,7 +27,7 @@ _COMMON: Final = 200.0
 _BLOCKS: Final = 64
 _LEAST_SAMPLES: Final = 10 * _BLOCKS
 # How nearly leaps are those of a width.
-_SAME_PERIOD: Final = 0.02
+_SAME_PERIOD: Final = 0.05
 # Fewest counts before a counter starts over.
 _LEAST_MODULUS: Final = 100.0
 # Fewest places that an encoder in counts has in a turn.
