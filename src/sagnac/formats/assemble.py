@@ -100,10 +100,25 @@ def assemble(
             *stretch.sampling.notes,
             *_stamp_notes(choice, statements, stretch),
             *beside,
+            *_rate_contradiction(statements),
             *made.notes,
         ),
     )
     return verified(recording) if verify else recording
+
+
+def _rate_contradiction(statements: Statements) -> tuple[Note, ...]:
+    """The TOML beside a file states another rate than the file, and nobody else one."""
+    by_toml, by_file = statements.beside.sample_rate, statements.file.sample_rate
+    if statements.caller.sample_rate is not None or None in (by_toml, by_file):
+        return ()
+    if by_toml == by_file:
+        return ()
+    text = (
+        f"the file says {by_file:.9g} Hz and the TOML beside it {by_toml:.9g} Hz, which is taken; "
+        "remove the TOML if it is of another recording"
+    )
+    return (Note(text=text, level="warning"),)
 
 
 def _stamp_notes(choice: Choice, statements: Statements, stretch: Stretch) -> tuple[Note, ...]:

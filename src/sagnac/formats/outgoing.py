@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from sagnac.recording.model import Kind, Recording
 from sagnac.recording.pickoff import PICKOFF
 
 Rows = dict[str, NDArray[Any]]
+
+# Each recording that is written says so, in whatever its format has for remarks.
+MADE: Final = "recording made by sagnac"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

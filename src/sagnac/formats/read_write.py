@@ -9,10 +9,10 @@ from typing import Any
 from sagnac.errors import MissingExtra, RecordingError
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about
-from sagnac.formats.metadata import beside
+from sagnac.formats.metadata import beside, require_no_other
 from sagnac.formats.outgoing import outgoing
 from sagnac.formats.precedence import Statements
-from sagnac.formats.registry import BINARY, ROSBAG, Format, formats
+from sagnac.formats.registry import BINARY, CSV, ROSBAG, Format, formats
 from sagnac.formats.source import Source
 from sagnac.formats.statement import Statement, one_statement
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
@@ -223,6 +223,8 @@ def write(recording: Recording, path: Path | str) -> Path:
             raise RecordingError(
                 "no format to write has this suffix", remedy=f"use one of {suffixes}"
             )
+        if known is not CSV:
+            require_no_other(path)
         _module(known, "writing").write(path, outgoing(recording))
     return path
 

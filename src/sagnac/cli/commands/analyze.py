@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, explain
 from sagnac.cli.options import (
@@ -12,6 +13,7 @@ from sagnac.cli.options import (
     Curve,
     Files,
     Folder,
+    Force,
     Heading,
     Options,
     settings_of,
@@ -36,6 +38,7 @@ def analyze(
     heading: Heading = NO_HEADING,
     curve: Curve = False,
     output: Folder = None,
+    force: Force = False,
 ) -> int:
     """A recording in; report.html, analysis.json, tables and figures out.
 
@@ -52,6 +55,9 @@ def analyze(
     folders = results.folders_of(files, output, as_json=options.as_json)
     for folder in folders:
         results.require_writable(folder)
+        if folder is not None:
+            reads = outputs.inputs(files, options, heading.heading)
+            outputs.require_free(outputs.of_report(folder), reads, force=force)
     several = len(files) > 1
     done: list[Analysis] = []
     named: list[tuple[str, Analysis]] = []
@@ -65,6 +71,10 @@ def analyze(
                 stage_of=file.name * several,
                 memory=options.memory,
             )
+            if folder is not None:
+                for name in analysis.gyros:
+                    own = outputs.of_report(folder / results.folder_name(name))
+                    outputs.require_free(own, force=force)
             one = _reported(analysis, folder, block, settings_text(options), pdf=heading.pdf)
         except Exception as error:
             if not several or options.debug:

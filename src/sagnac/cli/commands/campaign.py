@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli.errors import DATA_ERROR, DONE, UsageError, complain
 from sagnac.cli.options import (
     NO_OPTIONS,
     OUTPUT,
+    Force,
     Options,
     Workers,
     one_argument,
@@ -65,6 +67,7 @@ def campaign(
             group=_WORK, metavar="ADDRESS", help="Of a Dask cluster, tcp://host:8786, to work on."
         ),
     ] = None,
+    force: Force = False,
 ) -> int:
     """Many recordings in; one table and one page out, a report for each.
 
@@ -84,6 +87,8 @@ def campaign(
         raise UsageError(f"--{error}") from error
     tasks = tasks_of(sources, choices)
     results.require_writable(output)
+    reads = outputs.inputs([*sources, *(Path(task.path) for task in tasks)], options)
+    outputs.require_free(outputs.of_campaign(output), reads, force=force)
     completed = _completed(scheduler, workers, options.memory)
     made = _run(tasks, results.made(output).absolute(), completed, span)
     _write(made, output, choices, sources)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 from cyclopts import Parameter
 
 from sagnac import __version__
+from sagnac.cli import outputs
 from sagnac.cli.errors import UsageError
-from sagnac.cli.options import Debug, names
+from sagnac.cli.options import Debug, Force, names
 from sagnac.cli.output import require_writable
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def export(
             "here.",
         ),
     ] = None,
+    force: Force = False,
     debug: Debug = False,
 ) -> None:
     """Filter settings of an analysis: Kalibr, OpenVINS, GTSAM, PX4 and others.
@@ -82,6 +84,7 @@ def export(
     chosen = format_name or _format_of(output)
     stated = None if accelerometer is None else _accelerometer(accelerometer)
     require_writable(output.parent)
+    outputs.require_free(outputs.of_export(output, chosen), analyses, force=force)
     from sagnac.filters.exports import Wanted
 
     wanted = Wanted(
