@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Final
 
-from sagnac.errors import quoted
+from sagnac.errors import one_line, quoted
 from sagnac.formats.unit_text import KNOWN_UNITS, parsed_unit
 from sagnac.recording.channel import KINDS
 
@@ -92,6 +92,7 @@ class Statement:
         _check_scale(self.scale)
         _check_sample_rate(self.sample_rate)
         _check_names("gyros", self.gyros)
+        _check_names("columns", tuple(self.columns) or None)
         _check_names("accelerometers", self.accelerometers)
         _check_span(self.span)
         if self.counter_bits is not None and self.counter_bits not in COUNTER_BITS:
@@ -146,9 +147,11 @@ def _check_sample_rate(sample_rate: float | None) -> None:
 def _check_names(argument: str, names: tuple[str, ...] | None) -> None:
     if names is None:
         return
-    named = all(isinstance(name, str) and name for name in names)
+    named = all(isinstance(name, str) and name and one_line(name) == name for name in names)
     if not names or not named or len(set(names)) < len(names):
-        raise ValueError(f"{argument} is {quoted(names)}; give one or more different names")
+        raise ValueError(
+            f"{argument} is {quoted(names)}; give one or more different names that can be printed"
+        )
 
 
 def _check_span(span: tuple[float | None, float | None] | None) -> None:

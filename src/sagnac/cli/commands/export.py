@@ -9,7 +9,8 @@ from sagnac import __version__
 from sagnac.cli import outputs
 from sagnac.cli.errors import UsageError
 from sagnac.cli.options import Debug, Force, names
-from sagnac.cli.output import require_writable
+from sagnac.cli.output import print_paths, require_writable
+from sagnac.errors import one_line
 
 if TYPE_CHECKING:
     from sagnac.filters.exports import Wanted
@@ -124,8 +125,8 @@ def _write(output: Path, chosen: FormatName, wanted: "Wanted") -> None:
 
     write_text(output, exported(chosen, wanted))
     for setting in wanted.chosen:
-        print(setting.in_words())
-    print(f"wrote {output}")
+        print(one_line(setting.in_words()))
+    print_paths([output])
 
 
 def _accelerometer(text: str) -> tuple[float, float]:
