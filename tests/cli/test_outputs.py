@@ -9,6 +9,7 @@ import pytest
 
 from sagnac.cli import main
 from sagnac.cli.outputs import kind_of
+from sagnac.documents import check_analysis
 from sagnac.formats import read
 from tests.cli.examples import STATED, one_line
 
@@ -147,3 +148,12 @@ def test_a_document_is_known_by_its_schema_and_a_page_by_its_generator(analysis,
     other = tmp_path / "other.json"
     other.write_text(json.dumps({"note": '"schema": "sagnac.analysis/1"'}))
     assert kind_of(other) == ""
+
+
+@pytest.mark.parametrize("words", [["--method", "none"], ["--estimator", "mdev", "--curve"]])
+def test_what_the_commands_print_keeps_the_schema(words, still, capsys):
+    command = "avar" if "--estimator" in words else "analyze"
+    assert main([command, str(still), "--json", "--spec", "3e-4deg/sqrt(h)", *words]) in (0, 3, 4)
+    found = json.loads(capsys.readouterr().out)
+    for one in found.get("analyses", [found]):
+        check_analysis(one)
