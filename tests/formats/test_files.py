@@ -50,6 +50,9 @@ def test_a_folder_is_replaced_whole_and_keeps_what_is_not_of_the_set(tmp_path):
     with replacing_folder(folder) as new:
         (new / "a").write_text("2")
         (new / "b").write_text("2")
+        (new / "more").mkdir()
+        (new / "more" / "b").write_text("2")
+    assert (folder / "more" / "b").read_text() == "2"
     assert (folder / "a").read_text() == (folder / "b").read_text() == "2"
     assert (folder / "mine").read_text() == (folder / "more" / "too").read_text() == "kept"
     assert [entry.name for entry in tmp_path.iterdir()] == ["report"]

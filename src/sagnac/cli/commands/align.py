@@ -63,7 +63,7 @@ def align(
     del debug
     results.require_writable(output)
     if output is not None:
-        outputs.require_free(outputs.of_alignment(output), [analysis], force=force)
+        outputs.require_free(outputs.of_alignment(output), [source], force=force)
     from sagnac.alignment.initial import Start
     from sagnac.units import DEGREE, DEGREE_PER_HOUR
 

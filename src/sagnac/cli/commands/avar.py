@@ -79,8 +79,8 @@ def avar(
         read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
         if output is not None:
             reads = outputs.inputs([file], options, heading.heading)
-            for made in _outputs(read, settings, output):
-                outputs.require_free(made, reads, force=force)
+            for one in _outputs(read, settings, output):
+                outputs.require_free(one, reads, force=force)
         with naming(file, read.recording):
             if gaps == "omit":
                 from sagnac.recording.gaps import with_gaps_marked
