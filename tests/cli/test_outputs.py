@@ -11,7 +11,7 @@ from sagnac.cli import main
 from sagnac.cli.outputs import kind_of
 from sagnac.documents import check_analysis
 from sagnac.formats import read
-from tests.cli.examples import STATED, one_line
+from tests.cli.examples import STATED, one_line, one_line_among
 
 SIMULATED = ("--duration", "20", "--table-rate", "0", "--preset", "quiet")
 MINE = "what somebody measured for a week\n"
@@ -37,7 +37,7 @@ RUNS = {
     "analyze": (["analyze", "still.parquet", "--method", "none", "-o", "."], ["analysis.json"]),
     "analyze tables": (
         ["analyze", "still.parquet", "--method", "none", "-o", "."],
-        ["stability.csv"],
+        ["x/stability.csv"],
     ),
     "avar": (["avar", "still.parquet", "--gyros", "x", "-o", "."], ["x/settings.toml"]),
     "compare": (["compare", "still.parquet", "--method", "none", "-o", "."], ["comparison.png"]),
@@ -63,7 +63,7 @@ def test_only_what_the_same_run_made_is_written_over(name, analysis, still, plac
         Path(file).write_text(MINE)
     before = set(place.rglob("*"))
     assert main(words) == 2
-    said = one_line(capsys)
+    said = one_line_among(capsys.readouterr().err)
     assert files[0] in said
     assert "--force" in said
     assert set(place.rglob("*")) == before
@@ -97,7 +97,7 @@ def test_what_is_read_or_made_by_another_run_stays(words, lost, analysis, place,
     capsys.readouterr()
     before = {path.name: path.read_bytes() for path in place.iterdir()}
     assert main(words) == 2
-    assert lost in one_line(capsys)
+    assert lost in one_line_among(capsys.readouterr().err)
     assert {path.name: path.read_bytes() for path in place.iterdir()} == before
 
 

@@ -172,6 +172,8 @@ def _prepare_process() -> None:
     # them down, tenfold if other work shares the cores. numpy reads these at its first import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MKL_NUM_THREADS", "1")
+    # Figures become files: whatever window the surroundings name is not asked for.
+    os.environ["MPLBACKEND"] = "agg"
     if not sys.warnoptions:
         # Libraries warn those who program with them; -W and PYTHONWARNINGS show it.
         warnings.showwarning = _unshown

@@ -135,10 +135,10 @@ def _run(
 def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence[Path]) -> None:
     from sagnac.campaign.page import deviation_words, write_page
     from sagnac.campaign.scatter import scatter_of
-    from sagnac.campaign.table import groups_of, line_of, write_tables
+    from sagnac.campaign.table import groups_of, lines_of, write_tables
     from sagnac.report.quantities import number
 
-    lines = [line_of(row) for row in made.rows]
+    lines = lines_of(made.rows)
     tables = write_tables(lines, output)
     title = sources[0].stem if len(sources) == 1 else f"{len(made.rows)} recordings"
     page = write_page(made, lines, output, title)
@@ -154,5 +154,8 @@ def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence
             print(f"  scatter {name}: {value}  [{interval.replace(' … ', ', ')}]")
         for name, why in scatter.found.hidden.items():
             print(f"  scatter between {name}s is not observable: {why}")
+    for line in lines:
+        if line.same_as:
+            print(f"{line.file}: has the data of {line.same_as}, and does not count")
     print(f"{made.computed} of {len(made.rows)} rows made, the others were there")
     results.print_paths([page, *tables])
