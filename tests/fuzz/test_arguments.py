@@ -115,18 +115,22 @@ def outcome(words: list[str]) -> str:
             status = main(words)
         except BaseException as error:
             return f"ESCAPED {type(error).__name__}: {str(error)[:200]!r}"
-    said = errors.getvalue()
+    if any(issubclass(one.category, RuntimeWarning) for one in warned):
+        return f"WARNED {warned[0].message} at {warned[0].filename}:{warned[0].lineno}"
+    return judged(status, out.getvalue(), errors.getvalue())
+
+
+def judged(status: int, printed: str, said: str) -> str:
+    """The same by status and words."""
     for odd in ("Traceback", "internal error", "the analysis fails"):
         if odd in said:
             return f"INTERNAL {said[-300:]!r}"
-    if "\x1b" in said + out.getvalue():
+    if "\x1b" in said + printed:
         return "ESCAPES on the terminal"
-    if any(issubclass(one.category, RuntimeWarning) for one in warned):
-        return f"WARNED {warned[0].message} at {warned[0].filename}:{warned[0].lineno}"
     if status in (0, 3, 4):
         return "done"
     lines = [line for line in said.splitlines() if line.startswith("sagnac: ")]
-    if status not in (1, 2) or (not lines and not out.getvalue()):
+    if status not in (1, 2) or (not lines and not printed):
         return f"STATUS {status} {said[-300:]!r}"
     return "refused" if all(len(line) <= 800 for line in lines) else f"LONG {len(said)}"
 
