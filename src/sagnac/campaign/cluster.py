@@ -1,12 +1,13 @@
 """Tasks done by the workers of a Dask scheduler: paths travel, not arrays."""
 
+import asyncio
 import importlib
 import logging
 import time
 import uuid
 from asyncio import CancelledError
 from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError as FutureCancelled
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,7 +18,7 @@ from sagnac.campaign.tasks import Task
 from sagnac.errors import MissingExtra, RecordingError
 
 # Time that a scheduler has to answer, and after which one that is silent is lost, s.
-_PATIENCE: Final = "20s"
+_PATIENCE: Final = 20.0
 _MOST_SILENT: Final = 10.0
 # Between two looks at what has ended, and for a client to close, s.
 _BETWEEN: Final = 0.2
@@ -73,6 +74,9 @@ def _connected(distributed: Any, scheduler: str) -> Any:
     for name in ("distributed", "distributed.client", "distributed.comm", "tornado.application"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
+        # A client waits for ever for one that takes the call and says nothing.
+        with ThreadPoolExecutor(max_workers=1) as pool:
+            pool.submit(asyncio.run, _greeted(scheduler)).result()
         return distributed.Client(scheduler, timeout=_PATIENCE)
     except (OSError, ValueError, TypeError, MemoryError) as error:
         # Another program's answer is taken for the length of what follows, which may be anything.
@@ -80,6 +84,19 @@ def _connected(distributed: Any, scheduler: str) -> Any:
             f"no scheduler answers at {scheduler} ({_in_short(error)})",
             remedy="start one with dask scheduler, and give the address that it prints",
         ) from None
+
+
+async def _greeted(scheduler: str) -> None:
+    """Return once a scheduler has answered.
+
+    Raises
+    ------
+    OSError
+        If none does in time.
+    """
+    connect = importlib.import_module("distributed.comm").connect
+    comm = await asyncio.wait_for(connect(scheduler, timeout=_PATIENCE), _PATIENCE)
+    comm.abort()
 
 
 def _ended(client: Any, waiting: dict[Any, Task]) -> Iterator[tuple[Task, Result]]:
@@ -102,20 +119,19 @@ def _ended(client: Any, waiting: dict[Any, Task]) -> Iterator[tuple[Task, Result
 
 def _result_of(future: Any, task: Task) -> Result:
     try:
-        error = future.exception()
-    except (Exception, CancelledError, FutureCancelled):
-        # Not even this is known: the scheduler is gone.
-        return lost(task, f"the scheduler was lost; {_GOES_ON}")
-    if error is None:
         result: Result = future.result()
-        return result
-    if type(error).__name__ == "KilledWorker":
-        return lost(task, "the worker died; it was killed, or memory ran out")
-    return lost(task, f"{type(error).__name__}: {error}")
+    except (Exception, CancelledError) as error:
+        name = type(error).__name__
+        if isinstance(error, OSError) or name.endswith("CancelledError"):
+            return lost(task, f"the scheduler was lost; {_GOES_ON}")
+        if name == "KilledWorker":
+            return lost(task, "the worker died; it was killed, or memory ran out")
+        return lost(task, f"{name}: {error}")
+    return result
 
 
 def _in_short(error: Exception) -> str:
-    return " ".join(str(error).split())
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def _check_workers(client: Any, folder: Path) -> None:
