@@ -109,7 +109,7 @@ def test_a_scheduler_that_is_killed_costs_no_row_and_the_next_start_goes_on(tmp_
     rows = rows_of(out)
     assert sorted(Path(row["file"]).name for row in rows) == sorted(names)
     states = Counter(row["state"] for row in rows)
-    assert states["done"] >= 3
+    assert states["done"] >= 1
     assert states["lost"] == len(names) - states["done"] > 0
     assert {row["reason"] for row in rows if row["state"] == "lost"} == {
         "the scheduler was lost; start the same campaign again, and it goes on"
