@@ -15,6 +15,7 @@ from typing import Final
 
 import numpy as np
 
+from benchmarks._made import made_page, with_stamp
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -190,7 +191,7 @@ def main(arguments: list[str]) -> None:
     text = page(found, {interval: on_white_noise(interval) for interval in FIGURE_3})
     print(text)
     if options.write:
-        PAGE.write_text(text, encoding="utf-8")
+        PAGE.write_text(with_stamp(text, made_page(PAGE.name).digest), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -18,9 +18,10 @@ LEVELS: Final[tuple[Level, ...]] = get_args(Level)
 _LONGEST_SHOWN: Final = 120
 _SHOWN: Final = reprlib.Repr()
 _SHOWN.maxstring = _SHOWN.maxother = _LONGEST_SHOWN
-# Marks that move the cursor of a terminal, colour it, or turn the direction of reading.
+# Marks that move the cursor of a terminal, colour it, end a line or turn the direction of reading,
+# and halves of characters.
 _CONTROLS: Final = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ufeff]"
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2060-\u2069\ud800-\udfff\ufeff\ufffe\uffff]"
 )
 _INPUT: Final = re.compile(r"\{([a-z]+(?:-[a-z]+)*)(?: ([^{}]*))?\}")
 
@@ -179,16 +180,27 @@ def quoted(value: object) -> str:
 
 
 def visible(text: str) -> str:
-    """`text` with the marks that a terminal would obey written as Python writes them.
+    """`text` with the marks that a terminal or another program would obey written as numbers.
 
     Line ends and tabs stay.
 
     Examples
     --------
     >>> print(visible("run" + chr(27) + "[2J.csv"))
-    run\\x1b[2J.csv
+    run\\u001b[2J.csv
     """
-    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+    return _CONTROLS.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
+def one_line(text: str) -> str:
+    """The same with line ends and tabs as numbers, too: what a name from outside is shown as.
+
+    Examples
+    --------
+    >>> print(one_line("run" + chr(10) + "import os"))
+    run\\u000aimport os
+    """
+    return visible(text).replace("\n", "\\u000a").replace("\t", "\\u0009")
 
 
 def counted(count: int, noun: str) -> str:

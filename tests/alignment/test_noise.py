@@ -5,16 +5,19 @@ import pytest
 
 from sagnac.alignment.noise import GyroNoise
 from sagnac.errors import RecordingError
+from sagnac.report.document import analysis_document
 from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from tests.handmade import analysis
 
 
 def document() -> dict:
     def one(value, unit, status="estimated"):
-        return {"value": value, "unit": unit, "status": status}
+        ends = {"low": value, "high": value, "confidence": 0.95}
+        return {"value": value, **ends, "unit": unit, "status": status}
 
     return {
-        "schema": "sagnac.analysis/1",
-        "angle_random_walk": one(0.002, "deg/sqrt(h)"),
+        **analysis_document(analysis()),
+        "angle_random_walk": {**one(0.002, "deg/sqrt(h)"), "source": "by hand"},
         "coefficients": {
             "angle_random_walk": one(0.5, "deg/sqrt(h)"),
             "bias_instability": one(0.01, "deg/h"),
@@ -49,7 +52,7 @@ def test_bound_of_n_is_taken_as_n() -> None:
 
 
 def test_files_that_are_no_analysis_are_refused(tmp_path) -> None:
-    for text, said in (("{", "not JSON"), ("[]", "schema"), ('{"schema": "x"}', "schema")):
+    for text, said in (("{", "is no JSON"), ("[]", "schema"), ('{"schema": "x"}', "schema")):
         path = tmp_path / "analysis.json"
         path.write_text(text)
         with pytest.raises(RecordingError, match=said) as caught:

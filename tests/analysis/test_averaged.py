@@ -98,7 +98,7 @@ def test_a_low_pass_of_the_sensor_gives_no_false_bound(corner):
     assert holds(found, truth)
     assert found.average.member == "average"
     assert "average over bands and terms" in found.source
-    assert "bends down at" in texts(found)
+    assert "the spectrum falls to half at" in texts(found)
 
 
 def test_noise_that_changes_is_told_and_covered():

@@ -1,14 +1,22 @@
 """A real scheduler and two workers on loopback, started as the documentation says."""
 
+import contextlib
+import csv
 import json
+import socket
 import subprocess
 import sys
+import threading
 import time
+from collections import Counter
+from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
 from distributed import Client
 
-from tests.campaign.commands import campaign, environment
+from tests.campaign.commands import campaign, command, environment
+from tests.campaign.conftest import write_recording
 
 
 def test_cluster_gives_the_same_table_to_the_last_digit(folder, tmp_path) -> None:
@@ -44,13 +52,114 @@ def test_scheduler_that_is_not_there_is_one_line(folder, tmp_path) -> None:
     assert "Traceback" not in said.stderr
 
 
-def _address(place: Path) -> str:
-    """Address of the scheduler, once two workers are with it."""
+@contextmanager
+def cluster(place: Path, workers: int = 2):
+    """Address of a scheduler on loopback, its process, and those of its workers."""
+    dask = [sys.executable, "-m", "dask"]
+    quiet = {"env": environment(), "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    shared = ["--scheduler-file", str(place), "--no-dashboard"]
+    scheduler = subprocess.Popen(
+        [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *shared], **quiet
+    )
+    # Without a nanny a worker that is killed is gone.
+    worker = [*dask, "worker", "--nworkers", "1", "--nthreads", "1", "--no-nanny", *shared]
+    started = [subprocess.Popen([*worker, "--host", "127.0.0.1"], **quiet) for _ in range(workers)]
+    try:
+        yield _address(place, workers), scheduler, started
+    finally:
+        for process in (scheduler, *started):
+            process.kill()
+            process.wait(timeout=60)
+
+
+def rows_of(folder: Path) -> list[dict[str, str]]:
+    with (folder / "campaign.csv").open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_a_scheduler_that_is_killed_costs_no_row_and_the_next_start_goes_on(tmp_path) -> None:
+    """A worker first, then the scheduler, in the middle of the work."""
+    recordings = tmp_path / "recordings"
+    recordings.mkdir()
+    names = [f"{unit}_day{day}.parquet" for unit in "ABCDEF" for day in range(1, 4)]
+    for number, name in enumerate(names):
+        write_recording(recordings / name, seed=number)
+    out = tmp_path / "out"
+    words = [str(recordings), "-o", str(out)]
+    with cluster(tmp_path / "scheduler.json") as (address, scheduler, workers):
+        said = tmp_path / "said.txt"
+        with said.open("w") as stream:
+            running = subprocess.Popen(
+                command(*words, "--scheduler", address),
+                env=environment(), stdout=stream, stderr=stream,
+            )  # fmt: skip
+            results = out / "results"
+            for wanted, process in ((1, workers[0]), (3, scheduler)):
+                until = time.monotonic() + 120.0
+                while len(list(results.glob("*.json"))) < wanted and time.monotonic() < until:
+                    assert running.poll() is None, said.read_text()
+                    time.sleep(0.02)
+                process.kill()
+            killed = time.monotonic()
+            assert running.wait(timeout=90) == 1, said.read_text()
+            assert time.monotonic() - killed < 45.0
+    text = said.read_text()
+    assert "Traceback" not in text
+    assert "internal error" not in text
+    rows = rows_of(out)
+    assert sorted(Path(row["file"]).name for row in rows) == sorted(names)
+    states = Counter(row["state"] for row in rows)
+    assert states["done"] >= 1
+    assert states["lost"] == len(names) - states["done"] > 0
+    assert {row["reason"] for row in rows if row["state"] == "lost"} == {
+        "the scheduler was lost; start the same campaign again, and it goes on"
+    }
+    again = campaign(*words, "--workers", "2")
+    assert again.returncode == 0, again.stderr
+    assert [row["state"] for row in rows_of(out)] == ["done"] * len(names)
+    assert f"{len(names)} of {len(names)} rows made" not in again.stdout
+
+
+@pytest.mark.parametrize("answers", ["nothing", "rubbish"])
+def test_who_is_no_scheduler_is_one_line_in_half_a_minute(answers, folder, tmp_path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(0.2)
+        stop = threading.Event()
+        held: list[socket.socket] = []
+
+        def serve() -> None:
+            while not stop.is_set():
+                with contextlib.suppress(TimeoutError):
+                    held.append(server.accept()[0])
+                    if answers == "rubbish":
+                        held[-1].sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 100)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        began = time.monotonic()
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        try:
+            said = campaign(
+                str(folder), "-o", str(tmp_path / "out"), "--scheduler", address, timeout=90
+            )
+        finally:
+            stop.set()
+            thread.join()
+            for one in held:
+                one.close()
+    assert said.returncode == 1
+    assert f"no scheduler answers at {address}" in said.stderr
+    assert said.stderr.count("sagnac: ") == 1
+    assert time.monotonic() - began < 45.0  # 30 s, and the start of a process under load
+
+
+def _address(place: Path, workers: int = 2) -> str:
+    """Address of the scheduler, once its workers are with it."""
     for _ in range(900):
         if place.exists():
             break
         time.sleep(0.1)
     address = str(json.loads(place.read_text())["address"])
     with Client(address) as client:
-        client.wait_for_workers(2, timeout=120)
+        client.wait_for_workers(workers, timeout=120)
     return address

@@ -21,5 +21,5 @@ def test_convert_states_what_was_stated(bare, capsys, tmp_path):
 def test_convert_does_not_write_over_what_it_reads(bare, capsys):
     before = bare.read_bytes()
     assert main(["convert", str(bare), str(bare.parent / "." / bare.name), *STATED]) == 2
-    assert "IN itself" in one_line(capsys)
+    assert "is read by this run" in one_line(capsys)
     assert bare.read_bytes() == before

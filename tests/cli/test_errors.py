@@ -37,5 +37,5 @@ def test_a_message_fits_ten_lines_and_moves_no_cursor(capsys):
     assert explain(RecordingError("is odd", path="\x1b[2J" + "x" * 5000, remedy="look at it")) == 1
     said = capsys.readouterr().err
     assert len(said) <= 800
-    assert said.startswith("sagnac: \\x1b[2Jxxx")
+    assert said.startswith("sagnac: \\u001b[2Jxxx")
     assert said.endswith("xxx: is odd; look at it\n")

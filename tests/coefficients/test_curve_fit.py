@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
+from sagnac.coefficients.curve_fit import paper_fit, paper_squares, weighted_fit
 from sagnac.errors import RecordingError
 from sagnac.stability.curve import StabilityCurve, stability_curve
 from tests.coefficients.examples import NAMES, white
@@ -128,6 +128,8 @@ def test_plain_squares_are_those_of_equation_3(squares):
     expected = lsq_linear(columns, variance, bounds=(0.0, np.inf), tol=1e-14).x[1]
     found = paper_fit(curve, squares=squares).coefficients
     assert found["angle_random_walk"].value == pytest.approx(np.sqrt(expected), rel=1e-3)
+    alone = paper_squares(curve, squares=squares, gyros_differenced=2)
+    assert alone == pytest.approx(np.sqrt(0.5 * expected), rel=1e-3)
     if squares == "two terms":
         assert {found[name].status for name in found if name not in list(found)[:2]} == {
             "not observable"

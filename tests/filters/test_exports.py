@@ -187,10 +187,16 @@ def test_a_setting_lies_above_the_curve_and_above_the_answer(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "content", ["{", "[]", '{"schema": "other/1"}', '{"schema": "sagnac.analysis/1"}']
+    ("content", "said"),
+    [
+        ("{", "is no JSON"),
+        ("[]", "is no document of schema"),
+        ('{"schema": "other/1"}', "is no document of schema"),
+        ('{"schema": "sagnac.analysis/1"}', "breaks its schema"),
+    ],
 )
-def test_what_is_no_analysis_is_named(tmp_path, content):
+def test_what_is_no_analysis_is_named(tmp_path, content, said):
     path = tmp_path / "other.json"
     path.write_text(content)
-    with pytest.raises(RecordingError, match=r"other\.json: is no document of schema"):
+    with pytest.raises(RecordingError, match=rf"other\.json: {said}"):
         sensors_in(path)

@@ -50,9 +50,32 @@ def test_a_folder_is_replaced_whole_and_keeps_what_is_not_of_the_set(tmp_path):
     with replacing_folder(folder) as new:
         (new / "a").write_text("2")
         (new / "b").write_text("2")
+        (new / "more").mkdir()
+        (new / "more" / "b").write_text("2")
+    assert (folder / "more" / "b").read_text() == "2"
     assert (folder / "a").read_text() == (folder / "b").read_text() == "2"
     assert (folder / "mine").read_text() == (folder / "more" / "too").read_text() == "kept"
     assert [entry.name for entry in tmp_path.iterdir()] == ["report"]
+
+
+def test_a_folder_with_files_of_others_or_worked_in_stays_where_it_is(tmp_path, monkeypatch):
+    """Who writes into it, or has it open, loses nothing."""
+    for name in ("shared", "here"):
+        folder = tmp_path / name
+        folder.mkdir()
+        if name == "here":
+            monkeypatch.chdir(folder)
+        else:
+            (folder / "growing.csv").write_text("1\n")
+        (folder / "a").write_text("old")
+        place = folder.stat().st_ino
+        with (folder / "growing.csv").open("a") as stream:
+            with replacing_folder(folder) as new:
+                (new / "a").write_text("new")
+            stream.write("2\n")
+        assert folder.stat().st_ino == place
+        assert (folder / "a").read_text() == "new"
+        assert (folder / "growing.csv").read_text().endswith("2\n")
 
 
 def test_leftovers_of_dead_processes_go_and_those_of_the_living_stay(tmp_path):

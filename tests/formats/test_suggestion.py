@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.formats import missing, read, write
+from sagnac.cli import main
+from sagnac.formats import gyros_in, missing, read, write
 from tests.formats.examples import example, save
 
 ROWS = 300
@@ -70,3 +71,66 @@ def test_nothing_is_missing_where_all_is_stated_and_what_is_suggested_is_enough(
 
 def test_a_file_of_our_own_misses_nothing(tmp_path):
     assert missing(write(example(), tmp_path / "run.h5")) == {}
+
+
+INDEX = np.arange(ROWS, dtype=float)
+
+
+def test_two_rows_of_a_header_tell_gyros_from_quaternions(tmp_path):
+    header = (
+        ",orientation,,,,angular velocity [deg/s],,,linear acceleration,,\n"
+        "time[s],w,x,y,z,x,y,z,x,y,z"
+    )
+    gyros = [NOISE + n for n in range(3)]
+    path = table(
+        tmp_path / "two.csv", header, SECONDS, *[np.sin(SECONDS)] * 4, *gyros, *[NOISE] * 3
+    )
+    found = missing(path)
+    # Their names hold a mark of lists or none: by their numbers or names, they are columns 6 to 8.
+    recording = read(
+        path,
+        columns=dict(one.split("=") for one in found["columns"].split(",")),
+        kind="rate",
+        unit="deg/s",
+    )
+    for gyro, values in zip(recording.gyros, gyros, strict=True):
+        np.testing.assert_allclose(gyro.values_in(), values, rtol=1e-9)
+    # Rows of a title above names that are told apart are no groups.
+    titled = table(tmp_path / "one.csv", "run 7,,\ntime[s],x,z", SECONDS, NOISE, NOISE)
+    assert missing(titled) == {"kind": "KIND", "unit": "UNIT"}
+
+
+def test_quaternions_are_no_gyros(tmp_path):
+    turning = [np.sin(SECONDS + n) for n in range(4)]
+    path = table(
+        tmp_path / "run.csv", "time[s],q_w,q_x,q_y,q_z,w_x,w_y,w_z", SECONDS, *turning, *[NOISE] * 3
+    )
+    assert missing(path)["columns"] == "x=w_x,y=w_y,z=w_z"
+
+
+@pytest.mark.parametrize("name", ["t", "time", "stamp", "sample"])
+def test_the_number_of_a_row_is_no_time(tmp_path, name):
+    path = table(tmp_path / "run.csv", f"{name},x[deg/s]", INDEX, NOISE)
+    assert missing(path) == {"kind": "rate", "rate": "HZ"}
+    read(path, kind="rate", sample_rate=100.0)
+    bare = table(tmp_path / "bare.csv", "", INDEX, NOISE)
+    assert missing(bare)["rate"] == "HZ"
+    # Even steps of another size are stamps.
+    stamps = table(tmp_path / "stamps.csv", f"{name},x[deg/s]", 10.0 * INDEX, NOISE)
+    assert missing(stamps).get("time", "sample:ms") == f"{name}:ms"
+
+
+def test_a_ramp_is_no_gyro(tmp_path):
+    ramp, still = 20.0 + 0.001 * INDEX, np.full(ROWS, 3.3)
+    path = table(tmp_path / "bare.csv", "", 254_500 + SECONDS, NOISE, ramp, still, NOISE)
+    assert missing(path)["columns"] == "x=2,y=5"
+
+
+def test_one_candidate_is_filled_in_and_several_are_listed(tmp_path, capsys):
+    path = table(tmp_path / "one.csv", "time[s],out,supply", SECONDS, NOISE, np.full(ROWS, 5.0))
+    assert missing(path) == {"columns": "x=out", "kind": "KIND", "unit": "UNIT"}
+    path = table(tmp_path / "two.csv", "time[s],left,right", SECONDS, NOISE, NOISE)
+    assert missing(path)["columns"] == "x=COLUMN"
+    assert gyros_in(path) == ("left", "right")
+    assert main(["check", str(path)]) == 1
+    assert "COLUMN may be any of left, right" in capsys.readouterr().out

@@ -1,5 +1,7 @@
 """Statements that a file's numbers speak against."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,25 @@ def test_a_counter_that_rolls_over_is_named(bits, start):
     if bits > 16:
         assert f"{wraps} times" in note.text
     assert counter_notes("x", angle, COUNTS) == ()
+
+
+@pytest.mark.parametrize("modulus", [36_000, 360_000])
+def test_a_counter_of_any_modulus_is_named(modulus):
+    angle = np.rint(np.arange(20_000) * modulus / 3000 + walk(samples=20_000))
+    (note,) = counter_notes("x", angle % modulus, COUNTS)
+    assert f"about {modulus:.7g} counts" in note.text
+    assert counter_notes("x", angle, COUNTS) == ()
+    rate = replace(COUNTS, kind="rate", unit="deg/s")
+    assert counter_notes("x", angle % modulus, rate) == ()
+
+
+def test_a_counter_of_an_odd_width_is_read(tmp_path):
+    angle = np.rint(np.arange(5000) * 97.3)
+    path = save(tmp_path / "run.csv", "x\n" + "".join(f"{one:.0f}\n" for one in angle % 2**14))
+    stated = {"kind": "angle", "unit": "arcsec", "sample_rate": 100.0}
+    assert any("a 14 bit counter" in str(note) for note in read(path, **stated).notes)
+    recording = read(path, **stated, counter_bits=14)
+    np.testing.assert_allclose(recording.gyros[0].values_in(), angle, rtol=1e-12)
 
 
 def test_noise_that_fills_its_range_is_no_counter():

@@ -9,11 +9,11 @@ from tests.recording.recordings import RATE, levels, noise, rate_gyro
 
 
 def test_jumps_and_saturation_are_warned_of():
-    values = noise(0.05)
-    values[7000:] += 500.0
+    values = noise(0.01)
+    values[7000:] += 1.5
     found = levels(Recording(gyros=(rate_gyro(values),), sample_rate=RATE))
     assert any("1 jump" in line and "70.000 s" in line for line in found["warning"])
-    clipped = np.clip(noise(0.05), -0.1, 0.09)
+    clipped = np.clip(noise(0.05), -0.05, 0.045)
     found = levels(Recording(gyros=(rate_gyro(clipped),), sample_rate=RATE))
     (line,) = [line for line in found["error"] if "saturated" in line]
     assert "upper limit" in line

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -67,3 +68,16 @@ def test_a_spectrum_of_many_bins_keeps_its_peaks():
     after = {line.get_label(): line for line in axes.get_lines()}["after removal"]
     assert len(after.get_xdata()) < 5000
     assert np.asarray(after.get_xdata())[np.argmax(after.get_ydata())] == frequency[123_456]
+
+
+def test_a_description_and_a_name_are_no_marks_of_the_page():
+    figure = figures.stability_figure(analysis())
+    hostile = 'x" onload="alert(1)"><script>alert(2)</script>\\1 \\input'
+    drawing = figures.svg(figure, 'a"b \\g', hostile)
+    root = ElementTree.fromstring(drawing)
+    assert root.attrib["aria-label"] == hostile
+    assert "onload" not in root.attrib
+    assert not [one for one in root.iter() if one.tag.endswith("script")]
+    ids = [one.attrib["id"] for one in root.iter() if "id" in one.attrib]
+    assert ids
+    assert all(one.startswith("a_22b_20_5cg-") for one in ids)

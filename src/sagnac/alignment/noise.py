@@ -1,6 +1,5 @@
 """N, B and K of one gyro, as a filter takes them."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,11 +9,11 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.arrays import FloatArray
+from sagnac.documents import read_analyses
 from sagnac.errors import RecordingError, quoted
 from sagnac.units import COEFFICIENT_UNITS
 
 NAMES: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
-SCHEMA: Final = "sagnac.analysis/1"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -64,26 +63,21 @@ class GyroNoise:
         RecordingError
             If the file is no analysis, or its N is neither estimated nor bounded.
         """
-        try:
-            document = json.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
+        documents = read_analyses(path)
+        if len(documents) > 1:
             raise RecordingError(
-                f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
-            ) from None
-        except ValueError as error:
-            raise RecordingError(
-                f"not JSON: {error}", path=str(path), remedy="give an analysis.json"
-            ) from None
-        if not isinstance(document, Mapping) or document.get("schema") != SCHEMA:
-            raise RecordingError(
-                f"is not of schema {SCHEMA}",
+                "holds several analyses",
                 path=str(path),
                 remedy="give the analysis.json that an analysis of one recording wrote",
             )
         try:
-            return cls.from_document(document)
+            return cls.from_document(documents[0])
         except RecordingError as error:
             raise error.at(str(path)) from None
+        except ValueError as error:
+            raise RecordingError(
+                str(error), path=str(path), remedy="give the analysis.json as it was written"
+            ) from None
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> "GyroNoise":

@@ -262,8 +262,8 @@ def _bound(
 
 def _no_plateau(channel: str) -> Note:
     return Note(
-        text=f"the spectrum of {channel} shows no band in which the angle random walk rules: only "
-        "an upper bound is given",
+        text=f"the spectrum of {channel} shows no band in which the angle random walk rules: no "
+        "estimate is given",
     )
 
 
@@ -271,7 +271,7 @@ def _search_without_end(channel: str) -> Note:
     return Note(
         level="warning",
         text=f"the search for the lines of {channel} did not come to an end, and the noise that "
-        "it leaves is not to be trusted: only an upper bound is given, with all lines in; "
+        "it leaves is not to be trusted: no estimate is given, and a bound is with all lines in; "
         "take a stretch on which the table turns evenly ({slice})",
     )
 
@@ -280,8 +280,8 @@ def _asks_for_too_much(channel: str, tau: float) -> Note:
     return Note(
         level="warning",
         text=f"the likelihood fit of {channel} asks for more angle random walk than the curve "
-        f"shows at {tau:.4g} s: the five terms do not describe this spectrum, and only an upper "
-        "bound is given",
+        f"shows at {tau:.4g} s: the five terms do not describe this spectrum, and no estimate is "
+        "given",
     )
 
 

@@ -83,9 +83,14 @@ def _warm_up_note(warm_up: WarmUp | None, sensor: Sensor) -> Note | None:
 def _roll_off_note(found: RollOff) -> Note | None:
     if not found.is_there:
         return None
+    falls = (
+        f"falls to half at {found.half:.3g} Hz"
+        if math.isfinite(found.half)
+        else f"falls beyond {found.frequency:.3g} Hz"
+    )
     return Note(
-        text=f"the spectrum bends down at {found.frequency:.3g} Hz, as behind a low-pass or a "
-        f"hump: cluster times below {found.cluster_time():.3g} s bound nothing",
+        text=f"the spectrum {falls}, as behind a low-pass or a hump: cluster times below "
+        f"{found.cluster_time():.3g} s bound nothing",
     )
 
 

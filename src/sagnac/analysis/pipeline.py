@@ -143,11 +143,11 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
         answered = _answered(prepared, removed, stages)
         seen = _seen(prepared, _noticed(prepared, removed.left, answered))
     require_strict(seen, prepared.settings)
-    trust = Trust.of(seen)
+    trust, channel = _trust(seen, answered), prepared.measured.channel
     return Answer(
-        angle_random_walk=trust.headline(answered.headline).estimate,
+        angle_random_walk=trust.headline(answered.headline, channel).estimate,
         gyros_differenced=prepared.measured.gyros_differenced,
-        fits=trust.fits(answered.coefficients.fits),
+        fits=trust.fits(answered.coefficients.fits, channel),
         lines=_lines(removed),
         curve=answered.curves.after,
         taken=answered.curves.taken,
@@ -542,8 +542,8 @@ def _composed(
 ) -> Analysis:
     recording, settings, measured = prepared.recording, prepared.settings, prepared.measured
     table = prepared.table.angle
-    trust = Trust.of(seen)
-    headline = trust.headline(answered.headline)
+    trust = _trust(seen, answered)
+    headline = trust.headline(answered.headline, measured.channel)
     told = TableTold()
     if table is not None:
         told = told_by_table(recording, settings.gyros, settings.confidence)
@@ -556,13 +556,13 @@ def _composed(
         table_rate=None if table is None else mean_rate(table, recording.sample_rate),
         angle_random_walk=headline.estimate,
         source=headline.source,
-        fits=trust.fits(answered.coefficients.fits),
+        fits=trust.fits(answered.coefficients.fits, measured.channel),
         lines=_lines(removed),
         curve=answered.curves.after,
         curve_before=answered.curves.before,
         spectrum=spectra.spectrum,
         spectrum_before=spectra.before,
-        per_gyro={name: trust.estimate(own) for name, own in each.items()},
+        per_gyro={name: trust.estimate(own, name) for name, own in each.items()},
         notes=_notes(prepared, removed, answered, headline, seen),
         seconds=seconds,
         family=answered.curves.family,
@@ -570,8 +570,13 @@ def _composed(
         residual=spectra.residual,
         shares=told.shares,
         triad=told.triad,
-        **_of_average(answered.found, headline, trust),
+        **_of_average(answered.found, headline, trust, measured.channel),
     )
+
+
+def _trust(seen: tuple[Note, ...], answered: _Answered) -> Trust:
+    parts = None if answered.found is None else answered.found.parts
+    return Trust.of(seen, over_parts=parts is not None and not parts.agree)
 
 
 def _lines(removed: _Removed) -> tuple[Line, ...]:
@@ -612,12 +617,14 @@ class _OfAverage(TypedDict, total=False):
     parts: tuple[Part, ...]
 
 
-def _of_average(found: Averaged | None, headline: Headline, trust: Trust) -> _OfAverage:
+def _of_average(
+    found: Averaged | None, headline: Headline, trust: Trust, channel: str
+) -> _OfAverage:
     """The coefficients with the answer among them; no covariance of what is no estimate."""
     if found is None:
         return {}
     coefficients = {
-        **trust.coefficients(found.average.coefficients),
+        **trust.coefficients(found.average.coefficients, channel),
         "angle_random_walk": headline.estimate,
     }
     parts = () if found.parts is None else found.parts.parts
@@ -630,6 +637,8 @@ def _of_average(found: Averaged | None, headline: Headline, trust: Trust) -> _Of
     return {
         "average": found.average.rests_on,
         "coefficients": coefficients,
-        "covariance": Covariance(names=found.average.names, matrix=found.average.covariance),
+        "covariance": trust.covariance(
+            Covariance(names=found.average.names, matrix=found.average.covariance), channel
+        ),
         "parts": parts,
     }

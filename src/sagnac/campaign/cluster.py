@@ -1,10 +1,15 @@
 """Tasks done by the workers of a Dask scheduler: paths travel, not arrays."""
 
+import asyncio
 import importlib
+import logging
+import time
 import uuid
+from asyncio import CancelledError
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from sagnac import __version__
 from sagnac.campaign.measure import lost, measure
@@ -12,7 +17,13 @@ from sagnac.campaign.results import Result
 from sagnac.campaign.tasks import Task
 from sagnac.errors import MissingExtra, RecordingError
 
-_PATIENCE = "20s"
+# Time that a scheduler has to answer, and after which one that is silent is lost, s.
+_PATIENCE: Final = 20.0
+_MOST_SILENT: Final = 10.0
+# Between two looks at what has ended, and for a client to close, s.
+_BETWEEN: Final = 0.2
+_TO_CLOSE: Final = 5.0
+_GOES_ON: Final = "start the same campaign again, and it goes on"
 
 
 def completed(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iterator[tuple[Task, Result]]:
@@ -35,35 +46,92 @@ def completed(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iterator[t
         If there is no such scheduler, it has no workers, or one of these has another version of
         the package or does not see the folder.
     """
-    distributed = _distributed()
+    client = _connected(_distributed(), scheduler)
     try:
-        client = distributed.Client(scheduler, timeout=_PATIENCE)
-    except (OSError, ValueError, TypeError) as error:
-        raise RecordingError(
-            f"no scheduler answers at {scheduler} ({' '.join(str(error).split())})",
-            remedy="start one with dask scheduler, and give the address that it prints",
-        ) from None
-    with client:
         _check_workers(client, folder)
-        by_future = {
+        waiting = {
             client.submit(measure, task, folder, pure=False, retries=0): task for task in tasks
         }
-        try:
-            for future in distributed.as_completed(by_future):
-                task = by_future[future]
-                yield task, _result_of(future, task)
-        finally:
-            client.cancel([future for future in by_future if not future.done()])
+        yield from _ended(client, waiting)
+    except OSError as error:
+        raise RecordingError(
+            f"the scheduler at {scheduler} was lost ({_in_short(error)})", remedy=_GOES_ON
+        ) from None
+    finally:
+        # What it still waits for is given up; one that has lost its scheduler would wait for it.
+        client.close(timeout=_TO_CLOSE)
+
+
+def _connected(distributed: Any, scheduler: str) -> Any:
+    """A client of a scheduler.
+
+    Raises
+    ------
+    RecordingError
+        If none answers.
+    """
+    # It tells on the terminal what is told here.
+    for name in ("distributed", "distributed.client", "distributed.comm", "tornado.application"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    try:
+        # A client waits for ever for one that takes the call and says nothing.
+        with ThreadPoolExecutor(max_workers=1) as pool:
+            pool.submit(asyncio.run, _greeted(scheduler)).result()
+        return distributed.Client(scheduler, timeout=_PATIENCE)
+    except (OSError, ValueError, TypeError, MemoryError) as error:
+        # Another program's answer is taken for the length of what follows, which may be anything.
+        raise RecordingError(
+            f"no scheduler answers at {scheduler} ({_in_short(error)})",
+            remedy="start one with dask scheduler, and give the address that it prints",
+        ) from None
+
+
+async def _greeted(scheduler: str) -> None:
+    """Return once a scheduler has answered.
+
+    Raises
+    ------
+    OSError
+        If none does in time.
+    """
+    connect = importlib.import_module("distributed.comm").connect
+    comm = await asyncio.wait_for(connect(scheduler, timeout=_PATIENCE), _PATIENCE)
+    comm.abort()
+
+
+def _ended(client: Any, waiting: dict[Any, Task]) -> Iterator[tuple[Task, Result]]:
+    """Tasks with their results as they end; all that wait are lost if the scheduler is."""
+    silent = 0.0
+    while waiting:
+        ended = [future for future in waiting if future.done()]
+        for future in ended:
+            task = waiting.pop(future)
+            yield task, _result_of(future, task)
+        if ended:
+            continue
+        time.sleep(_BETWEEN)
+        silent = silent + _BETWEEN if client.status != "running" else 0.0
+        if silent > _MOST_SILENT:
+            for task in waiting.values():
+                yield task, lost(task, f"the scheduler was lost; {_GOES_ON}")
+            return
 
 
 def _result_of(future: Any, task: Task) -> Result:
-    error = future.exception()
-    if error is None:
+    try:
         result: Result = future.result()
-        return result
-    if type(error).__name__ == "KilledWorker":
-        return lost(task, "the worker died; it was killed, or memory ran out")
-    return lost(task, f"{type(error).__name__}: {error}")
+    except (Exception, CancelledError) as error:
+        name = type(error).__name__
+        if isinstance(error, OSError) or name.endswith("CancelledError"):
+            return lost(task, f"the scheduler was lost; {_GOES_ON}")
+        if name == "KilledWorker":
+            return lost(task, "the worker died; it was killed, or memory ran out")
+        return lost(task, f"{name}: {error}")
+    return result
+
+
+def _in_short(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
 
 
 def _check_workers(client: Any, folder: Path) -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from sagnac.campaign.runner import Row
 from sagnac.campaign.table import Line
-from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE
+from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, literal
 from sagnac.repeatability.study import Repeatability
 from sagnac.report.style import STYLE, PowersOfTen, legend_above, styled
 from sagnac.units import HOUR
@@ -45,7 +45,7 @@ def curve_panels(rows: Sequence[Row], lines: Sequence[Line]) -> Figure:
                     axes.loglog(*_points(curve), color="#dcdcdc", linewidth=0.5)
             for curve in curves:
                 axes.loglog(*_points(curve), color=BLUE, linewidth=0.9)
-            axes.set_title(title, **_TITLE)
+            axes.set_title(literal(title), **_TITLE)
             axes.tick_params(labelsize=7.0)
             for axis in (axes.xaxis, axes.yaxis):
                 axis.set_major_formatter(PowersOfTen())

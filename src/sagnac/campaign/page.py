@@ -57,10 +57,12 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     """
     by_key = {(line.key, line.file): row for row, line in zip(campaign.rows, lines, strict=True)}
     failed = [line for line in lines if line.state != "done"]
+    twice = sum(bool(line.same_as) for line in lines)
+    equal = f" {twice} have the data of another and do not count." * bool(twice)
     text = rendered(
         "campaign.html",
         title=title,
-        counts=f"{len(lines)} rows, {len(lines) - len(failed)} done, {len(failed)} not.",
+        counts=f"{len(lines)} rows, {len(lines) - len(failed)} done, {len(failed)} not.{equal}",
         failed=[reason_text(line.file, line.reason) for line in failed],
         groups=[
             _group(names, found, by_key)
@@ -241,12 +243,17 @@ def _cells(line: Line) -> list[dict[str, Any]]:
         {"text": line.gyros, "key": line.gyros},
         {"text": line.method, "key": line.method},
         {"text": span, "key": "" if not span else line.start_s, "numeric": True},
-        {**_numeric(line.n_deg_per_sqrt_h, value), "range": interval},
+        {**_numeric(line.n_deg_per_sqrt_h, value), "range": _beside(line, interval)},
         {"text": line.verdict, "key": line.verdict},
         _numeric(line.lines if found else math.nan, str(line.lines)),
         _numeric(line.notes if found else math.nan, str(line.notes)),
         _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
     ]
+
+
+def _beside(line: Line, interval: str) -> str:
+    """What stands beside N: its interval, or whose data these are."""
+    return f"the data of {Path(line.same_as).name}" if line.same_as else interval
 
 
 def _numeric(value: float, text: str) -> dict[str, Any]:

@@ -87,6 +87,12 @@ def run(
     return Campaign(rows=tuple(rows), computed=computed)
 
 
+def _has_report(result: Result, folder: Path) -> bool:
+    """Whether the report of a result is where the table points to, if there is one."""
+    files = ("analysis.json", "report.html") if result.report else ()
+    return all((folder / result.report / name).is_file() for name in files)
+
+
 def _rows(
     tasks: Sequence[Task], folder: Path, work: Completed, told: Callable[[Standing], None]
 ) -> tuple[list[Row], int]:
@@ -96,7 +102,7 @@ def _rows(
     todo: dict[str, Task] = {}
     for key, task in zip(keys, tasks, strict=True):
         kept = read_result(folder, key)
-        if kept is not None and kept.state != "lost":
+        if kept is not None and kept.state != "lost" and _has_report(kept, folder):
             results[key] = kept
         else:
             todo[key] = task

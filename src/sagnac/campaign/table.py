@@ -3,7 +3,7 @@
 import csv
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -51,6 +51,8 @@ class Line:
         Why there is no answer.
     report, key
         Folder of the report, and key of the result.
+    same_as
+        File of an earlier row with the same data, which count once; empty if there is none.
     """
 
     file: str
@@ -78,9 +80,36 @@ class Line:
     reason: str
     report: str
     key: str
+    same_as: str = ""
 
 
 _TYPES: Final[Mapping[object, pa.DataType]] = {str: TEXT, float: NUMBER, int: COUNT}
+
+
+def lines_of(rows: Iterable[Row]) -> list[Line]:
+    """The lines of rows; one whose data an earlier row has, too, names its file.
+
+    A copy is no second measurement, whatever it is called and in whatever format it is.
+    """
+    first: dict[object, str] = {}
+    lines = []
+    for row in rows:
+        line, data = line_of(row), _data_of(row)
+        if data is not None and data in first:
+            line = replace(line, same_as=first[data])
+        first.setdefault(data, line.file)
+        lines.append(line)
+    return lines
+
+
+def _data_of(row: Row) -> object:
+    """What no two measurements share: the curve to nine digits, and how it was made."""
+    curve = row.result.analysis.get("curve", {}).get("deviation_deg_per_h")
+    if row.result.state != "done" or not curve:
+        return None
+    task = row.task
+    points = tuple(f"{value:.8e}" for value in curve)
+    return task.settings.method, task.settings.interval, span_of(task), points
 
 
 def line_of(row: Row) -> Line:
@@ -168,7 +197,8 @@ def read_table(path: Path) -> list[Line]:
 def _line_of_texts(row: Mapping[str, str]) -> Line:
     values: dict[str, Any] = {}
     for field in fields(Line):
-        text = row[field.name]
+        # A table of an earlier version has no column for what has a default.
+        text = row[field.name] if field.default is MISSING else row.get(field.name, "")
         if field.type is str:
             values[field.name] = text
         else:
@@ -177,10 +207,10 @@ def _line_of_texts(row: Mapping[str, str]) -> Line:
 
 
 def groups_of(lines: Iterable[Line]) -> dict[tuple[str, str], list[Line]]:
-    """Lines of whole recordings by method and gyros: what may be compared."""
+    """Lines of whole recordings by method and gyros, equal data once: what may be compared."""
     groups: dict[tuple[str, str], list[Line]] = {}
     for line in lines:
-        if math.isnan(line.start_s):
+        if math.isnan(line.start_s) and not line.same_as:
             groups.setdefault((line.method, line.gyros), []).append(line)
     return groups
 

@@ -7,14 +7,15 @@ and wrong usage answer at once.
 """
 
 import gc
+import io
 import os
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from typing import Final
+from contextlib import contextmanager, redirect_stdout
+from typing import Final, TextIO
 
 from cyclopts import App, CycloptsError
 
@@ -33,6 +34,7 @@ from sagnac.cli.commands.plan import plan
 from sagnac.cli.commands.reproduce import reproduce
 from sagnac.cli.commands.simulate import simulate
 from sagnac.cli.errors import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
+from sagnac.errors import visible
 
 # Columns below which text does not wrap to anything that is read.
 _NARROWEST: Final = 40
@@ -90,6 +92,31 @@ def _stopped_by_signals() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+class _Visible(io.TextIOBase):
+    """A stream that shows the marks which a terminal would obey."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text, made visible."""
+        return self._stream.write(visible(text))
+
+    def flush(self) -> None:
+        """Flush the stream."""
+        self._stream.flush()
+
+
+@contextmanager
+def _visible_names(command: object) -> Iterator[None]:
+    """Inside a command of ours, names that come from files and paths move no cursor."""
+    if not getattr(command, "__module__", "").startswith("sagnac."):
+        yield
+        return
+    with redirect_stdout(_Visible(sys.stdout)):
+        yield
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -107,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _prepare_process()
     try:
         command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
-        with _stopped_by_signals():
+        with _stopped_by_signals(), _visible_names(command):
             status = command(*bound.args, **bound.kwargs)
         sys.stdout.flush()
     except KeyboardInterrupt:
@@ -145,6 +172,8 @@ def _prepare_process() -> None:
     # them down, tenfold if other work shares the cores. numpy reads these at its first import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("MKL_NUM_THREADS", "1")
+    # Figures become files: whatever window the surroundings name is not asked for.
+    os.environ["MPLBACKEND"] = "agg"
     if not sys.warnoptions:
         # Libraries warn those who program with them; -W and PYTHONWARNINGS show it.
         warnings.showwarning = _unshown

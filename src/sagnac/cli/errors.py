@@ -3,6 +3,8 @@
 import sys
 from typing import Final
 
+from sagnac.errors import visible
+
 DONE: Final = 0
 DATA_ERROR: Final = 1
 USAGE_ERROR: Final = 2
@@ -53,8 +55,6 @@ def explain(error: Exception) -> int:
 
 def complain(message: str) -> None:
     """One line on standard error, of which a screen shows no more than ten."""
-    from sagnac.errors import visible
-
     line = visible(" ".join(message.split()))
     if len(line) > _LONGEST:
         # What is wrong stands at the beginning, what to do at the end.

@@ -420,6 +420,15 @@ Estimators = Annotated[
         "theo1, theoh, haar; several with commas between, or given again.",
     ),
 ]
+Force = Annotated[
+    bool,
+    Parameter(
+        group=OUTPUT,
+        negative="",
+        show_default=False,
+        help="Write over files that are read, or that no such run made.",
+    ),
+]
 Curve = Annotated[
     bool,
     Parameter(

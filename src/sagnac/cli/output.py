@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from urllib.parse import quote
 
 from sagnac.cli.errors import DONE, FAILED, UNDECIDED
+from sagnac.errors import one_line
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -329,13 +330,13 @@ def print_closing(named: "Sequence[tuple[str, Analysis]]", end: str = "\n") -> N
 def print_paths(paths: Sequence[Path]) -> None:
     """A line for each file written."""
     if len(paths) == 1:
-        print(f"wrote {paths[0]}")
+        print(f"wrote {one_line(str(paths[0]))}")
         return
     folders = dict.fromkeys(path.parent for path in paths)
     for folder in folders:
         names = [path.name for path in paths if path.parent == folder]
         line = textwrap.fill(
-            f"wrote {folder}/: {', '.join(names)}",
+            f"wrote {one_line(str(folder))}/: {', '.join(names)}",
             80,
             subsequent_indent="  ",
             break_long_words=False,

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, TextIO
 
+from sagnac.errors import one_line
+
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
@@ -80,7 +82,8 @@ def prefixed(progress: Progress, prefix: str) -> Progress:
     """The same with `prefix` before each stage."""
     if not prefix:
         return progress
-    return lambda stage, fraction: progress(f"{prefix}: {stage}", fraction)
+    before = one_line(prefix)
+    return lambda stage, fraction: progress(f"{before}: {stage}", fraction)
 
 
 def standings() -> "Callable[[Standing], None]":

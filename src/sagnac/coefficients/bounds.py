@@ -51,6 +51,8 @@ class RollOff:
         Highest frequency that no low-pass lowers, Hz; infinite if the spectrum shows none.
     slope
         Of the logarithm of the density against that of frequency behind it; NaN without one.
+    half
+        Where the density has fallen to half of what it is there, Hz; infinite if it does not.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class RollOff:
 
     frequency: float = math.inf
     slope: float = math.nan
+    half: float = math.inf
 
     def __post_init__(self) -> None:
         if not self.frequency > 0.0:
@@ -110,9 +113,24 @@ def roll_off(levels: Levels) -> RollOff:
         scatter = math.hypot(fall.error, rise.error)
         if change < -_BEND and fall.value < _FALLS and change < -_SIGNIFICANT * scatter:
             # Half a decade of bins averages the bend: the fall begins up to a third of it before.
-            begins = float(levels.frequency[max(0, middle - 2)])
-            return RollOff(frequency=begins, slope=fall.value)
+            first = max(0, middle - 2)
+            return RollOff(
+                frequency=float(levels.frequency[first]),
+                slope=fall.value,
+                half=_half_of(place[first:], height[first:]),
+            )
     return RollOff()
+
+
+def _half_of(place: FloatArray, height: FloatArray) -> float:
+    """Frequency at which a spectrum first falls to half of where it begins, between two bins."""
+    below = np.flatnonzero(height < height[0] - math.log(2.0))
+    if below.size == 0:
+        return math.inf
+    behind = int(below[0])
+    ends = slice(behind - 1, behind + 1)
+    fallen = np.interp(math.log(2.0), height[0] - height[ends], place[ends])
+    return math.exp(float(fallen))
 
 
 def _slope(place: FloatArray, height: FloatArray, error: FloatArray) -> _Slope:

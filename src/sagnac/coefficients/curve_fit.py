@@ -86,18 +86,44 @@ def paper_fit(
     ValueError
         If the curve is of another estimator.
     """
+    points, terms, metric = _as_read(curve, squares)
+    return _curve_fit(
+        "paper",
+        points,
+        _gyros(curve, gyros_differenced),
+        confidence,
+        terms=terms,
+        metric=metric,
+    )
+
+
+def paper_squares(curve: StabilityCurve, *, squares: Squares, gyros_differenced: int = 1) -> float:
+    """N of one gyro by the squares of `paper_fit` alone, whatever their interval, rad/sqrt(s).
+
+    Raises
+    ------
+    RecordingError
+        If fewer than two points are left.
+    ValueError
+        If the curve is of another estimator.
+    """
+    points, terms, metric = _as_read(curve, squares)
+    model, _ = _first_model(points, terms, None)
+    solution = model.plain() if metric == "plain" else model.relative()
+    found = float(solution[model.names.index("angle_random_walk")])
+    return per_gyro(found, _gyros(curve, gyros_differenced))
+
+
+def _as_read(
+    curve: StabilityCurve, squares: Squares
+) -> tuple[CurvePoints, tuple[CoefficientName, ...], Metric]:
+    """Points, terms and metric of a reading of Step 4."""
     points = curve_points(curve, ("oadev", "adev"))
     kept = within_cut(points)
     if squares == "two terms":
         kept &= points.tau <= SHORT * (1.0 + 1e-9)
-    return _curve_fit(
-        "paper",
-        points.keep(kept),
-        _gyros(curve, gyros_differenced),
-        confidence,
-        terms=_TERMS_OF_SHORT if squares == "two terms" else _FIRST_TERMS,
-        metric="relative" if squares == "relative" else "plain",
-    )
+        return points.keep(kept), _TERMS_OF_SHORT, "plain"
+    return points.keep(kept), _FIRST_TERMS, "relative" if squares == "relative" else "plain"
 
 
 def within_cut(points: CurvePoints) -> BooleanArray:
@@ -298,8 +324,8 @@ def _with_curve_departure(model: CurveModel, squares: FloatArray) -> tuple[Curve
 
 
 def _departure_note(method: FitName, departure: float) -> Note:
+    # No warning: the intervals allow for it, and any low-pass of a sensor makes one.
     return Note(
-        level="warning",
         text=f"the curve departs from the fitted terms by {100.0 * departure:.2g} % of the "
         f"variance at a point; the {method} intervals allow for it",
     )

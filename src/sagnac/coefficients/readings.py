@@ -72,6 +72,9 @@ READINGS: Final[Mapping[ReadingName, Reading]] = {
     "two-terms": Reading(squares="two terms"),
     "two-terms-restored": Reading(squares="two terms", noise_restored=True),
 }
-"""By name; the first is the default. Plain squares rest on the shortest cluster times, where the
-noise of the curve is least and lines and table have been taken out: they are off least of all
-(`sagnac reproduce`), and nothing in the paper speaks against them."""
+"""By name; the first is the default.
+
+Plain squares on Eq. 3 rest on the shortest cluster times, where the noise of the curve is least and
+the lines took next to nothing: with all five terms they are off least (`sagnac reproduce`). Q and N
+alone come as near where nothing slow is in the noise, but are not Eq. 3.
+"""

@@ -1,11 +1,12 @@
 """The files of other tools, as text: each with its units and the definition it follows."""
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from sagnac.errors import RecordingError, quoted
+from sagnac.errors import RecordingError, one_line, quoted
 from sagnac.filters.definitions import DEFINITIONS
 from sagnac.filters.overbound import Overbound
 from sagnac.filters.settings import FilterSetting, worst
@@ -16,6 +17,9 @@ PX4_RATE: Final = 100.0
 # Ranges that PX4's parameter reference states.
 _PX4_RANGES: Final = {"EKF2_GYR_NOISE": (1e-4, 0.1), "EKF2_GYR_B_NOISE": (0.0, 0.01)}
 _PX4_FLOAT: Final = 9
+# Names that ROS allows, and those that TOML takes without quotes.
+_ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
+_BARE: Final = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +54,8 @@ class Wanted:
             raise ValueError("settings is empty; give one gyro or more")
         if self.rate is not None and not self.rate > 0.0:
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
+        if not _ROS_NAME.fullmatch(self.topic):
+            raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")
 
     @property
     def chosen(self) -> tuple[FilterSetting, ...]:
@@ -105,7 +111,8 @@ def _heading(name: str, wanted: Wanted) -> list[str]:
 
 
 def _comment(lines: list[str]) -> str:
-    return "".join(f"# {line}\n" for line in lines)
+    """Lines that every format passes over; names of files and gyros in them end none of them."""
+    return "".join(f"# {one_line(line)}\n" for line in lines)
 
 
 def _one_only(wanted: Wanted, name: str) -> FilterSetting:
@@ -162,7 +169,7 @@ def _openvins(wanted: Wanted) -> str:
     text = "%YAML:1.0\n" + _comment(heading)
     for index, setting in enumerate(wanted.chosen):
         keys = [*_kalibr_keys(setting, wanted), "time_offset: 0.0  # s"]
-        text += f"\nimu{index}:\n  # {setting.in_words()}\n"
+        text += f"\nimu{index}:\n  {_comment([setting.in_words()])}"
         text += "".join(f"  {key}\n" for key in keys)
     return text
 
@@ -295,7 +302,7 @@ def _model(bound: Overbound, rate: float) -> dict[str, Any]:
 
 
 def _json(wanted: Wanted) -> str:
-    return json.dumps(_plain(wanted), allow_nan=False, ensure_ascii=False, indent=1) + "\n"
+    return json.dumps(_plain(wanted), allow_nan=False, indent=1) + "\n"
 
 
 def _toml(wanted: Wanted) -> str:
@@ -305,24 +312,31 @@ def _toml(wanted: Wanted) -> str:
 def _toml_table(table: Mapping[str, Any], path: str = "") -> str:
     """Plain values first, then the tables below them."""
     text = "".join(
-        f"{key} = {_toml_value(value)}\n"
+        f"{_toml_key(key)} = {_toml_value(value)}\n"
         for key, value in table.items()
         if not isinstance(value, Mapping)
     )
     for key, value in table.items():
         if isinstance(value, Mapping):
-            bare = key if key.replace("_", "").replace("-", "").isalnum() else json.dumps(key)
-            below = f"{path}{bare}."
+            below = f"{path}{_toml_key(key)}."
             text += f"\n[{below[:-1]}]\n{_toml_table(value, below)}"
     return text
+
+
+def _toml_key(key: str) -> str:
+    return key if _BARE.fullmatch(key) else _toml_value(key)
 
 
 def _toml_value(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(_toml_value(item) for item in value)}]"
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key} = {_toml_value(item)}" for key, item in value.items()) + "}"
-    return json.dumps(value, ensure_ascii=False)
+        items = (f"{_toml_key(key)} = {_toml_value(item)}" for key, item in value.items())
+        return "{" + ", ".join(items) + "}"
+    if isinstance(value, str):
+        # TOML escapes as JSON does, and the delete character as well.
+        return json.dumps(one_line(value), ensure_ascii=False)
+    return json.dumps(value)
 
 
 FORMATS: Final[Mapping[str, Callable[[Wanted], str]]] = {

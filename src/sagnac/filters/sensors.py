@@ -1,20 +1,17 @@
 """The gyros of an analysis as its document, ``analysis.json``, states them."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from sagnac.arrays import FloatArray
+from sagnac.documents import read_analyses
 from sagnac.errors import RecordingError
 from sagnac.units import ARCSECOND, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
-
-SCHEMA: Final = "sagnac.analysis/1"
-MANY_SCHEMA: Final = "sagnac.analyses/1"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -57,6 +54,10 @@ class Sensor:
                 f"tau, deviation and edf have shapes {self.tau.shape}, {self.deviation.shape} "
                 f"and {self.edf.shape}; give one shape"
             )
+        for name in ("tau", "deviation", "edf"):
+            values = getattr(self, name)
+            if not values.size or not (np.isfinite(values) & (values > 0.0)).all():
+                raise ValueError(f"{name} is not above zero throughout; give finite numbers")
 
 
 def sensors_in(path: Path) -> tuple[Sensor, ...]:
@@ -66,24 +67,17 @@ def sensors_in(path: Path) -> tuple[Sensor, ...]:
     ------
     RecordingError
         If the file is no such document.
-    OSError
-        If it cannot be read.
     """
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        schema = document.get("schema") if isinstance(document, dict) else None
-        if schema not in (SCHEMA, MANY_SCHEMA):
-            raise ValueError
-        documents = document["analyses"] if schema == MANY_SCHEMA else [document]
-        alone = [one for each in documents for one in each.get("gyros", {}).values() or [each]]
+        alone = [
+            one for each in read_analyses(path) for one in each.get("gyros", {}).values() or [each]
+        ]
         return tuple(sensor for each in alone for sensor in _sensors(each))
-    except (ValueError, KeyError, TypeError) as error:
-        if isinstance(error, RecordingError):
-            raise error.at(str(path)) from None
+    except RecordingError as error:
+        raise error.at(str(path)) from None
+    except ValueError as error:
         raise RecordingError(
-            f"is no document of schema {SCHEMA}",
-            path=str(path),
-            remedy="give an analysis.json that sagnac analyze or sagnac avar has written",
+            str(error), path=str(path), remedy="give the analysis.json as it was written"
         ) from None
 
 

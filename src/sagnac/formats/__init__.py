@@ -7,7 +7,7 @@ the caller (`Statement`) and a TOML beside the file state; they are heard in thi
 TOML, file (`precedence`).
 """
 
-from sagnac.formats.read_write import accelerometers_in, columns, missing, read, write
+from sagnac.formats.read_write import accelerometers_in, columns, gyros_in, missing, read, write
 from sagnac.formats.statement import Statement
 
-__all__ = ["Statement", "accelerometers_in", "columns", "missing", "read", "write"]
+__all__ = ["Statement", "accelerometers_in", "columns", "gyros_in", "missing", "read", "write"]

@@ -33,6 +33,7 @@ from sagnac.formats.suspicions import (
     stamp_unit_notes,
     table_counter_notes,
 )
+from sagnac.formats.unused import unused_notes
 from sagnac.recording.columns import Pulses, Taken, pulses_of
 from sagnac.recording.frames import GYRO_NAMES
 from sagnac.recording.model import Provenance, Recording
@@ -80,6 +81,7 @@ def assemble(
     stored = source.load(choice.keys)
     check_lengths(stored.lengths)
     stretch = stretch_of(choice, scales, stored, statements)
+    beside = unused_notes(source, choice, statements, stretch)
     made = channels_of(choice, scales, stored, stretch, statements.counter_bits)
     sliced = stretch.span_s if statements.caller.span is not None else None
     recording = Recording(
@@ -97,10 +99,26 @@ def assemble(
             *scales.notes,
             *stretch.sampling.notes,
             *_stamp_notes(choice, statements, stretch),
+            *beside,
+            *_rate_contradiction(statements),
             *made.notes,
         ),
     )
     return verified(recording) if verify else recording
+
+
+def _rate_contradiction(statements: Statements) -> tuple[Note, ...]:
+    """The TOML beside a file states another rate than the file, and nobody else one."""
+    by_toml, by_file = statements.beside.sample_rate, statements.file.sample_rate
+    if statements.caller.sample_rate is not None or None in (by_toml, by_file):
+        return ()
+    if by_toml == by_file:
+        return ()
+    text = (
+        f"the file says {by_file:.9g} Hz and the TOML beside it {by_toml:.9g} Hz, which is taken; "
+        "remove the TOML if it is of another recording"
+    )
+    return (Note(text=text, level="warning"),)
 
 
 def _stamp_notes(choice: Choice, statements: Statements, stretch: Stretch) -> tuple[Note, ...]:

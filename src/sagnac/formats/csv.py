@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.files import damaged, replacing_set
 from sagnac.formats.labview import X_COLUMN, preamble_of
-from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.outgoing import MADE, Outgoing
 from sagnac.formats.registry import CSV
 from sagnac.formats.source import Column, Source, Stored, column, in_memory
 from sagnac.formats.statement import Statement
@@ -337,7 +337,7 @@ def write(path: Path, out: Outgoing) -> None:
         kinds = ", ".join(f"{json.dumps(name)} = {json.dumps(k)}" for name, k in out.kinds.items())
         names = "".join(f"{k} = {json.dumps(v.split(','))}\n" for k, v in out.sensors.items())
         (folder / f"{path.name}.toml").write_text(
-            f"{names}kind = {{ {kinds} }}\nsample_rate = {out.sample_rate!r}\n",
+            f"# {MADE}\n{names}kind = {{ {kinds} }}\nsample_rate = {out.sample_rate!r}\n",
             encoding="utf-8",
         )
         with (folder / path.name).open("wb") as stream:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sagnac.formats.arrow_columns import as_numpy, column_of, is_numeric, text_of
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import Outgoing, Rows
+from sagnac.formats.outgoing import MADE, Outgoing, Rows
 from sagnac.formats.registry import FEATHER
 from sagnac.formats.source import Source, Stored
 from sagnac.formats.statement import vocabulary
@@ -69,7 +69,9 @@ def write(path: Path, out: Outgoing) -> None:
         if name in out.kinds:
             metadata["kind"] = out.kinds[name]
         fields.append(pa.field(name, kind, metadata=metadata or None))
-    schema = pa.schema(fields, metadata={**out.sensors, "sample_rate": repr(out.sample_rate)})
+    schema = pa.schema(
+        fields, metadata={**out.sensors, "sample_rate": repr(out.sample_rate), "remark": MADE}
+    )
     with (
         replacing(path) as temporary,
         pa.OSFile(str(temporary), "wb") as stream,

@@ -188,8 +188,10 @@ def _signals_waiting() -> Iterator[None]:
 def replacing_folder(folder: Path) -> Iterator[Path]:
     """A temporary folder beside `folder` whose files replace those of it, all at once or none.
 
-    Files that `folder` has and the new one has not are kept. The two change places in one step if
-    the system can do that (Linux), else one after the other.
+    If `folder` has no other files, the two change places in one step if the system can do that
+    (Linux), else one after the other. Other files are neither moved nor copied, since somebody may
+    be writing them, and a folder that this process works in keeps its place: the old files go, and
+    the new ones come, while signals wait.
 
     Raises
     ------
@@ -207,11 +209,41 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(0o777 & ~mask)
-        if folder.exists():
-            _keep_others(folder, temporary)
+        if not folder.exists():
+            os.replace(temporary, folder)
+        elif _may_move(folder, temporary):
             _change_places(temporary, folder)
         else:
-            os.replace(temporary, folder)
+            _move_into(folder, temporary)
+
+
+def _may_move(folder: Path, new: Path) -> bool:
+    """Whether a folder holds nothing but what is replaced, and no process works in it."""
+    here = Path.cwd()
+    if folder.is_symlink() or folder in (here, *here.parents):
+        return False
+    for entry in folder.iterdir():
+        other = new / entry.name
+        if not other.exists() or other.is_dir() != entry.is_dir():
+            return False
+        if entry.is_dir() and not _may_move(entry, other):
+            return False
+    return True
+
+
+def _move_into(folder: Path, new: Path) -> None:
+    """Let the files of a folder take the places of those in another, and its folders theirs."""
+    # The document tells whose files these are: it goes last and comes first.
+    files = sorted(
+        (path.relative_to(new) for path in new.rglob("*") if not path.is_dir()),
+        key=lambda path: path.suffix != ".json",
+    )
+    with _signals_waiting():
+        for path in reversed(files):
+            (folder / path).unlink(missing_ok=True)
+        for path in files:
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(new / path, folder / path)
 
 
 def remove_leftovers(path: Path) -> None:
@@ -235,18 +267,6 @@ def _is_alive(process: int) -> bool:
     except (OSError, OverflowError):
         return True
     return True
-
-
-def _keep_others(folder: Path, temporary: Path) -> None:
-    """Copy what only the old folder has into the new one."""
-    for entry in folder.iterdir():
-        kept = temporary / entry.name
-        if kept.exists() or entry.name.endswith(_PART):
-            continue
-        if entry.is_dir() and not entry.is_symlink():
-            shutil.copytree(entry, kept, symlinks=True)
-        else:
-            shutil.copy2(entry, kept, follow_symlinks=False)
 
 
 def _change_places(one: Path, other: Path) -> None:

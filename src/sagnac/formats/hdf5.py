@@ -13,7 +13,7 @@ from sagnac import series
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.hdf5_soundness import require_survivable, require_whole
 from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import Outgoing, Rows
+from sagnac.formats.outgoing import MADE, Outgoing, Rows
 from sagnac.formats.registry import HDF5
 from sagnac.formats.source import Column, Source, Stored, Vector, column, vectors
 
@@ -149,6 +149,7 @@ def _plain(value: Any) -> Any:
 def write(path: Path, out: Outgoing) -> None:
     """One dataset per column with unit and kind, and the rate in the root's attributes."""
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs["remark"] = np.bytes_(MADE)
         file.attrs["sample_rate"] = out.sample_rate
         for sensor, names in out.sensors.items():
             file.attrs[sensor] = names

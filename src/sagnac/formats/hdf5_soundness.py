@@ -8,7 +8,7 @@ from typing import Final
 
 import h5py
 
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, one_line
 from sagnac.formats.room import require_content
 
 # Reads the attributes of all datasets and groups, and nothing else.
@@ -62,7 +62,10 @@ def require_survivable(path: Path, name: str) -> None:
 
 
 def require_whole(dataset: h5py.Dataset, path: Path) -> None:
-    """Refuse a dataset with parts that were never written: they would be read as zeros.
+    """Refuse a dataset with parts that were never written, or that lie in files elsewhere.
+
+    The first would be read as zeros; the second would be whatever file of this machine the writer
+    has named.
 
     Parameters
     ----------
@@ -74,14 +77,20 @@ def require_whole(dataset: h5py.Dataset, path: Path) -> None:
     Raises
     ------
     RecordingError
-        If parts of it are missing.
+        If parts of it are missing or elsewhere.
     """
     size = path.stat().st_size
     missing = ""
+    if dataset.external:
+        raise RecordingError(
+            f"its values lie in another file, {one_line(str(dataset.external[0][0]))}",
+            channel=dataset.name.lstrip("/"),
+            remedy="put them into this file: h5repack -l CONTI",
+        )
     if dataset.is_virtual:
         for source in dataset.virtual_sources():
             file = path if source.file_name == "." else path.parent / source.file_name
-            missing = missing or _missing_source(file, source.dset_name)
+            missing = missing or _missing_source(file, source.dset_name, path.parent)
     elif dataset.chunks:
         chunks = math.prod(
             -(-length // chunk) for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)
@@ -89,7 +98,7 @@ def require_whole(dataset: h5py.Dataset, path: Path) -> None:
         written = dataset.id.get_num_chunks()
         missing = f"{chunks - written} of {chunks} chunks were never written" * (written < chunks)
         require_content(dataset.nbytes, size, dataset.name.lstrip("/"))
-    elif not dataset.external and dataset.id.get_storage_size() < dataset.nbytes:
+    elif dataset.id.get_storage_size() < dataset.nbytes:
         missing = "its values were never written"
     if missing:
         raise RecordingError(
@@ -97,8 +106,10 @@ def require_whole(dataset: h5py.Dataset, path: Path) -> None:
         )
 
 
-def _missing_source(file: Path, name: str) -> str:
-    """Why a part of a virtual dataset is not there; empty if it is."""
+def _missing_source(file: Path, name: str, folder: Path) -> str:
+    """Why a part of a virtual dataset cannot be taken; empty if it can."""
+    if not file.resolve().is_relative_to(folder.resolve()):
+        return f"a part of it lies outside the folder of the file, in {one_line(str(file))}"
     if not file.is_file():
         return f"the file of a part of it, {file.name}, is not there"
     with h5py.File(file, "r") as source:

@@ -10,7 +10,7 @@ import scipy.io
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.matlab_elements import Element, elements_of
 from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.outgoing import MADE, Outgoing
 from sagnac.formats.registry import MATLAB
 from sagnac.formats.room import require_room
 from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
@@ -22,6 +22,9 @@ _NUMERIC: Final = frozenset(
 _STATED: Final = frozenset(
     {"gyros", "accelerometers", "kind", "unit", "scale", "sample_rate", "counter_bits"}
 )
+
+# Bytes of a file that say in words what it is.
+_DESCRIPTION: Final = 116
 
 
 def open_source(path: Path) -> Source:
@@ -89,3 +92,5 @@ def write(path: Path, out: Outgoing) -> None:
     with replacing(path) as temporary, temporary.open("wb") as stream:
         columns = {name: values[:, None] for name, values in out.rows(slice(None)).items()}
         scipy.io.savemat(stream, {**columns, **out.statement()})
+        stream.seek(0)
+        stream.write(f"MATLAB 5.0 MAT-file, {MADE}".ljust(_DESCRIPTION).encode())

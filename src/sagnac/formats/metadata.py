@@ -44,6 +44,22 @@ def beside(path: Path) -> Beside:
     return Beside()
 
 
+def require_no_other(path: Path) -> None:
+    """Refuse to write a recording that states all itself beside a TOML that would be heard first.
+
+    Raises
+    ------
+    RecordingError
+        If there is one.
+    """
+    if beside(path).statement != Statement():
+        raise RecordingError(
+            "a TOML beside it states how a file of this name is to be read, and would be believed",
+            path=str(path),
+            remedy="remove the TOML, or choose another output",
+        )
+
+
 def _toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))

@@ -1,6 +1,6 @@
 """miniSEED (2 and 3), which ring lasers of geodesy write: one column a source."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -48,6 +48,7 @@ def open_source(path: Path) -> Source:
             remedy="give a file of sources sampled together",
         )
     (rate,) = rates
+    _require_together(found, rate)
     first = next(iter(found.values()))
     is_whole = all(len(segments) == 1 for segments in found.values())
     columns = tuple(Column(key=name, name=name, unit="counts") for name in found)
@@ -73,6 +74,25 @@ def open_source(path: Path) -> Source:
         return in_memory(arrays)
 
     return Source(format=MINISEED.name, columns=columns, load=load, stated=stated, notes=notes)
+
+
+def _require_together(found: Mapping[str, Sequence[tuple[int, float, int]]], rate: float) -> None:
+    """Refuse sources whose samples were not taken together.
+
+    Raises
+    ------
+    RecordingError
+        If one begins half a sample or more after another.
+    """
+    starts = {name: segments[0][0] for name, segments in found.items()}
+    first, last = min(starts, key=lambda one: starts[one]), max(starts, key=lambda one: starts[one])
+    late = 1e-9 * (starts[last] - starts[first])
+    if late > 0.5 / rate:
+        raise RecordingError(
+            f"begins {late:.6g} s after {first}",
+            channel=last,
+            remedy="cut all sources to the same span before they are put together",
+        )
 
 
 def _require_sums() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import Outgoing
+from sagnac.formats.outgoing import MADE, Outgoing
 from sagnac.formats.registry import NPZ
 from sagnac.formats.room import require_content, require_room
 from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
@@ -104,6 +104,7 @@ def write(path: Path, out: Outgoing) -> None:
     arrays: dict[str, Any] = {**out.rows(slice(None)), **out.statement()}
     # Not by np.savez: a gyro that is called as one of its arguments is none to it.
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        archive.comment = MADE.encode()
         for name, values in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as stream:
                 np.lib.format.write_array(stream, np.asanyarray(values), allow_pickle=False)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,9 @@ from sagnac.recording.model import Kind, Recording
 from sagnac.recording.pickoff import PICKOFF
 
 Rows = dict[str, NDArray[Any]]
+
+# Each recording that is written says so, in whatever its format has for remarks.
+MADE: Final = "recording made by sagnac"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,9 +142,10 @@ def check_name(name: str) -> None:
     reserved = name in ROLES or name in vocabulary()
     reserved = reserved or name.startswith(PICKOFF)
     odd = set(name) & set(",;=[]:\"'#%") or not name.isprintable() or name != name.strip()
-    if not name or reserved or odd or name.startswith("_"):
+    # A spreadsheet computes what begins with one of the last three.
+    if not name or reserved or odd or name.startswith(("_", "+", "-", "@")):
         raise ValueError(
             f"gyro name is {name!r}, which cannot stand in a file; choose another without "
-            "quotes, brackets, separators or a leading underscore, and none that a file states "
-            "something by, such as time, kind or unit"
+            "quotes, brackets, separators or a leading underscore, sign or @, and none that a file "
+            "states something by, such as time, kind or unit"
         )

@@ -15,7 +15,7 @@ from sagnac import series
 from sagnac.formats.arrow_columns import as_numpy, column_of, is_numeric, text_of
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import Outgoing, Rows, check_name
+from sagnac.formats.outgoing import MADE, Outgoing, Rows, check_name
 from sagnac.formats.registry import PARQUET
 from sagnac.formats.source import Source, Stored
 from sagnac.recording.channel import Kind, field_unit, quantity_of
@@ -208,6 +208,7 @@ class Writer:
                 "gyros": ",".join(name for name in kinds if name not in accelerometers),
                 **({"accelerometers": ",".join(accelerometers)} if accelerometers else {}),
                 "sample_rate": repr(float(sample_rate)),
+                "remark": MADE,
             },
         )
         self._pending: list[pa.Table] = []

@@ -9,13 +9,13 @@ from typing import Any
 from sagnac.errors import MissingExtra, RecordingError
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about
-from sagnac.formats.metadata import beside
+from sagnac.formats.metadata import beside, require_no_other
 from sagnac.formats.outgoing import outgoing
 from sagnac.formats.precedence import Statements
-from sagnac.formats.registry import BINARY, ROSBAG, Format, formats
+from sagnac.formats.registry import BINARY, CSV, ROSBAG, Format, formats
 from sagnac.formats.source import Source
 from sagnac.formats.statement import Statement, one_statement
-from sagnac.formats.suggestion import accelerometer_inputs, suggestion
+from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.recording.model import Provenance, Recording
 
 
@@ -138,6 +138,30 @@ def missing(path: Path | str, statement: Statement | None = None, **stated: Any)
     return suggestion(*_opened(path, one_statement(statement, stated)))
 
 
+def gyros_in(
+    path: Path | str, statement: Statement | None = None, **stated: Any
+) -> tuple[str, ...]:
+    """Columns of a file that may be gyros, if nothing says which of them are.
+
+    Parameters
+    ----------
+    path, statement, **stated
+        See `read`.
+
+    Returns
+    -------
+    tuple of str
+        As ``columns`` takes them.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+    """
+    found = candidates(*_opened(path, one_statement(statement, stated)))
+    return tuple(column_text(one) for one in found)
+
+
 def accelerometers_in(
     path: Path | str, statement: Statement | None = None, **stated: Any
 ) -> dict[str, str]:
@@ -199,6 +223,8 @@ def write(recording: Recording, path: Path | str) -> Path:
             raise RecordingError(
                 "no format to write has this suffix", remedy=f"use one of {suffixes}"
             )
+        if known is not CSV:
+            require_no_other(path)
         _module(known, "writing").write(path, outgoing(recording))
     return path
 

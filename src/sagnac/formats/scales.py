@@ -7,6 +7,7 @@ from sagnac.errors import Note, RecordingError
 from sagnac.formats.choice import Placed
 from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
+from sagnac.formats.statement import of_name
 from sagnac.formats.unit_text import parsed_unit
 from sagnac.recording.channel import KINDS, Kind
 from sagnac.units import (
@@ -90,11 +91,29 @@ def gyro_scale(name: str, column: Column, statements: Statements) -> Scale:
     in_words = statements.gyro("unit", name)
     by_file = column.unit or statements.gyro_by_file("unit", name)
     unit = _sized_unit(name, in_words or by_file, statements.scale)
-    notes: tuple[Note, ...] = ()
+    notes = []
     if in_words and by_file and canonical(in_words) != canonical(by_file):
-        said = f"the file says {by_file}, taken as {in_words} as stated"
-        notes = (Note(channel=name, text=said),)
-    return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=notes)
+        notes.append(_contradiction(name, "unit", by_file, in_words, statements))
+    kind_by_file = column.kind or statements.gyro_by_file("kind", name)
+    if kind_by_file is not None and kind_by_file != kind:
+        notes.append(_contradiction(name, "kind", kind_by_file, kind, statements))
+    return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=tuple(notes))
+
+
+def _contradiction(
+    name: str, quantity: str, by_file: str, taken: str, statements: Statements
+) -> Note:
+    """The file states another kind or unit than is taken.
+
+    A caller knows what is typed; a TOML beside may be of the file that had this name before.
+    """
+    if of_name(getattr(statements.caller, quantity), name) is not None:
+        return Note(channel=name, text=f"the file says {by_file}, taken as {taken} as stated")
+    text = (
+        f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the TOML "
+        f"if it is of another recording"
+    )
+    return Note(channel=name, text=text, level="warning")
 
 
 def accelerometer_scale(name: str, column: Column, statements: Statements) -> Scale:

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.errors import Note
+from sagnac.errors import Note, one_line
 from sagnac.formats.files import replacing
 from sagnac.formats.statement import Statement
 from sagnac.units import split_header
@@ -109,7 +109,7 @@ def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Col
     'arcsec'
     """
     name, in_header = split_header(key)
-    return Column(key=key, name=name, unit=unit or in_header, kind=kind)
+    return Column(key=key, name=one_line(name), unit=unit or in_header, kind=kind)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

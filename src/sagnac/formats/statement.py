@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Final
 
-from sagnac.errors import quoted
+from sagnac.errors import one_line, quoted
 from sagnac.formats.unit_text import KNOWN_UNITS, parsed_unit
 from sagnac.recording.channel import KINDS
 
-COUNTER_BITS: Final = (16, 24, 32)
+COUNTER_BITS: Final = range(8, 49)
 # Columns that are no gyros, by the names that `Statement.columns` has for them.
 ROLES: Final = ("time", "table", "null_pulse")
 
@@ -43,7 +43,7 @@ class Statement:
     span
         Start and stop to take, s from the first sample; either may be None.
     counter_bits
-        Width of gyro counters that roll over (kind ``angle``): 16, 24 or 32.
+        Width of gyro counters that roll over (kind ``angle``), 8 to 48.
     null_pulse
         Column that is nonzero at the null pulse.
     accelerometers
@@ -92,10 +92,11 @@ class Statement:
         _check_scale(self.scale)
         _check_sample_rate(self.sample_rate)
         _check_names("gyros", self.gyros)
+        _check_names("columns", tuple(self.columns) or None)
         _check_names("accelerometers", self.accelerometers)
         _check_span(self.span)
         if self.counter_bits is not None and self.counter_bits not in COUNTER_BITS:
-            raise ValueError(f"counter_bits is {quoted(self.counter_bits)}; use one of 16, 24, 32")
+            raise ValueError(f"counter_bits is {quoted(self.counter_bits)}; give 8 to 48")
 
 
 def _check_texts(statement: Statement) -> None:
@@ -146,9 +147,11 @@ def _check_sample_rate(sample_rate: float | None) -> None:
 def _check_names(argument: str, names: tuple[str, ...] | None) -> None:
     if names is None:
         return
-    named = all(isinstance(name, str) and name for name in names)
+    named = all(isinstance(name, str) and name and one_line(name) == name for name in names)
     if not names or not named or len(set(names)) < len(names):
-        raise ValueError(f"{argument} is {quoted(names)}; give one or more different names")
+        raise ValueError(
+            f"{argument} is {quoted(names)}; give one or more different names that can be printed"
+        )
 
 
 def _check_span(span: tuple[float | None, float | None] | None) -> None:

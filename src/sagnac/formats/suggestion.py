@@ -37,13 +37,19 @@ SCALE: Final = "SIZE"
 COLUMN: Final = "COLUMN"
 
 _GYRO: Final = re.compile(r"gyr|kreisel|dreh|omega|ang(?:ular)?[_ ]?(?:vel|rate)|^w[_ ]?", re.I)
-_OTHER: Final = re.compile(r"acc|beschl|mag|temp|orient|quat|cov|force|pos|vel(?!oc)|euler", re.I)
+_OTHER: Final = re.compile(
+    r"acc|beschl|mag|temp|orient|quat|cov|force|pos|vel(?!oc)|euler|roll|pitch|yaw"
+    r"|(?:^|[^a-z])q(?:$|[^a-z]|[wxyz](?:$|[^a-z]))",
+    re.I,
+)
 _FORCE: Final = re.compile(r"acc|beschl|force|kraft|^f[_ ]?[xyz]|^a[_ ]?[xyz]", re.I)
 _FORCE_AXIS: Final = (
     r"(?:^|[^a-z]|acc|accel|acceleration|beschleunigung|force|kraft|^[af]){axis}(?:$|[^a-z])"
 )
 _AXIS: Final = r"(?:^|[^a-z]|gyro?|omega|w|kreisel|rate){axis}(?:$|[^a-z])"
 _MARKS: Final = set(",=\"'")
+# Samples by which a column that only rises, falls or stays is known to be no gyro.
+_LOOKED_AT: Final = 10_000
 
 
 def suggestion(source: Source, statements: Statements) -> dict[str, str]:
@@ -160,11 +166,47 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
     if not gyros:
         rates = [one for one in columns if one.unit and parsed_unit(one.unit).name in RATE_UNITS]
         gyros = dict(zip("xyz", rates, strict=False))
-    if not gyros and _numbered_time(source) is not None:
-        gyros = dict(zip("xyz", columns[1:4], strict=False))
+    possible = () if gyros else candidates(source, statements)
+    if len(possible) == 1 or (possible and columns[0].key == "1"):
+        gyros = dict(zip("xyz", possible, strict=False))
     stated = ",".join(f"{name}={column_text(one)}" for name, one in gyros.items())
     missing["columns"] = stated or f"x={COLUMN}"
     return gyros
+
+
+def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
+    """Columns that may be gyros, since nothing says that they are anything else.
+
+    Not those of another name or unit, nor those that only rise, fall or stay.
+
+    Parameters
+    ----------
+    source, statements
+        As for `suggestion`.
+    """
+    table = choose_table(source.columns, statements, frozenset())
+    time = choose_time(source.columns, statements, frozenset()).time
+    taken = {one.column.key for one in (table, time) if one is not None}
+    left = [
+        one
+        for one in source.columns
+        if one.key not in taken
+        and not is_like_time(one)
+        and not _OTHER.search(one.name)
+        and _may_be_gyro(one)
+    ]
+    if not left:
+        return ()
+    keys = [one.key for one in left]
+    stored = source.load(keys)
+    samples = min(_LOOKED_AT, *stored.lengths.values())
+    moves: set[str] = set()
+    for piece in stored.pieces(keys, 0, samples):
+        for key, values in piece.items():
+            steps = np.diff(np.asarray(values, dtype=np.float64))
+            if (steps > 0.0).any() and (steps < 0.0).any():
+                moves.add(key)
+    return tuple(one for one in left if one.key in moves)
 
 
 def column_text(column: Column) -> str:
@@ -214,12 +256,20 @@ def _sampling(
 ) -> None:
     chosen = choose_time(source.columns, statements, taken).time
     if chosen is not None:
-        if not (chosen.unit or statements.own_unit("time") or chosen.column.unit):
-            missing["time"] = _time_text(source, chosen.column)
-        return
+        stated = chosen.unit or statements.own_unit("time") or chosen.column.unit
+        if stated or not _is_index(source, chosen.column):
+            if not stated:
+                missing["time"] = _time_text(source, chosen.column)
+            return
     if statements.sample_rate is not None:
         return
-    like = [one for one in source.columns if one.key not in taken and is_like_time(one)]
+    like = [
+        one
+        for one in source.columns
+        if one.key not in taken
+        and is_like_time(one)
+        and (one.unit is not None or not _is_index(source, one))
+    ]
     numbered = _numbered_time(source)
     if not like and numbered is not None and numbered.key not in taken:
         like = [numbered]
@@ -234,8 +284,19 @@ def _numbered_time(source: Source) -> Column | None:
     if len(source.columns) < 2 or source.columns[0].key != "1":
         return None
     steps = _steps(source, source.columns[0])
+    if _counts_rows(steps):
+        return None
     is_even = steps.size > 1 and 0.0 < float(np.max(steps)) < 2.0 * float(np.median(steps))
     return source.columns[0] if is_even and float(np.min(steps)) >= 0.0 else None
+
+
+def _is_index(source: Source, column: Column) -> bool:
+    return _counts_rows(_steps(source, column))
+
+
+def _counts_rows(steps: FloatArray) -> bool:
+    """Whether a column goes 0, 1, 2, …: the number of a row is no time."""
+    return bool(steps.size and np.all(steps == 1.0))
 
 
 def _steps(source: Source, column: Column) -> FloatArray:

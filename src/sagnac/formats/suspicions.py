@@ -26,6 +26,10 @@ _USUAL_RATES: Final = (1.0, 2e4)
 _COMMON: Final = 200.0
 _BLOCKS: Final = 64
 _LEAST_SAMPLES: Final = 10 * _BLOCKS
+# How nearly leaps are those of a width.
+_SAME_PERIOD: Final = 0.05
+# Fewest counts before a counter starts over.
+_LEAST_MODULUS: Final = 100.0
 # Fewest places that an encoder in counts has in a turn.
 _FEWEST_PLACES: Final = 10.0
 
@@ -79,21 +83,35 @@ def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
     """A gyro's raw numbers that roll over as a counter does, while none is stated: a warning."""
     extent = finite_extent(raw)
     bits = next((bits for bits in COUNTER_BITS if extent < 2.0**bits), None)
-    if bits is None or extent < 0.5 * 2.0**bits:
+    if bits is None:
         return ()
     some = raw[:_LOOKED_AT]
     finite = some[np.isfinite(some)]
     if not np.array_equal(finite, np.rint(finite)):
         return ()
     found = roll_overs(raw)
-    if found is None or abs(found.period / 2.0**bits - 1.0) > 0.05:
+    if found is None:
         return ()
+    if abs(found.period / 2.0**bits - 1.0) > _SAME_PERIOD:
+        return _other_modulus(name, found) if scale.kind == "angle" else ()
     remedy = f"state {{counter-bits {bits}}}"
     if scale.kind != "angle":
         remedy = f"if it counts angle, state {{kind angle}} and {{counter-bits {bits}}}"
     text = (
         f"leaps by about {2**bits} counts {counted(found.count, 'time')}: a {bits} bit counter "
         f"that rolls over; {remedy}"
+    )
+    return (Note(level="warning", channel=name, text=text),)
+
+
+def _other_modulus(name: str, found: RollOvers) -> tuple[Note, ...]:
+    """A counter whose range is no power of two."""
+    if found.period < _LEAST_MODULUS:
+        return ()
+    text = (
+        f"leaps by about {_likely_period(found.period):.7g} counts {counted(found.count, 'time')}: "
+        "a counter that starts over there, which is no number of bits; make it continuous before "
+        "it is read, or in Python state {period}"
     )
     return (Note(level="warning", channel=name, text=text),)
 
@@ -134,11 +152,13 @@ def stamp_unit_notes(key: str, unit: str, sample_rate: float) -> tuple[Note, ...
     sample_rate
         Samples per second that they give.
     """
-    if _SLOWEST <= sample_rate <= _FASTEST or canonical(unit) not in TIME_UNITS:
+    if canonical(unit) not in TIME_UNITS or _SLOWEST <= sample_rate <= _USUAL_RATES[1]:
         return ()
     size = TIME_UNITS[canonical(unit)]
-    text = f"stamps are {1.0 / sample_rate:.3g} s apart on average: the unit {unit} looks wrong"
     likely = likely_time_unit(1.0 / (sample_rate * size))
+    if sample_rate <= _FASTEST and likely is None:
+        return ()
+    text = f"stamps are {1.0 / sample_rate:.3g} s apart on average: the unit {unit} looks wrong"
     if likely is not None:
         rate = sample_rate * size / TIME_UNITS[likely]
         text += f"; in {likely} they would be those of {rate:.6g} Hz ({{time {key}:{likely}}})"

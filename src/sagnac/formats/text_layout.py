@@ -300,6 +300,11 @@ def _header(before: Sequence[str], split: _Split) -> _Header:
     is_comment = before[line].lstrip()[0] in _COMMENT
     names = _names(before[line], split)
     if len(names) == split.count and not all(PLAIN.holds(name) for name in names):
+        groups = _groups(before[filled[-2]], split) if len(filled) > 1 else None
+        if len(set(names)) < len(names) and groups is not None:
+            # "x" under "gyro" and "x" under "quaternion" are told apart by both rows.
+            names = [f"{group} {name}".strip() for group, name in zip(groups, names, strict=True)]
+            line = filled[-2]
         return _Header(names=tuple(names), units=units, line=line, is_there=True)
     if not is_comment and len(names) > 1 and split.count > 1:
         raise RecordingError(
@@ -323,6 +328,19 @@ def _names(line: str, split: _Split) -> list[str]:
     while len(names) > split.count and names[-1] in ("", "Comment"):
         names.pop()
     return names
+
+
+def _groups(line: str, split: _Split) -> list[str] | None:
+    """What stands above the names of columns, each up to the next; None if it is no such row."""
+    fields = _fields(line, split)
+    fields += [""] * (split.count - len(fields))
+    if len(fields) != split.count or any(PLAIN.holds(one) for one in fields if one):
+        return None
+    groups, last = [], ""
+    for one in fields:
+        last = one or last
+        groups.append(last)
+    return groups if len({*groups}) > 1 else None
 
 
 def _units(fields: Sequence[str]) -> tuple[str | None, ...] | None:

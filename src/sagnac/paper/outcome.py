@@ -9,12 +9,15 @@ from typing import Any, Final
 
 import numpy as np
 
+from sagnac.analysis.fits import unobserved
 from sagnac.analysis.pipeline import answer_of
 from sagnac.analysis.result import Answer
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import FloatArray
+from sagnac.coefficients.curve_fit import paper_fit
 from sagnac.coefficients.estimates import Estimate, Status
-from sagnac.coefficients.readings import ReadingName
+from sagnac.coefficients.readings import PLAIN, ReadingName
+from sagnac.errors import RecordingError
 from sagnac.formats.files import replacing
 from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.paper.least_squares import FITTED_TERMS, FORMS, Form, least_squares
@@ -45,7 +48,7 @@ class Outcome:
         N by each of `FORMS`, signed as `least_squares` says; empty where the curve has
         fewer than five points within 10 %.
     readings
-        N by each reading of Step 4, NaN where it shows none; empty unless the run is `by_curve`.
+        N by each reading of Step 4, whatever its interval; empty unless the run is `by_curve`.
     tau_s, deviation, low_curve, high_curve
         The stability curve, deg/h, all of one length.
     """
@@ -88,10 +91,10 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     truth = simulation.truth
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
     estimate, curve = answer.angle_random_walk, answer.curve
-    readings: dict[ReadingName, Estimate] = {}
+    readings: dict[ReadingName, float] = {}
     if run.by_curve:
         readings = by_each_reading(answer)
-        estimate = readings["plain"]
+        estimate = _step_4(answer)
     return Outcome(
         name=run.name,
         table_rate_deg_per_s=run.config.table.rate_deg_per_s,
@@ -108,15 +111,23 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
         status=estimate.status,
         lines=len(answer.lines),
         least_squares=least_squares_of(curve, answer.gyros_differenced),
-        readings={
-            name: one.value / DEGREE_PER_ROOT_HOUR if one.status == "estimated" else math.nan
-            for name, one in readings.items()
-        },
+        readings={name: one / DEGREE_PER_ROOT_HOUR for name, one in readings.items()},
         tau_s=tuple(curve.tau.tolist()),
         deviation=_shown(answer, curve.deviation),
         low_curve=_shown(answer, curve.low),
         high_curve=_shown(answer, curve.high),
     )
+
+
+def _step_4(answer: Answer) -> Estimate:
+    """N by the default reading; at rest, where nothing is removed, by the same."""
+    try:
+        fit = paper_fit(
+            answer.curve, squares=PLAIN.squares, gyros_differenced=answer.gyros_differenced
+        )
+    except RecordingError:
+        return unobserved("angle_random_walk", answer.angle_random_walk.confidence)
+    return fit.coefficients["angle_random_walk"]
 
 
 def _shown(answer: Answer, values: FloatArray) -> tuple[float, ...]:

@@ -31,9 +31,14 @@ def logarithmic(axes: "Axes", across: str, up: str) -> None:
     axes.set_ylabel(up)
 
 
+def literal(text: str) -> str:
+    """A text that is drawn as it is: dollar signs would make formulas of names."""
+    return text.replace("$", r"\$")
+
+
 def channel_of(analysis: Analysis) -> str:
     """What is drawn, for a label: ``x − z per gyro``."""
-    readable = analysis.channel.replace("-", " − ")
+    readable = literal(analysis.channel).replace("-", " − ")
     return f"{readable} per gyro" if analysis.gyros_differenced > 1 else readable
 
 

@@ -25,6 +25,20 @@ def off_neighbours(padded: FloatArray, off: FloatArray) -> None:
 
 
 @compiled()
+def off_nearer_side(values: FloatArray, off: FloatArray) -> None:
+    """Fill `off` with how far values lie from the median of the three on the nearer side.
+
+    `values` holds three values more on either side.
+    """
+    for n in range(off.size):
+        here = values[n + 3]
+        before, behind = values[n : n + 3], values[n + 4 : n + 7]
+        earlier = max(min(before[0], before[1]), min(max(before[0], before[1]), before[2]))
+        later = max(min(behind[0], behind[1]), min(max(behind[0], behind[1]), behind[2]))
+        off[n] = min(abs(here - earlier), abs(here - later))
+
+
+@compiled()
 def mixed_windows(
     bits: NDArray[np.uint64], factor: np.uint64, window: int, mixed: NDArray[np.uint64]
 ) -> None:

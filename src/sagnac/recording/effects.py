@@ -7,6 +7,9 @@ from sagnac.errors import Level, Note
 
 # Change of N beyond which an answer is not given as an estimate.
 MOVES: Final = 0.05
+# Findings whose factor on N is known well enough to be divided by: half of the change is then in
+# doubt, and the answer's interval is wider by it on either side.
+DIVIDED: Final = ("clipping", "dropouts", "repeats", "resolution")
 
 # What is found in recordings that are sound enough to be read, by name.
 FINDINGS: Final = (
@@ -14,6 +17,8 @@ FINDINGS: Final = (
     "copy",
     "dropouts",
     "encoder",
+    "interleaved",
+    "motion",
     "repeats",
     "resolution",
     "shared",
@@ -26,9 +31,25 @@ FINDINGS: Final = (
 )
 
 
-def level_of(effect: float | None) -> Level:
-    """``error`` if N moves by more than 5 %, or nobody knows by how much; else ``warning``."""
-    return "warning" if effect is not None and abs(effect - 1.0) <= MOVES else "error"
+def doubt_of(effect: float) -> float:
+    """Relative error that is left if an answer is divided by a factor on it."""
+    return 0.5 * abs(effect - 1.0)
+
+
+def level_of(effect: float | None, name: str = "") -> Level:
+    """``error`` if N may be off by more than 5 %, or nobody knows by how much; else ``warning``.
+
+    Parameters
+    ----------
+    effect
+        Factor on N, or None.
+    name
+        Of the finding: some are divided by, and half of their change is left.
+    """
+    if effect is None:
+        return "error"
+    left = doubt_of(effect) if name in DIVIDED else abs(effect - 1.0)
+    return "warning" if left <= MOVES else "error"
 
 
 def effect_words(effect: float | None) -> str:
@@ -60,10 +81,13 @@ def finding(
     """
     # Four digits are more than any of them is worth.
     known = float(f"{effect:.4g}") if effect is not None and math.isfinite(effect) else None
+    level = level or level_of(known, name)
+    is_divided = name in DIVIDED and level == "warning" and effect_words(known) != effect_words(1.0)
+    taken_off = ", and an answer is divided by that" if is_divided else ""
     return Note(
         name=name,
         channel=channel,
-        level=level or level_of(known),
-        text=f"{text}; {effect_words(known)}",
+        level=level,
+        text=f"{text}; {effect_words(known)}{taken_off}",
         effect=known,
     )

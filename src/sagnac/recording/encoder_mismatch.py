@@ -13,7 +13,7 @@ from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.soundness import remedy_of
 from sagnac.recording.stretches import Places, longest_between
-from sagnac.units import DEGREE
+from sagnac.units import DEGREE, split_factor
 
 # A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor.
 LARGEST_SHARE: Final = 1.1
@@ -24,8 +24,10 @@ LEAST_JUMP: Final = 1.0 * DEGREE
 JUMP_RATIO: Final = 10.0
 JUMP_REACH: Final = 2
 LEAST_SHARE: Final = 0.05
-# Below this share a gyro is mounted across the axis, or its unit is wrong.
-LEAST_SENSED: Final = 0.01
+# Below this share a gyro is mounted across the axis, or a unit is wrong: a degree called a radian
+# leaves 0.017 of the whole. From the other on it senses the table.
+LEAST_SENSED: Final = 0.02
+_SENSES: Final = 0.2
 # A gyro is said to turn above this rate: more than the bias of any gyro on a rate table, except
 # a MEMS gyro as it comes from the factory.
 TURNING_RATE: Final = 2.0 * DEGREE
@@ -184,15 +186,46 @@ def table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     wrong = _encoder_error(recording, gyro)
     if wrong is not None:
         return (wrong,)
-    gyro_rate, _ = block_rates(recording, gyro)
-    table_rate, _ = block_rates(recording, recording.table)
-    share = _share(gyro_rate, table_rate)
+    share = _sensed(recording, gyro, recording.table)
     if math.isnan(share):
         return (Note(channel="table", text="the table does not turn"),)
-    if abs(share) < LEAST_SENSED and float(np.percentile(np.abs(table_rate), 90.0)) > TURNING_RATE:
+    return across_notes(recording, gyro) or (
+        Note(channel=gyro.name, text=f"senses {share:.4f} of the table rate"),
+    )
+
+
+def across_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+    """A gyro that senses next to nothing of a table that turns: a warning.
+
+    It names the gyro that does, or the unit of the encoder in which this one would.
+    """
+    table = recording.table
+    if table is None:
+        return ()
+    table_rate, _ = block_rates(recording, table)
+    share = _sensed(recording, gyro, table)
+    turns = float(np.percentile(np.abs(table_rate), 90.0)) > TURNING_RATE
+    if not (turns and abs(share) < LEAST_SENSED):
+        return ()
+    text = f"senses {100.0 * share:.2g} % of the table rate: it is mounted across the axis"
+    others = {one.name: _sensed(recording, one, table) for one in recording.gyros}
+    best = max(others, key=lambda name: abs(others[name]))
+    in_degrees = share / DEGREE
+    if abs(others[best]) > _SENSES:
+        text += f", while gyro {best} senses {100.0 * others[best]:.3g} %: name that ({{gyros}})"
+    elif split_factor(table.shown_in)[1] == "rad" and _SENSES < abs(in_degrees) < LARGEST_SHARE:
         text = (
-            f"senses {100.0 * share:.2g} % of the table rate: it is mounted across "
-            "the axis, or its unit or kind is wrong ({unit}, {kind})"
+            f"senses {100.0 * share:.2g} % of the table rate, and would sense "
+            f"{100.0 * in_degrees:.3g} % of it if the encoder were in degrees: state "
+            "{table COLUMN:deg}"
         )
-        return (Note(name="encoder", level="warning", channel=gyro.name, text=text),)
-    return (Note(channel=gyro.name, text=f"senses {share:.4f} of the table rate"),)
+    else:
+        text += ", or a unit or kind is wrong ({unit}, {kind}, {table COLUMN:UNIT})"
+    return (Note(name="encoder", level="warning", channel=gyro.name, text=text),)
+
+
+def _sensed(recording: Recording, gyro: Channel, table: Channel) -> float:
+    """Share of the table rate that a gyro senses; NaN if the table does not turn."""
+    gyro_rate, _ = block_rates(recording, gyro)
+    table_rate, _ = block_rates(recording, table)
+    return _share(gyro_rate, table_rate)

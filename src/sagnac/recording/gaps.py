@@ -224,8 +224,9 @@ def stamp_notes(
     nominal = median_step(times)
     if nominal <= 0.0:
         text = (
-            "most stamps repeat the one before: the clock is too coarse; state "
-            "{time none} with {rate}"
+            "most stamps repeat the one before: the clock is too coarse for times, and their mean "
+            f"rate is {recording.sample_rate:.6g} Hz; state {{time none}} and "
+            f"{{rate {recording.sample_rate:.6g}}}"
         )
         return (Note(name="gaps", level="error", channel="time", text=text),)
     gaps = gaps_of(times, GAP_STEPS * nominal)

@@ -6,6 +6,7 @@ from itertools import combinations
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from sagnac.arrays import FloatArray
@@ -69,13 +70,54 @@ def pair_notes(recording: Recording, profiles: dict[str, Profile]) -> tuple[Note
     """
     del recording
     notes: list[Note] = []
+    # Of hundreds of gyros there are tens of thousands of pairs: what one gyro brings is made once.
+    size = min(one.changes.size for one in profiles.values())
+    phases = {name: phases_of(one.changes[:size]) for name, one in profiles.items()}
+    scales = {name: one.scale for name, one in profiles.items()}
     for first, second in combinations(profiles, 2):
-        notes += _copied(first, second, profiles)
-        notes += _unequal(first, second, profiles)
+        notes += _copied(first, second, profiles, phases)
+        notes += _unequal(first, second, scales)
     return tuple(notes)
 
 
-def likeness(first: FloatArray, second: FloatArray) -> Likeness:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Phases:
+    """What a gyro brings to its comparison with others.
+
+    Attributes
+    ----------
+    factors
+        (parts, frequencies) of each part of the record: its Fourier transform under a Hann taper,
+        with every amplitude 1.
+    size
+        Samples of a part.
+    latest
+        Longest delay looked at, samples.
+    """
+
+    factors: NDArray[np.complex64]
+    size: int
+    latest: int
+
+    @property
+    def length(self) -> int:
+        """Padded by the delays that are looked at, so that nothing comes round."""
+        return _padded(self.size, self.latest)
+
+
+def phases_of(values: FloatArray) -> Phases:
+    """The phases of (samples,) what each sample turned."""
+    size = min(values.size, _LOOKED_AT) // _PARTS
+    latest = min(_LATEST, size // 2)
+    parts = values[: _PARTS * size].reshape(_PARTS, size)
+    tapered = (parts - parts.mean(axis=1, keepdims=True)) * np.hanning(size)
+    found = rfft(tapered, _padded(size, latest))
+    power = np.abs(found)
+    unit = np.divide(found, power, out=np.zeros_like(found), where=power > 0.0)
+    return Phases(factors=unit.astype(np.complex64), size=size, latest=latest)
+
+
+def likeness(first: Phases, second: Phases) -> Likeness:
     """How far the changes of two gyros are the same at any delay up to 1024 samples.
 
     Every frequency counts alike, whatever its power: the mean cosine of the phase between the two
@@ -86,42 +128,35 @@ def likeness(first: FloatArray, second: FloatArray) -> Likeness:
     Parameters
     ----------
     first, second
-        (samples,) what each sample turned.
+        Of records of one length.
     """
-    size = min(first.size, second.size, _LOOKED_AT) // _PARTS
-    latest = min(_LATEST, size // 2)
-    parts = np.stack(
-        [
-            _phases(first[start : start + size], second[start : start + size], latest)
-            for start in range(0, _PARTS * size, size)
-        ]
-    )
-    mean = parts.mean(axis=0)
-    lasts = np.all(parts * np.sign(mean) >= _LASTS * np.abs(mean), axis=0)
-    best = int(np.argmax(np.abs(mean) * lasts))
+    cross = np.conj(first.factors) * second.factors
+    delays = np.arange(-first.latest, first.latest + 1)
+    mean = irfft(cross.mean(axis=0), first.length)[delays]
+    best, correlation = first.latest, 0.0
+    # Four transforms more only if there is something to confirm.
+    if np.abs(mean).max() >= _COPIES:
+        parts = irfft(cross, first.length)[:, delays]
+        lasts = np.all(parts * np.sign(mean) >= _LASTS * np.abs(mean), axis=0)
+        best = int(np.argmax(np.abs(mean) * lasts))
+        correlation = float(mean[best] * lasts[best])
     return Likeness(
-        delay=best - latest,
-        correlation=float(mean[best] * lasts[best]),
-        together=float(mean[latest]),
-        samples=_PARTS * size,
+        delay=best - first.latest,
+        correlation=correlation,
+        together=float(mean[first.latest]),
+        samples=_PARTS * first.size,
     )
 
 
-def _phases(first: FloatArray, second: FloatArray, latest: int) -> FloatArray:
-    """(2 latest + 1,) mean cosine of the phase between two series, by the delay of the second."""
-    # Padded by the delays that are looked at, so that nothing comes round.
-    length = next_fast_len(first.size + latest, real=True)
-    taper = np.hanning(first.size)
-    one, other = (rfft((some - some.mean()) * taper, length) for some in (first, second))
-    cross = np.conj(one) * other
-    power = np.abs(cross)
-    cross = np.divide(cross, power, out=np.zeros_like(cross), where=power > 0.0)
-    return np.asarray(irfft(cross, length)[np.arange(-latest, latest + 1)])
+def _padded(size: int, latest: int) -> int:
+    return int(next_fast_len(size + latest, real=True))
 
 
-def _copied(first: str, second: str, profiles: dict[str, Profile]) -> list[Note]:
+def _copied(
+    first: str, second: str, profiles: dict[str, Profile], phases: dict[str, Phases]
+) -> list[Note]:
     one, other = profiles[first].changes, profiles[second].changes
-    found = likeness(one, other)
+    found = likeness(phases[first], phases[second])
     if found.delay:
         alike = abs(found.correlation)
         least = max(_COPIES, _SIGMAS / math.sqrt(found.samples), _MORE * abs(found.together))
@@ -149,9 +184,8 @@ def _is_same(one: FloatArray, other: FloatArray) -> bool:
     return float(rest @ rest) < _DIFFER**2 * float(more @ more)
 
 
-def _unequal(first: str, second: str, profiles: dict[str, Profile]) -> list[Note]:
-    scales = {name: profiles[name].scale for name in (first, second)}
-    quiet, loud = sorted(scales, key=lambda name: scales[name])
+def _unequal(first: str, second: str, scales: dict[str, float]) -> list[Note]:
+    quiet, loud = sorted((first, second), key=lambda name: scales[name])
     if not 0.0 < _UNEQUAL * scales[quiet] < scales[loud]:
         return []
     ratio = scales[loud] / scales[quiet]

@@ -9,6 +9,7 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.recording.channel import Channel
+from sagnac.recording.lattice import count_step
 
 # Blocks that a record is cut into, and fewest samples of one.
 _BLOCKS: Final = 64
@@ -19,9 +20,8 @@ _KEPT: Final = 0.99
 _KEPT_SQUARE: Final = 0.9247
 # Roots of that power beyond which a sample counts as if it were there.
 _FAR: Final = 3.0
-# Differences below this part of the largest are rounding, and so are those below this many last
-# places of the largest value: an angle of many turns is rounded where its changes would not be.
-_ROUNDING: Final = 1e-9
+# Changes below this many last places of the largest value are rounding: an angle of many turns is
+# rounded where its changes would not be.
 _LAST_PLACES: Final = 8.0
 # Samples of a block that its median is taken of.
 _SAMPLED: Final = 4096
@@ -47,8 +47,8 @@ class Profile:
     spread
         (blocks,) mean square of the changes about their median, single samples far off cut down.
     step
-        Smallest difference of changes that is not 0: what the readout counts in; infinite if
-        there is none.
+        What the readout counts in; the smallest change there is if it does not count, infinite if
+        nothing changes.
     block
         Samples in a block.
     """
@@ -78,7 +78,7 @@ def changes_of(channel: Channel) -> FloatArray:
 
 
 def profile_of(channel: Channel) -> Profile:
-    """The noise of a channel, in one pass."""
+    """The noise of a channel."""
     changes = changes_of(channel)
     # Fewer than a block are one.
     block = min(max(_LEAST, changes.size // _BLOCKS), changes.size)
@@ -88,7 +88,7 @@ def profile_of(channel: Channel) -> Profile:
 
     def of_blocks(some: slice) -> FloatArray:
         rows = changes[some.start * block : some.stop * block].reshape(-1, block)
-        return _noise_of(rows, rounding)
+        return _noise_of(rows)
 
     together = max(1, _AT_ONCE // block)
     found = np.concatenate(series.map(of_blocks, blocks, changes, length=together))
@@ -97,20 +97,18 @@ def profile_of(channel: Channel) -> Profile:
         level=found[:, 0],
         power=found[:, 1],
         typical=found[:, 2],
-        step=float(found[:, 3].min()),
-        spread=found[:, 4],
+        step=count_step(changes, rounding),
+        spread=found[:, 3],
         block=block,
     )
 
 
-def _noise_of(rows: FloatArray, last_places: float) -> FloatArray:
-    """(blocks, 5) median, power, typical power, smallest step and spread of (blocks, samples)."""
+def _noise_of(rows: FloatArray) -> FloatArray:
+    """(blocks, 4) median, power, typical power and spread of (blocks, samples)."""
     sampled = rows[:, :: max(1, rows.shape[1] // _SAMPLED)]
     size = np.abs(np.diff(rows, axis=1))
     count = max(size.shape[1], 1)
     kept = max(1, int(_KEPT * size.shape[1]))
-    rounding = np.maximum(_ROUNDING * size.max(axis=1, initial=0.0, keepdims=True), last_places)
-    finest = size.min(axis=1, where=size > rounding, initial=math.inf)
     whole = np.einsum("ij,ij->i", size, size)
     if kept < size.shape[1]:
         size.partition(kept, axis=1)
@@ -122,4 +120,4 @@ def _noise_of(rows: FloatArray, last_places: float) -> FloatArray:
     farthest = _FAR * np.sqrt(typical)[:, np.newaxis]
     np.clip(off, -farthest, farthest, out=off)
     spread = np.einsum("ij,ij->i", off, off) / rows.shape[1]
-    return np.stack([level, 0.5 * whole / count, 0.5 * typical, finest, spread], axis=1)
+    return np.stack([level, 0.5 * whole / count, 0.5 * typical, spread], axis=1)

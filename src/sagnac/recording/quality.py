@@ -11,12 +11,15 @@ from sagnac.errors import Note, ranked
 from sagnac.recording.channel import Channel
 from sagnac.recording.distribution import distribution_notes, flat_notes, heavy_notes
 from sagnac.recording.dropouts import dropout_notes
-from sagnac.recording.encoder_mismatch import table_notes
+from sagnac.recording.encoder_mismatch import across_notes, table_notes
 from sagnac.recording.gaps import stamp_notes
+from sagnac.recording.interleaved import interleaved_notes
 from sagnac.recording.jumps import jump_notes
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording
+from sagnac.recording.motion import motion_notes
 from sagnac.recording.not_finite import not_finite_notes
 from sagnac.recording.pairs import pair_notes
+from sagnac.recording.physics import earth_notes, gravity_notes
 from sagnac.recording.profile import Profile, profile_of
 from sagnac.recording.repeats import repeat_notes
 from sagnac.recording.resolution import resolution_notes
@@ -58,6 +61,8 @@ def integrity(recording: Recording) -> tuple[Note, ...]:
         notes += stamp_notes(recording, recording.times)
     for gyro in recording.gyros:
         notes += stuck_notes(recording, gyro)
+    if not notes:
+        notes += gravity_notes(recording)
     return ranked(notes)
 
 
@@ -82,13 +87,15 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     chosen = [recording.gyro(name) for name in gyros] if gyros else list(recording.gyros)
     turns = recording.table is not None and _turned(recording.table) > _AT_REST
     profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
-    notes: list[Note] = []
+    notes: list[Note] = [] if turns else list(earth_notes(recording))
     for gyro in chosen:
         notes += wrong_unit_notes(recording, gyro)
         notes += _of_samples(recording, gyro, profiles[gyro.name], standing=not turns)
     notes += pair_notes(recording, profiles)
     if recording.table is not None and turns:
         notes += jump_notes(recording, recording.table)
+        for gyro in chosen:
+            notes += across_notes(recording, gyro)
     return ranked(notes)
 
 
@@ -96,8 +103,11 @@ def _of_samples(
     recording: Recording, gyro: Channel, profile: Profile, *, standing: bool
 ) -> tuple[Note, ...]:
     """What the samples of one gyro show: one cause that spoils them all, else what is in them."""
+    is_bench = standing and gyro.sensor == "gyro"
     causes: tuple[Callable[[], tuple[Note, ...]], ...] = (
         lambda: wrap_notes(recording, gyro),
+        lambda: interleaved_notes(recording, gyro, profile),
+        lambda: motion_notes(recording, gyro, profile) if is_bench else (),
         lambda: resolution_notes(recording, gyro, profile),
         lambda: dropout_notes(recording, gyro, profile),
         lambda: saturation_notes(recording, gyro, profile),

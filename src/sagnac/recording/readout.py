@@ -13,6 +13,7 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.recording.channel import require_rate
 from sagnac.recording.kinds import angle_of
+from sagnac.recording.lattice import count_step
 from sagnac.recording.model import Recording
 from sagnac.units import ARCSECOND
 
@@ -24,9 +25,11 @@ _DITHERED: Final = 0.25 + 2.0 / 12.0
 _STEADY: Final = 8
 # Steps of angle fewer than these have no variance to speak of.
 _LEAST_STEPS: Final = 32
-# Share of the root mean square of the second differences. If nothing dithers the readout, its
-# step is larger than that, and what the rounding of a file leaves of a zero is smaller.
-_ROUNDING: Final = 0.05
+# Share of the stretches of `_STEADY` steps that count, those of least variance: the others hold the
+# reversals of a table, which dither nothing between them.
+_COUNT: Final = 0.99
+# Changes below this many last places of the largest angle are rounding.
+_LAST_PLACES: Final = 8.0
 # Angles that a readout step has to leave for a fit. If there are fewer, five terms are not told
 # apart: even with white readout noise nine intervals in ten hold N, and what is estimated lies
 # half an error high.
@@ -126,17 +129,15 @@ def readout_of(angle: ArrayLike) -> Readout:
         If the angle never leaves one steady turn, the step is 0 and `every` is 1.
     """
     values = np.asarray(angle, dtype=np.float64)
-    every, step = 1, 0.0
+    every = 1
     taken = values
+    rounding = _LAST_PLACES * float(np.finfo(float).eps) * max(map(abs, series.extent(values)))
+    step = count_step(series.differences(values), rounding)
+    if not math.isfinite(step):
+        return Readout(step=0.0, every=1)
     while taken.size > _LEAST_STEPS:
-        if every == 1:
-            finest, size = _smallest_change(values, 0.0)
-            if size == 0.0:
-                return Readout(step=0.0, every=1)
-            least = _ROUNDING * size
-            step = finest if finest > least else _smallest_change(values, least)[0]
         if _variance_of_steps(taken) >= _DITHERED * step**2:
-            return Readout(step=finest if every == 1 else step, every=every)
+            return Readout(step=step, every=every)
         taken = series.every(taken, 2)
         every *= 2
     return Readout(step=step, every=None)
@@ -190,7 +191,7 @@ def joint_readout(
     if not recording.duration / apart >= LEAST_DITHERED:
         text = (
             f"{recording.duration:.4g} s dither {what} too few times for a fit to tell angle "
-            "random walk from it, and only an upper bound is given; record longer, or read out "
+            "random walk from it, and no fit is an estimate of it; record longer, or read out "
             "finer"
         )
         note = Note(text=text, level="warning")
@@ -249,43 +250,20 @@ def _variance_beside(gyro: FloatArray, table: FloatArray, share: float) -> float
     return 0.5 * series.total(squares, size, table) / size
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Changes:
-    """Smallest second difference and sum of the squares of all."""
-
-    smallest: float
-    squares: float
-
-
-def _smallest_change(values: FloatArray, above: float) -> tuple[float, float]:
-    """Smallest second difference above a size, infinite if none, and root mean square of all."""
-    # Smaller ones are rounding. A steady rate leaves none in any number of steps.
-    rounding = 8.0 * np.finfo(float).eps * max(map(abs, series.extent(values)))
-
-    def changes_in(block: slice) -> _Changes:
-        changes = np.abs(np.diff(values[block.start : block.stop + 2], n=2))
-        changes = changes[changes > rounding]
-        larger = changes if above <= rounding else changes[changes > above]
-        return _Changes(
-            smallest=float(larger.min(initial=math.inf)),
-            squares=float(changes @ changes),
-        )
-
-    parts = series.map(changes_in, values.size - 2, values)
-    size = math.sqrt(sum(part.squares for part in parts) / (values.size - 2))
-    return min(part.smallest for part in parts), size
-
-
 def _variance_of_steps(values: FloatArray) -> float:
-    """Mean variance of `_STEADY` steps in a row."""
+    """Mean variance of `_STEADY` steps in a row, the largest hundredth of them left out."""
     count = (values.size - 1) // _STEADY
 
-    def variances(some: slice) -> float:
+    def variances(some: slice) -> FloatArray:
         steps = np.diff(values[_STEADY * some.start : _STEADY * some.stop + 1])
         # What all of them share is no variance, and would leave it to rounding.
         steps -= steps.mean()
-        sums = steps.reshape(-1, _STEADY) @ np.ones(_STEADY)
-        return float(steps @ steps - sums @ sums / _STEADY) / (_STEADY - 1)
+        rows = steps.reshape(-1, _STEADY)
+        return np.asarray(rows.var(axis=1, ddof=1))
 
     length = max(1, series.SPAN // _STEADY)
-    return series.total(variances, count, values, length=length) / count
+    found = np.concatenate(series.map(variances, count, values, length=length))
+    kept = max(1, math.ceil(_COUNT * count))
+    if kept < count:
+        found.partition(kept - 1)
+    return float(found[:kept].mean())

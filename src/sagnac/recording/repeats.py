@@ -11,6 +11,7 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
+from sagnac.recording.lattice import count_step
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.profile import Profile
 
@@ -61,9 +62,9 @@ def repeat_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple
     )
     if found.in_runs > held * samples:
         text = f"sticks again and again: {text}; take a stretch without with {{slice}}"
-        return (
-            finding("repeats", gyro.name, text, effect=math.sqrt(1.0 - found.in_runs / samples)),
-        )
+        # That of the noise as far as the runs are long; what they make of slower noise is open.
+        effect = math.sqrt(1.0 - found.in_runs / samples)
+        return (finding("repeats", gyro.name, text, effect=effect, level="error"),)
     if share > _ALL_HELD:
         text = f"{text}: it is sampled faster than it measures"
         return (Note(name="repeats", channel=gyro.name, text=text, level="warning"),)
@@ -76,14 +77,12 @@ def _is_unexplained(gyro: Channel, profile: Profile) -> bool:
     """Whether values repeat more often than their steps make them."""
     values = gyro.values
 
-    def smallest(block: slice) -> tuple[float, int]:
-        steps = np.abs(np.diff(values[block.start : block.stop + 1]))
-        seen = steps[steps > rounding]
-        return float(seen.min(initial=math.inf)), int((steps == 0.0).sum())
+    def none(block: slice) -> int:
+        return int((np.diff(values[block.start : block.stop + 1]) == 0.0).sum())
 
     rounding = _ROUNDING * profile.scale
-    found = series.map(smallest, values.size - 1, values)
-    zeros, step = sum(count for _, count in found), min(size for size, _ in found)
+    zeros = sum(series.map(none, values.size - 1, values))
+    step = count_step(values, rounding) if gyro.kind == "angle" else profile.step
     coarse = step * _FINE > math.sqrt(2.0) * profile.scale
     if zeros < _LEAST_OFTEN or coarse or not math.isfinite(step):
         return False

@@ -4,8 +4,10 @@ import math
 from typing import Final
 
 import numpy as np
+from scipy.fft import rfft
 
 from sagnac import series
+from sagnac.arrays import FloatArray
 from sagnac.errors import Level, Note
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
@@ -16,10 +18,17 @@ from sagnac.units import UNITS, split_factor
 # Steps of single precision, in scatters of the noise, that are said and that spoil an answer.
 _SEEN: Final = 0.1
 _SPOILS: Final = 0.5
-# Share of the scatter of white noise below which its own variance cannot be told from the steps'.
-_TOLD: Final = 1.25
+# Half the mean square of what a rate changes by from sample to sample, in steps squared, from which
+# on the error of its steps is white: its correlation is below 1 % (Widrow and Kollár, Quantization
+# Noise, 2008), and the error's own variance, 1/12, is in it.
+_WHITE: Final = 0.125 + 1.0 / 12.0
 # Change of N that is worth a word.
 _WORTH: Final = 0.02
+# Octaves in which N is looked for end at this part of the sample rate, and begin at so many
+# frequencies; the most samples looked at.
+_HIGHEST: Final = 0.05
+_LEAST_FREQUENCIES: Final = 16
+_MOST: Final = 2**17
 # Samples that tell whether all values are of single precision.
 _LOOKED_AT: Final = 4096
 # Part of a value that its conversion to SI and back may move it by.
@@ -28,7 +37,6 @@ _ROUNDING: Final = 1e-15
 
 def resolution_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
     """Single precision, or coarse counts, if the noise does not cover its steps."""
-    del recording
     step = single_precision_step(gyro)
     # The step follows the size of an angle; where that is largest the noise is compared with it.
     scatter = math.sqrt(2.0) * profile.scale
@@ -41,7 +49,7 @@ def resolution_notes(recording: Recording, gyro: Channel, profile: Profile) -> t
         level: Level = "error" if step > _SPOILS * scatter else "warning"
         return (finding("resolution", gyro.name, text, effect=None, level=level),)
     # Counts of an angle lose nothing from one sample to the next; those of a rate do.
-    return _coarse(gyro, profile) if gyro.kind == "rate" else ()
+    return _coarse(recording, gyro, profile) if gyro.kind == "rate" else ()
 
 
 def single_precision_step(gyro: Channel) -> float:
@@ -67,22 +75,50 @@ def single_precision_step(gyro: Channel) -> float:
     return 0.0
 
 
-def _coarse(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
-    """Counts of a rate that are coarser than their noise."""
+def _coarse(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """Counts of a rate whose error is a part of its angle random walk."""
     step = profile.step
     variance = float(np.median(profile.power))
-    hidden = step * step / 12.0
-    # Noise of this variance is what steps move by 2 %.
-    covering = hidden / (1.0 - (1.0 + _WORTH) ** -2)
-    if not math.isfinite(step) or variance > covering:
+    if not math.isfinite(step):
         return ()
-    # Sheppard: steps add their own variance, as long as the noise strays over several of them.
-    effect = math.sqrt(variance / (variance - hidden)) if variance > _TOLD * hidden else None
+    effect = None
+    if variance > _WHITE * step**2:
+        effect = _added(step, recording.sample_rate, profile)
+        if effect < 1.0 + _WORTH:
+            return ()
     text = (
         f"is read out in steps of {_shown(gyro, step)}, beside a scatter of "
         f"{_shown(gyro, math.sqrt(variance))}: what is read is in part the steps"
     )
     return (finding("resolution", gyro.name, text, effect=effect),)
+
+
+def _added(step: float, sample_rate: float, profile: Profile) -> float:
+    """Factor on N of the error of white steps, which is spread evenly to half the sample rate.
+
+    A sensor's own low-pass leaves less noise, but no less of it where N is read. If less is read
+    there than the steps of a rate would make, an angle was counted, whose steps do not add up.
+    """
+    read = _density(profile.changes, sample_rate)
+    steps = step * step / 6.0 / sample_rate
+    return math.sqrt(read / (read - steps)) if read > steps else 1.0
+
+
+def _density(rates: FloatArray, sample_rate: float) -> float:
+    """One-sided density of a rate where its angle random walk is: the median over octaves.
+
+    Lines and slow noise rule few of them.
+    """
+    some = rates[:_MOST]
+    taper = np.hanning(some.size)
+    transform = rfft((some - some.mean()) * taper)
+    power = (transform.real**2 + transform.imag**2) * 2.0 / sample_rate / float(taper @ taper)
+    highest = max(int(_HIGHEST * some.size), _LEAST_FREQUENCIES)
+    levels = []
+    while highest >= _LEAST_FREQUENCIES:
+        levels.append(float(np.median(power[highest // 2 : highest])) / math.log(2.0))
+        highest //= 2
+    return float(np.median(levels))
 
 
 def _shown(gyro: Channel, value: float) -> str:

@@ -6,9 +6,8 @@ from typing import Final
 import numpy as np
 from scipy.special import stdtrit
 
-from sagnac.errors import Note
+from sagnac.errors import Level, Note
 from sagnac.recording.channel import Channel
-from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.profile import Profile, profile_of
 from sagnac.recording.white import EDGE, whitened
@@ -25,6 +24,9 @@ _FEWEST_BLOCKS: Final = 8
 _CHANCE: Final = 1e-4
 _FEWEST_TO_GROW: Final = 16
 _GROWS: Final = 0.02
+# Noise of all of a record, in that of its quietest part, from which on it has no one N. Up to there
+# the interval of an answer reaches as far as that.
+_SPOILS: Final = 1.5
 # Samples of which the noise between lines is looked at alone, the most.
 _MOST: Final = 2**23
 # Bands with a level each, since a dither wanders by a hundredth of the rate, and times that level
@@ -67,7 +69,7 @@ def _loud(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, 
         f"{second_of(recording, at * profile.block):.6g} s, have {math.sqrt(highest / quiet):.3g} "
         "times the scatter of the quiet quarter; take an even stretch with {slice}"
     )
-    return (finding("unsteady", gyro.name, text, effect=effect, level="warning"),)
+    return (_changing(gyro, text, effect),)
 
 
 def _growing(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
@@ -91,7 +93,16 @@ def _growing(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
         f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record, to "
         f"{math.exp(0.5 * slope):.3g} times its scatter; take an even stretch with {{slice}}"
     )
-    return (finding("unsteady", gyro.name, text, effect=effect, level="warning"),)
+    return (_changing(gyro, text, effect),)
+
+
+def _changing(gyro: Channel, text: str, effect: float) -> Note:
+    """Noise of which the mean is `effect` times the quietest: no one N is that of the record."""
+    said = f"{text}; the angle random walk of all of it is about {effect:.3g} times the least"
+    level: Level = "error" if effect > _SPOILS else "warning"
+    return Note(
+        name="unsteady", channel=gyro.name, text=said, effect=float(f"{effect:.4g}"), level=level
+    )
 
 
 def step_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:

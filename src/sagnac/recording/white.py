@@ -24,12 +24,14 @@ class White:
     ----------
     values
         (samples - 1024,) of any scale, from sample 512 on.
-    scatter
-        Standard deviation of the noise between the lines as it was, in the unit of the changes.
+    innovation
+        Standard deviation of what each change adds to all before it, in their unit: the root of
+        the geometric mean of the spectrum between the lines (Kolmogorov). Motion that is slow,
+        however large, adds next to nothing.
     """
 
     values: FloatArray
-    scatter: float
+    innovation: float
 
 
 def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KEPT) -> White:
@@ -56,7 +58,8 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KE
     level = np.median(power[: blocks * together].reshape(blocks, together), axis=1)
     level = np.repeat(level, together) / math.log(2.0)
     level = np.append(level, np.full(power.size - level.size, level[-1]))
-    scatter = math.sqrt(2.0 * float(level.sum())) / changes.size
+    held = level[level > 0.0]
+    innovation = math.exp(0.5 * float(np.log(held).mean())) if held.size else 0.0
     scale = np.sqrt(np.maximum(level, power / kept))
     transform = np.divide(transform, scale, out=np.zeros_like(transform), where=scale > 0.0)
     # The slowest are drift.
@@ -64,5 +67,5 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KE
     # The end does not go on at the beginning, and what that makes of both is no noise.
     return White(
         values=np.asarray(irfft(transform, changes.size)[EDGE:-EDGE]),
-        scatter=scatter,
+        innovation=innovation / math.sqrt(changes.size),
     )

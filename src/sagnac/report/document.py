@@ -18,6 +18,7 @@ from sagnac.analysis.plain import (
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate, in_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.documents import ANALYSES, ANALYSIS
 from sagnac.lines.model import Line
 from sagnac.report.command_line import error_text, findings_data, note_text
 from sagnac.report.forces import forces_data
@@ -26,8 +27,6 @@ from sagnac.report.spectra import per_gyro_density
 from sagnac.report.verdicts import overall_decision, verdict_data
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, field_unit
 
-SCHEMA: Final = "sagnac.analysis/1"
-MANY_SCHEMA: Final = "sagnac.analyses/1"
 COMPARISON_SCHEMA: Final = "sagnac.comparison/1"
 
 
@@ -46,7 +45,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
     curve = analysis.curve.per_gyro()
     answer = _estimate("angle_random_walk", analysis.angle_random_walk)
     document = {
-        "schema": SCHEMA,
+        "schema": ANALYSIS,
         "version": __version__,
         "input": _input(analysis),
         "settings": {
@@ -102,7 +101,7 @@ def many_document(analyses: Iterable[Analysis], unit: Analysis | None = None) ->
     analyses = list(analyses)
     decision = overall_decision(analyses)
     return {
-        "schema": MANY_SCHEMA,
+        "schema": ANALYSES,
         "version": __version__,
         **({} if decision is None else {"verdict": {"overall": decision}}),
         "analyses": [analysis_document(analysis) for analysis in analyses],

@@ -10,11 +10,12 @@ from typing import Final
 
 import matplotlib as mpl
 import numpy as np
+from markupsafe import escape
 from matplotlib.figure import Figure
 
 from sagnac import plot
 from sagnac.analysis.result import Analysis
-from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, logarithmic
+from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, literal, logarithmic
 from sagnac.report.files import write_bytes
 from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.report.style import STYLE, legend_above, styled
@@ -125,7 +126,7 @@ def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
                 marker="o",
                 markersize=3.0,
                 linewidth=0.9,
-                label=analysis.channel,
+                label=literal(analysis.channel),
             )
             canvas.axes.fill_between(
                 curve.tau,
@@ -190,15 +191,20 @@ def svg(figure: Figure, name: str, description: str) -> str:
     drawing = text.getvalue()
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
-    drawing = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{name}-", drawing)
+    before = re.sub(r"[^A-Za-z0-9-]", lambda found: f"_{ord(found[0]):x}", name)
+    drawing = re.sub(r'\b(id="|href="#|url\(#)', rf"\g<1>{before}-", drawing)
     # A hundredth of a point is finer than any printer; glyphs (in font units) stay as they are.
     drawing = re.sub(
         r'(?<= d=")M [^"]*(?=")', lambda path: _HUNDREDTHS.sub(r"\1", path.group()), drawing
     )
+    # Names in the description are neither marks of the page nor groups of the pattern.
+    said = escape(description)
     return re.sub(
         r"<svg [^>]*?(viewBox=\"[^\"]*\")[^>]*>",
-        rf'<svg xmlns:xlink="http://www.w3.org/1999/xlink" \1 role="img" '
-        rf'aria-label="{description}">',
+        lambda found: (
+            f'<svg xmlns:xlink="http://www.w3.org/1999/xlink" {found[1]} role="img" '
+            f'aria-label="{said}">'
+        ),
         drawing,
         count=1,
     )

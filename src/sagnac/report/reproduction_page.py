@@ -168,7 +168,6 @@ def _readings(cells: Sequence[Cell]) -> list[dict[str, Any]]:
                     {
                         "mean": _percent(one.mean),
                         "rms": f"{100.0 * one.rms:.1f} %" if one.shown else "–",
-                        "shown": f"{one.shown} of {one.cells}",
                     }
                     for one in errors.values()
                 ],

@@ -81,7 +81,7 @@ class ReadingErrors:
     mean, rms
         Relative error; NaN of no cell.
     shown, cells
-        Cells in which the reading shows N, and all.
+        Cells whose curve is long enough for the reading, and all.
     """
 
     mean: float
@@ -104,7 +104,7 @@ def errors_of_reading(cells: Sequence[Cell], order: Order, reading: ReadingName)
 
 
 def reading_error(one: Cell, order: Order, reading: ReadingName) -> float:
-    """Relative error of N by a reading; NaN if it shows none."""
+    """Relative error of N by a reading; NaN of a curve too short for it."""
     outcome = one.by_paper if order == "by_paper" else one.as_printed
     return outcome.readings[reading] / outcome.truth_deg_per_sqrt_h - 1.0
 

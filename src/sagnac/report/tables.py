@@ -4,11 +4,16 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Sequence
+from typing import Final
 
 from sagnac.analysis.result import Analysis
+from sagnac.errors import one_line
 from sagnac.report.quantities import curve_unit
 from sagnac.report.spectra import per_gyro_density
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR
+
+# A spreadsheet computes a cell that begins so.
+_FORMULA: Final = ("=", "+", "-", "@")
 
 
 def cell(value: float) -> str:
@@ -17,12 +22,29 @@ def cell(value: float) -> str:
 
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Header and rows as CSV."""
+    """Header and rows as CSV, in which no text is a formula to a spreadsheet."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
+    writer.writerows([as_text(one) for one in row] for row in (header, *rows))
     return text.getvalue()
+
+
+def as_text(content: str) -> str:
+    """A cell that is a number or text: what would be a formula gets a quote before it.
+
+    Examples
+    --------
+    >>> as_text("-1.5e-3"), as_text("=1+1"), as_text("x")
+    ('-1.5e-3', "'=1+1", 'x')
+    """
+    plain = one_line(content)
+    if not plain.startswith(_FORMULA):
+        return plain
+    try:
+        float(plain)
+    except ValueError:
+        return f"'{plain}"
+    return plain
 
 
 def stability_table(analysis: Analysis) -> str:

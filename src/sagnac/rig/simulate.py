@@ -18,7 +18,8 @@ from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import quoted
 from sagnac.formats import parquet
 from sagnac.formats.files import replacing_set
-from sagnac.formats.registry import PARQUET
+from sagnac.formats.metadata import require_no_other
+from sagnac.formats.registry import CSV, PARQUET
 from sagnac.recording.model import Channel, Recording
 from sagnac.recording.pickoff import PICKOFF, Pickoff
 from sagnac.rig.config import RigConfig
@@ -313,6 +314,8 @@ def write(
     _require_config(config)
     path = Path(path)
     truth_path = path.with_name(path.name + ".truth.json")
+    if path.suffix.lower() not in CSV.suffixes:
+        require_no_other(path)
     with replacing_set(path) as folder:
         temporary = folder / path.name
         (folder / truth_path.name).write_text(

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli.errors import DONE
-from sagnac.cli.options import OUTPUT, Debug, Folder, one_argument, seconds
+from sagnac.cli.options import OUTPUT, Debug, Folder, Force, one_argument, seconds
 
 if TYPE_CHECKING:
     from sagnac.alignment.initial import Start
@@ -52,6 +53,7 @@ def align(
             name="--json", group=OUTPUT, negative="", show_default=False, help="JSON, nothing else."
         ),
     ] = False,
+    force: Force = False,
     debug: Debug = False,
 ) -> int:
     """Azimuth error of gyrocompass and filter from N, B and K; what a filter starts from.
@@ -60,6 +62,8 @@ def align(
     """
     del debug
     results.require_writable(output)
+    if output is not None:
+        outputs.require_free(outputs.of_alignment(output), [source], force=force)
     from sagnac.alignment.initial import Start
     from sagnac.units import DEGREE, DEGREE_PER_HOUR
 

@@ -1,9 +1,11 @@
 """``sagnac analyze``: recordings in, reports out."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, explain
 from sagnac.cli.options import (
@@ -12,6 +14,7 @@ from sagnac.cli.options import (
     Curve,
     Files,
     Folder,
+    Force,
     Heading,
     Options,
     settings_of,
@@ -36,6 +39,7 @@ def analyze(
     heading: Heading = NO_HEADING,
     curve: Curve = False,
     output: Folder = None,
+    force: Force = False,
 ) -> int:
     """A recording in; report.html, analysis.json, tables and figures out.
 
@@ -50,8 +54,10 @@ def analyze(
     statement = statement_of(options)
     settings = settings_of(options)
     folders = results.folders_of(files, output, as_json=options.as_json)
+    reads = outputs.inputs(files, options, heading.heading)
     for folder in folders:
         results.require_writable(folder)
+        _require_free(folder, (), reads, force=force)
     several = len(files) > 1
     done: list[Analysis] = []
     named: list[tuple[str, Analysis]] = []
@@ -65,6 +71,7 @@ def analyze(
                 stage_of=file.name * several,
                 memory=options.memory,
             )
+            _require_free(folder, tuple(analysis.gyros), reads, force=force)
             one = _reported(analysis, folder, block, settings_text(options), pdf=heading.pdf)
         except Exception as error:
             if not several or options.debug:
@@ -82,6 +89,16 @@ def analyze(
     if options.as_json and done:
         results.print_documents(done, single=not several)
     return failed or results.verdict_status(done)
+
+
+def _require_free(
+    folder: Path | None, names: Sequence[str], reads: Sequence[Path], *, force: bool
+) -> None:
+    """Refuse a folder in which something would be lost, or in which that of a gyro has it."""
+    if folder is None:
+        return
+    for place in (folder, *(folder / results.folder_name(name) for name in names)):
+        outputs.require_free(outputs.of_report(place), reads, force=force)
 
 
 def _analyzed(

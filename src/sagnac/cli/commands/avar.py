@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 from cyclopts import Parameter
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.options import (
     ANALYSIS,
@@ -17,6 +18,7 @@ from sagnac.cli.options import (
     Estimators,
     File,
     Folder,
+    Force,
     Heading,
     Options,
     estimators_of,
@@ -56,6 +58,7 @@ def avar(
     heading: Heading = NO_HEADING,
     curve: Curve = False,
     output: Folder = None,
+    force: Force = False,
 ) -> int:
     """The still bench: the ARW of each gyro, its curves, and the lines in it.
 
@@ -74,6 +77,10 @@ def avar(
     results.require_writable(output)
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
+        if output is not None:
+            reads = outputs.inputs([file], options, heading.heading)
+            for one in _outputs(read, settings, output):
+                outputs.require_free(one, reads, force=force)
         with naming(file, read.recording):
             if gaps == "omit":
                 from sagnac.recording.gaps import with_gaps_marked
@@ -139,6 +146,17 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
         analysis = gyros_alone(still, settings, run, progress)
     forces = accelerometers_of(still, settings, run=run_force, progress=progress)
     return _Made(analysis=analysis.with_accelerometers(forces), benches=benches)
+
+
+def _outputs(read: ReadFile, settings: "Settings", output: Path) -> list[outputs.Outputs]:
+    """What will be written: a folder for each gyro beside the page of all, and the forces'."""
+    names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
+    made = [outputs.of_report(output / results.folder_name(name)) for name in names]
+    if len(names) > 1:
+        made.append(outputs.of_report(output))
+    if read.recording.accelerometers:
+        made.append(outputs.of_accelerometers(output / _ACCELEROMETERS))
+    return made
 
 
 def _reported(

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli.errors import DATA_ERROR, DONE, UsageError, complain
 from sagnac.cli.options import (
     NO_OPTIONS,
     OUTPUT,
+    Force,
     Options,
     Workers,
     one_argument,
@@ -65,6 +67,7 @@ def campaign(
             group=_WORK, metavar="ADDRESS", help="Of a Dask cluster, tcp://host:8786, to work on."
         ),
     ] = None,
+    force: Force = False,
 ) -> int:
     """Many recordings in; one table and one page out, a report for each.
 
@@ -84,6 +87,8 @@ def campaign(
         raise UsageError(f"--{error}") from error
     tasks = tasks_of(sources, choices)
     results.require_writable(output)
+    reads = outputs.inputs([*sources, *(Path(task.path) for task in tasks)], options)
+    outputs.require_free(outputs.of_campaign(output), reads, force=force)
     completed = _completed(scheduler, workers, options.memory)
     made = _run(tasks, results.made(output).absolute(), completed, span)
     _write(made, output, choices, sources)
@@ -130,10 +135,10 @@ def _run(
 def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence[Path]) -> None:
     from sagnac.campaign.page import deviation_words, write_page
     from sagnac.campaign.scatter import scatter_of
-    from sagnac.campaign.table import groups_of, line_of, write_tables
+    from sagnac.campaign.table import groups_of, lines_of, write_tables
     from sagnac.report.quantities import number
 
-    lines = [line_of(row) for row in made.rows]
+    lines = lines_of(made.rows)
     tables = write_tables(lines, output)
     title = sources[0].stem if len(sources) == 1 else f"{len(made.rows)} recordings"
     page = write_page(made, lines, output, title)
@@ -149,5 +154,8 @@ def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence
             print(f"  scatter {name}: {value}  [{interval.replace(' … ', ', ')}]")
         for name, why in scatter.found.hidden.items():
             print(f"  scatter between {name}s is not observable: {why}")
+    for line in lines:
+        if line.same_as:
+            print(f"{line.file}: has the data of {line.same_as}, and does not count")
     print(f"{made.computed} of {len(made.rows)} rows made, the others were there")
     results.print_paths([page, *tables])

@@ -91,6 +91,11 @@ def _suggest(file: Path, statement: "Statement") -> None:
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
     said = "To read it, put in what stands in capitals" if words else "This may read it"
     print(f"{said}:\n\n    {command}\n")
+    if "COLUMN" in words:
+        from sagnac.formats import gyros_in
+
+        if found := gyros_in(file, statement):
+            print(f"COLUMN may be any of {', '.join(found)}\n")
 
 
 def _document(file: Path, recording: "Recording", findings: "Sequence[Note]") -> dict[str, Any]:

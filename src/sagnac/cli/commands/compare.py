@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
-from sagnac.cli.options import NO_OPTIONS, File, Folder, Options, settings_of, statement_of
+from sagnac.cli.options import NO_OPTIONS, File, Folder, Force, Options, settings_of, statement_of
 from sagnac.cli.progress import Progress
 from sagnac.cli.reading import ReadFile, naming, read_file
 from sagnac.cli.settings_file import with_settings
@@ -31,7 +32,14 @@ class Comparison:
         return self.analyses.get("fos") or list(self.analyses.values())[-1]
 
 
-def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = None) -> int:
+def compare(
+    file: File,
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    output: Folder = None,
+    force: Force = False,
+) -> int:
     """No removal, fris, fos-korenberg, fos-paper and fos, side by side; with -o also as a page.
 
     --method picks one to run alone.
@@ -40,6 +48,9 @@ def compare(file: File, /, *, options: Options = NO_OPTIONS, output: Folder = No
     statement = statement_of(options)
     settings = settings_of(options)
     results.require_writable(output)
+    if output is not None:
+        reads = outputs.inputs([file], options)
+        outputs.require_free(outputs.of_comparison(output), reads, force=force)
     methods = (options.method,) if options.method else METHODS
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)

@@ -5,9 +5,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
-from sagnac.cli.errors import DONE, UsageError
-from sagnac.cli.options import NO_STATEMENT, Reading, statement_of
+from sagnac.cli.errors import DONE
+from sagnac.cli.options import NO_STATEMENT, Force, Reading, statement_of
 from sagnac.cli.output import print_paths
 from sagnac.cli.reading import read_file
 
@@ -18,11 +19,12 @@ def convert(
     /,
     *,
     options: Reading = NO_STATEMENT,
+    force: Force = False,
 ) -> int:
     """Read a recording and write it so that reading it again needs no option."""
     statement = statement_of(options)
-    if target.exists() and source.exists() and target.samefile(source):
-        raise UsageError(f"{target}: is IN itself, which would be lost; give OUT another name")
+    reads = outputs.inputs([source], options)
+    outputs.require_free(outputs.of_conversion(target), reads, force=force)
     with progresses.shown() as progress:
         recording = read_file(source, statement, progress, memory=options.memory).recording
         from sagnac.formats import write

@@ -9,12 +9,14 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.commands.simulate import changed
 from sagnac.cli.errors import DONE
-from sagnac.cli.options import Debug, Folder
+from sagnac.cli.options import Debug, Folder, Force
 
 QUICK_S: Final = 900.0
+RECORDING: Final = "recording.parquet"
 
 
 def demo(
@@ -24,6 +26,7 @@ def demo(
         bool, Parameter(negative="", show_default=False, help="A quarter of an hour only.")
     ] = False,
     seed: Annotated[int, Parameter(metavar="N", help="Of the simulation.")] = 1,
+    force: Force = False,
     debug: Debug = False,
 ) -> int:
     """Simulate the paper's two-hour run, analyze it, print the ARW beside the truth."""
@@ -39,11 +42,15 @@ def demo(
     config = changed(preset("paper"), seed=seed)
     if quick:
         config = replace(config, duration_s=QUICK_S)
-    folder = results.made(output or Path("demo"))
+    folder = output or Path("demo")
+    results.require_writable(folder)
+    for made in (outputs.of_simulation(folder / RECORDING), outputs.of_report(folder)):
+        outputs.require_free(made, force=force)
+    results.made(folder)
     began = time.perf_counter()
     with progresses.shown() as progress:
         path, truth_path = write(
-            config, folder / "recording.parquet", lambda part: progress("simulate", part)
+            config, folder / RECORDING, lambda part: progress("simulate", part)
         )
         simulated = time.perf_counter()
         progress("read", 0.0)

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 from cyclopts import Parameter
 
 from sagnac import __version__
+from sagnac.cli import outputs
 from sagnac.cli.errors import UsageError
-from sagnac.cli.options import Debug, names
-from sagnac.cli.output import require_writable
+from sagnac.cli.options import Debug, Force, names
+from sagnac.cli.output import print_paths, require_writable
+from sagnac.errors import one_line
 
 if TYPE_CHECKING:
     from sagnac.filters.exports import Wanted
@@ -72,6 +74,7 @@ def export(
             "here.",
         ),
     ] = None,
+    force: Force = False,
     debug: Debug = False,
 ) -> None:
     """Filter settings of an analysis: Kalibr, OpenVINS, GTSAM, PX4 and others.
@@ -82,6 +85,7 @@ def export(
     chosen = format_name or _format_of(output)
     stated = None if accelerometer is None else _accelerometer(accelerometer)
     require_writable(output.parent)
+    outputs.require_free(outputs.of_export(output, chosen), analyses, force=force)
     from sagnac.filters.exports import Wanted
 
     wanted = Wanted(
@@ -121,8 +125,8 @@ def _write(output: Path, chosen: FormatName, wanted: "Wanted") -> None:
 
     write_text(output, exported(chosen, wanted))
     for setting in wanted.chosen:
-        print(setting.in_words())
-    print(f"wrote {output}")
+        print(one_line(setting.in_words()))
+    print_paths([output])
 
 
 def _accelerometer(text: str) -> tuple[float, float]:

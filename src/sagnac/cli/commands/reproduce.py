@@ -6,8 +6,9 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from sagnac.cli import output as results
+from sagnac.cli import outputs
 from sagnac.cli.errors import DONE, UsageError, complain
-from sagnac.cli.options import Debug, Folder, Workers
+from sagnac.cli.options import Debug, Folder, Force, Workers
 from sagnac.cli.progress import standings
 
 
@@ -18,6 +19,7 @@ def reproduce(
         bool, Parameter(negative="", show_default=False, help="Tables of half an hour, not 2 h.")
     ] = False,
     workers: Workers = None,
+    force: Force = False,
     debug: Debug = False,
 ) -> int:
     """The paper's Figures 1 to 6 and Tables 1 and 2 on the simulated rig, truth beside.
@@ -26,8 +28,9 @@ def reproduce(
     same folder it goes on where it stopped. Several processes work side by side, a recording each.
     """
     del debug
-    folder = results.made(output or Path("reproduction"))
+    folder = output or Path("reproduction")
     results.require_writable(folder)
+    outputs.require_free(outputs.of_reproduction(folder), force=force)
     results.ready_to_draw()
     from sagnac.paper.plan import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
@@ -40,7 +43,9 @@ def reproduce(
     except ValueError as error:
         raise UsageError(f"--{error}") from error
     try:
-        found = make(folder, QUICK if quick else Scope(), means=means, told=standings())
+        found = make(
+            results.made(folder), QUICK if quick else Scope(), means=means, told=standings()
+        )
     except KeyboardInterrupt:
         complain(f"stopped; start it again with the same folder, and it goes on ({folder})")
         raise

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, UsageError
-from sagnac.cli.options import OUTPUT, Debug, Duration
+from sagnac.cli.options import OUTPUT, Debug, Duration, Force
 from sagnac.cli.output import print_paths
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def simulate(
         float | None, Parameter(metavar="DEG/S", help="Rate of the table; 0 is at rest.")
     ] = None,
     duration: Duration = None,
+    force: Force = False,
     debug: Debug = False,
 ) -> int:
     """Simulate a rig recording into FILE, its truth beside it as FILE.truth.json."""
@@ -41,6 +43,8 @@ def simulate(
     chosen = _config(config, preset or "paper")
     if table_rate is not None and chosen.table.profile:
         raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
+    reads = [] if config is None else [config]
+    outputs.require_free(outputs.of_simulation(output), reads, force=force)
     chosen = changed(chosen, seed=seed, duration=duration, table_rate=table_rate)
     from sagnac.rig.simulate import write
 

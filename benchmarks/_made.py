@@ -1,0 +1,131 @@
+"""Pages of the docs that a program makes, each stamped with a digest of what made it.
+
+A test compares the stamps with what stands, so that a page that is older than what makes it shows.
+``python -m benchmarks._made`` lists them. ``--stamp PAGE`` stamps one whose figures still hold,
+after a look: a change of words or of shape does not ask for a new run.
+"""
+
+import argparse
+import hashlib
+import json
+import re
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from sagnac.paper.plan import FULL, plan
+
+ROOT: Final = Path(__file__).parents[1]
+_STAMP: Final = re.compile(r"<!-- Made from ([0-9a-f]{12}) -->")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Made:
+    """A page and what makes it.
+
+    Attributes
+    ----------
+    page
+        Below ``docs``.
+    sources
+        Files, or patterns of files, below the root.
+    command
+        That makes the page anew.
+    settings
+        What else its figures depend on, as JSON takes it.
+    """
+
+    page: str
+    sources: tuple[str, ...]
+    command: str
+    settings: Callable[[], Any] = list
+
+    @property
+    def path(self) -> Path:
+        return ROOT / "docs" / self.page
+
+    @property
+    def digest(self) -> str:
+        """Of the sources, whatever their line ends, and of the settings."""
+        found = hashlib.sha256(json.dumps(self.settings(), sort_keys=True).encode())
+        for pattern in self.sources:
+            for file in sorted(ROOT.glob(pattern)):
+                found.update(file.relative_to(ROOT).as_posix().encode())
+                found.update(file.read_text(encoding="utf-8").encode())
+        return found.hexdigest()[:12]
+
+    @property
+    def stamped(self) -> str:
+        """The digest that the page names; empty if it names none."""
+        stamp = _STAMP.search(self.path.read_text(encoding="utf-8"))
+        return stamp.group(1) if stamp else ""
+
+
+def stated(config: Any) -> Any:
+    """What a configuration states beyond its defaults, so that a new key with a default is none."""
+    if not is_dataclass(config):
+        return config
+    values = {field.name: (getattr(config, field.name), field.default) for field in fields(config)}
+    return {name: stated(value) for name, (value, default) in values.items() if value != default}
+
+
+def _experiment() -> Mapping[str, Any]:
+    return {run.name: stated(run) for run in plan(FULL)}
+
+
+MADE: Final = (
+    Made(
+        page="reproduce.md",
+        sources=(
+            "benchmarks/reproduction.py",
+            "src/sagnac/coefficients/curve_fit.py",
+            "src/sagnac/coefficients/readings.py",
+            "src/sagnac/lines/grid_search.py",
+            "src/sagnac/lines/published.py",
+            "src/sagnac/paper/outcome.py",
+            "src/sagnac/paper/readings.py",
+        ),
+        command="sagnac reproduce -o DIR, then python -m benchmarks.reproduction DIR --write",
+        settings=_experiment,
+    ),
+    Made(
+        page="benchmarks_figure_3.md",
+        sources=(
+            "benchmarks/figure_3.py",
+            "src/sagnac/paper/least_squares.py",
+            "src/sagnac/paper/trials.py",
+        ),
+        command="python -m benchmarks.figure_3 --write",
+    ),
+)
+
+
+def made_page(name: str) -> Made:
+    """The page of a name."""
+    return next(one for one in MADE if one.page == name)
+
+
+def with_stamp(text: str, digest: str) -> str:
+    """A page stamped anew; one without a stamp gets it as its last line."""
+    line = f"<!-- Made from {digest} -->"
+    if _STAMP.search(text):
+        return _STAMP.sub(line, text, count=1)
+    return f"{text.rstrip()}\n\n{line}\n"
+
+
+def main(arguments: list[str]) -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks._made", description=__doc__)
+    parser.add_argument("--stamp", metavar="PAGE", choices=[one.page for one in MADE])
+    chosen = parser.parse_args(arguments).stamp
+    for one in MADE:
+        if one.page == chosen:
+            text = with_stamp(one.path.read_text(encoding="utf-8"), one.digest)
+            one.path.write_text(text, encoding="utf-8")
+        state = "is as made" if one.stamped == one.digest else f"is older; {one.command}"
+        print(f"docs/{one.page} {state}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

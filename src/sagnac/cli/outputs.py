@@ -1,0 +1,175 @@
+"""What a command may write over: nothing that it reads, and nothing that it did not make.
+
+What the package writes says so itself: a document by its schema, a page by its generator, a
+recording and the settings of a filter by a mark. Files that are written together are of one make
+if one of them, the mark, says what it is.
+"""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from sagnac.cli.errors import UsageError
+from sagnac.cli.options import Reading
+
+# Where the words of a file about itself stand.
+_HEAD: Final = 1 << 13
+_TAIL: Final = 1 << 16
+_SCHEMA: Final = re.compile(rb'\A\s*\{\s*"schema":\s*"sagnac\.([a-z-]+)/')
+_PAGE: Final = b'<meta name="generator" content="sagnac '
+_RECORDING: Final = b"recording made by sagnac"
+_SETTINGS: Final = b", made by sagnac"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outputs:
+    """Files that are written together.
+
+    Attributes
+    ----------
+    paths
+        All of them.
+    mark
+        The one that says what they are.
+    kind
+        What it says: the name of a schema, ``page``, ``recording`` or ``settings``.
+    """
+
+    paths: tuple[Path, ...]
+    mark: Path
+    kind: str
+
+
+def kind_of(path: Path) -> str:
+    """What a file that this package made says of itself; empty for any other file."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD)
+            stream.seek(max(0, path.stat().st_size - _TAIL))
+            tail = stream.read(_TAIL)
+    except OSError:
+        return ""
+    schema = _SCHEMA.match(head)
+    if schema is not None:
+        return schema[1].decode()
+    words = {"page": _PAGE, "recording": _RECORDING, "settings": _SETTINGS}
+    return next((kind for kind, word in words.items() if word in head or word in tail), "")
+
+
+def require_free(outputs: Outputs, reads: Iterable[Path] = (), *, force: bool = False) -> None:
+    """Refuse to write over what the run reads, or over what such a run did not make.
+
+    Parameters
+    ----------
+    outputs
+        What will be written.
+    reads
+        What the run reads.
+    force
+        Whether the user said that it may.
+
+    Raises
+    ------
+    UsageError
+        If a file is there that would be lost.
+    """
+    there = [path for path in outputs.paths if path.is_symlink() or path.exists()]
+    if force or not there:
+        return
+    remedy = "choose another output (-o), or write over it with --force"
+    for path in there:
+        if any(one.exists() and path.exists() and path.samefile(one) for one in reads):
+            raise UsageError(f"{path}: is read by this run, and would be lost; {remedy}")
+    if kind_of(outputs.mark) != outputs.kind:
+        raise UsageError(
+            f"{there[0]}: is there, and no such run made it, so it would be lost; {remedy}"
+        )
+
+
+def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:
+    """What a run reads: recordings, the TOML beside each, and what its options name."""
+    stated = [getattr(options, name, None) for name in ("settings", "spec", "layout")]
+    named = [Path(one) for one in (*stated, *more) if one is not None]
+    beside = [
+        place
+        for file in files
+        for place in (file, file.with_name(f"{file.name}.toml"), file.with_suffix(".toml"))
+    ]
+    return [*beside, *named]
+
+
+def of_report(folder: Path) -> Outputs:
+    """The files of the report on one analysis."""
+    names = (
+        *("report.html", "report.pdf", "analysis.json", "settings.toml"),
+        *("stability.csv", "lines.csv", "family.csv", "psd.csv"),
+        *("stability.png", "spectrum.png", "parts.png"),
+    )
+    return _in(folder, names, "analysis.json", "analysis")
+
+
+def of_accelerometers(folder: Path) -> Outputs:
+    """The files of the page on the accelerometers of a recording."""
+    return _in(folder, ("report.html", "report.pdf", "stability.png"), "report.html", "page")
+
+
+def of_comparison(folder: Path) -> Outputs:
+    """The files of a comparison of methods."""
+    names = ("comparison.html", "comparison.json", "comparison.png")
+    return _in(folder, names, "comparison.json", "comparison")
+
+
+def of_alignment(folder: Path) -> Outputs:
+    """The files of an alignment."""
+    return _in(folder, ("alignment.json", "alignment.png"), "alignment.json", "alignment")
+
+
+def of_campaign(folder: Path) -> Outputs:
+    """The table and the page of a campaign; results and reports are named by their content."""
+    names = ("campaign.csv", "campaign.parquet", "index.html")
+    return _in(folder, names, "index.html", "page")
+
+
+def of_reproduction(folder: Path) -> Outputs:
+    """The page of the paper's experiment, its pictures and tables."""
+    names = ["reproduction.html"]
+    if folder.is_dir():
+        names += sorted(
+            path.name
+            for pattern in ("figure*.png", "table*.png", "figure*.csv", "table*.csv")
+            for path in folder.glob(pattern)
+        )
+    return _in(folder, names, "reproduction.html", "page")
+
+
+def of_simulation(path: Path) -> Outputs:
+    """A simulated recording, its truth, and the TOML that a text needs."""
+    truth = path.with_name(path.name + ".truth.json")
+    return Outputs(paths=(path, truth, *_toml_of(path)), mark=truth, kind="truth")
+
+
+def of_conversion(path: Path) -> Outputs:
+    """A recording in another format, and the TOML that a text needs."""
+    truth, beside = path.with_name(path.name + ".truth.json"), _toml_of(path)
+    # One that a simulation made has its truth beside it, which would be of another recording.
+    mark = truth if truth.exists() else (*beside, path)[0]
+    return Outputs(paths=(path, *beside), mark=mark, kind="recording")
+
+
+def of_export(path: Path, format_name: str) -> Outputs:
+    """The settings of a filter."""
+    return Outputs(paths=(path,), mark=path, kind="filter" if format_name == "json" else "settings")
+
+
+def _in(folder: Path, names: Iterable[str], mark: str, kind: str) -> Outputs:
+    return Outputs(paths=tuple(folder / name for name in names), mark=folder / mark, kind=kind)
+
+
+def _toml_of(path: Path) -> tuple[Path, ...]:
+    """The TOML that says of a text what its columns are."""
+    from sagnac.formats.registry import CSV
+
+    is_text = path.suffix.lower() in CSV.suffixes
+    return (path.with_name(path.name + ".toml"),) if is_text else ()

@@ -1,0 +1,89 @@
+"""Documents in JSON that this package writes and reads again, checked against their schema."""
+
+import json
+from collections.abc import Callable, Mapping
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+import fastjsonschema
+
+from sagnac.errors import RecordingError
+
+ANALYSIS: Final = "sagnac.analysis/1"
+ANALYSES: Final = "sagnac.analyses/1"
+_REMEDY: Final = "give the analysis.json that an analysis wrote, as it wrote it"
+
+
+def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:
+    """The analyses in an ``analysis.json``, or in a document of several.
+
+    Returns
+    -------
+    tuple of Mapping
+        Each of schema ``sagnac.analysis/1`` (``analysis-1.schema.json`` of this package).
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read, is no JSON, or breaks the schema: where, and what is expected.
+    """
+    content = _json(path)
+    schema = content.get("schema") if isinstance(content, dict) else None
+    if schema == ANALYSES:
+        several = content.get("analyses")
+        if not isinstance(several, list) or not several:
+            raise RecordingError("holds no analyses", path=str(path), remedy=_REMEDY)
+        return tuple(_checked(one, path) for one in several)
+    if schema != ANALYSIS:
+        raise RecordingError(f"is no document of schema {ANALYSIS}", path=str(path), remedy=_REMEDY)
+    return (_checked(content, path),)
+
+
+def check_analysis(document: object) -> None:
+    """Hold a document against the schema ``sagnac.analysis/1``.
+
+    Raises
+    ------
+    ValueError
+        If it breaks it: where, and what is expected.
+    """
+    try:
+        _validator()(document)
+    except fastjsonschema.JsonSchemaValueException as error:
+        said = error.message.removeprefix("data.").split(" definition", 1)[0]
+        raise ValueError(said) from None
+
+
+def _json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"), parse_constant=_refused)
+    except OSError as error:
+        raise RecordingError(
+            f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
+        ) from None
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"is no JSON: {error}", path=str(path), remedy=_REMEDY) from None
+
+
+def _refused(name: str) -> float:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _checked(document: Any, path: Path) -> Mapping[str, Any]:
+    try:
+        check_analysis(document)
+    except ValueError as error:
+        raise RecordingError(
+            f"breaks its schema {ANALYSIS}: {error}", path=str(path), remedy=_REMEDY
+        ) from None
+    found: Mapping[str, Any] = document
+    return found
+
+
+@cache
+def _validator() -> Callable[[object], object]:
+    schema = json.loads(files("sagnac").joinpath("analysis-1.schema.json").read_text("utf-8"))
+    compiled: Callable[[object], object] = fastjsonschema.compile(schema, use_default=False)
+    return compiled

@@ -1,0 +1,141 @@
+"""What sensors at rest have to show: gravity and Earth rate, which tell a wrong unit by name."""
+
+from typing import Final
+
+import numpy as np
+
+from sagnac.arrays import FloatArray
+from sagnac.constants import EARTH_RATE
+from sagnac.errors import Note
+from sagnac.recording.channel import Channel
+from sagnac.recording.encoder_mismatch import block_rates
+from sagnac.recording.model import Recording
+from sagnac.units import (
+    ACCELERATION_UNITS,
+    DEGREE_PER_HOUR,
+    STANDARD_GRAVITY,
+    UNITS,
+    split_factor,
+)
+
+# Three accelerometers show gravity this well: it differs by 0.5 % over the Earth, and cheap sensors
+# have biases of a few hundredths of it.
+_GRAVITY: Final = 0.05
+# A mean that is Earth's rate to this in another unit than its own is hardly chance: the biases of
+# one unit in a hundred make it. A ring laser unit at rest is known to show 14.76 deg/h of 15.04.
+_EARTH: Final = 0.025
+# Gravity in numbers called rates, to this.
+_AS_RATES: Final = 0.01
+_TRIAD: Final = 3
+# Blocks of a record whose means tell that it stands still, and their scatter, of the mean.
+_PARTS: Final = 8
+_STEADY: Final = 0.02
+# Units that a rate is taken in by mistake, and those of an angle.
+_RATES: Final = ("deg/s", "rad/s", "deg/h")
+_ANGLES: Final = ("arcsec", "deg", "rad")
+
+
+def gravity_notes(recording: Recording) -> tuple[Note, ...]:
+    """Accelerometers at rest whose mean is no gravity, but is in another unit: a warning."""
+    if not recording.accelerometers:
+        return ()
+    found = _mean_of(recording, recording.accelerometers)
+    if found is None:
+        return ()
+    size = float(np.linalg.norm(found))
+    if not size > 0.0 or _is_near(size, STANDARD_GRAVITY, _GRAVITY):
+        return ()
+    factor, stated = split_factor(recording.accelerometers[0].shown_in)
+    if stated not in ACCELERATION_UNITS or factor != 1.0:
+        return ()
+    number = size / ACCELERATION_UNITS[stated]
+    likely = [
+        unit
+        for unit, one in ACCELERATION_UNITS.items()
+        if unit != stated and _is_near(number * one, STANDARD_GRAVITY, _GRAVITY)
+    ]
+    if not likely:
+        return ()
+    text = (
+        f"their mean is {number:.4g} {stated}, and gravity is "
+        f"{STANDARD_GRAVITY / ACCELERATION_UNITS[stated]:.4g} {stated}: in {likely[0]} it would be "
+        f"gravity; state {{unit accelerometers={likely[0]}}}"
+    )
+    names = ", ".join(one.name for one in recording.accelerometers)
+    return (Note(name="units", level="warning", channel=names, text=text),)
+
+
+def earth_notes(recording: Recording) -> tuple[Note, ...]:
+    """Gyros at rest whose mean is Earth's rate in another unit, or is gravity: a warning.
+
+    Three gyros across one another sense all of Earth's rate. Three accelerometers read as gyros
+    show one g, or 9.8.
+    """
+    gyros = recording.gyros
+    if any(gyro.sensor != "gyro" for gyro in gyros):
+        return ()
+    found = _mean_of(recording, gyros)
+    if found is None:
+        return ()
+    size = float(np.linalg.norm(found))
+    return _as_gravity(gyros, size) or _as_earth_rate(recording, gyros, size)
+
+
+def _as_gravity(gyros: tuple[Channel, ...], size: float) -> tuple[Note, ...]:
+    gyro = gyros[0]
+    if gyro.kind != "rate":
+        return ()
+    factor, stated = split_factor(gyro.shown_in)
+    number = size / (factor * UNITS[stated].size)
+    for gravity, unit in ((1.0, "g"), (STANDARD_GRAVITY, "m/s^2")):
+        if factor == 1.0 and _is_near(number, gravity, _AS_RATES):
+            names = ", ".join(one.name for one in gyros)
+            text = (
+                f"their mean is {number:.4g}, which is gravity in {unit}: they look like "
+                "accelerometers; name the gyros ({columns}), and these with {accelerometers}"
+            )
+            return (Note(name="units", level="warning", channel=names, text=text),)
+    return ()
+
+
+def _as_earth_rate(
+    recording: Recording, gyros: tuple[Channel, ...], size: float
+) -> tuple[Note, ...]:
+    if len(gyros) < _TRIAD or _is_near(size, EARTH_RATE, 2.0):
+        return ()
+    stated = {gyro.shown_in for gyro in gyros}
+    kinds = {gyro.kind for gyro in gyros}
+    if len(stated) > 1 or len(kinds) > 1:
+        return ()
+    factor, name = split_factor(stated.pop())
+    others = _RATES if kinds == {"rate"} else _ANGLES
+    for unit in others:
+        other = size / UNITS[name].size * UNITS[unit].size
+        if unit != name and _is_near(other, EARTH_RATE, _EARTH):
+            said = unit if factor == 1.0 else f"{factor:g}{unit}"
+            text = (
+                f"their mean rate is {size / DEGREE_PER_HOUR:.4g} deg/h, and in {said} it would be "
+                f"{other / DEGREE_PER_HOUR:.4g} deg/h, that of the Earth (15.04): unless "
+                f"biases make that by chance, the unit is wrong; state {{unit {said}}}"
+            )
+            names = ", ".join(one.name for one in gyros)
+            return (Note(name="units", level="warning", channel=names, text=text),)
+    return ()
+
+
+def _mean_of(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray | None:
+    """(channels,) mean rates in SI; None if they do not stand still."""
+    means = []
+    for channel in channels:
+        rates, _ = block_rates(recording, channel)
+        if not np.isfinite(rates).all():
+            return None
+        means.append([float(part.mean()) for part in np.array_split(rates, _PARTS)])
+    table = np.array(means)
+    mean = np.asarray(table.mean(axis=1))
+    scatter = float(np.linalg.norm(table.std(axis=1)))
+    return mean if scatter < _STEADY * float(np.linalg.norm(mean)) else None
+
+
+def _is_near(value: float, wanted: float, within: float) -> bool:
+    return wanted * (1.0 - within) <= value <= wanted * (1.0 + within)

@@ -1,0 +1,92 @@
+"""Each effect that is announced, measured: the recording with the fault beside the one without."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.recording.model import Recording
+from tests.instruments import Bench, Floats, Readout, bench
+
+SCATTER = 0.3 / 60.0 * np.sqrt(200.0)  # deg/s
+
+
+def recorded(made: Bench) -> Recording:
+    return Recording.from_arrays(
+        kind="rate", unit="deg/s", sample_rate=made.sample_rate, x=made.rates["x"]
+    )
+
+
+def rounded(step: float) -> Callable[[Floats], Floats]:
+    return lambda rate: step * SCATTER * np.rint(rate / (step * SCATTER))
+
+
+def bent(limit: float) -> Callable[[Floats], Floats]:
+    """A soft limit, in scatters, about the mean."""
+    size = limit * SCATTER
+    return lambda rate: rate.mean() + size * np.tanh((rate - rate.mean()) / size)
+
+
+def clipped(limit: float) -> Callable[[Floats], Floats]:
+    return lambda rate: np.clip(rate, rate.mean() - limit * SCATTER, rate.mean() + limit * SCATTER)
+
+
+def held(share: float) -> Callable[[Floats], Floats]:
+    def change(rate: Floats) -> Floats:
+        rate = rate.copy()
+        for place in np.flatnonzero(np.random.default_rng(3).random(rate.size - 1) < share) + 1:
+            rate[place] = rate[place - 1]
+        return rate
+
+    return change
+
+
+# Name of the finding, low-pass of the sensor in Hz, and the fault.
+FAULTS: dict[str, tuple[str, float | None, Callable[[Floats], Floats]]] = {
+    "counts of white noise": ("resolution", None, rounded(1.2)),
+    "counts behind a low-pass": ("resolution", 40.0, rounded(1.0)),
+    "soft limit": ("clipping", None, bent(3.0)),
+    "hard limit": ("clipping", None, clipped(1.7)),
+    "held samples": ("repeats", None, held(0.05)),
+}
+
+
+@pytest.mark.parametrize("case", FAULTS)
+def test_an_announced_effect_is_what_the_fault_does(case):
+    name, low_pass, fault = FAULTS[case]
+    made = bench(5, walk=0.3, bias=0.02, low_pass=low_pass, names="x", seconds=600.0)
+    clean = analyze(recorded(made), Settings(accepted=(name,))).angle_random_walk
+    spoilt = recorded(made.changed(fault))
+    found = [note for note in analyze(spoilt).notes if note.name == name]
+    assert len(found) == 1
+    read = analyze(spoilt, Settings(accepted=(name,))).angle_random_walk
+    assert found[0].effect == pytest.approx(read.value / clean.value, abs=0.015)
+    assert abs(found[0].effect - 1.0) > 0.015
+    answer = analyze(spoilt).angle_random_walk
+    if found[0].level == "warning":
+        # Divided by it, the answer is that of the recording without the fault.
+        assert answer.status == "estimated"
+        assert answer.value == pytest.approx(clean.value, rel=0.015)
+        assert answer.low < clean.value < answer.high
+        assert answer.high / answer.low > read.high / read.low
+    else:
+        assert answer.status != "estimated"
+
+
+def test_counts_whose_error_is_slow_have_no_known_effect():
+    made = bench(5, walk=0.3, bias=0.02, low_pass=20.0, names="x").changed(rounded(0.9))
+    analysis = analyze(recorded(made))
+    (found,) = [note for note in analysis.notes if note.name == "resolution"]
+    assert found.effect is None
+    assert analysis.angle_random_walk.status != "estimated"
+
+
+def test_counts_behind_a_low_pass_move_less_than_their_share_of_the_scatter():
+    # 16 bits of 250 deg/s behind 40 Hz: the steps add to every frequency up to half the rate.
+    made = bench(6, walk=0.15, low_pass=40.0, names="x", readout=Readout(step=1.0 / 131.0))
+    analysis = analyze(recorded(made))
+    assert [note.text for note in analysis.notes if note.name == "resolution"] == []
+    (falls,) = [note.text for note in analysis.notes if "as behind a low-pass" in note.text]
+    assert 36.0 < float(falls.split("half at ")[1].split(" Hz")[0]) < 44.0

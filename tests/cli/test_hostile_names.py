@@ -1,0 +1,104 @@
+"""Names of columns and files that a terminal, a spreadsheet or TeX would obey."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sagnac.cli import main
+from sagnac.errors import one_line
+from sagnac.formats import write
+from sagnac.recording.model import Recording
+from sagnac.report.tables import csv_text
+
+ESCAPES = "x\x1b[2J\x1b]0;owned\x07\x9b31m\u202e"
+NAME = one_line(ESCAPES)
+TEX = r"$\input{x}$ $ \frac"
+
+
+@pytest.fixture
+def npz(tmp_path, monkeypatch):
+    """A file with a column of a name."""
+    monkeypatch.chdir(tmp_path)
+    rate = np.random.default_rng(4).normal(size=6000)
+
+    def make(column: str, file: str = "run.npz") -> Path:
+        np.savez("made.npz", **{column: rate, "kind": "rate", "unit": "deg/h", "sample_rate": 50.0})
+        return Path("made.npz").rename(file)
+
+    return make
+
+
+@pytest.mark.parametrize("file", ["run.npz", "run\x1b[2J\n\x9b.npz"])
+def test_no_command_moves_the_cursor(npz, file, capsys):
+    path = npz(ESCAPES, file)
+    for words in (
+        ["check", str(path)],
+        ["check", str(path), "--gyros", ESCAPES],
+        ["avar", str(path), "--columns", f"x={ESCAPES}", "-o", "out\x1b[2J"],
+        ["convert", str(path), "copy\x1b.csv", "--gyros", NAME],
+        ["analyze", str(path), "--gyros", NAME, "--method", "none", "--json"],
+        ["lines", f"{path}x"],
+        ["compare", str(path), "--method", "none"],
+        ["campaign", str(path), "--method", "none", "-o", "many"],
+    ):
+        main(words)
+        said = capsys.readouterr()
+        odd = set("\x1b\x07\x9b\u202e") & set(said.out + said.err)
+        assert not odd, words
+        if "--json" in words:
+            assert json.loads(said.out)["channel"] == NAME
+
+
+def test_a_name_is_drawn_as_it_is(npz, tmp_path):
+    path = npz(TEX)
+    stated = ["--gyros", TEX, "--method", "none"]
+    assert main(["analyze", str(path), *stated, "-o", "out"]) == 0
+    assert main(["campaign", str(path), *stated, "-o", "many"]) == 0
+    assert TEX.split("{", maxsplit=1)[0] in (tmp_path / "many" / "campaign.csv").read_text()
+
+
+def test_a_label_is_drawn_as_it_is(npz, tmp_path):
+    """All the work was done, and then the page could not be drawn."""
+    npz("x", r"$\input{x}$_day1.npz")
+    words = ["--pattern", r"(?P<unit>.*)_day(?P<day>\d)", "--method", "none", "-o", "many"]
+    assert main(["campaign", r"$\input{x}$_day1.npz", *words]) == 0
+    assert (tmp_path / "many" / "index.html").exists()
+
+
+def test_no_cell_is_a_formula(tmp_path):
+    hostile = ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(1)", '=HYPERLINK("a")\n=2', "a\t=1"]
+    numbers = ["-1.5e-3", "+2", "-inf", "7"]
+    (tmp_path / "cells.csv").write_text(csv_text(["=x"], [[one] for one in (*hostile, *numbers)]))
+    with (tmp_path / "cells.csv").open(newline="") as stream:
+        cells = [row[0] for row in csv.reader(stream)]
+    assert [one[0] for one in cells[: 1 + len(hostile)]] == ["'"] * len(hostile) + ["a"]
+    assert cells[-len(numbers) :] == numbers
+
+
+@pytest.mark.parametrize("name", ["+x", "-x", "@x", "=x"])
+def test_a_header_is_no_formula(name, tmp_path):
+    recording = Recording.from_arrays(
+        **{name: np.arange(9.0)}, kind="rate", unit="deg/h", sample_rate=10.0
+    )
+    with pytest.raises(ValueError, match="cannot stand in a file"):
+        write(recording, tmp_path / "run.csv")
+
+
+def test_python_runs_nothing_of_an_exported_file(npz, tmp_path):
+    """From a path with a line end, by way of analysis.json, into the file of GTSAM."""
+    folder = tmp_path / 'x"\nimport pathlib; pathlib.Path("owned").touch()\n#'
+    folder.mkdir()
+    npz("x\nimport os; os.abort()").rename(folder / "run.npz")
+    stated = ["--gyros", "x\\u000aimport os; os.abort()"]
+    assert main(["avar", str(folder / "run.npz"), *stated, "-o", "out"]) == 0
+    (found,) = Path("out").glob("*/analysis.json")
+    assert str(folder) in json.loads(found.read_text())["input"]["path"]
+    assert main(["export", str(found), "-o", "imu.py"]) == 0
+    ran = subprocess.run([sys.executable, "imu.py"], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
+    assert not Path("owned").exists()

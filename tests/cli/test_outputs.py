@@ -1,0 +1,159 @@
+"""What a command writes over: its own earlier output, and nothing else unless told so."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sagnac.cli import main
+from sagnac.cli.outputs import kind_of
+from sagnac.documents import check_analysis
+from sagnac.formats import read
+from tests.cli.examples import STATED, one_line, one_line_among
+
+SIMULATED = ("--duration", "20", "--table-rate", "0", "--preset", "quiet")
+MINE = "what somebody measured for a week\n"
+
+
+@pytest.fixture
+def place(bare, tmp_path, monkeypatch) -> Path:
+    """A folder with a recording of nobody's."""
+    shutil.copy(bare, tmp_path / "in.csv")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="session")
+def analysis(still, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("analysis")
+    assert main(["analyze", str(still), "--method", "none", "-o", str(folder / "out")]) == 0
+    return folder / "out" / "analysis.json"
+
+
+# What is run in a folder, and the files that it would write over.
+RUNS = {
+    "analyze": (["analyze", "still.parquet", "--method", "none", "-o", "."], ["analysis.json"]),
+    "analyze tables": (
+        ["analyze", "still.parquet", "--method", "none", "-o", "."],
+        ["x/stability.csv"],
+    ),
+    "avar": (["avar", "still.parquet", "--gyros", "x", "-o", "."], ["x/settings.toml"]),
+    "compare": (["compare", "still.parquet", "--method", "none", "-o", "."], ["comparison.png"]),
+    "simulate": (["simulate", "-o", "made.csv", *SIMULATED], ["made.csv"]),
+    "simulate truth": (["simulate", "-o", "made.npz", *SIMULATED], ["made.npz.truth.json"]),
+    "convert": (["convert", "still.parquet", "made.npz"], ["made.npz"]),
+    "convert toml": (["convert", "still.parquet", "made.csv"], ["made.csv.toml"]),
+    "export": (["export", "analysis.json", "-o", "imu.yaml"], ["imu.yaml"]),
+    "export json": (["export", "analysis.json", "-o", "filter.json"], ["filter.json"]),
+    "align": (["align", "analysis.json", "--latitude", "32", "-o", "."], ["alignment.json"]),
+    "campaign": (["campaign", "still.parquet", "--method", "none", "-o", "."], ["campaign.csv"]),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_only_what_the_same_run_made_is_written_over(name, analysis, still, place, capsys):
+    words, files = RUNS[name]
+    shutil.copy(still, "still.parquet")
+    if "analysis.json" in words:
+        shutil.copy(analysis, "analysis.json")
+    for file in files:
+        Path(file).parent.mkdir(exist_ok=True)
+        Path(file).write_text(MINE)
+    before = set(place.rglob("*"))
+    assert main(words) == 2
+    said = one_line_among(capsys.readouterr().err)
+    assert files[0] in said
+    assert "--force" in said
+    assert set(place.rglob("*")) == before
+    assert all(Path(file).read_text() == MINE for file in files)
+    assert main([*words, "--force"]) == 0
+    assert all(Path(file).read_bytes() != MINE.encode() for file in files)
+    # Once made, it may be made again.
+    assert main(words) == 0
+    assert all(Path(file).exists() for file in files)
+
+
+@pytest.mark.parametrize(
+    ("words", "lost"),
+    [
+        (["export", "analysis.json", "-o", "analysis.json"], "analysis.json"),
+        (["export", "analysis.json", "--format", "toml", "-o", "analysis.json"], "analysis.json"),
+        (["export", "analysis.json", "-o", "other.json"], "other.json"),
+        (["simulate", *SIMULATED, "-o", "in.csv"], "in.csv"),
+        (["simulate", "rig.npz", "-o", "rig.npz"], "rig.npz"),
+        (["convert", "in.csv", *STATED, "in.csv"], "in.csv"),
+        (["convert", "in.csv", *STATED, "link.csv"], "link.csv"),
+        (["convert", "in.csv", *STATED, "simulated.npz"], "simulated.npz"),
+    ],
+)
+def test_what_is_read_or_made_by_another_run_stays(words, lost, analysis, place, capsys):
+    shutil.copy(analysis, "analysis.json")
+    shutil.copy(analysis, "other.json")
+    Path("rig.npz").write_text('preset = "quiet"\n')
+    Path("link.csv").symlink_to("in.csv")
+    assert main(["simulate", *SIMULATED, "-o", "simulated.npz"]) == 0
+    capsys.readouterr()
+    before = {path.name: path.read_bytes() for path in place.iterdir()}
+    assert main(words) == 2
+    assert lost in one_line_among(capsys.readouterr().err)
+    assert {path.name: path.read_bytes() for path in place.iterdir()} == before
+
+
+@pytest.mark.parametrize("suffix", ["csv", "tsv", "parquet", "feather", "h5", "npz", "mat"])
+def test_a_recording_says_who_made_it_and_is_read_as_before(suffix, place):
+    made = Path(f"made.{suffix}")
+    for _ in range(2):
+        assert main(["convert", "in.csv", str(made), *STATED]) == 0
+    said = made.with_name(f"{made.name}.toml") if suffix in ("csv", "tsv") else made
+    assert kind_of(said) == "recording"
+    expected = read("in.csv", kind="rate", unit="deg/h", sample_rate=100.0).gyros[0].values
+    np.testing.assert_allclose(read(made).gyros[0].values, expected, rtol=1e-12)
+
+
+def test_a_toml_of_another_recording_is_not_believed_in_silence(place, capsys):
+    """It would make the numbers 5e4 times too small."""
+    Path("out.parquet.toml").write_text('kind = "rate"\nunit = "rad/s"\nsample_rate = 10.0\n')
+    assert main(["convert", "in.csv", "out.parquet", *STATED]) == 1
+    assert "a TOML beside it states" in one_line(capsys)
+    assert not Path("out.parquet").exists()
+    assert main(["simulate", *SIMULATED, "-o", "out.parquet"]) == 1
+    assert "a TOML beside it states" in one_line(capsys)
+    Path("out.parquet.toml").rename("aside")
+    assert main(["convert", "in.csv", "out.parquet", *STATED]) == 0
+    sound = read("out.parquet")
+    assert not [note for note in sound.notes if note.level == "warning"]
+    Path("aside").rename("out.parquet.toml")
+    warned = {str(note) for note in read("out.parquet").notes if note.level == "warning"}
+    assert warned == {
+        "x: the file says deg/h and the TOML beside it rad/s, which is taken; remove the TOML if "
+        "it is of another recording",
+        "the file says 100 Hz and the TOML beside it 10 Hz, which is taken; remove the TOML if it "
+        "is of another recording",
+    }
+
+
+def test_a_kind_that_file_and_toml_disagree_on_is_told(place):
+    assert main(["convert", "in.csv", "out.parquet", *STATED]) == 0
+    Path("out.parquet.toml").write_text('kind = "increment"\nunit = "arcsec"\n')
+    warned = [str(note) for note in read("out.parquet").notes if note.level == "warning"]
+    assert any("the file says rate and the TOML beside it increment" in said for said in warned)
+
+
+def test_a_document_is_known_by_its_schema_and_a_page_by_its_generator(analysis, tmp_path):
+    assert kind_of(analysis) == "analysis"
+    assert kind_of(analysis.with_name("report.html")) == "page"
+    assert kind_of(tmp_path / "nothing.json") == ""
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps({"note": '"schema": "sagnac.analysis/1"'}))
+    assert kind_of(other) == ""
+
+
+@pytest.mark.parametrize("words", [["--method", "none"], ["--estimator", "mdev", "--curve"]])
+def test_what_the_commands_print_keeps_the_schema(words, still, capsys):
+    command = "avar" if "--estimator" in words else "analyze"
+    assert main([command, str(still), "--json", "--spec", "3e-4deg/sqrt(h)", *words]) in (0, 3, 4)
+    found = json.loads(capsys.readouterr().out)
+    for one in found.get("analyses", [found]):
+        check_analysis(one)

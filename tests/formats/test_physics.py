@@ -1,0 +1,254 @@
+"""Recordings that physics contradicts, each made on purpose, and its sound twin beside it.
+
+Gravity, Earth rate, time stamps, counters and the table tell each of them.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sagnac.errors import RecordingError
+from sagnac.formats import read
+from sagnac.recording.quality import check, judged
+from tests.instruments import GRAVITY, Floats, bench, turntable
+
+STILL = bench(1, seconds=100.0, sample_rate=100.0, walk=0.003, bias=0.0, forces=True)
+TURNING = turntable(2, seconds=100.0, sample_rate=100.0, table_rate=20.0)
+RATE = {"kind": "rate", "unit": "deg/s", "sample_rate": 100.0}
+ANGLE = {"kind": "angle", "unit": "arcsec", "sample_rate": 100.0, "table": "alpha:deg"}
+COUNT = np.arange(STILL.times.size, dtype=float)
+
+
+def table(**more: Floats) -> dict[str, Floats]:
+    return {**TURNING.angles, "alpha": TURNING.encoder, **more}
+
+
+def said(folder: Path, held: Mapping[str, Floats], **stated: Any) -> list[str]:
+    """Every warning and error of a file read so."""
+    path = folder / "run.csv"
+    rows = np.stack(list(held.values()), axis=1)
+    np.savetxt(path, rows, fmt="%.12g", delimiter=",", header=",".join(held), comments="")
+    try:
+        recording = read(path, **stated)
+    except RecordingError as error:
+        return [str(error)]
+    notes = (*recording.notes, *judged(recording), *check(recording))
+    return list(dict.fromkeys(str(note) for note in notes if note.level != "remark"))
+
+
+FORCES = {"columns": {}, "accelerometers": ("ax", "ay", "az")}
+# Columns, what is wrongly stated, what is rightly stated instead, and what has to be named.
+STATED: dict[str, tuple[dict[str, Floats], dict[str, Any], dict[str, Any], tuple[str, ...]]] = {
+    "a rate that stamps contradict, still": (
+        {"t": STILL.times, **STILL.rates},
+        {**RATE, "sample_rate": 500.0},
+        RATE,
+        ("100 Hz in s", "500 Hz is stated", "rate=100"),
+    ),
+    "a rate that stamps in ms contradict, still": (
+        {"stamp": 1e3 * STILL.times + 7e8, **STILL.rates},
+        {**RATE, "sample_rate": 50.0},
+        RATE,
+        ("100 Hz in ms", "50 Hz is stated"),
+    ),
+    "a rate that stamps contradict, turning": (
+        {"timestamp": 1e6 * TURNING.times, **table()},
+        {**ANGLE, "sample_rate": 50.0},
+        ANGLE,
+        ("100 Hz in us", "50 Hz is stated"),
+    ),
+    "seconds called milliseconds, still": (
+        {"t": STILL.times, **STILL.rates},
+        {"kind": "rate", "unit": "deg/s", "time": "t:ms"},
+        {"kind": "rate", "unit": "deg/s", "time": "t:s"},
+        ("the unit ms looks wrong", "time=t:s"),
+    ),
+    "seconds called milliseconds, turning": (
+        {"t": TURNING.times, **table()},
+        {"kind": "angle", "unit": "arcsec", "table": "alpha:deg", "time": "t:ms"},
+        {"kind": "angle", "unit": "arcsec", "table": "alpha:deg", "time": "t:s"},
+        ("the unit ms looks wrong", "time=t:s"),
+    ),
+    "deg/s called rad/s": (
+        STILL.rates,
+        {**RATE, "unit": "rad/s"},
+        RATE,
+        ("that of the Earth", "unit=deg/s"),
+    ),
+    "deg/h called deg/s": (
+        {name: 3600.0 * one for name, one in STILL.rates.items()},
+        RATE,
+        {**RATE, "unit": "deg/h"},
+        ("that of the Earth", "unit=deg/h"),
+    ),
+    "accelerometers in g called m/s^2": (
+        {**STILL.rates, **{name: one / GRAVITY for name, one in STILL.forces.items()}},
+        {**RATE, "unit": {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "m/s^2"}, **FORCES},
+        {**RATE, "unit": {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "g"}, **FORCES},
+        ("in g it would be gravity", "accelerometers=g"),
+    ),
+    "accelerometers in m/s^2 read as gyros": (
+        {**STILL.rates, **STILL.forces},
+        {**RATE, "columns": {"x": "ax", "y": "ay", "z": "az"}},
+        RATE,
+        ("which is gravity in m/s^2", "accelerometers"),
+    ),
+    "an encoder in degrees called rad": (
+        table(),
+        {**ANGLE, "table": "alpha:rad"},
+        ANGLE,
+        ("table=alpha:1deg",),
+    ),
+    "an unwrapped encoder in degrees called rad": (
+        table(alpha=20.0 * TURNING.times),
+        {**ANGLE, "table": "alpha:rad"},
+        ANGLE,
+        ("if the encoder were in degrees", ":deg"),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", STATED)
+def test_what_is_stated_wrongly_is_named_with_what_would_be_right(tmp_path, case):
+    columns, wrong, right, words = STATED[case]
+    found = said(tmp_path, columns, **wrong)
+    assert found
+    assert all(any(word in one for one in found) for word in words), found
+    assert said(tmp_path, columns, **right) == []
+
+
+def test_accelerometers_in_g_read_as_gyros_are_named(tmp_path):
+    forces = {name: one / GRAVITY / 1.003 for name, one in STILL.forces.items()}
+    columns = {"x": "ax", "y": "ay", "z": "az"}
+    found = said(tmp_path, forces, **RATE, columns=columns)
+    assert any("which is gravity in g" in one for one in found)
+
+
+def test_the_wrong_axis_beside_an_encoder_is_named_with_the_right_one(tmp_path):
+    made = turntable(3, seconds=100.0, sample_rate=100.0, shares={"x": 0.002, "z": 0.98})
+    columns = {**made.angles, "alpha": made.encoder}
+    found = said(tmp_path, columns, **ANGLE, gyros=("x", "z"))
+    assert len(found) == 1
+    assert "x: senses 0.2 % of the table rate" in found[0]
+    assert "gyro z senses 98 %" in found[0]
+    assert said(tmp_path, columns, **ANGLE, gyros=("z",)) == []
+
+
+def hand_turned() -> Floats:
+    """Now still, now turned by hand at up to some 300 deg/s."""
+    random = np.random.default_rng(5)
+    slow = np.convolve(random.standard_normal(STILL.times.size), np.hanning(200), "same")
+    turned = np.where(STILL.times > 30.0, 120.0 * slow / slow.std(), 0.0)
+    return STILL.rates["x"] + turned
+
+
+def test_a_unit_turned_by_hand_is_no_bench(tmp_path):
+    found = said(tmp_path, {"x": hand_turned()}, **RATE)
+    assert any("no still bench" in one and "slice" in one for one in found)
+    # The stretch that it names is sound.
+    start, stop = found[0].split("slice=")[1].split(":")[:2]
+    span = (float(start), float(stop.split()[0].split(";")[0]))
+    assert span[1] - span[0] > 25.0
+    assert said(tmp_path, {"x": hand_turned()}, **RATE, span=span) == []
+    # A large bias is no motion.
+    assert said(tmp_path, {"x": STILL.rates["x"] + 12.0}, **RATE) == []
+
+
+def test_a_table_without_its_encoder_is_no_bench(tmp_path):
+    steady = {**ANGLE, "table": "none", "gyros": ("x",)}
+    fast = turntable(4, seconds=100.0, sample_rate=100.0, table_rate=60.0)
+    found = said(tmp_path, {**fast.angles, "alpha": fast.encoder}, **steady)
+    assert any("turns steadily at 34.6" in one and "table" in one for one in found)
+    swinging = turntable(4, seconds=100.0, sample_rate=100.0, motion="reversing")
+    columns = {**swinging.angles, "alpha": swinging.encoder}
+    assert any("no still bench" in one for one in said(tmp_path, columns, **steady))
+    assert said(tmp_path, columns, **{**ANGLE, "gyros": ("x",)}) == []
+
+
+@pytest.mark.parametrize("sensors", [2, 3])
+def test_sensors_that_take_turns_in_a_column_are_told_apart(tmp_path, sensors):
+    made = [bench(n, seconds=100.0, sample_rate=100.0, walk=0.3, bias=0.3) for n in range(sensors)]
+    mixed = np.stack([one.rates["x"] for one in made], axis=1).ravel()
+    found = said(tmp_path, {"x": mixed}, **RATE)
+    assert any(f"{sensors} sensors" in one and "column of its own" in one for one in found)
+    assert said(tmp_path, {"x": made[0].rates["x"]}, **RATE) == []
+    # Mains at a quarter of the sample rate are none.
+    mains = made[0].rates["x"] + 0.3 * np.sin(50.0 * np.pi * STILL.times + 0.3)
+    assert said(tmp_path, {"x": mains}, **RATE) == []
+
+
+def test_sensors_of_one_bias_that_take_turns_are_told_apart_by_their_noise(tmp_path):
+    quiet, loud = (
+        bench(n, seconds=100.0, sample_rate=100.0, walk=walk, bias=0.0).rates["x"]
+        for n, walk in ((1, 0.3), (2, 0.6))
+    )
+    found = said(tmp_path, {"x": np.stack([quiet, loud], axis=1).ravel()}, **RATE)
+    assert any("2 sensors" in one for one in found)
+
+
+def test_sensors_that_take_turns_on_a_table_are_told_apart(tmp_path):
+    x, z = (np.diff(TURNING.angles[name], prepend=np.nan)[1:] for name in "xz")
+    mixed = np.stack([x, 1.1 * z], axis=1).ravel()[: x.size]
+    stated = {"kind": "increment", "unit": "arcsec", "sample_rate": 100.0, "table": "alpha:deg"}
+    columns = {"x": mixed, "alpha": TURNING.encoder[1:]}
+    assert any("2 sensors" in one for one in said(tmp_path, columns, **stated))
+    assert said(tmp_path, {**columns, "x": x}, **stated) == []
+
+
+def lost(columns: Mapping[str, Floats], samples: int = 10) -> dict[str, Floats]:
+    """Rows lost at three places."""
+    at = np.concatenate([[4000, 4001], [5000], 7000 + np.arange(samples - 3)])
+    return {name: np.delete(one, at) for name, one in columns.items()}
+
+
+@pytest.mark.parametrize("modulus", [None, 256.0, 1000.0, 65536.0])
+@pytest.mark.parametrize("name", ["counter", "seq", "frame_no", "Sample"])
+def test_samples_that_a_counter_shows_to_be_lost_are_counted(tmp_path, modulus, name):
+    count = COUNT + 300.0 if modulus is None else np.mod(COUNT + 300.0, modulus)
+    columns = {name: count, **STILL.rates}
+    (found,) = said(tmp_path, lost(columns), **RATE)
+    assert "10 samples that are not there, at 3 places, the first at 40.000 s" in found
+    assert said(tmp_path, columns, **RATE) == []
+    on_table = table(**{name: count})
+    found = said(tmp_path, lost(on_table), **ANGLE)
+    assert any("10 samples that are not there" in one for one in found)
+    assert said(tmp_path, on_table, **ANGLE) == []
+
+
+def test_a_column_that_is_no_counter_says_nothing(tmp_path):
+    random = np.random.default_rng(9)
+    for column in (
+        random.integers(0, 9, COUNT.size).astype(float),
+        np.repeat(np.arange(COUNT.size / 10), 10),
+        20.0 + 0.001 * random.standard_normal(COUNT.size),
+    ):
+        assert said(tmp_path, {"count": column, **STILL.rates}, **RATE) == []
+
+
+def test_stamps_may_be_left_out_knowingly(tmp_path):
+    columns = {"t": STILL.times, **STILL.rates}
+    assert said(tmp_path, columns, **{**RATE, "sample_rate": 500.0}, time="none") == []
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_a_sound_bench_of_any_bias_is_accepted(tmp_path, number):
+    made = bench(
+        number + 40, seconds=60.0, sample_rate=100.0, walk=0.3, bias=0.3, low_pass=40.0, forces=True
+    )
+    unit = {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "m/s^2"}
+    columns = {"t": made.times, "count": np.mod(COUNT[:6000], 256), **made.rates, **made.forces}
+    assert said(tmp_path, columns, **{**RATE, "unit": unit}, **FORCES) == []
+
+
+def test_a_clock_too_coarse_for_times_names_what_reads_the_file(tmp_path):
+    columns = {"t[s]": np.floor(STILL.times), **STILL.rates}
+    stated = {"kind": "rate", "unit": "deg/s"}
+    (found,) = said(tmp_path, columns, **stated)
+    assert "time=none" in found
+    rate = float(found.split("rate=")[1].split()[0])
+    assert rate == pytest.approx(100.0, rel=0.02)
+    # With what it names, it is read.
+    assert said(tmp_path, columns, **stated, time="none", sample_rate=rate) == []
