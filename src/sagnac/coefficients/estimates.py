@@ -234,13 +234,14 @@ class SquaredEstimate:
     def of_one_gyro(
         self, name: CoefficientName | OptionalName, gyros_differenced: int, confidence: float
     ) -> Estimate:
-        """Estimate of the coefficient of one gyro."""
+        """Estimate of the coefficient of one gyro; a bound if its interval begins at 0."""
+        bounded = self.status == "estimated" and not self.low > 0.0
         return Estimate(
-            value=per_gyro(self.value, gyros_differenced),
+            value=per_gyro(self.high if bounded else self.value, gyros_differenced),
             low=per_gyro(self.low, gyros_differenced),
             high=per_gyro(self.high, gyros_differenced),
             confidence=confidence,
-            status=self.status,
+            status="upper bound" if bounded else self.status,
             name=name,
         )
 
