@@ -5,6 +5,7 @@ Nothing here is worded for one place of use. A text may name an input of the pac
 line as ``--slice 30:90``, a program as ``slice=30:90``.
 """
 
+import math
 import re
 import reprlib
 from collections.abc import Callable, Iterable
@@ -201,6 +202,21 @@ def one_line(text: str) -> str:
     run\\u000aimport os
     """
     return visible(text).replace("\n", "\\u000a").replace("\t", "\\u0009")
+
+
+def rounded(value: float, digits: int = 2) -> str:
+    """A number with so many digits that count, as a person writes it: without a power of ten.
+
+    Examples
+    --------
+    >>> rounded(8123.4), rounded(99.96), rounded(0.01234), rounded(7.0)
+    ('8100', '100', '0.012', '7')
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    places = digits - 1 - math.floor(math.log10(abs(value)))
+    text = f"{round(value, places):.{max(places, 0)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def counted(count: int, noun: str) -> str:

@@ -63,7 +63,7 @@ def test_version(capsys):
         ["analyze", "a.csv", "--method", "best"],
         ["analyze", "a.csv", "--gyros", "x,"],
         ["analyze", "a.csv", "--columns", "x"],
-        ["analyze", "a.csv", "--counter-bits", "12"],
+        ["analyze", "a.csv", "--counter-bits", "7"],
         ["avar", "a.csv", "--confidence", "95"],
         ["avar", "a.csv", "--estimator", "adv"],
         ["avar", "a.csv", "--estimator", "oadev,"],

@@ -98,3 +98,21 @@ def test_a_square_of_two_gyros_is_per_gyro():
     bound = SquaredEstimate.bound(4.0).of_one_gyro("rate_ramp", 1, 0.9)
     assert (bound.value, bound.low, bound.high, bound.status) == (2.0, 0.0, 2.0, "upper bound")
     assert math.isnan(SquaredEstimate.unseen().of_one_gyro("rate_ramp", 1, 0.9).value)
+
+
+def test_an_interval_that_begins_at_zero_is_a_bound():
+    square = SquaredEstimate(value=4.0, low=0.0, high=9.0, status="estimated")
+    found = square.of_one_gyro("bias_instability", 1, 0.95)
+    assert (found.status, found.value, found.low, found.high) == ("upper bound", 3.0, 0.0, 3.0)
+    seen = replace(square, low=1.0).of_one_gyro("bias_instability", 1, 0.95)
+    assert (seen.status, seen.value, seen.low, seen.high) == ("estimated", 2.0, 1.0, 3.0)
+
+
+def test_a_printed_bound_shows_that_it_is_one():
+    walk = {"name": "angle_random_walk", "confidence": 0.95}
+    size = math.pi / 180.0 / 60.0
+    bound = Estimate(value=2.0 * size, low=0.0, high=2.0 * size, status="upper bound", **walk)
+    unseen = Estimate(value=math.nan, low=math.nan, high=math.nan, status="not observable", **walk)
+    assert str(bound.to("deg/sqrt(h)")) == "below 2 deg/sqrt(h)"
+    assert "below 2 deg/sqrt(h)" in str(bound)
+    assert str(unseen.to("deg/sqrt(h)")) == "not observable"

@@ -9,7 +9,7 @@ from sagnac.analysis.warm_up import WarmUp
 from sagnac.coefficients.bounds import Hump, RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.model_average import Elsewhere
-from sagnac.errors import Level, Note, counted
+from sagnac.errors import Level, Note, counted, rounded
 from sagnac.recording.spikes import Spikes
 from sagnac.units import SENSED, UNITS, Sensor, field_unit
 
@@ -117,8 +117,8 @@ def _elsewhere_note(found: Elsewhere | None, walk: Estimate, sensor: Sensor) -> 
     symbol = field_unit("angle_random_walk", sensor).symbol
     return Note(
         level="warning",
-        text=f"the spectrum is level in more than one band: {100.0 * found.share:.2g} % of the "
-        f"weight reads another {SENSED[sensor].titles['angle_random_walk']}, most of it "
+        text=f"the spectrum is level in more than one band: {rounded(100.0 * found.share)} % "
+        f"of the weight reads another {SENSED[sensor].titles['angle_random_walk']}, most of it "
         f"{_shown(found.walk, sensor)} {symbol} at {found.low:.3g} to {found.high:.3g} Hz; the "
         "interval spans both",
     )
@@ -141,13 +141,14 @@ def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
             level="warning",
             text=f"the noise in the band of the {walk} changes: {reach}, which chance could do, "
             "but their spectra differ as if it were "
-            f"{parts.spread:.3g} times as large in one as in another; the interval covers them",
+            f"{rounded(parts.spread, 3)} times as large in one as in another; the interval covers "
+            "them",
         )
     apart = 100.0 * (parts.largest / parts.smallest - 1.0)
     return Note(
         name="unsteady",
         effect=parts.largest / parts.smallest,
         level="warning",
-        text=f"the {walk} changes: {reach}, {apart:.2g} % apart, more than by chance; "
+        text=f"the {walk} changes: {reach}, {rounded(apart)} % apart, more than by chance; "
         "the interval covers them",
     )

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, Protocol, TypedDict
+from typing import Final, TypedDict
 
 from threadpoolctl import ThreadpoolController
 
 from sagnac import series
+from sagnac.analysis.alone import Run, each_alone, gyros_alone
 from sagnac.analysis.averaged import Averaged, averaged
 from sagnac.analysis.curves import (
     Curves,
@@ -46,30 +47,19 @@ from sagnac.analysis.table_angle import (
     without_function,
 )
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
+from sagnac.coefficients.curve_limits import highest_slow_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
-from sagnac.errors import Note, RecordingError
+from sagnac.errors import Note, rounded
 from sagnac.kernels import cache_notes
 from sagnac.lines.model import Line
-from sagnac.recording.effects import effect_words
 from sagnac.recording.model import Recording
-from sagnac.recording.pairs import pair_notes
-from sagnac.recording.profile import profile_of
 from sagnac.recording.quality import accepted, judged_remainder
 from sagnac.table.turns import mean_rate, turns
 
 # Many small products, a few large ones: threads would spend their time waiting for each other.
 _BLAS: Final = ThreadpoolController()
-
-
-class Run(Protocol):
-    """What analyzes a recording."""
-
-    def __call__(
-        self, recording: Recording, settings: Settings, /, *, progress: Progress | None = None
-    ) -> Analysis:
-        """The analysis."""
 
 
 def analyze(
@@ -183,54 +173,6 @@ def accelerometers_of(
     return each_alone(each, alone, run or analyze, progress)
 
 
-def each_alone(
-    recordings: Mapping[str, Recording], settings: Settings, run: Run, progress: Progress | None
-) -> Alone:
-    """Channels one by one; what one of them does not give does not cost the others.
-
-    Parameters
-    ----------
-    recordings
-        Channel -> recording that holds it.
-    settings
-        For all of them; if they are strict, every refusal is an error.
-    run
-        What analyzes one.
-    progress
-        Called with the stage, the channel before it, and the fraction of it done.
-
-    Raises
-    ------
-    RecordingError
-        For a channel that is refused, if the settings are strict.
-    """
-    analyses: dict[str, Analysis] = {}
-    refused: dict[str, RecordingError] = {}
-    for name, recording in recordings.items():
-
-        def told(stage: str, fraction: float, name: str = name) -> None:
-            if progress is not None:
-                progress(f"{name}: {stage}", fraction)
-
-        try:
-            found = run(recording, replace(settings, gyros=(name,)), progress=told)
-        except RecordingError as error:
-            if settings.strict:
-                raise
-            refused[name] = error
-        else:
-            analyses[name] = _without_notes_of_others(found, name)
-    return Alone(analyses=analyses, refused=refused)
-
-
-def _without_notes_of_others(analysis: Analysis, name: str) -> Analysis:
-    """An analysis of one channel without what reading noticed of the others."""
-    recording = analysis.recording
-    others = {one.name for one in (*recording.gyros, *recording.accelerometers)} - {name}
-    notes = tuple(note for note in analysis.notes if note.channel not in others)
-    return replace(analysis, notes=notes)
-
-
 def _of_gyros(recording: Recording, settings: Settings, progress: Progress | None) -> Analysis:
     """Gyros on one turning table together, at rest each alone."""
     stages = _stages(recording, progress)
@@ -245,48 +187,6 @@ def _of_gyros(recording: Recording, settings: Settings, progress: Progress | Non
     return gyros_alone(recording, replace(settings, gyros=names), run, progress)
 
 
-def gyros_alone(
-    recording: Recording, settings: Settings, run: Run, progress: Progress | None
-) -> Analysis:
-    """Several gyros at rest, each alone: `Analysis.of_gyros`.
-
-    Parameters
-    ----------
-    recording, settings
-        With the gyros that the settings name, two or more.
-    run
-        What analyzes one.
-    progress
-        Called with the stage and the fraction of it done.
-
-    Raises
-    ------
-    RecordingError
-        The first refusal, if no gyro gives anything or the settings are strict.
-    """
-    names = settings.gyros
-    alone = each_alone(dict.fromkeys(names, recording), settings, run, progress)
-    if not alone.analyses:
-        raise next(iter(alone.refused.values()))
-    beside = accepted(_beside_each_other(recording, tuple(alone.analyses)), settings.accepted)
-    require_strict(beside, settings)
-    return Analysis.of_gyros(alone, names, beside)
-
-
-def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> tuple[Note, ...]:
-    """What gyros say of each other; at rest it spoils no answer, since each is taken alone."""
-    profiles = {name: profile_of(recording.gyro(name)) for name in names}
-    return tuple(
-        replace(
-            note,
-            level="warning",
-            text=note.text.removesuffix(f"; {effect_words(note.effect)}"),
-            effect=None,
-        )
-        for note in pair_notes(recording, profiles)
-    )
-
-
 def _stages(recording: Recording, progress: Progress | None) -> Stages:
     return Stages(progress, recording.provenance.path if recording.provenance else "recording")
 
@@ -299,7 +199,8 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     with stages.stage("check"):
         sharing = _sharing(prepared, removed.left, answered.found)
         noticed = _noticed(prepared, removed.left, answered)
-        seen = _seen(prepared, (*noticed, *sharing.notes))
+        slow = _slow_noise(prepared, answered.curves, answered.found)
+        seen = _seen(prepared, (*noticed, *slow, *sharing.notes))
         require_strict(seen, prepared.settings)
     with stages.stage("spectrum"):
         spectra = _spectra(prepared, removed)
@@ -429,6 +330,7 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 left=left,
                 coefficients=coefficients,
             )
+        coefficients, found = _within_curve(prepared, curves, coefficients, found)
         headline = headline_of(
             measured,
             left,
@@ -463,6 +365,47 @@ def _of_pair(prepared: _Prepared, other: str) -> Estimate:
     gyros = (*prepared.settings.gyros, other)
     settings = replace(prepared.settings, gyros=gyros, estimators=(), strict=False)
     return answer_of(prepared.recording, settings).angle_random_walk
+
+
+def _within_curve(
+    prepared: _Prepared, curves: Curves, coefficients: Coefficients, found: Averaged | None
+) -> tuple[Coefficients, Averaged | None]:
+    """The fit of the spectrum and the average without what contradicts the curve."""
+    lowered = 0.0 if found is None else found.roll_off.cluster_time()
+    highest = highest_slow_terms(
+        curves.after,
+        confidence=prepared.settings.confidence,
+        gyros_differenced=prepared.measured.gyros_differenced,
+        shortest=max(lowered, coefficients.readout.time),
+    )
+    likelihood = coefficients.fits["likelihood"]
+    kept = replace(likelihood, coefficients=within_curve(likelihood.coefficients, highest))
+    coefficients = replace(coefficients, fits={**coefficients.fits, "likelihood": kept})
+    if found is not None:
+        average = found.average
+        limited = average.with_coefficients(within_curve(average.coefficients, highest))
+        found = replace(found, average=limited)
+    return coefficients, found
+
+
+def _slow_noise(prepared: _Prepared, curves: Curves, found: Averaged | None) -> tuple[Note, ...]:
+    """A note on a rise of the curve that no estimated term has."""
+    if found is None or found.cleaned.warm_up is not None:
+        return ()
+    measured = prepared.measured
+    rise = slow_noise(
+        curves.after,
+        found.average.coefficients,
+        gyros_differenced=measured.gyros_differenced,
+    )
+    if rise is None:
+        return ()
+    text = (
+        f"slow noise, K or R or B: at {rise.tau:.3g} s the curve lies {rounded(rise.ratio)} times "
+        "above the terms that are estimated, and the recording does not show which of the three "
+        "it is; record longer"
+    )
+    return (Note(channel=measured.channel, text=text),)
 
 
 def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:

@@ -14,7 +14,7 @@ from sagnac.analysis.table_angle import TurningTable
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.common_walk import CommonWalk, common_walk, differenced_factor
 from sagnac.coefficients.estimates import Estimate
-from sagnac.errors import Note
+from sagnac.errors import Note, rounded
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import (
@@ -196,7 +196,7 @@ def _worded(channel: str, shared: CommonWalk, walk: float) -> Sharing:
             "the encoder"
             if low < _TELLING or shared.is_present
             else "no angle random walk that the two gyros share is seen beside the table's motion: "
-            f"the difference reads at most {100.0 * (1.0 - low):.2g} % low against the gyros "
+            f"the difference reads at most {rounded(100.0 * (1.0 - low))} % low against the gyros "
             "themselves"
         )
         return Sharing(notes=(Note(channel=channel, text=text),))
@@ -211,7 +211,7 @@ def _worded(channel: str, shared: CommonWalk, walk: float) -> Sharing:
         channel=channel,
         level="warning" if matters else "remark",
         text="the two gyros share an angle random walk that their difference does not show: per "
-        f"gyro it reads {abs(off):.2g} % ({ends[0]:.2g} to {ends[1]:.2g} %) "
+        f"gyro it reads {rounded(abs(off))} % ({rounded(ends[0])} to {rounded(ends[1])} %) "
         f"{'low' if off < 0.0 else 'high'} against the gyros themselves, unless the encoder "
         f"wanders that much{'; the interval allows for it' if matters else ''}",
     )

@@ -13,10 +13,22 @@ from sagnac.errors import RecordingError, quoted
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement
+from sagnac.specification.limits import Specification, specification_of
 
 _SUFFIXES: Final = frozenset(suffix for one in FORMATS for suffix in one.suffixes)
 _KEYS: Final = frozenset(
-    {"files", "methods", "gyros", "interval_s", "confidence", "pattern", "statement", "recording"}
+    {
+        "files",
+        "methods",
+        "gyros",
+        "interval_s",
+        "confidence",
+        "pattern",
+        "spec",
+        "risk",
+        "statement",
+        "recording",
+    }
 )
 _REMEDY: Final = "see docs/campaign.md for the keys of a campaign"
 
@@ -133,7 +145,7 @@ def _planned(content: Mapping[str, Any], folder: Path, choices: Choices) -> tupl
     unknown = sorted(set(content) - _KEYS)
     if unknown:
         raise ValueError(f"{unknown[0]!r} is no key of a campaign; use {', '.join(sorted(_KEYS))}")
-    common = _common(content, choices)
+    common = _common(content, folder, choices)
     listed: list[tuple[Path, dict[str, str]]] = [
         (file, {}) for pattern in _texts(content, "files") for file in _matching(folder, pattern)
     ]
@@ -151,11 +163,16 @@ def _planned(content: Mapping[str, Any], folder: Path, choices: Choices) -> tupl
     )
 
 
-def _common(content: Mapping[str, Any], choices: Choices) -> Choices:
+def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choices:
+    specification = _specification(content, folder) or choices.settings.specification
+    confidence = choices.settings.confidence
+    if "spec" in content and specification is not None and specification.risk is not None:
+        confidence = 1.0 - specification.risk
     settings = replace(
         choices.settings,
         interval=content.get("interval_s", choices.settings.interval),
-        confidence=content.get("confidence", choices.settings.confidence),
+        confidence=content.get("confidence", confidence),
+        specification=specification,
     )
     stated = content.get("statement")
     return Choices(
@@ -163,6 +180,23 @@ def _common(content: Mapping[str, Any], choices: Choices) -> Choices:
         statement=choices.statement if stated is None else from_mapping(stated),
         pattern=content.get("pattern", choices.pattern),
     )
+
+
+def _specification(content: Mapping[str, Any], folder: Path) -> Specification | None:
+    """What ``spec`` and ``risk`` state; a TOML of limits is looked for beside the campaign's."""
+    if "spec" not in content:
+        if "risk" in content:
+            raise ValueError("risk is stated without spec; state the limit that it is of")
+        return None
+    text, risk = content["spec"], content.get("risk")
+    if not isinstance(text, str):
+        raise ValueError(f'spec is {text!r}; give a limit in quotes, such as "3e-4deg/sqrt(h)"')
+    if text.strip().endswith(".toml"):
+        text = str(folder / text.strip())
+    try:
+        return specification_of(text, risk=risk)
+    except OSError as error:
+        raise ValueError(f"spec {text} cannot be read ({error.strerror})") from None
 
 
 def _all_settings(content: Mapping[str, Any], settings: Settings) -> list[Settings]:

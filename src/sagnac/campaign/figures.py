@@ -33,7 +33,9 @@ def curve_panels(rows: Sequence[Row], lines: Sequence[Line]) -> Figure:
     """
     panels: dict[str, list[Mapping[str, Any]]] = {}
     for row, line in zip(rows, lines, strict=True):
-        panels.setdefault(panel_title(line), []).append(row.result.analysis["curve"])
+        curve = row.result.analysis.get("curve")
+        if curve is not None:
+            panels.setdefault(panel_title(line), []).append(curve)
     shown = list(panels.items())[:MOST_PANELS]
     deep = math.ceil(len(shown) / _COLUMNS)
     with mpl.rc_context(STYLE):
@@ -68,7 +70,9 @@ def panel_title(line: Line) -> str:
     return f"{unit}, {line.rate_deg_per_s:g} °/s"
 
 
-def control_chart(lines: Sequence[Line], found: Repeatability | None) -> Figure:
+def control_chart(
+    lines: Sequence[Line], found: Repeatability | None, limits: Sequence[float] = ()
+) -> Figure:
     """N of every recording in its order, with the mean and where the next run will lie.
 
     Parameters
@@ -77,8 +81,13 @@ def control_chart(lines: Sequence[Line], found: Repeatability | None) -> Figure:
         That show N.
     found
         How they scatter; None if they are too few.
+    limits
+        Of N, deg/sqrt(h), a line each.
     """
     with styled() as canvas:
+        for place, limit in enumerate(limits):
+            label = None if place else "limit"
+            canvas.axes.axhline(limit, color=INK, linewidth=1.2, linestyle="-.", label=label)
         _intervals(canvas.axes, np.arange(1.0, len(lines) + 1.0), lines)
         if found is not None:
             canvas.axes.axhline(found.mean.value, color=INK, linewidth=0.9, label="mean")

@@ -18,11 +18,15 @@ from sagnac.campaign.figures import (
 from sagnac.campaign.runner import Campaign, Row
 from sagnac.campaign.scatter import Scatter, scatter_of
 from sagnac.campaign.table import Line, groups_of
+from sagnac.campaign.verdicts import limit_texts, specifications_of, yield_of
+from sagnac.errors import rounded
 from sagnac.repeatability.study import Range, Repeatability
 from sagnac.report.figures import svg
 from sagnac.report.files import write_text
 from sagnac.report.html import rendered
-from sagnac.report.quantities import number
+from sagnac.report.quantities import number, typeset
+from sagnac.specification.limits import Specification
+from sagnac.units import field_unit
 
 _COLUMNS: Final = (
     "File", "Unit", "Day", "Rate (°/s)", "Gyros", "Method", "Span (h)", "N (°/√h)", "Verdict",
@@ -44,7 +48,7 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     campaign
         What was done.
     lines
-        Its table, a line for each row.
+        Its table, a line for each row of `Campaign.each`.
     folder
         Of the campaign.
     title
@@ -55,7 +59,17 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     RecordingError
         If the folder cannot be written to.
     """
-    by_key = {(line.key, line.file): row for row, line in zip(campaign.rows, lines, strict=True)}
+    by_key = {
+        (line.key, line.file, line.gyros): row
+        for row, line in zip(campaign.each, lines, strict=True)
+    }
+    specifications = specifications_of(campaign)
+    limits = [
+        limit.value / field_unit("angle_random_walk").size
+        for one in specifications
+        for limit in one.limits
+        if limit.coefficient == "angle_random_walk"
+    ]
     failed = [line for line in lines if line.state != "done"]
     twice = sum(bool(line.same_as) for line in lines)
     equal = f" {twice} have the data of another and do not count." * bool(twice)
@@ -65,10 +79,11 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
         counts=f"{len(lines)} rows, {len(lines) - len(failed)} done, {len(failed)} not.{equal}",
         failed=[reason_text(line.file, line.reason) for line in failed],
         groups=[
-            _group(names, found, by_key)
+            _group(names, found, by_key, limits)
             for names, found in groups_of(lines).items()
             if any(line.state == "done" for line in found)
         ],
+        verdict=_verdict(campaign, specifications),
         spans=_span_figures(lines),
         **_listed(lines),
         version=__version__,
@@ -78,34 +93,48 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     return path
 
 
+def _verdict(campaign: Campaign, specifications: Sequence[Specification]) -> dict[str, Any] | None:
+    """Limits, decisions and yield; None if nothing was stated."""
+    found = yield_of(campaign)
+    if found is None:
+        return None
+    return {
+        "decision": found.decision,
+        "limits": [typeset(text) for one in specifications for text in limit_texts(one)],
+        "counts": found.in_words(),
+        "share": found.share_in_words(),
+    }
+
+
 def reason_text(file: str, reason: str) -> str:
     """Why a file has no answer; the file stands first, once."""
     return reason if reason.startswith(file) else f"{file}: {reason}"
 
 
 def _group(
-    names: tuple[str, str], lines: Sequence[Line], by_key: dict[tuple[str, str], Row]
+    names: tuple[str, str],
+    lines: Sequence[Line],
+    by_key: dict[tuple[str, str, str], Row],
+    limits: Sequence[float],
 ) -> dict[str, Any]:
     done = [line for line in lines if line.state == "done"]
     method, gyros = names
     name = f"{method}-{gyros}".replace(",", "-")
     scatter = scatter_of(done, done[0].confidence)
-    rows = [by_key[line.key, line.file] for line in done]
+    rows = [by_key[line.key, line.file, line.gyros] for line in done]
     many = len({panel_title(line) for line in done}) > MOST_PANELS
     panels = f"the first {MOST_PANELS} units and rates" if many else "each unit and rate"
-    figures = [
-        (
-            Markup(svg(curve_panels(rows, done), f"curves-{name}", "Allan deviation by unit")),
-            f"Allan deviation per gyro, a panel for {panels}; grey: all others.",
-        )
-    ]
+    figures = []
+    if any("curve" in row.result.analysis for row in rows):
+        drawn = svg(curve_panels(rows, done), f"curves-{name}", "Allan deviation by unit")
+        caption = f"Allan deviation per gyro, a panel for {panels}; grey: all others."
+        figures.append((Markup(drawn), caption))
     if scatter.lines:
-        chart = control_chart(scatter.lines, scatter.found)
-        figures.append(
-            (Markup(svg(chart, f"chart-{name}", "N by recording")), "N of each recording.")
-        )
+        chart = control_chart(scatter.lines, scatter.found, limits)
+        caption = f"N of each recording{' and its limit' if limits else ''}."
+        figures.append((Markup(svg(chart, f"chart-{name}", "N by recording")), caption))
     return {
-        "title": f"Gyros {gyros.replace(',', ' − ')}, method {method}",
+        "title": f"{_gyros_title(gyros)}, method {method}",
         "confidence": f"{100.0 * done[0].confidence:g} %",
         "why": scatter.why,
         "left_out": scatter.left_out,
@@ -113,6 +142,10 @@ def _group(
         "tables": _cell_tables(done),
         **_scatter_words(scatter),
     }
+
+
+def _gyros_title(gyros: str) -> str:
+    return f"Gyros {gyros.replace(',', ' − ')}" if "," in gyros else f"Gyro {gyros}"
 
 
 def _scatter_words(scatter: Scatter) -> dict[str, Any]:
@@ -161,7 +194,7 @@ def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
     ]
     if found.drift is not None:
         value, low, high = (
-            f"{100.0 * part:.2g} %"
+            f"{rounded(100.0 * part)} %"
             for part in (found.drift.value, found.drift.low, found.drift.high)
         )
         rows.append(("Drift of N a day (not in °/√h)", value, f"{low} … {high}"))
@@ -275,4 +308,4 @@ def _figures(one: Range) -> tuple[str, str]:
 
 
 def _percent(part: float) -> str:
-    return f"{100.0 * part:.2g} %" if part < 9.995 else f"{100.0 * part:.0f} %"
+    return f"{rounded(100.0 * part)} %" if part < 9.995 else f"{100.0 * part:.0f} %"

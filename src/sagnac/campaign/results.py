@@ -23,6 +23,8 @@ _KEPT: Final = (
     "coefficients",
     "covariance",
     "parts",
+    "per_gyro",
+    "refused",
     "curve",
     "notes",
     "verdict",
@@ -45,7 +47,8 @@ class Result:
     report
         Folder of its report, relative to that of the campaign.
     analysis
-        The keys of its ``analysis.json`` that tables are made of, and ``lines``, their number.
+        The keys of its ``analysis.json`` that tables are made of, and ``lines``, their number;
+        ``gyros`` holds the same of each gyro that was taken alone.
     """
 
     key: str
@@ -68,9 +71,15 @@ class Result:
 
 def done(task: Task, document: Mapping[str, Any], report: str) -> Result:
     """The result of a task from its ``analysis.json``."""
+    return Result(key=task.key, state="done", report=report, analysis=_kept(document))
+
+
+def _kept(document: Mapping[str, Any]) -> dict[str, Any]:
     kept = {name: document[name] for name in _KEPT if name in document}
     kept["lines"] = len(document["lines"])
-    return Result(key=task.key, state="done", report=report, analysis=kept)
+    if "gyros" in document:
+        kept["gyros"] = {name: _kept(one) for name, one in document["gyros"].items()}
+    return kept
 
 
 def result_path(folder: Path, key: str) -> Path:

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from sagnac.campaign import local
@@ -22,6 +22,40 @@ class Row:
     result: Result
 
 
+def by_gyro(row: Row) -> tuple[Row, ...]:
+    """A row for each gyro that has its own N; the row itself if there is but one.
+
+    Gyros that were taken alone have a row each, also those that were refused. A triad on a turning
+    table keeps its row, which is of the difference, before those of its gyros.
+    """
+    analysis = row.result.analysis
+    alone, refused = analysis.get("gyros", {}), analysis.get("refused", {})
+    if alone:
+        return tuple(
+            replace(row, result=replace(row.result, analysis=alone[name]))
+            if name in alone
+            else replace(row, result=_refused(row, name, refused[name]))
+            for name in analysis["input"]["gyros"]
+        )
+    return (row, *(_of_hat(row, name) for name in analysis.get("per_gyro", {})))
+
+
+def _refused(row: Row, name: str, reason: str) -> Result:
+    of_one = {"input": {**row.result.analysis["input"], "gyros": [name]}}
+    return replace(row.result, state="failed", reason=reason, analysis=of_one)
+
+
+def _of_hat(row: Row, name: str) -> Row:
+    """One gyro of a triad: its own N, and what was decided of it."""
+    analysis = row.result.analysis
+    kept = {key: analysis[key] for key in ("settings", "notes", "lines") if key in analysis}
+    kept["input"] = {**analysis["input"], "gyros": [name]}
+    kept["angle_random_walk"] = analysis["per_gyro"][name]
+    if "verdict" in analysis:
+        kept["verdict"] = analysis["verdict"]["gyros"].get(name, "")
+    return replace(row, result=replace(row.result, analysis=kept))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Campaign:
     """All rows, in the order of the plan.
@@ -36,6 +70,11 @@ class Campaign:
 
     rows: tuple[Row, ...]
     computed: int
+
+    @property
+    def each(self) -> tuple[Row, ...]:
+        """Rows of every gyro: see `by_gyro`."""
+        return tuple(one for row in self.rows for one in by_gyro(row))
 
     @property
     def failed(self) -> tuple[Row, ...]:

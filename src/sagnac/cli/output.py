@@ -17,6 +17,7 @@ from sagnac.errors import one_line
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
     from sagnac.report.title_block import TitleBlock
+    from sagnac.specification.verdict import Decision
 
 # Characters that a file system takes in a name, with room for what is put before it.
 _LONGEST_NAME: Final = 180
@@ -271,8 +272,12 @@ def verdict_status(analyses: "Sequence[Analysis]") -> int:
     """Exit status that the verdicts on some analyses mean; 0 without a specification."""
     from sagnac.report.verdicts import overall_decision
 
-    statuses = {None: DONE, "pass": DONE, "fail": FAILED, "undecided": UNDECIDED}
-    return statuses[overall_decision(list(analyses))]
+    return status_of(overall_decision(list(analyses)))
+
+
+def status_of(decision: "Decision | None") -> int:
+    """Exit status that a decision means."""
+    return {None: DONE, "pass": DONE, "fail": FAILED, "undecided": UNDECIDED}[decision]
 
 
 def print_documents(

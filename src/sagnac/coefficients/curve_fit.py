@@ -28,7 +28,7 @@ from sagnac.coefficients.laws import (
 )
 from sagnac.coefficients.limits import PRESENCE, crossing, typical_square
 from sagnac.coefficients.readings import SHORT, Squares
-from sagnac.errors import Note, RecordingError
+from sagnac.errors import Note, RecordingError, rounded
 from sagnac.recording.difference import per_gyro
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.degrees_of_freedom import ieee_relative_error
@@ -326,7 +326,7 @@ def _with_curve_departure(model: CurveModel, squares: FloatArray) -> tuple[Curve
 def _departure_note(method: FitName, departure: float) -> Note:
     # No warning: the intervals allow for it, and any low-pass of a sensor makes one.
     return Note(
-        text=f"the curve departs from the fitted terms by {100.0 * departure:.2g} % of the "
+        text=f"the curve departs from the fitted terms by {rounded(100.0 * departure)} % of the "
         f"variance at a point; the {method} intervals allow for it",
     )
 

@@ -56,17 +56,22 @@ _ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConvertedEstimate:
-    """Three figures of an `Estimate` in `unit`; ``float`` of it is the value."""
+    """Three figures of an `Estimate` in `unit`, and its status; ``float`` of it is the value."""
 
     value: float
     low: float
     high: float
     unit: str
+    status: Status = "estimated"
 
     def __float__(self) -> float:
         return self.value
 
     def __str__(self) -> str:
+        if self.status == "not observable":
+            return self.status
+        if self.status == "upper bound":
+            return f"below {self.high:.4g} {self.unit}"
         return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g}) {self.unit}"
 
 
@@ -162,7 +167,11 @@ class Estimate:
             )
         size = units[unit]
         return ConvertedEstimate(
-            value=self.value / size, low=self.low / size, high=self.high / size, unit=unit
+            value=self.value / size,
+            low=self.low / size,
+            high=self.high / size,
+            unit=unit,
+            status=self.status,
         )
 
     def times(self, factor: float) -> "Estimate":
@@ -176,13 +185,12 @@ class Estimate:
         if self.status == "not observable":
             return "not observable"
         if self.name is None:
-            shown = ConvertedEstimate(value=self.value, low=self.low, high=self.high, unit="SI")
+            shown = ConvertedEstimate(
+                value=self.value, low=self.low, high=self.high, unit="SI", status=self.status
+            )
         else:
             shown = self.to(next(iter(estimate_units(self.name, self.sensor))))
-        percent = f"{100.0 * self.confidence:g} %"
-        if self.status == "upper bound":
-            return f"below {shown.high:.4g} {shown.unit}, {percent}"
-        return f"{shown}, {percent}"
+        return f"{shown}, {100.0 * self.confidence:g} %"
 
     def __repr__(self) -> str:
         return f"<{self.name or 'estimate'} {self._worded()}>"
@@ -226,13 +234,14 @@ class SquaredEstimate:
     def of_one_gyro(
         self, name: CoefficientName | OptionalName, gyros_differenced: int, confidence: float
     ) -> Estimate:
-        """Estimate of the coefficient of one gyro."""
+        """Estimate of the coefficient of one gyro; a bound if its interval begins at 0."""
+        bounded = self.status == "estimated" and not self.low > 0.0
         return Estimate(
-            value=per_gyro(self.value, gyros_differenced),
+            value=per_gyro(self.high if bounded else self.value, gyros_differenced),
             low=per_gyro(self.low, gyros_differenced),
             high=per_gyro(self.high, gyros_differenced),
             confidence=confidence,
-            status=self.status,
+            status="upper bound" if bounded else self.status,
             name=name,
         )
 

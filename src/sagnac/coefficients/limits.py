@@ -5,13 +5,15 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
-from scipy.special import gammaincinv
+from scipy.special import gammaincinv, log_ndtr, ndtri
 
 from sagnac.arrays import FloatArray
 
 # A term is called present if leaving it out costs three standard deviations: a false
 # alarm of 0.13 % for each term that is not there.
 PRESENCE: Final = 9.0
+# Standard deviations from which on a term is taken to have been picked for its size.
+_PICKED: Final = 2.5
 # The same probability for two parameters.
 PRESENCE_OF_TWO: Final = 11.83
 # Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
@@ -88,3 +90,44 @@ def typical_square(term: FloatArray, total: FloatArray) -> float:
 def likelihood_drop(confidence: float) -> float:
     """Drop of twice the log likelihood at the end of an interval."""
     return float(2.0 * gammaincinv(0.5, max(confidence, 1e-6)))
+
+
+def low_end(presence: float, confidence: float) -> float:
+    """Standard deviations from an estimate down to the low end of its interval.
+
+    A term is called estimated because it came out large, so that of those that are the weak ones
+    are too large more often than by chance. The low end is the truth at which a term that comes
+    out at `_PICKED` standard deviations above zero or more comes out as large as this one with the
+    chance of one tail (conditional inference after selection). Far above that it is the end of the
+    plain interval.
+
+    Parameters
+    ----------
+    presence
+        Standard deviations from zero to the estimate.
+    confidence
+        Of the interval.
+
+    Returns
+    -------
+    float
+        Infinite if zero is not excluded: what was seen is then no more than bounded.
+    """
+    tail = math.log(0.5 * (1.0 - confidence))
+
+    def excess(down: float) -> float:
+        return float(log_ndtr(-down) - log_ndtr(presence - _PICKED - down)) - tail
+
+    if presence <= 0.0 or excess(presence) >= 0.0:
+        return math.inf
+    low, high = 0.0, presence
+    while high - low > CONVERGED:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
+    return high
+
+
+def detected(confidence: float) -> float:
+    """Standard deviations from zero of a term that is estimated with this probability."""
+    threshold = -float(ndtri(0.5 * (1.0 - confidence) * math.exp(float(log_ndtr(-_PICKED)))))
+    return max(threshold, math.sqrt(PRESENCE)) + float(ndtri(max(confidence, 0.5)))

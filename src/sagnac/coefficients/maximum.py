@@ -16,10 +16,12 @@ from sagnac.coefficients.limits import (
     CONVERGED,
     PRESENCE,
     crossing,
+    detected,
     likelihood_drop,
+    low_end,
     typical_square,
 )
-from sagnac.errors import Note
+from sagnac.errors import Note, rounded
 
 # A bin this many times the terms, that chance (one in ten million) does not put there, is
 # something else. Less is taken for a departure of the terms.
@@ -275,7 +277,7 @@ def _departure_note(spectrum: Ordinates, departure: float) -> Note:
     worst = int(np.argmax(spectrum.weight * (ratio - 1.0) ** 2))
     return Note(
         level="warning",
-        text=f"the spectrum departs from the fitted terms by {100.0 * departure:.2g} % of the "
+        text=f"the spectrum departs from the fitted terms by {rounded(100.0 * departure)} % of the "
         f"power in a bin, most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the "
         "likelihood intervals allow for it",
     )
@@ -347,16 +349,40 @@ def profile_interval(
         )
 
     absent = deviance(0.0)
-    if value > 0.0 and absent - best.deviance > max(PRESENCE, two_sided):
+    presence = math.sqrt(max(absent - best.deviance, 0.0)) if value > 0.0 else 0.0
+    down = low_end(presence, confidence) if presence > math.sqrt(PRESENCE) else math.inf
+    if math.isfinite(down):
         high = limit(best.deviance, value, two_sided, 1.0, math.inf)
         if math.isfinite(high):
-            low = limit(best.deviance, value, two_sided, -1.0, 0.0)
+            low = limit(best.deviance, value, down**2, -1.0, 0.0)
             return SquaredEstimate(value=value, low=low, high=high, status="estimated")
     reference, origin = (best.deviance, value) if value > 0.0 else (absent, 0.0)
     high = limit(reference, origin, one_sided, 1.0, math.inf)
     if not high < typical_square(spectrum.basis[:, column], best.mean):
         return SquaredEstimate.unseen()
-    return SquaredEstimate.bound(high)
+    return SquaredEstimate.bound(max(high, _missed(spectrum, column, error, confidence)))
+
+
+def _missed(spectrum: Ordinates, column: int, error: float, confidence: float) -> float:
+    """Largest square that is not called estimated with a probability of one less `confidence`.
+
+    What is there and larger would have been estimated, so that bounds hold of those that are given
+    as bounds. The spectrum that is expected with the square is fitted without it (Cowan et al.,
+    Eur. Phys. J. C 71, 1554, 2011).
+    """
+    without = maximize(spectrum, held=Held(column=column, square=0.0))
+    wanted = detected(confidence)
+
+    def short(square: float) -> float:
+        mean = without.mean + square * spectrum.basis[:, column]
+        expected = replace(spectrum, power=mean)
+        fitted = maximize(
+            expected, start=without.squares, held=Held(column=column, square=0.0)
+        ).deviance
+        return math.sqrt(max(fitted - _deviance(expected, mean), 0.0)) - wanted
+
+    found = crossing(short, 0.0, wanted * error)
+    return found if math.isfinite(found) else 0.0
 
 
 def scaled_covariance(fisher: FloatArray) -> FloatArray:

@@ -28,6 +28,7 @@ from sagnac.coefficients.laws import (
     rate_density_basis,
     slope_variance_basis,
 )
+from sagnac.coefficients.limits import low_end
 from sagnac.coefficients.mixture import mixture
 from sagnac.coefficients.whole_band import WholeBand, borne_out
 from sagnac.spectrum.levels import Levels
@@ -172,6 +173,20 @@ class Average:
     def angle_random_walk(self) -> Estimate:
         """N."""
         return self.coefficients["angle_random_walk"]
+
+    def with_coefficients(self, coefficients: Mapping[CoefficientName, Estimate]) -> "Average":
+        """The same with other estimates; the covariance is of those that are still estimated."""
+        kept = [
+            place
+            for place, name in enumerate(self.names)
+            if coefficients[name].status == "estimated"
+        ]
+        return replace(
+            self,
+            coefficients=coefficients,
+            names=tuple(self.names[place] for place in kept),
+            covariance=self.covariance[np.ix_(kept, kept)].copy(),
+        )
 
     def per_gyro(self, gyros_differenced: int) -> "Average":
         """Average of one gyro, if this is of a difference: squares halved."""
@@ -437,9 +452,10 @@ def _ramp(sought: _Sought, models: BandModels, slope: float | None) -> Estimate:
     laws = slope_variance_basis(spectrum.duration, spectrum.interval)
     typical = math.sqrt(float(models.weights @ (models.squares[:, :FALL] @ laws)))
     size = abs(slope)
-    if size > _RAMP * typical:
-        reach = typical * float(ndtri(0.5 + 0.5 * sought.confidence))
-        return sought.estimate("rate_ramp", "estimated", size, size - reach, size + reach)
+    down = low_end(size / typical, sought.confidence) if size > _RAMP * typical else math.inf
+    if math.isfinite(down):
+        high = size + typical * float(ndtri(0.5 + 0.5 * sought.confidence))
+        return sought.estimate("rate_ramp", "estimated", size, size - typical * down, high)
     bound = size + typical * float(ndtri(sought.confidence))
     return sought.estimate("rate_ramp", "upper bound", bound, 0.0, bound)
 

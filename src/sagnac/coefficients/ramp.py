@@ -8,7 +8,7 @@ import numpy as np
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.cosine_spectrum import SINGLE, Ordinates, slope_transform
 from sagnac.coefficients.estimates import SquaredEstimate
-from sagnac.coefficients.limits import CONVERGED, PRESENCE, crossing, likelihood_drop
+from sagnac.coefficients.limits import CONVERGED, PRESENCE, crossing, likelihood_drop, low_end
 from sagnac.coefficients.maximum import Optimum, maximize
 from sagnac.coefficients.spectrum_model import MarkovRate, SpectrumModel
 
@@ -121,7 +121,14 @@ def _slope_square(line: _Line, found: _Slope, slope: float, confidence: float) -
     high = crossing(rise, abs(total), step)
     if not math.isfinite(high):
         return SquaredEstimate.unseen()
-    if excess(0.0) > max(PRESENCE, threshold):
-        low = crossing(rise, abs(total), -step, 0.0)
+    presence = math.sqrt(max(excess(0.0), 0.0))
+    down = low_end(presence, confidence) if presence > math.sqrt(PRESENCE) else math.inf
+    if math.isfinite(down):
+        low = crossing(
+            lambda size: math.sqrt(max(excess(size), 0.0)) - down,
+            abs(total),
+            -found.error * down,
+            0.0,
+        )
         return SquaredEstimate(value=total**2, low=low**2, high=high**2, status="estimated")
     return SquaredEstimate.bound(high**2)

@@ -19,7 +19,14 @@ from sagnac.coefficients.cosine_spectrum import (
 )
 from sagnac.coefficients.estimates import Estimate, SquaredEstimate, require_confidence
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, cosine_power_basis
-from sagnac.coefficients.limits import CONVERGED, PRESENCE, crossing, likelihood_drop
+from sagnac.coefficients.limits import (
+    CONVERGED,
+    PRESENCE,
+    crossing,
+    detected,
+    likelihood_drop,
+    low_end,
+)
 from sagnac.coefficients.maximum import errors_of, scaled_covariance, solve_normal
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.kinds import angle_increments
@@ -189,17 +196,21 @@ def _profile(
             end,
         )
 
-    absent = deviance(0.0) if value > 0.0 else math.inf
+    absent = deviance(0.0) if value > 0.0 else -math.inf
     lowest = best.place.deviance
-    if value > 0.0 and absent - lowest > max(PRESENCE, drop):
+    presence = math.sqrt(max(absent - lowest, 0.0))
+    down = low_end(presence, confidence) if presence > math.sqrt(PRESENCE) else math.inf
+    if math.isfinite(down):
         return SquaredEstimate(
             value=value,
-            low=limit(lowest, value, drop, -1.0, 0.0),
+            low=limit(lowest, value, down**2, -1.0, 0.0),
             high=limit(lowest, value, drop, 1.0, math.inf),
             status="estimated",
         )
     origin = max(value, 0.0)
-    return SquaredEstimate.bound(limit(deviance(origin), origin, bound_drop, 1.0, math.inf))
+    high = limit(deviance(origin), origin, bound_drop, 1.0, math.inf)
+    # What is larger than this would have been estimated.
+    return SquaredEstimate.bound(max(high, detected(confidence) * error))
 
 
 def _bound_note(gyro: str, square: float) -> Note:

@@ -15,7 +15,7 @@ from threadpoolctl import ThreadpoolController
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.errors import Note
+from sagnac.errors import Note, rounded
 from sagnac.lines.candidates import new_lines
 from sagnac.lines.components import Components, joined
 from sagnac.lines.crowding import Band, bands_of_peaks, crowded_bands, joined_bands
@@ -403,4 +403,4 @@ def _drift_text(amplitude: float) -> str:
     """How a line drifts, by the relative drift of its amplitude."""
     if amplitude < _STEADY:
         return "drifts in phase"
-    return f"drifts, by {100.0 * amplitude:.2g} % in amplitude"
+    return f"drifts, by {rounded(100.0 * amplitude)} % in amplitude"

@@ -7,7 +7,7 @@ import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import sinusoid_allan_variance
-from sagnac.errors import Note
+from sagnac.errors import Note, rounded
 from sagnac.lines.model import Line
 from sagnac.lines.naming import Lineup
 from sagnac.lines.wandering import DriftingLine
@@ -192,7 +192,7 @@ def with_noise_restored(
     counted = "1 line" if lines == 1 else f"{lines} lines"
     back = "it is added back" if restored else "it is not added back, as in the paper"
     note = Note(
-        text=f"removal of {counted} took up to {100.0 * share[most]:.2g} % of the noise variance "
-        f"(at tau = {curve.tau[most]:.4g} s); {back}"
+        text=f"removal of {counted} took up to {rounded(100.0 * share[most])} % of the noise "
+        f"variance (at tau = {curve.tau[most]:.4g} s); {back}"
     )
     return replace(changed, notes=(*curve.notes, note))

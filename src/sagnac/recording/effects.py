@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-from sagnac.errors import Level, Note
+from sagnac.errors import Level, Note, rounded
 
 # Change of N beyond which an answer is not given as an estimate.
 MOVES: Final = 0.05
@@ -58,7 +58,7 @@ def effect_words(effect: float | None) -> str:
         return "what that does to the angle random walk is not known"
     if abs(effect - 1.0) < 0.005:
         return "the angle random walk moves by less than 1 %"
-    return f"the angle random walk comes out about {effect:.3g} times its value"
+    return f"the angle random walk comes out about {rounded(effect, 3)} times its value"
 
 
 def finding(

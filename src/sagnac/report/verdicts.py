@@ -4,6 +4,7 @@ from typing import Any, Final
 
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis
+from sagnac.errors import rounded
 from sagnac.report.quantities import in_field_unit, reading
 from sagnac.specification.verdict import Decision, Judgement, Verdict, overall
 from sagnac.units import field_unit
@@ -45,7 +46,7 @@ def found_text(judgement: Judgement) -> str:
 
 def risk_text(verdict: Verdict) -> str:
     """The risk in words."""
-    percent = f"{100.0 * verdict.risk:.3g} %"
+    percent = f"{rounded(100.0 * verdict.risk, 3)} %"
     return f"a gyro at its limit passes with a probability of {percent} at most"
 
 

@@ -27,7 +27,7 @@ from scipy.special import ndtri
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import FLOOR
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, CoefficientName, rate_density_basis
-from sagnac.errors import RecordingError, quoted
+from sagnac.errors import RecordingError, quoted, rounded
 from sagnac.spectrum.levels import BINS_A_DECADE
 
 # Longest recording that is planned, s: a year.
@@ -165,7 +165,7 @@ class Shown:
             raise ValueError(f"half_width is {quoted(half_width)}; give a number above zero")
         if self.expected(LONGEST) > half_width:
             raise RecordingError(
-                f"an interval of {100.0 * half_width:.3g} % takes more than a year",
+                f"an interval of {rounded(100.0 * half_width, 3)} % takes more than a year",
                 remedy="ask for a wider one",
             )
         low, high = math.log(4.0 / self.highest), math.log(LONGEST)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from sagnac.coefficients.estimates import Estimate
+from sagnac.errors import rounded
 from sagnac.specification.limits import Limit, Specification
 
 Decision = Literal["pass", "fail", "undecided"]
@@ -125,8 +126,8 @@ def _decided(
     if allowed is not None and risk > allowed + _ROUNDING:
         return (
             "undecided",
-            f"the interval leaves a risk of {100.0 * risk:.3g} %, more than the "
-            f"{100.0 * allowed:.3g} % allowed",
+            f"the interval leaves a risk of {rounded(100.0 * risk, 3)} %, more than the "
+            f"{rounded(100.0 * allowed, 3)} % allowed",
         )
     if estimate.high <= limit.value:
         what = "the interval" if estimate.status == "estimated" else "the upper bound"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.errors import Note, RecordingError
+from sagnac.errors import Note, RecordingError, rounded
 from sagnac.stability import _kernels
 from sagnac.stability.accumulate import Track
 from sagnac.stability.names import Estimator
@@ -163,7 +163,7 @@ def _gap_notes(whole: NDArray[np.int64], terms: NDArray[np.int64]) -> tuple[Note
     lost = whole - terms
     note = Note(
         text=f"gaps left out {int(lost.sum())} of {int(whole.sum())} terms, "
-        f"at most {100.0 * float((lost / whole).max()):.3g} % of those at one tau"
+        f"at most {rounded(100.0 * float((lost / whole).max()), 3)} % of those at one tau"
     )
     empty = int(np.count_nonzero(terms <= 0))
     if not empty:

@@ -118,7 +118,8 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
 
     With `lines_in` the answer is of the recording as it is, since that was asked for.
     """
-    from sagnac.analysis.pipeline import accelerometers_of, gyros_alone
+    from sagnac.analysis.alone import gyros_alone
+    from sagnac.analysis.pipeline import accelerometers_of
     from sagnac.analysis.still_bench import at_rest
 
     benches: dict[str, AtRest] = {}

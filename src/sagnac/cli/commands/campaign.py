@@ -72,10 +72,12 @@ def campaign(
     """Many recordings in; one table and one page out, a report for each.
 
     campaign.csv, campaign.parquet and index.html go into DIR. Started again with the same DIR it
-    does only what is not there yet. The exit status is 1 if a recording could not be analyzed.
+    does only what is not there yet. The exit status is 1 if a recording could not be analyzed;
+    else, with --spec, 3 if a gyro fails and 4 if one is undecided.
     """
     from sagnac.campaign.config import Choices, tasks_of
     from sagnac.campaign.page import reason_text
+    from sagnac.campaign.verdicts import yield_of
 
     if options.as_json:
         raise UsageError("--json is not for a campaign; its table is campaign.csv")
@@ -94,7 +96,10 @@ def campaign(
     _write(made, output, choices, sources)
     for row in made.failed:
         complain(reason_text(row.task.path, row.result.reason))
-    return DATA_ERROR if made.failed else DONE
+    found = yield_of(made)
+    if made.failed or found is None:
+        return DATA_ERROR if made.failed else DONE
+    return results.status_of(found.decision)
 
 
 def _completed(
@@ -136,9 +141,10 @@ def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence
     from sagnac.campaign.page import deviation_words, write_page
     from sagnac.campaign.scatter import scatter_of
     from sagnac.campaign.table import groups_of, lines_of, write_tables
+    from sagnac.campaign.verdicts import limit_texts, specifications_of, yield_of
     from sagnac.report.quantities import number
 
-    lines = lines_of(made.rows)
+    lines = lines_of(made.each)
     tables = write_tables(lines, output)
     title = sources[0].stem if len(sources) == 1 else f"{len(made.rows)} recordings"
     page = write_page(made, lines, output, title)
@@ -157,5 +163,9 @@ def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence
     for line in lines:
         if line.same_as:
             print(f"{line.file}: has the data of {line.same_as}, and does not count")
+    found = yield_of(made)
+    if found is not None:
+        limits = [text for one in specifications_of(made) for text in limit_texts(one)]
+        print(f"{', '.join(limits)}: {found.in_words()}; {found.share_in_words()}")
     print(f"{made.computed} of {len(made.rows)} rows made, the others were there")
     results.print_paths([page, *tables])

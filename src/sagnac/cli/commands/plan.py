@@ -12,6 +12,7 @@ from sagnac.cli.errors import DONE, UsageError
 from sagnac.cli.options import ANALYSIS, NO_OPTIONS, File, Options, names, settings_of, statement_of
 from sagnac.cli.reading import naming, read_file
 from sagnac.cli.settings_file import with_settings
+from sagnac.errors import rounded
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -84,7 +85,7 @@ def _width(shown: "Shown", width: float) -> _Row:
         hours = shown.duration_for(width) / 3600.0
     except RecordingError:
         hours = None
-    return _Row(wanted=f"± {100.0 * width:.3g} %", key={"half_width": width}, hours=hours)
+    return _Row(wanted=f"± {rounded(100.0 * width, 3)} %", key={"half_width": width}, hours=hours)
 
 
 def _limits(shown: "Shown", analysis: "Analysis") -> list[_Row]:
@@ -111,7 +112,7 @@ def _print(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> None:
     print(text.answer(analysis), end="\n\n")
     print(
         f"After {_spoken(shown.duration / 3600.0)} the interval is "
-        f"± {100.0 * shown.half_width:.2g} % at {100.0 * shown.confidence:g} %.",
+        f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
         end="\n\n",
     )
     print(_supposition(analysis, shown), end="\n\n")

@@ -1,0 +1,184 @@
+"""What the Allan curve allows of B and K, and slow noise in it that no term has.
+
+Every noise adds to the Allan variance, so that no term can make more than the curve shows at any
+cluster time. A fit of a spectrum that its terms do not describe may ask for more.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.special import gammaincinv
+
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.coefficients.estimates import Estimate, require_confidence
+from sagnac.coefficients.laws import (
+    COEFFICIENT_NAMES,
+    SLOW_NAMES,
+    CoefficientName,
+    allan_variance_basis,
+)
+from sagnac.recording.difference import per_gyro
+from sagnac.stability.curve import StabilityCurve
+from sagnac.stability.degrees_of_freedom import equivalent_degrees_of_freedom
+
+# Power of frequency of the rate noise of what is limited.
+_NOISE_TYPES: Final[Mapping[CoefficientName, int]] = {
+    "bias_instability": -1,
+    "rate_random_walk": -2,
+}
+# Chance at which chance alone is called slow noise, and times the terms that it has to be.
+_CHANCE: Final = 0.01
+_ABOVE: Final = 1.2
+# Fewest degrees of freedom of a point that shows a rise.
+_LEAST: Final = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlowNoise:
+    """Slow noise of a curve that no estimated term has.
+
+    Attributes
+    ----------
+    tau
+        Cluster time at which it stands out most, s.
+    ratio
+        Deviation there over that of the terms.
+    """
+
+    tau: float
+    ratio: float
+
+
+def highest_slow_terms(
+    curve: StabilityCurve,
+    *,
+    confidence: float,
+    gyros_differenced: int = 1,
+    shortest: float = 0.0,
+) -> dict[CoefficientName, float]:
+    """Largest B and K of one gyro that a curve allows, SI.
+
+    Parameters
+    ----------
+    curve
+        Plain or overlapping Allan deviation.
+    confidence
+        That each lies below, shared by the points (Bonferroni).
+    gyros_differenced
+        1, or 2 if the curve is of a difference.
+    shortest
+        Cluster times below it, s, are lowered by a low-pass or a readout.
+
+    Returns
+    -------
+    dict
+        Empty if no cluster time is left.
+    """
+    require_confidence(confidence)
+    used = curve.tau >= shortest
+    if not used.any():
+        return {}
+    basis = allan_variance_basis(curve.tau)
+    share = (1.0 - confidence) / np.count_nonzero(used)
+    found: dict[CoefficientName, float] = {}
+    for name, noise_type in _NOISE_TYPES.items():
+        edf = _freedom(curve, noise_type)
+        high = curve.deviation**2 * edf / (2.0 * gammaincinv(0.5 * edf, share))
+        square = float((high / basis[:, COEFFICIENT_NAMES.index(name)])[used].min())
+        found[name] = per_gyro(square, gyros_differenced)
+    return found
+
+
+def _freedom(curve: StabilityCurve, noise_type: int) -> FloatArray:
+    angles = curve.samples + (curve.kind != "angle")
+    return np.array(
+        [
+            equivalent_degrees_of_freedom(
+                curve.estimator, noise_type, round(tau * curve.sample_rate), angles
+            )
+            for tau in curve.tau
+        ]
+    )
+
+
+def within_curve(
+    estimates: Mapping[CoefficientName, Estimate], highest: Mapping[CoefficientName, float]
+) -> dict[CoefficientName, Estimate]:
+    """Estimates that ask for no more than a curve allows.
+
+    An interval ends at what the curve allows; one that lies above that altogether is no estimate,
+    and what the curve allows is the bound.
+
+    Parameters
+    ----------
+    estimates
+        By coefficient, of one gyro.
+    highest
+        Of `highest_slow_terms`.
+    """
+    return {
+        name: _limited(estimate, highest[name]) if name in highest else estimate
+        for name, estimate in estimates.items()
+    }
+
+
+def _limited(estimate: Estimate, highest: float) -> Estimate:
+    # NaN of what is not observable is not above anything.
+    if not estimate.high > highest:
+        return estimate
+    if estimate.status == "upper bound" or estimate.low >= highest:
+        return replace(estimate, value=highest, low=0.0, high=highest, status="upper bound")
+    return replace(estimate, value=min(estimate.value, highest), high=highest)
+
+
+def slow_noise(
+    curve: StabilityCurve,
+    estimates: Mapping[CoefficientName, Estimate],
+    *,
+    gyros_differenced: int = 1,
+) -> SlowNoise | None:
+    """A rise of a curve behind its lowest point that the estimated terms do not make.
+
+    Parameters
+    ----------
+    curve
+        Plain or overlapping Allan deviation.
+    estimates
+        By coefficient, of one gyro.
+    gyros_differenced
+        1, or 2 if the curve is of a difference.
+
+    Returns
+    -------
+    SlowNoise or None
+        None if chance explains what there is.
+    """
+    squares = np.array([_most(estimates, name) for name in COEFFICIENT_NAMES])
+    terms = gyros_differenced * (allan_variance_basis(curve.tau) @ squares)
+    freedom = _freedom(curve, min(_NOISE_TYPES.values()))
+    behind = _behind_lowest(curve) & (freedom >= _LEAST)
+    if not behind.any() or not squares.any():
+        return None
+    share = 1.0 - _CHANCE / np.count_nonzero(behind)
+    low = curve.deviation**2 * freedom / (2.0 * gammaincinv(0.5 * freedom, share))
+    excess = np.where(behind, low / terms, 0.0)
+    most = int(np.argmax(excess))
+    if excess[most] < _ABOVE**2:
+        return None
+    ratio = math.sqrt(float(curve.deviation[most] ** 2 / terms[most]))
+    return SlowNoise(tau=float(curve.tau[most]), ratio=ratio)
+
+
+def _most(estimates: Mapping[CoefficientName, Estimate], name: CoefficientName) -> float:
+    """Largest square of a term; zero of a slow one that is not estimated."""
+    found = estimates.get(name)
+    if found is None or found.status == "not observable":
+        return 0.0
+    return 0.0 if found.status == "upper bound" and name in SLOW_NAMES else found.high**2
+
+
+def _behind_lowest(curve: StabilityCurve) -> BooleanArray:
+    return np.asarray(curve.tau > curve.tau[int(np.argmin(curve.deviation))])

@@ -1,0 +1,109 @@
+"""A rack against limits: exit status, words, page, and a row for every gyro."""
+
+import csv
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sagnac
+from sagnac.cli import main
+from tests.campaign.conftest import WALK
+
+# N of the units is 1e-3 deg/sqrt(h); z of each is stuck.
+RATE, SAMPLES = 50.0, 6000
+
+
+@pytest.fixture(scope="module")
+def rack(tmp_path_factory):
+    """Three units of two gyros each, the second twice as loud, and of one a third that is stuck."""
+    place = tmp_path_factory.mktemp("rack")
+    for number in range(3):
+        noise = np.random.default_rng(number).standard_normal((2, SAMPLES))
+        rates = WALK * np.sqrt(RATE) * noise * [[1.0], [2.0]]
+        more = {"z": np.zeros(SAMPLES)} if number == 2 else {}
+        recording = sagnac.Recording.from_arrays(
+            x=rates[0], y=rates[1], **more, kind="rate", unit="rad/s", sample_rate=RATE
+        )
+        sagnac.write(recording, place / f"U{number}.parquet")
+    return place
+
+
+def rows(output):
+    with (output / "campaign.csv").open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.mark.parametrize(
+    ("limit", "status", "said"),
+    [
+        # In the unit that data sheets of MEMS units have: 1e-3 deg/sqrt(h) is a sixtieth of it.
+        ("5e-5 deg/s/sqrt(Hz)", 4, "6 pass, 0 fail, 1 undecided"),
+        ("1.5e-3 deg/sqrt(h)", 3, "3 pass, 3 fail, 1 undecided"),
+        ("1e-4 deg/sqrt(h)", 3, "0 pass, 6 fail, 1 undecided"),
+    ],
+)
+def test_status_words_and_page_are_those_of_the_verdict(  # noqa: PLR0917
+    rack, tmp_path, capsys, limit, status, said
+):
+    words = ["campaign", str(rack), "-o", str(tmp_path), "--workers", "1", "--spec", limit]
+    assert main(words) == status
+    shown = capsys.readouterr().out
+    assert said in shown
+    page = (tmp_path / "index.html").read_text()
+    assert said in page
+    assert re.search(r"[Yy]ield \d+ % \(\d+ to \d+ %\)", page)
+    # The line of the limit is in the chart of each gyro that has one.
+    assert page.count("and its limit.") == 2
+    found = rows(tmp_path)
+    assert [row["gyros"] for row in found] == ["x", "y", "x", "y", "x", "y", "z"]
+    decisions = [row["verdict"] for row in found[:6]]
+    passed, failed, _ = map(int, re.findall(r"\d+", said))
+    assert (decisions.count("pass"), decisions.count("fail")) == (passed, failed)
+    assert found[6]["state"] == "failed"
+    assert "stuck" in found[6]["reason"]
+
+
+def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):
+    files = [str(rack / f"U{number}.parquet") for number in (0, 1)]
+    words = ["campaign", *files, "-o", str(tmp_path), "--workers", "1"]
+    assert main([*words, "--spec", "1e-2"]) == 0
+    assert "4 pass, 0 fail, 0 undecided; yield 100 % (40 to 100 %)" in capsys.readouterr().out
+    # Without a limit nothing is said of one.
+    other = tmp_path / "other"
+    assert main(["campaign", *files, "-o", str(other), "--workers", "1"]) == 0
+    assert "yield" not in capsys.readouterr().out
+    assert "limit" not in (other / "index.html").read_text()
+
+
+def test_the_limit_may_stand_in_the_campaign_s_own_file(rack, tmp_path, capsys):
+    (tmp_path / "rack.toml").write_text(
+        f'files = "{rack / "U0.parquet"}"\nspec = "limits.toml"\nrisk = 0.1\n'
+    )
+    (tmp_path / "limits.toml").write_text('[limits]\nN = "1.5e-3 deg/sqrt(h)"\n')
+    words = ["campaign", str(tmp_path / "rack.toml"), "-o", str(tmp_path / "out")]
+    assert main([*words, "--workers", "1"]) == 3
+    assert "1 pass, 1 fail" in capsys.readouterr().out
+    assert {row["confidence"] for row in rows(tmp_path / "out")} == {"0.9"}
+    (tmp_path / "rack.toml").write_text(f'files = "{rack / "U0.parquet"}"\nspec = 3\n')
+    assert main([*words, "--workers", "1"]) == 1
+    assert "spec is 3" in capsys.readouterr().err
+
+
+def test_one_page_is_the_certificate_of_all_axes_of_a_unit(rack, tmp_path):
+    words = ["analyze", str(rack / "U0.parquet"), "-o", str(tmp_path), "--serial", "17"]
+    assert main([*words, "--spec", "1.5e-3"]) == 3
+    page = (tmp_path / "report.html").read_text()
+    assert "<dd>17</dd>" in page
+    assert "FAIL" in page
+    assert page.count("N ≤ 0.0015 °/√h") == 2
+    assert 'href="x/report.html"' in page
+    assert (tmp_path / "y" / "report.html").is_file()
+
+
+def test_a_wrong_gyro_of_a_unit_is_undecided_beside_sound_ones(rack):
+    recording = sagnac.read(rack / "U2.parquet")
+    assert len(recording.gyros) == 3
+    sound = replace(recording, gyros=recording.gyros[:2])
+    assert sagnac.analyze(recording).per_gyro == sagnac.analyze(sound).per_gyro
