@@ -15,7 +15,7 @@ RATE = 100.0
 WALK = math.radians(2.5e-5) / 60.0  # rad/sqrt(s), of each gyro alone
 
 
-def analysis_of(common, seed=4):
+def analysis_of(common, seed=4, jitter=0.0):
     """Half an hour at 40 deg/s with a walk of `common` times that of a gyro in both."""
     paper = preset("paper")
     low = tuple(line for line in paper.disturbances.time if line[0] < 0.5 * RATE)
@@ -24,6 +24,7 @@ def analysis_of(common, seed=4):
         duration_s=1800.0,
         sample_rate_hz=RATE,
         seed=seed,
+        encoder=replace(paper.encoder, latch_jitter_s=jitter),
         disturbances=replace(paper.disturbances, time=low),
     )
     recording = simulate(config).recording
@@ -56,3 +57,10 @@ def test_gyros_that_share_nothing_but_the_table_are_said_to():
     assert not [note for note in notes if note.name == "shared"]
     (note,) = [note for note in notes if "no angle random walk that the two gyros" in note.text]
     assert note.channel == "x-z"
+
+
+@pytest.mark.parametrize("common", [0.0, 1.5])
+def test_what_gyros_share_below_the_noise_of_the_encoder_is_not_told(common):
+    analysis = analysis_of(common, jitter=20e-6)
+    assert not [note for note in analysis.notes if note.name == "shared"]
+    assert [note for note in analysis.notes if "cannot be told beside the noise" in note.text]

@@ -159,7 +159,7 @@ def shared_walk(
 # more noise than they have of their own.
 _ENCODER: Final = 0.6
 # Half intervals that a wander of the encoder has to measure to be named.
-_CLEAR: Final = 2.0
+_CLEAR: Final = 5.0
 # More than this it adds to no N: gyros do not lean on each other so.
 _ODD: Final = 1.5
 # What it leaves at the least, below which nothing is told.
