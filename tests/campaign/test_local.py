@@ -1,5 +1,7 @@
+import json
 import multiprocessing
 import os
+import shutil
 import signal
 import threading
 import time
@@ -32,6 +34,35 @@ def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -
     assert second.computed == 1
     assert second.failed == ()
     assert all(kept[key].stat().st_mtime_ns == then for key, then in times.items())
+
+
+def test_reports_that_were_moved_away_are_made_again(folder, tmp_path) -> None:
+    tasks = [
+        Task(path=str(path), settings=Settings(method="none"))
+        for path in sorted(folder.glob("A_*.parquet"))
+    ]
+    means = Means(workers=1, memory=4.0 * GIBIBYTE)
+
+    def start():
+        return run(tasks, tmp_path, lambda todo, place: local.completed(todo, place, means))
+
+    def answers():
+        documents = (json.loads((report / "analysis.json").read_text()) for report in reports)
+        return [document["angle_random_walk"] for document in documents]
+
+    reports = [tmp_path / row.result.report for row in start().rows]
+    held = answers()
+    assert start().computed == 0
+    (tmp_path / "reports").rename(tmp_path / "elsewhere")
+    assert start().computed == 2
+    assert answers() == held
+    assert all((report / "report.html").is_file() for report in reports)
+    # One of them, or one file of one.
+    shutil.rmtree(reports[0])
+    assert start().computed == 1
+    (reports[1] / "report.html").unlink()
+    assert start().computed == 1
+    assert all((report / "report.html").is_file() for report in reports)
 
 
 def _kill_one() -> None:

@@ -108,6 +108,21 @@ def test_a_stray_matplotlibrc_is_not_read(tmp_path, bare):
     assert (tmp_path / "out" / "stability.png").stat().st_size > 0
 
 
+def test_a_backend_that_is_none_is_not_asked_for(tmp_path, bare):
+    def answered(name: str) -> tuple[str, list[str]]:
+        place = tmp_path / (name or "sound")
+        place.mkdir()
+        words = ("analyze", str(bare), *STATED, "--method", "none", "-o", "out")
+        done = command(*words, cwd=place, env={"MPLBACKEND": name})
+        assert done.returncode == 0, done.stderr
+        assert "backend" not in done.stderr
+        made = sorted(entry.name for entry in (place / "out").iterdir())
+        assert "stability.png" in made
+        return done.stdout.splitlines()[0], made
+
+    assert answered("no such : window") == answered("module:__no_such__") == answered("")
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_leaves_nothing_half_written(tmp_path, number):
     target = tmp_path / "run.parquet"

@@ -103,6 +103,72 @@ def test_holes_of_hdf5_are_no_zeros(tmp_path):
     assert read(tmp_path / "virtual.h5", STATED).samples == samples
 
 
+def virtual(path, source, name="x"):
+    """A file whose dataset is that of another one."""
+    layout = h5py.VirtualLayout(shape=walk().shape, dtype="f8")
+    layout[:] = h5py.VirtualSource(str(source), name, shape=walk().shape)
+    with h5py.File(path, "w") as file:
+        file.create_virtual_dataset("x", layout)
+    return path
+
+
+def external(path, secret, **attributes):
+    """A file whose dataset is the bytes of any other."""
+    with h5py.File(path, "w") as file:
+        made = file.create_dataset("x", walk().shape, "f8", external=[(str(secret), 0, 4800)])
+        made.attrs.update(attributes)
+    return path
+
+
+@pytest.mark.parametrize("attributes", [{}, {"_FillValue": -999.0}])
+@pytest.mark.parametrize("suffix", ["h5", "nc"])
+def test_external_storage_reads_no_other_file(tmp_path, suffix, attributes):
+    secret = tmp_path / "secret.bin"
+    walk().tofile(secret)
+    path = external(tmp_path / f"run.{suffix}", secret, **attributes)
+    with h5py.File(path) as file:
+        np.testing.assert_array_equal(file["x"], walk())  # the library would
+    refused(path, "x: its values lie in another file", str(secret), "h5repack", statement=STATED)
+    with h5py.File(path, "w") as file:
+        file["x"] = walk()
+        file["x"].attrs.update(attributes)
+    np.testing.assert_allclose(read(path, STATED).gyros[0].values, np.deg2rad(walk()), rtol=1e-14)
+
+
+def test_parts_of_a_virtual_dataset_lie_in_its_folder(tmp_path):
+    inside = tmp_path / "in"
+    (inside / "below").mkdir(parents=True)
+    for folder in (tmp_path, inside / "below"):
+        with h5py.File(folder / "part.h5", "w") as file:
+            file["x"] = walk()
+    (inside / "link.h5").symlink_to(tmp_path / "part.h5")
+    path = inside / "run.h5"
+    for source in ("../part.h5", tmp_path / "part.h5", "below/../../part.h5", "link.h5"):
+        virtual(path, source)
+        with h5py.File(path) as file:
+            np.testing.assert_array_equal(file["x"], walk())  # the library would
+        refused(path, "x: a part of it lies outside the folder", statement=STATED)
+    virtual(path, "below/part.h5")
+    np.testing.assert_allclose(read(path, STATED).gyros[0].values, np.deg2rad(walk()), rtol=1e-14)
+
+
+def test_a_part_that_has_parts_leads_nowhere_else(tmp_path):
+    inside = tmp_path / "in"
+    inside.mkdir()
+    with h5py.File(tmp_path / "part.h5", "w") as file:
+        file["x"] = walk()
+    walk().tofile(tmp_path / "secret.bin")
+    virtual(inside / "virtual.h5", "../part.h5")
+    external(inside / "external.h5", tmp_path / "secret.bin")
+    with h5py.File(inside / "linked.h5", "w") as file:
+        file["x"] = h5py.ExternalLink("../part.h5", "x")
+    for name in ("virtual.h5", "external.h5", "linked.h5"):
+        path = virtual(inside / "run.h5", name)
+        with h5py.File(path) as file:
+            np.testing.assert_array_equal(file["x"], walk())  # the library would
+        refused(path, f"x: {name} takes x from elsewhere in turn", statement=STATED)
+
+
 def test_an_address_of_a_text_that_ends_the_library_is_refused(tmp_path):
     recording = Recording.from_arrays(
         x=walk(), z=walk(2), kind="rate", unit="deg/s", sample_rate=100.0

@@ -61,11 +61,41 @@ def require_survivable(path: Path, name: str) -> None:
         )
 
 
-def require_whole(dataset: h5py.Dataset, path: Path) -> None:
-    """Refuse a dataset with parts that were never written, or that lie in files elsewhere.
+def require_own(dataset: h5py.Dataset, path: Path) -> None:
+    """Refuse a dataset whose values lie in files elsewhere.
 
-    The first would be read as zeros; the second would be whatever file of this machine the writer
-    has named.
+    They would be those of whatever file of this machine the writer has named.
+
+    Parameters
+    ----------
+    dataset
+        Of an open file.
+    path
+        Of that file.
+
+    Raises
+    ------
+    RecordingError
+        If they lie in a file of raw bytes, or parts of them out of the folder or nowhere.
+    """
+    name = dataset.name.lstrip("/")
+    if dataset.external:
+        raise RecordingError(
+            f"its values lie in another file, {one_line(str(dataset.external[0][0]))}",
+            channel=name,
+            remedy="put them into this file: h5repack -l CONTI",
+        )
+    for source in dataset.virtual_sources() if dataset.is_virtual else ():
+        file = path if source.file_name == "." else path.parent / source.file_name
+        problem = _problem_of_part(file, source.dset_name, path.parent)
+        if problem:
+            raise RecordingError(problem, channel=name, remedy="get the file again from its source")
+
+
+def require_whole(dataset: h5py.Dataset, path: Path) -> None:
+    """Refuse a dataset with parts that lie elsewhere, or that were never written.
+
+    The latter would be read as zeros.
 
     Parameters
     ----------
@@ -79,25 +109,17 @@ def require_whole(dataset: h5py.Dataset, path: Path) -> None:
     RecordingError
         If parts of it are missing or elsewhere.
     """
-    size = path.stat().st_size
+    require_own(dataset, path)
     missing = ""
-    if dataset.external:
-        raise RecordingError(
-            f"its values lie in another file, {one_line(str(dataset.external[0][0]))}",
-            channel=dataset.name.lstrip("/"),
-            remedy="put them into this file: h5repack -l CONTI",
-        )
     if dataset.is_virtual:
-        for source in dataset.virtual_sources():
-            file = path if source.file_name == "." else path.parent / source.file_name
-            missing = missing or _missing_source(file, source.dset_name, path.parent)
-    elif dataset.chunks:
+        return
+    if dataset.chunks:
         chunks = math.prod(
             -(-length // chunk) for length, chunk in zip(dataset.shape, dataset.chunks, strict=True)
         )
         written = dataset.id.get_num_chunks()
         missing = f"{chunks - written} of {chunks} chunks were never written" * (written < chunks)
-        require_content(dataset.nbytes, size, dataset.name.lstrip("/"))
+        require_content(dataset.nbytes, path.stat().st_size, dataset.name.lstrip("/"))
     elif dataset.id.get_storage_size() < dataset.nbytes:
         missing = "its values were never written"
     if missing:
@@ -106,11 +128,17 @@ def require_whole(dataset: h5py.Dataset, path: Path) -> None:
         )
 
 
-def _missing_source(file: Path, name: str, folder: Path) -> str:
+def _problem_of_part(file: Path, name: str, folder: Path) -> str:
     """Why a part of a virtual dataset cannot be taken; empty if it can."""
     if not file.resolve().is_relative_to(folder.resolve()):
         return f"a part of it lies outside the folder of the file, in {one_line(str(file))}"
     if not file.is_file():
-        return f"the file of a part of it, {file.name}, is not there"
+        return f"the file of a part of it, {one_line(file.name)}, is not there"
     with h5py.File(file, "r") as source:
-        return "" if name in source else f"{file.name} has no dataset {name}"
+        part = source.get(name)
+        if not isinstance(part, h5py.Dataset):
+            return one_line(f"{file.name} has no dataset {name}")
+        # A part that is made of parts, or linked, would lead out of the folder by a second step.
+        if part.external or part.is_virtual or part.file.filename != source.filename:
+            return one_line(f"{file.name} takes {name} from elsewhere in turn")
+    return ""

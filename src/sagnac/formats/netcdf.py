@@ -17,7 +17,7 @@ from scipy.io import netcdf_file
 from sagnac import series
 from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged
-from sagnac.formats.hdf5_soundness import require_survivable, require_whole
+from sagnac.formats.hdf5_soundness import require_own, require_survivable, require_whole
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.registry import NETCDF
 from sagnac.formats.source import Column, Source, Stored, column, in_memory
@@ -85,9 +85,9 @@ def open_source(path: Path) -> Source:
     def load(keys: Sequence[str]) -> Stored:
         with damaged(NETCDF.name), h5py.File(path, "r") as file:
             for key in keys:
-                if "_FillValue" not in file[key].attrs:
-                    # Nothing tells what was never written from what was.
-                    require_whole(file[key], path)
+                # Without a fill value nothing tells what was never written from what was.
+                require = require_own if "_FillValue" in file[key].attrs else require_whole
+                require(file[key], path)
         return Stored(lengths={key: found[key] for key in keys}, pieces=pieces)
 
     return Source(format=NETCDF.name, columns=columns, load=load, stated=from_mapping(stated))
