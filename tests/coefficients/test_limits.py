@@ -58,3 +58,6 @@ def test_bounds_hold_of_those_that_are_given_as_bounds(truth):
 def test_far_above_zero_the_interval_is_the_plain_one():
     assert low_end(20.0, 0.95) == pytest.approx(1.96, abs=0.002)
     assert low_end(3.2, 0.95) == np.inf
+    # A term without which a spectrum is impossible has a plain interval.
+    assert low_end(1e15, 0.95) == pytest.approx(1.96, abs=0.001)
+    assert low_end(np.inf, 0.95) == pytest.approx(1.96, abs=0.001)

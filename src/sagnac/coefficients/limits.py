@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import gammaincinv, log_ndtr, ndtri
 
 from sagnac.arrays import FloatArray
@@ -14,6 +15,8 @@ from sagnac.arrays import FloatArray
 PRESENCE: Final = 9.0
 # Standard deviations from which on a term is taken to have been picked for its size.
 _PICKED: Final = 2.5
+# Standard deviations beyond which no tail of any confidence reaches.
+_FARTHEST: Final = 60.0
 # The same probability for two parameters.
 PRESENCE_OF_TWO: Final = 11.83
 # Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
@@ -118,13 +121,10 @@ def low_end(presence: float, confidence: float) -> float:
     def excess(down: float) -> float:
         return float(log_ndtr(-down) - log_ndtr(presence - _PICKED - down)) - tail
 
-    if presence <= 0.0 or excess(presence) >= 0.0:
+    farthest = min(presence, _FARTHEST)
+    if not presence > 0.0 or excess(farthest) >= 0.0:
         return math.inf
-    low, high = 0.0, presence
-    while high - low > CONVERGED:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
-    return high
+    return float(brentq(excess, 0.0, farthest))
 
 
 def detected(confidence: float) -> float:
