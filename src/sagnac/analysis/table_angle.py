@@ -221,7 +221,7 @@ def without_function(
 
 
 def _weights(shares: Sequence[float]) -> tuple[float, float]:
-    """Of two gyros, so that no motion of the table is left and the noise counts for two gyros."""
+    """Weights of two gyros that leave no motion of the table; their squares add up to 2."""
     size = math.hypot(*shares)
     if size == 0.0:
         return 1.0, 1.0

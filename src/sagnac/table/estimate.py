@@ -37,7 +37,7 @@ _USUAL_DELAY: Final = 1.0
 _PIECES: Final = 8
 # Standard errors from which on a delay is one.
 _SEEN: Final = 6.0
-# A fit of the delay is done when it moves by less than this, s, or after so many steps.
+# The fit of a delay ends when the delay moves by less than this, s, or after this many steps.
 _SAME: Final = 1e-7
 _STEPS: Final = 4
 # Stretches over which the phases of orders are followed, turns in each, how many orders are looked
