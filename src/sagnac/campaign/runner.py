@@ -126,10 +126,14 @@ def run(
     return Campaign(rows=tuple(rows), computed=computed)
 
 
-def _has_report(result: Result, folder: Path) -> bool:
-    """Whether the report of a result is where the table points to, if there is one."""
+def _kept(folder: Path, key: str) -> Result | None:
+    """The result that the folder holds, with its report; None if it has to be made."""
+    result = read_result(folder, key)
+    if result is None or result.state == "lost":
+        return None
     files = ("analysis.json", "report.html") if result.report else ()
-    return all((folder / result.report / name).is_file() for name in files)
+    whole = all((folder / result.report / name).is_file() for name in files)
+    return result if whole else None
 
 
 def _rows(
@@ -140,8 +144,7 @@ def _rows(
     results: dict[str, Result] = {}
     todo: dict[str, Task] = {}
     for key, task in zip(keys, tasks, strict=True):
-        kept = read_result(folder, key)
-        if kept is not None and kept.state != "lost" and _has_report(kept, folder):
+        if kept := _kept(folder, key):
             results[key] = kept
         else:
             todo[key] = task
@@ -160,7 +163,9 @@ def _rows(
     if todo:
         told(standing())
         for _task, result in work(tuple(todo.values()), folder):
-            results[result.key] = result
+            # A worker may have kept what it could no longer tell: its scheduler was lost before.
+            told_lost = result.state == "lost"
+            results[result.key] = (_kept(folder, result.key) or result) if told_lost else result
             todo.pop(result.key, None)
             computed += 1
             told(standing())
