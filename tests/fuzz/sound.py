@@ -99,10 +99,15 @@ def seven_doubles(path: Path) -> None:
     np.column_stack([seconds, VALUES.gyros, VALUES.accelerometers]).astype("<f8").tofile(path)
 
 
+def array(path: Path) -> None:
+    np.save(path, np.column_stack([VALUES.gyros[:, 0], VALUES.gyros[:, 2]]).astype("<f4"))
+
+
 # Name of the file behind "sound." -> what writes it.
 WRITERS: Final[dict[str, Callable[[Path], object]]] = {
     **dict.fromkeys(("csv", "npz", "mat", "h5", "parquet", "feather"), written),
     "imu": psins,
+    "npy": array,
     "bag": lambda path: bag(path, VALUES),
     "mcap": bag_of_ros_2,
     "db3": bag_of_ros_2,

@@ -19,7 +19,7 @@ FILES = {
     **{"csv": 1700, "npz": 3100, "mat": 3200, "h5": 120, "parquet": 3000, "imu": 1200},
     **{"feather": 1000, "bag": 700, "mcap": 700, "db3": 500, "tdms": 800, "ulg": 700},
     **{"mseed": 500, "v2.mseed": 700, "nc": 80, "classic.nc": 600, "v73.mat": 80, "bin": 400},
-    **{"ins": 280, "lvm": 300, "euroc.csv": 170, "kalibr.csv": 170},
+    **{"ins": 280, "lvm": 300, "euroc.csv": 170, "kalibr.csv": 170, "npy": 250},
 }
 GOOD = ("read", "refused", "noted")
 SECONDS = 60.0

@@ -44,6 +44,7 @@ _RING = {"columns": {"z": "BW_RLAS__B_J_Z"}, "kind": "rate", "scale": "2e-9rad/s
 # Those of files that do not state all, or not in deg/s at 100 Hz.
 STATEMENTS_OF = {
     "imu": STATEMENTS[::2],
+    "npy": (Statement(columns={"x": "1", "z": "2"}, kind="rate", unit="deg/s", sample_rate=100.0),),
     **dict.fromkeys(
         ("bag", "mcap", "db3", "ulg", "nc", "classic.nc", "euroc.csv", "kalibr.csv"),
         (Statement(), Statement(gyros=("x",), time="none", sample_rate=100.0)),
