@@ -47,6 +47,8 @@ def test_the_schema_is_published_with_its_version():
         (lambda it: it["coefficients"].update(quantization=3), "quantization must be object"),
         (lambda it: it.update(per_gyro=[]), "per_gyro must be object"),
         (lambda it: it.pop("curve"), "must contain"),
+        (lambda it: it.update(accelerometers={"ax": {}}), "must contain"),
+        (lambda it: it.update(accelerometers=[]), "accelerometers must be object"),
     ],
 )
 def test_an_edited_document_is_told_where(change, said, tmp_path):

@@ -22,7 +22,8 @@ def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:
     Returns
     -------
     tuple of Mapping
-        Each of schema ``sagnac.analysis/1`` (``analysis-1.schema.json`` of this package).
+        Each of schema ``sagnac.analysis/1`` (``analysis-1.schema.json`` of this package). The
+        accelerometers that stand beside several go with the first.
 
     Raises
     ------
@@ -35,6 +36,9 @@ def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:
         several = content.get("analyses")
         if not isinstance(several, list) or not several:
             raise RecordingError("holds no analyses", path=str(path), remedy=_REMEDY)
+        beside = {key: content[key] for key in ("accelerometers",) if key in content}
+        if beside and isinstance(several[0], dict):
+            several = [{**several[0], **beside}, *several[1:]]
         return tuple(_checked(one, path) for one in several)
     if schema != ANALYSIS:
         raise RecordingError(f"is no document of schema {ANALYSIS}", path=str(path), remedy=_REMEDY)

@@ -1,8 +1,14 @@
 """``sagnac export``: from a recording to ``imu.yaml`` in two commands."""
 
-import pytest
+import json
 
+import numpy as np
+import pytest
+import yaml
+
+import sagnac
 from sagnac.cli import main
+from sagnac.report.document import analysis_document, to_json
 from tests.cli.examples import STATED, one_line
 from tests.filters.examples import document, keys
 
@@ -38,3 +44,113 @@ def test_a_file_that_is_no_analysis_is_one_line(content, capsys, tmp_path):
     path.write_text(content)
     assert main(["export", str(path), "-o", str(tmp_path / "imu.yaml")]) == 1
     assert str(path) in one_line(capsys)
+
+
+WHITE, FORCE = 2e-5, 3e-4  # rad/sqrt(s) and m/s/sqrt(s), times 1, 2 and 3 for the axes
+
+
+@pytest.fixture(scope="module")
+def unit(tmp_path_factory):
+    """A folder with the analysis of three gyros and three accelerometers."""
+    noise = np.sqrt(50.0) * np.random.default_rng(31).normal(size=(6, 12_000))
+    noise *= np.outer([WHITE, FORCE], [1.0, 2.0, 3.0]).reshape(6, 1)
+    noise[5] += 9.80665
+    names = ("x", "y", "z", "ax", "ay", "az")
+    recording = sagnac.Recording.from_arrays(
+        **dict(zip(names, noise, strict=True)),
+        kind="rate",
+        unit={name: "m/s^2" if "a" in name else "rad/s" for name in names},
+        sample_rate=50.0,
+    )
+    folder = tmp_path_factory.mktemp("unit")
+    made = to_json(analysis_document(sagnac.analyze(recording)))
+    (folder / "analysis.json").write_text(made, encoding="utf-8")
+    return folder
+
+
+def test_accelerometers_of_the_same_analysis_go_with_the_gyros(unit, capsys, tmp_path):
+    path = tmp_path / "imu.yaml"
+    assert main(["export", str(unit), "-o", str(path)]) == 0
+    assert "ax: N" not in capsys.readouterr().out  # the worst alone
+    read = keys(path.read_text(encoding="utf-8"))
+    assert 3 * WHITE <= float(read["gyroscope_noise_density"]) < 3 * WHITE * 1.3
+    assert 3 * FORCE <= float(read["accelerometer_noise_density"]) < 3 * FORCE * 1.3
+    assert float(read["accelerometer_random_walk"]) > 0.0
+    # The file itself is the same as its folder.
+    again = tmp_path / "again.yaml"
+    assert main(["export", str(unit / "analysis.json"), "-o", str(again)]) == 0
+    assert keys(again.read_text(encoding="utf-8")) == read
+
+
+def test_each_axis_has_its_own_where_the_tool_has_axes(unit, tmp_path):
+    path = tmp_path / "kf-gins.yaml"
+    assert main(["export", str(unit), "--format", "kf-gins", "-o", str(path)]) == 0
+    noise = yaml.safe_load(path.read_text(encoding="utf-8"))["imunoise"]
+    for axis in range(3):
+        white = np.deg2rad(noise["arw"][axis]) / 60.0
+        # Four minutes leave a fifth open.
+        assert (axis + 1) * WHITE <= white < (axis + 1) * WHITE * 1.3
+        assert (axis + 1) * FORCE <= noise["vrw"][axis] / 60.0 < (axis + 1) * FORCE * 1.3
+    path = tmp_path / "all.json"
+    assert main(["export", str(unit), "-o", str(path)]) == 0
+    made = json.loads(path.read_text(encoding="utf-8"))
+    assert list(made["sensors"]) == ["x", "y", "z"]
+    assert list(made["accelerometers"]) == ["ax", "ay", "az"]
+    assert "velocity_random_walk" in made["accelerometers"]["az"]["covariance"]["names"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--format", "gtsam", "--rate", "100"], "takes the time step itself"),
+        (["--format", "px4", "--topic", "/imu0"], "names no topic"),
+        (["--format", "kalibr", "--markov", "1"], "its bias is a random walk"),
+        (["--format", "imu-tools", "--accelerometer", "1e-3,1e-4"], "weighs the gyro alone"),
+        (
+            ["--format", "px4", "--accelerometer", "1e-3,1e-4"],
+            "another noise of the accelerometers",
+        ),
+        (["--format", "px4", "--datasheet", "N=1deg/sqrt(h)"], "N and B are needed"),
+    ],
+)
+def test_an_option_that_cannot_be_used_is_refused_with_the_reason(
+    unit, words, said, capsys, tmp_path
+):
+    path = tmp_path / "out"
+    assert main(["export", str(unit), *words, "-o", str(path)]) == 2
+    assert said in one_line(capsys)
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("name", ["gtsam", "px4", "robot-localization", "kf-gins", "toml"])
+def test_a_stated_accelerometer_is_used_by_all_that_have_one(name, tmp_path):
+    path = tmp_path / "out"
+    words = ["export", str(document(tmp_path)), "--format", name, "--accelerometer", "0.02,3e-4"]
+    assert main([*words, "-o", str(path)]) == 0
+    text = path.read_text(encoding="utf-8")
+    assert "0.02,3e-4 (stated, not measured)" in text
+    shown = {
+        "gtsam": "4.000000e-04",
+        "px4": "2.000000000e-01",
+        "robot-localization": "2.000000e-04",
+        "kf-gins": "1.200000e+00",
+        "toml": "0.02",
+    }
+    assert shown[name] in text
+
+
+def test_a_data_sheet_alone(capsys, tmp_path):
+    path = tmp_path / "imu.yaml"
+    words = ["export", "--datasheet", "N=0.15deg/sqrt(h),B=3deg/h@100s", "-o", str(path)]
+    assert main(words) == 1
+    assert "--rate" in one_line(capsys)
+    assert main([*words, "--rate", "200"]) == 0
+    assert "stated, not measured" in capsys.readouterr().out
+    assert "accelerometer_noise_density:  #" in path.read_text(encoding="utf-8")
+    assert main(["export", "-o", str(tmp_path / "b.yaml")]) == 2
+    assert "--datasheet" in one_line(capsys)
+
+
+def test_an_empty_folder_is_one_line(capsys, tmp_path):
+    assert main(["export", str(tmp_path), "-o", str(tmp_path / "imu.yaml")]) == 1
+    assert "holds no analysis.json" in one_line(capsys)

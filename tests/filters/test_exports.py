@@ -3,56 +3,54 @@
 import dataclasses
 import json
 import math
+import re
 import tomllib
 
 import numpy as np
 import pytest
 import yaml
 
+from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.errors import RecordingError
-from sagnac.filters.definitions import DEFINITIONS
+from sagnac.filters.definitions import definition_of
 from sagnac.filters.exports import FORMATS, Wanted, exported
-from sagnac.filters.overbound import Overbound, UpperLimit
-from sagnac.filters.sensors import Sensor, sensors_in
-from sagnac.filters.settings import FilterSetting, setting_of
+from sagnac.filters.overbound import UpperLimit
+from sagnac.filters.sensors import sensors_in
+from sagnac.filters.settings import FilterSetting, setting_of, worst
 from sagnac.filters.state_space import FilterModel, Markov
 from tests.filters.examples import document, keys
 
 TAU = np.array([1.0, 10.0])
 
 
-def setting(name="x", white=1e-4, walk=1e-6):
+def setting(name="x", white=1e-4, walk=1e-6, kind="gyro"):
     """A model of round figures: white 1e-4 rad/s/sqrt(Hz), walk 1e-6 rad/s^2/sqrt(Hz)."""
     deviation = white / np.sqrt(TAU)
-    sensor = Sensor(
+    return FilterSetting(
         name=name,
-        tau=TAU,
-        deviation=deviation,
-        edf=np.array([1e4, 1e3]),
-        white=white,
-        white_high=white,
-        angle=0.0,
-        sample_rate=400.0,
-        source="run.csv, SHA-256 abc",
-    )
-    limit = UpperLimit(tau=TAU, deviation=deviation, limit=deviation, confidence=0.95)
-    simple = Overbound(model=FilterModel(white=white, walk=walk), limit=limit)
-    full = Overbound(
-        model=FilterModel(
+        kind=kind,
+        simple=FilterModel(white=white, walk=walk),
+        full=FilterModel(
             white=white, markov=(Markov(driving_noise=2e-6, correlation_time=50.0),), angle=1e-9
         ),
-        limit=limit,
+        source="run.csv, SHA-256 abc",
+        limit=UpperLimit(tau=TAU, deviation=deviation, limit=deviation, confidence=0.95),
+        sample_rate=400.0,
+        estimate=white,
     )
-    return FilterSetting(sensor=sensor, simple=simple, full=full)
 
 
 TRIAD = (setting("x"), setting("y", 3e-4, 2e-6), setting("z", 2e-4))
+FORCES = tuple(
+    setting(name, white, walk, "accelerometer")
+    for name, white, walk in (("ax", 1e-3, 1e-5), ("ay", 2e-3, 3e-5), ("az", 4e-3, 2e-5))
+)
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_every_file_says_what_it_is_and_where_that_stands(name):
     text = exported(name, Wanted(settings=(setting(),), version="9.9"))
-    definition = DEFINITIONS.get(name, DEFINITIONS["toml"])
+    definition = definition_of(name)
     for said in (definition.reference, definition.text, "9.9", "run.csv, SHA-256 abc"):
         assert said in text
 
@@ -68,24 +66,28 @@ def test_kalibr_by_the_worked_formula_of_its_wiki(name):
     # Kalibr: sigma_gd = sigma_g / sqrt(dt) = 3e-4 * 20, sigma_bgd = sigma_bg sqrt(dt) = 2e-6 / 20.
     assert "6.000000e-03 rad/s white, 1.000000e-07 rad/s per step" in text
     assert "accelerometer_noise_density" not in read
-    stated = Wanted(settings=TRIAD, accelerometer=(2e-3, 3e-3))
-    assert float(keys(exported(name, stated))["accelerometer_random_walk"]) == 3e-3
+    both = keys(exported(name, Wanted(settings=TRIAD, accelerometers=FORCES)))
+    # One noise for all axes covers all: az has the largest N, ay the largest K.
+    assert float(both["accelerometer_noise_density"]) == 4e-3
+    assert float(both["accelerometer_random_walk"]) == 3e-5
 
 
 @pytest.mark.parametrize("name", ["kalibr", "allan-variance-ros", "openvins", "robot-localization"])
 def test_a_yaml_parser_reads_numbers(name):
-    text = exported(name, Wanted(settings=TRIAD, accelerometer=(2e-3, 3e-3)))
+    text = exported(name, Wanted(settings=TRIAD, accelerometers=FORCES))
     # OpenCV's own first line, which YAML 1.1 writes with a space.
     read = yaml.safe_load(text.removeprefix("%YAML:1.0\n"))
     if name == "robot-localization":
         matrix = read["imu"]["angular_velocity_covariance"]
         assert matrix == pytest.approx(np.diag([3.6e-5] * 3).ravel())  # 9e-8 at 400 Hz
+        matrix = read["imu"]["linear_acceleration_covariance"]
+        assert matrix == pytest.approx(np.diag([6.4e-3] * 3).ravel())  # 1.6e-5 at 400 Hz
         return
     block = read["imu0"] if name == "openvins" else read
     # Keys of Kalibr's YAML formats.
     wanted = {
-        "accelerometer_noise_density": 2e-3,
-        "accelerometer_random_walk": 3e-3,
+        "accelerometer_noise_density": 4e-3,
+        "accelerometer_random_walk": 3e-5,
         "gyroscope_noise_density": 3e-4,
         "gyroscope_random_walk": 2e-6,
         "update_rate": 400.0,
@@ -111,21 +113,93 @@ def test_gtsam_is_set_by_the_file_itself():
         def setBiasOmegaCovariance(self, matrix):
             self.walk = matrix
 
+        def setAccelerometerCovariance(self, matrix):
+            self.force = matrix
+
+        def setBiasAccCovariance(self, matrix):
+            self.force_walk = matrix
+
     made: dict = {}
-    exec(exported("gtsam", Wanted(settings=TRIAD, each=True)), made)
+    exec(exported("gtsam", Wanted(settings=TRIAD, accelerometers=FORCES, each=True)), made)
     parameters = Parameters()
     made["set_gyroscope"](parameters)
+    made["set_accelerometer"](parameters)
     # Continuous: N^2 (rad/s)^2/Hz and K^2, in the order x, y, z.
     assert np.allclose(np.diag(parameters.white), [1e-8, 9e-8, 4e-8])
     assert np.allclose(np.diag(parameters.walk), [1e-12, 4e-12, 1e-12])
     assert np.count_nonzero(parameters.white) == 3
+    assert np.allclose(np.diag(parameters.force), [1e-6, 4e-6, 1.6e-5])
+    assert np.allclose(np.diag(parameters.force_walk), [1e-10, 9e-10, 4e-10])
 
 
-def test_robot_localization_is_given_the_variance_of_a_sample():
-    text = exported("robot-localization", Wanted(settings=TRIAD, each=True, rate=100.0))
-    matrix = json.loads(text.partition("covariance: ")[2].partition("]")[0] + "]")
+@pytest.mark.parametrize("name", ["robot-localization", "ros-imu"])
+def test_a_message_of_ros_is_given_the_variance_of_a_sample(name):
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=100.0)
+    read = yaml.safe_load(exported(name, wanted))["imu"]
     # N^2 times the rate: 1e-8 * 100.
-    assert matrix == pytest.approx([1e-6, 0, 0, 0, 9e-6, 0, 0, 0, 4e-6])
+    gyros = [1e-6, 0, 0, 0, 9e-6, 0, 0, 0, 4e-6]
+    assert read["angular_velocity_covariance"] == pytest.approx(gyros)
+    forces = [1e-4, 0, 0, 0, 4e-4, 0, 0, 0, 1.6e-3]
+    assert read["linear_acceleration_covariance"] == pytest.approx(forces)
+    # sensor_msgs/Imu.msg: the first element is -1 if there is no estimate.
+    assert read.get("orientation_covariance", [-1])[0] == -1
+    alone = yaml.safe_load(exported(name, Wanted(settings=TRIAD)))["imu"]
+    assert "linear_acceleration_covariance" not in alone
+
+
+def walk_as_markov(white, walk, time, tau):
+    """Allan variance of the bias that KF-GINS and PSINS model, by the definition of each."""
+    deviation, correlation = walk, time
+    driving = np.sqrt(2.0 / correlation) * deviation  # 2 sigma^2/T
+    return white**2 / tau + markov_allan_variance(tau, driving, correlation)
+
+
+@pytest.mark.parametrize("each", [False, True])
+def test_kf_gins_takes_white_noise_and_one_markov_bias_of_one_time(each):
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=each)
+    noise = yaml.safe_load(exported("kf-gins", wanted))["imunoise"]
+    assert set(noise) == {"arw", "vrw", "gbstd", "abstd", "corrtime"}
+    for axis in range(3):
+        gyro = TRIAD[axis] if each else TRIAD[1]
+        variance = walk_as_markov(
+            math.radians(noise["arw"][axis]) / 60.0,
+            math.radians(noise["gbstd"][axis]) / 3600.0,
+            3600.0 * noise["corrtime"],
+            TAU,
+        )
+        assert np.all(variance >= gyro.limit.limit**2 * (1.0 - 1e-5))
+        assert np.all(variance <= gyro.limit.limit**2 * 1.1)
+        force = FORCES[axis] if each else FORCES[2]
+        variance = walk_as_markov(
+            noise["vrw"][axis] / 60.0, 1e-5 * noise["abstd"][axis], 3600.0 * noise["corrtime"], TAU
+        )
+        assert np.all(variance >= force.limit.limit**2 * (1.0 - 1e-5))
+        assert np.all(variance <= force.limit.limit**2 * 1.1)
+
+
+def test_psins_is_called_with_the_units_of_its_own():
+    text = exported("psins", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    rows = [line for line in text.splitlines() if not line.startswith("%")]
+    read = dict(re.findall(r"^(\w+) = \[?([^\]=]*?)\]?;$", "\n".join(rows), re.MULTILINE))
+    assert rows[-1] == "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);"
+    for kind, limits, white, size, deviation, rate, time in (
+        ("gyro", TRIAD, "web", math.pi / 180 / 60, "sqrtR0G", math.pi / 180 / 3600, "TauG"),
+        ("force", FORCES, "wdb", 9.80665e-6, "sqrtR0A", 9.80665e-6, "TauA"),
+    ):
+        whites = [float(one) * size for one in read[white].split("; ")]
+        deviations = [float(one) * rate for one in read[deviation].split("; ")]
+        for one, level, bias in zip(limits, whites, deviations, strict=True):
+            variance = walk_as_markov(level, bias, float(read[time]), TAU)
+            assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-5)), kind
+            assert np.all(variance <= one.limit.limit**2 * 1.1), kind
+
+
+def test_the_filter_of_madgwick_by_its_equations():
+    read = yaml.safe_load(exported("imu-tools", Wanted(settings=TRIAD, rate=100.0)))
+    made = read["imu_filter_madgwick"]["ros__parameters"]
+    # beta = sqrt(3/4) of the error of a sample, zeta = sqrt(3/4) of its rate of change.
+    assert made["gain"] == pytest.approx(math.sqrt(0.75) * 3e-3)
+    assert made["zeta"] == pytest.approx(math.sqrt(0.75) * 2e-6 / 0.1)
 
 
 def test_px4_by_hand():
@@ -138,10 +212,16 @@ def test_px4_by_hand():
     assert "outside the range" not in text
     quiet = exported("px4", Wanted(settings=(setting(white=1e-8),)))
     assert "outside the range of 0.0001 to 0.1" in quiet
+    both = exported("px4", Wanted(settings=(setting(),), accelerometers=FORCES, rate=250.0))
+    rows = [line.split("\t") for line in both.splitlines() if not line.startswith("#")]
+    assert [row[2] for row in rows[2:]] == ["EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE"]
+    # One update of 4 ms: (dt noise)^2 = N^2 dt.
+    assert (float(rows[2][3]) / 250.0) ** 2 == pytest.approx(4e-3**2 / 250.0)
+    assert (float(rows[3][3]) / 250.0) ** 2 == pytest.approx(3e-5**2 / 250.0)
 
 
 def test_toml_and_json_say_the_same_in_both_forms():
-    wanted = Wanted(settings=TRIAD, each=True, rate=400.0)
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=400.0)
     as_json, as_toml = json.loads(exported("json", wanted)), tomllib.loads(exported("toml", wanted))
     assert as_json == as_toml
     full = as_json["sensors"]["x"]["full"]
@@ -153,6 +233,24 @@ def test_toml_and_json_say_the_same_in_both_forms():
     assert simple["continuous"]["white_deg_per_sqrt_h"] == pytest.approx(
         3e-4 * 180.0 / math.pi * 60.0
     )
+
+
+def test_accelerometers_have_the_full_model_too():
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True)
+    read = json.loads(exported("json", wanted))["accelerometers"]["az"]["full"]
+    assert read["continuous"]["white_m_per_s2_per_sqrt_hz"] == 4e-3
+    # 1 m/s/sqrt(h) is a sixtieth of 1 m/s^2/sqrt(Hz).
+    assert read["continuous"]["white_m_per_s_per_sqrt_h"] == pytest.approx(60.0 * 4e-3)
+    (markov,) = read["continuous"]["markov"]
+    assert markov["deviation_m_per_s2"] == pytest.approx(2e-6 * 5.0)
+
+
+def test_the_worst_covers_all_at_every_cluster_time():
+    two = (setting("x", 1e-4, 9e-6), setting("y", 3e-4, 2e-6))
+    found = worst(two)
+    assert (found.simple.white, found.simple.walk) == (3e-4, 9e-6)
+    for one in two:
+        assert np.all(found.full.allan_deviation(TAU) >= one.limit.limit * (1.0 - 1e-9))
 
 
 def test_what_a_tool_cannot_hold_is_refused():
@@ -177,13 +275,13 @@ def test_a_setting_lies_above_the_curve_and_above_the_answer(tmp_path):
     (sensor,) = sensors_in(document(tmp_path))
     made = setting_of(sensor)
     sound = sensor.edf >= 10.0
-    for bound in (made.simple, made.full):
-        assert np.all(bound.model.allan_deviation(sensor.tau[sound]) >= sensor.deviation[sound])
-        assert bound.model.white >= sensor.white_high
-    assert made.simple.model.walk > 0.0
+    for model in (made.simple, made.full, made.with_time(100.0)):
+        assert np.all(model.allan_deviation(sensor.tau[sound]) >= sensor.deviation[sound])
+        assert model.white >= sensor.white_high
+    assert made.simple.walk > 0.0
     # N behind a low-pass: the curve shows less than the spectrum does.
     hidden = dataclasses.replace(sensor, white=1e-6, white_high=1.1e-6)
-    assert setting_of(hidden).simple.model.white == pytest.approx(1.1e-6)
+    assert setting_of(hidden).simple.white == pytest.approx(1.1e-6)
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,9 @@ HOSTILE = (
 KEYS = {
     "kalibr": {"rostopic", "update_rate", "gyroscope_noise_density", "gyroscope_random_walk"},
     "robot-localization": {"imu"},
+    "ros-imu": {"imu"},
+    "imu-tools": {"imu_filter_madgwick"},
+    "kf-gins": {"imunoise"},
     "toml": {
         "schema", "version", "definition", "reference", "confidence", "tau_s", "update_rate_hz",
         "sensors",
@@ -40,7 +43,7 @@ KEYS["allan-variance-ros"], KEYS["json"] = KEYS["kalibr"], KEYS["toml"]
 def hostile(name: str):
     """A gyro of that name out of a file of that name."""
     one = setting("x")
-    return replace(one, sensor=replace(one.sensor, name=name, source=f"{name}, SHA-256 {name}"))
+    return replace(one, name=name, source=f"{name}, SHA-256 {name}")
 
 
 def gtsam_names(text: str) -> list[str]:
@@ -71,6 +74,11 @@ def test_a_name_stays_text_in_every_format(name):
         elif tool == "px4":
             rows = [line.split("\t") for line in text.splitlines() if line[:1] not in ("#", "")]
             assert [row[2] for row in rows] == ["EKF2_GYR_NOISE", "EKF2_GYR_B_NOISE"]
+        elif tool == "psins":
+            rows = [line for line in text.splitlines() if line[:1] != "%"]
+            assert [row.partition(" ")[0] for row in rows] == [
+                "eb", "web", "sqrtR0G", "TauG", "wdb", "imuerr",
+            ]  # fmt: skip
         else:
             read = {"json": json.loads, "toml": tomllib.loads}.get(tool, yaml.safe_load)
             found = read(text.removeprefix("%YAML:1.0\n"))
@@ -82,13 +90,10 @@ def test_a_name_stays_text_in_every_format(name):
 
 def test_each_gyro_of_hostile_names_keeps_its_own_numbers():
     names = ("a\n[b]", 'a"]', "ä.b")
-    settings = tuple(
-        replace(one, sensor=replace(one.sensor, name=name))
-        for one, name in zip(TRIAD, names, strict=True)
-    )
+    settings = tuple(replace(one, name=name) for one, name in zip(TRIAD, names, strict=True))
     found = tomllib.loads(exported("toml", Wanted(settings=settings, each=True)))["sensors"]
     white = [one["simple"]["continuous"]["white_rad_per_s_per_sqrt_hz"] for one in found.values()]
-    assert white == pytest.approx([one.simple.model.white for one in settings])
+    assert white == pytest.approx([one.simple.white for one in settings])
     assert list(found) == ["a\\u000a[b]", 'a"]', "ä.b"]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.shares import Interval
-from sagnac.units import DEGREE, DEGREE_PER_HOUR, field_unit
+from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, field_unit
 
 
 def resting_data(analysis: Analysis) -> dict[str, Any]:
@@ -115,10 +115,12 @@ def covariance_data(analysis: Analysis) -> dict[str, Any] | None:
     covariance = analysis.covariance
     if covariance is None:
         return None
-    units = [field_unit(name) for name in covariance.names]
+    sensor = analysis.sensor
+    titles = SENSED[sensor].titles
+    units = [field_unit(name, sensor) for name in covariance.names]
     sizes = np.array([unit.size for unit in units])
     return {
-        "names": list(covariance.names),
+        "names": [titles[name].replace(" ", "_") for name in covariance.names],
         "units": [unit.name for unit in units],
         "matrix": (covariance.matrix / sizes / sizes[:, np.newaxis]).tolist(),
     }

@@ -1,8 +1,11 @@
-"""What each tool means by its noise parameters, and where it says so."""
+"""What each tool means by its noise parameters, where it says so, and what it has no place for."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+Axes = Literal["one", "three", "any"]
+"""How many noises a tool takes: one for all axes, one for each of x, y and z, or any number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,59 +20,131 @@ class Definition:
         The document that defines them.
     text
         The definition, one line.
+    axes
+        How many noises it takes.
+    unused
+        Option of an export (``rate``, ``topic``, ``markov``, ``accelerometer``) that the tool
+        cannot use -> why.
     """
 
     tool: str
     reference: str
     text: str
+    axes: Axes
+    unused: Mapping[str, str] = field(default_factory=dict)
 
 
 _CONTINUOUS: Final = (
     "noise density sigma_g and random walk sigma_bg of the continuous-time model, two-sided; at a "
     "step of dt sigma_g/sqrt(dt) and sigma_bg sqrt(dt)"
 )
+_TOPIC: Final = {"topic": "it names no topic"}
+_CONTINUOUS_RATE: Final = {"rate": "its noise is continuous, and it takes the time step itself"}
+_WALK: Final = {"markov": "its bias is a random walk"}
+_NO_BIAS: Final = {"markov": "it has no bias in its noise"}
+_MARKOV: Final = {"markov": "its bias is one Markov process for each sensor, no more and no less"}
 
 DEFINITIONS: Final[Mapping[str, Definition]] = {
     "kalibr": Definition(
         tool="Kalibr",
         reference="Kalibr wiki, 'IMU Noise Model' and 'YAML formats'",
         text=_CONTINUOUS,
+        axes="one",
+        unused=_WALK,
     ),
     "allan-variance-ros": Definition(
         tool="allan_variance_ros",
         reference="allan_variance_ros, README and scripts/analysis.py (imu.yaml for Kalibr)",
         text="as Kalibr: the Allan deviation on the slope -1/2 at 1 s, and on +1/2 at 3 s",
+        axes="one",
+        unused=_WALK,
     ),
     "openvins": Definition(
         tool="OpenVINS",
         reference="OpenVINS, 'IMU Propagation Derivations' and kalibr_imu_chain.yaml",
         text=_CONTINUOUS,
+        axes="any",
+        unused=_WALK,
     ),
     "gtsam": Definition(
         tool="GTSAM",
-        reference="GTSAM, PreintegratedRotationParams::gyroscopeCovariance and "
-        "PreintegrationCombinedParams::biasOmegaCovariance",
+        reference="GTSAM, PreintegratedRotationParams::gyroscopeCovariance, "
+        "PreintegrationParams::accelerometerCovariance, and biasOmegaCovariance and "
+        "biasAccCovariance of PreintegrationCombinedParams",
         text="covariances of the continuous-time white noises, N^2 and K^2; GTSAM divides by and "
         "multiplies with the time step itself",
+        axes="three",
+        unused=_TOPIC | _CONTINUOUS_RATE | _WALK,
     ),
     "robot-localization": Definition(
         tool="robot_localization",
-        reference="sensor_msgs/Imu, angular_velocity_covariance; robot_localization, "
-        "'Preparing Your Data' and ekf.cpp (the process noise is multiplied by the time step)",
-        text="variance of one rate sample, N^2 times the sample rate, (rad/s)^2; there is no "
-        "state for a gyro's bias",
+        reference="sensor_msgs/Imu, angular_velocity_covariance and "
+        "linear_acceleration_covariance; robot_localization, 'Preparing Your Data' and ekf.cpp "
+        "(the process noise is multiplied by the time step)",
+        text="variance of one sample, N^2 times the sample rate, (rad/s)^2 and (m/s^2)^2; there "
+        "is no state for a bias",
+        axes="three",
+        unused=_TOPIC | _NO_BIAS,
+    ),
+    "ros-imu": Definition(
+        tool="sensor_msgs/Imu",
+        reference="sensor_msgs/Imu.msg, angular_velocity_covariance and "
+        "linear_acceleration_covariance, row major about x, y, z",
+        text="variance of one sample, N^2 times the sample rate, (rad/s)^2 and (m/s^2)^2; -1 "
+        "first in a matrix that has no estimate",
+        axes="three",
+        unused=_TOPIC | _NO_BIAS,
+    ),
+    "imu-tools": Definition(
+        tool="imu_tools, imu_filter_madgwick",
+        reference="imu_filter_madgwick, parameters gain (0 to 1) and zeta (-1 to 1, rad/s); "
+        "S. Madgwick, 'An efficient orientation filter for inertial and inertial/magnetic sensor "
+        "arrays', 2010, Eqs. 49 and 50",
+        text="gain = sqrt(3/4) of the gyro's error, rad/s, and zeta = sqrt(3/4) of the rate of its "
+        "drift, rad/s^2, here N sqrt(rate) and K sqrt(rate) of a sample",
+        axes="one",
+        unused=_TOPIC
+        | _WALK
+        | {"accelerometer": "its gain weighs the gyro alone; it has no noise of accelerometers"},
     ),
     "px4": Definition(
         tool="PX4 EKF2",
-        reference="PX4 parameter reference, EKF2_GYR_NOISE and EKF2_GYR_B_NOISE; "
-        "EKF/covariance.cpp",
+        reference="PX4 parameter reference, EKF2_GYR_NOISE, EKF2_GYR_B_NOISE, EKF2_ACC_NOISE and "
+        "EKF2_ACC_B_NOISE; EKF/covariance.cpp",
         text="per update of the filter: a delta angle varies by (dt GYR_NOISE)^2 and a bias by "
-        "(dt GYR_B_NOISE)^2, so that they are N/sqrt(dt) and K/sqrt(dt)",
+        "(dt GYR_B_NOISE)^2, so that they are N/sqrt(dt) and K/sqrt(dt); accelerometers alike",
+        axes="one",
+        unused=_TOPIC | _WALK,
+    ),
+    "kf-gins": Definition(
+        tool="KF-GINS",
+        reference="KF-GINS, kf-gins.yaml, imunoise",
+        text="arw and vrw are N^2 as spectral density; a bias is a first-order Markov process of "
+        "deviation gbstd or abstd and correlation time corrtime, one for all, driven by "
+        "2 gbstd^2/corrtime",
+        axes="three",
+        unused=_TOPIC | _CONTINUOUS_RATE | _MARKOV,
+    ),
+    "psins": Definition(
+        tool="PSINS",
+        reference="PSINS, imuerrset.m",
+        text="web and wdb are N; sqrtR0G, TauG, sqrtR0A and TauA are deviation and correlation "
+        "time of first-order Markov biases; eb and db are constant biases",
+        axes="three",
+        unused=_TOPIC | _CONTINUOUS_RATE | _MARKOV,
     ),
     "toml": Definition(
         tool="sagnac",
         reference="IEEE Std 952-1997, Annex C; IEEE Std 647-2006, Annex C",
         text="continuous: two-sided spectral densities N^2 and K^2/(2 pi f)^2, Markov rates "
         "db/dt = -b/T + q w; discrete: standard deviations per sample",
+        axes="any",
+        unused=_TOPIC,
     ),
 }
+"""By format; ``json`` holds what ``toml`` does."""
+
+
+def definition_of(format_name: str) -> Definition:
+    """The definition of a format of `sagnac.filters.exports`."""
+    return DEFINITIONS["toml" if format_name == "json" else format_name]

@@ -2,24 +2,34 @@
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
+
+import numpy as np
 
 from sagnac.errors import RecordingError, one_line, quoted
-from sagnac.filters.definitions import DEFINITIONS
-from sagnac.filters.overbound import Overbound
-from sagnac.filters.settings import FilterSetting, worst
-from sagnac.units import DEGREE_PER_HOUR_PER_ROOT_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.filters.definitions import definition_of
+from sagnac.filters.overbound import common_time
+from sagnac.filters.plain import plain, toml_table
+from sagnac.filters.settings import FilterSetting, by_name, worst
+from sagnac.units import (
+    DEGREE_PER_HOUR,
+    DEGREE_PER_ROOT_HOUR,
+    FORCE_COEFFICIENT_UNITS,
+    HOUR,
+    STANDARD_GRAVITY,
+    Sensor,
+)
 
 # Rate of the delta angles that update the filter of PX4, Hz, unless another is stated.
 PX4_RATE: Final = 100.0
-# Ranges that PX4's parameter reference states.
-_PX4_RANGES: Final = {"EKF2_GYR_NOISE": (1e-4, 0.1), "EKF2_GYR_B_NOISE": (0.0, 0.01)}
 _PX4_FLOAT: Final = 9
-# Names that ROS allows, and those that TOML takes without quotes.
+_MICRO_G: Final = 1e-6 * STANDARD_GRAVITY
+_MILLIGAL: Final = 1e-5  # m/s^2
+_MADGWICK: Final = 0.75**0.5
+# Names that ROS allows.
 _ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
-_BARE: Final = re.compile(r"[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,28 +40,31 @@ class Wanted:
     ----------
     settings
         One for each gyro.
+    accelerometers
+        One for each accelerometer; none if they are not known.
     each
-        A block for each gyro instead of the worst alone.
+        A block for each sensor instead of the worst alone.
     rate
         Of the filter or of the samples, Hz; None for that of the recording.
     topic
         ROS topic of the IMU.
-    accelerometer
-        Noise density (m/s^2/sqrt(Hz)) and random walk (m/s^3/sqrt(Hz)), if they are known.
     version
         Of this package.
     """
 
     settings: tuple[FilterSetting, ...]
+    accelerometers: tuple[FilterSetting, ...] = ()
     each: bool = False
     rate: float | None = None
     topic: str = "/imu0"
-    accelerometer: tuple[float, float] | None = None
     version: str = ""
 
     def __post_init__(self) -> None:
         if not self.settings:
             raise ValueError("settings is empty; give one gyro or more")
+        for kind, group in (("gyro", self.settings), ("accelerometer", self.accelerometers)):
+            if any(one.kind != kind for one in group):
+                raise ValueError(f"a setting among those of {kind}s is of another sensor")
         if self.rate is not None and not self.rate > 0.0:
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
         if not _ROS_NAME.fullmatch(self.topic):
@@ -59,13 +72,31 @@ class Wanted:
 
     @property
     def chosen(self) -> tuple[FilterSetting, ...]:
-        """Every gyro, or the worst."""
-        return self.settings if self.each else (worst(self.settings),)
+        """Every gyro, or one that covers them all."""
+        return by_name(self.settings) if self.each else (worst(self.settings),)
+
+    @property
+    def forces(self) -> tuple[FilterSetting, ...]:
+        """Every accelerometer, or one that covers them all; none if there is none."""
+        if self.each or not self.accelerometers:
+            return by_name(self.accelerometers)
+        return (worst(self.accelerometers),)
 
     @property
     def update_rate(self) -> float:
-        """Hz."""
-        return self.rate or self.settings[0].sensor.sample_rate
+        """Hz.
+
+        Raises
+        ------
+        RecordingError
+            If neither the export nor a recording states it.
+        """
+        rate = self.rate or self.settings[0].sample_rate
+        if rate is None:
+            raise RecordingError(
+                "no recording states the sample rate", remedy="state it with {rate}"
+            )
+        return rate
 
 
 def exported(format_name: str, wanted: Wanted) -> str:
@@ -87,265 +118,309 @@ def exported(format_name: str, wanted: Wanted) -> str:
     """
     if format_name not in FORMATS:
         raise ValueError(f"format is {quoted(format_name)}; use one of {', '.join(FORMATS)}")
-    return FORMATS[format_name](wanted)
+    definition = definition_of(format_name)
+    if wanted.each and definition.axes == "one" and len(wanted.chosen) > 1:
+        raise RecordingError(
+            f"{definition.tool} has one gyro noise for all axes",
+            remedy="take the worst of them ({axes worst})",
+        )
+    return FORMATS[format_name](format_name, wanted)
 
 
 # ---- what the files share ------------------------------------------------------------
 
 
-def _heading(name: str, wanted: Wanted) -> list[str]:
-    definition = DEFINITIONS[name]
-    limit = wanted.settings[0].simple.limit
+def _heading(name: str, wanted: Wanted, *, in_words: bool = True, mark: str = "#") -> str:
+    """Comment on what is in the file, by what definition, and from what."""
+    definition = definition_of(name)
+    holds = "accelerometer" not in definition.unused
+    shown = (*wanted.chosen, *(wanted.forces if holds else ()))
     lines = [
-        f"{definition.tool}: noise of {', '.join(one.sensor.name for one in wanted.chosen)}, "
+        f"{definition.tool}: noise of {', '.join(one.name for one in shown)}, "
         f"made by sagnac {wanted.version}",
         f"Definition: {definition.text}.",
         f"Reference: {definition.reference}.",
-        f"The model lies above the Allan deviation at {100.0 * limit.confidence:g} % from "
-        f"{limit.tau[0]:.4g} to {limit.tau[-1]:.4g} s.",
     ]
-    if len(wanted.settings) > 1 and not wanted.each:
-        names = ", ".join(one.sensor.name for one in wanted.settings)
-        lines.append(f"The worst of {names}.")
-    return lines + list(dict.fromkeys(f"From {one.sensor.source}" for one in wanted.chosen))
-
-
-def _comment(lines: list[str]) -> str:
-    """Lines that every format passes over; names of files and gyros in them end none of them."""
-    return "".join(f"# {one_line(line)}\n" for line in lines)
-
-
-def _one_only(wanted: Wanted, name: str) -> FilterSetting:
-    if wanted.each and len(wanted.settings) > 1:
-        raise RecordingError(
-            f"{DEFINITIONS[name].tool} has one gyro noise for all axes",
-            remedy="take the worst of them ({axes worst})",
+    limit = next((one.limit for one in shown if one.limit is not None), None)
+    if limit is not None:
+        lines.append(
+            f"The model lies above the Allan deviation at {100.0 * limit.confidence:g} % from "
+            f"{limit.tau[0]:.4g} to {limit.tau[-1]:.4g} s."
         )
-    return wanted.chosen[0]
+    if any(one.limit is None for one in shown):
+        lines.append("What is stated was not measured, and is not inflated.")
+    for group in (wanted.settings, wanted.accelerometers if holds else ()):
+        if len(group) > 1 and not wanted.each:
+            lines.append(f"The worst of {', '.join(one.name for one in group)}.")
+    lines += dict.fromkeys(f"From {one.source}" for one in shown)
+    return _comment(lines + ([one.in_words() for one in shown] if in_words else []), mark)
 
 
-def _accelerometer(wanted: Wanted) -> list[str]:
-    names = ("accelerometer_noise_density", "accelerometer_random_walk")
-    units = ("m/s^2/sqrt(Hz), continuous", "m/s^3/sqrt(Hz), continuous")
-    if wanted.accelerometer is None:
-        return [
-            f"# {name}:  # {unit}: not measured, add it"
-            for name, unit in zip(names, units, strict=True)
-        ]
-    return [
-        f"{name}: {value:.6e}  # {unit}, as stated"
-        for name, value, unit in zip(names, wanted.accelerometer, units, strict=True)
-    ]
+def _comment(lines: Sequence[str], mark: str = "#") -> str:
+    """Lines that every format passes over; names of files and gyros in them end none of them."""
+    return "".join(f"{mark} {one_line(line)}\n" for line in lines)
 
 
-def _kalibr_keys(setting: FilterSetting, wanted: Wanted) -> list[str]:
-    model, rate = setting.simple.model, wanted.update_rate
-    return [
-        f"rostopic: {wanted.topic}",
-        f"update_rate: {rate:.9g}  # Hz",
-        f"gyroscope_noise_density: {model.white:.6e}  # rad/s/sqrt(Hz), continuous",
-        f"gyroscope_random_walk: {model.walk:.6e}  # rad/s^2/sqrt(Hz), continuous",
-        f"# discrete, at {rate:.9g} Hz: {model.white_per_sample(1.0 / rate):.6e} rad/s white, "
-        f"{model.walk_per_sample(1.0 / rate):.6e} rad/s per step of the bias",
-        *_accelerometer(wanted),
-    ]
+def _axes(
+    settings: tuple[FilterSetting, ...], names: str, *, each: bool
+) -> tuple[FilterSetting, FilterSetting, FilterSetting]:
+    """One for x, y and z: each its own if the sensors are those, else one that covers them all."""
+    named = {one.name: one for one in by_name(settings)}
+    order = names.split(",")
+    if each and len(named) == 3:
+        first, second, third = (
+            [named[name] for name in order] if set(named) == set(order) else named.values()
+        )
+        return first, second, third
+    one = worst(settings)
+    return one, one, one
+
+
+def _three(wanted: Wanted) -> dict[Sensor, tuple[FilterSetting, FilterSetting, FilterSetting]]:
+    """About x, y and z, of each kind of sensor that there is."""
+    found: dict[Sensor, tuple[FilterSetting, FilterSetting, FilterSetting]] = {
+        "gyro": _axes(wanted.settings, "x,y,z", each=wanted.each)
+    }
+    if wanted.accelerometers:
+        found["accelerometer"] = _axes(wanted.accelerometers, "ax,ay,az", each=wanted.each)
+    return found
+
+
+def _listed(values: Sequence[float]) -> str:
+    return "[" + ", ".join(f"{value:.6e}" for value in values) + "]"
 
 
 # ---- one function a tool -------------------------------------------------------------
 
-
-def _flat_yaml(name: str) -> Callable[[Wanted], str]:
-    def write(wanted: Wanted) -> str:
-        setting = _one_only(wanted, name)
-        heading = [*_heading(name, wanted), setting.in_words()]
-        return _comment(heading) + "\n".join(_kalibr_keys(setting, wanted)) + "\n"
-
-    return write
+# Prefix of the keys, and units of N and K.
+_KALIBR: Final[Mapping[Sensor, tuple[str, str, str]]] = {
+    "gyro": ("gyroscope", "rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)"),
+    "accelerometer": ("accelerometer", "m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"),
+}
 
 
-def _openvins(wanted: Wanted) -> str:
-    heading = _heading("openvins", wanted)
-    heading.append("Keep T_i_b and the intrinsics of your own kalibr_imu_chain.yaml.")
-    text = "%YAML:1.0\n" + _comment(heading)
-    for index, setting in enumerate(wanted.chosen):
-        keys = [*_kalibr_keys(setting, wanted), "time_offset: 0.0  # s"]
-        text += f"\nimu{index}:\n  {_comment([setting.in_words()])}"
+def _kalibr_keys(
+    gyro: FilterSetting, accelerometer: FilterSetting | None, wanted: Wanted
+) -> list[str]:
+    rate = wanted.update_rate
+    lines = [f"rostopic: {wanted.topic}", f"update_rate: {rate:.9g}  # Hz"]
+    of_kind: dict[Sensor, FilterSetting | None] = {"gyro": gyro, "accelerometer": accelerometer}
+    for kind, setting in of_kind.items():
+        prefix, white, walk = _KALIBR[kind]
+        keys = (f"{prefix}_noise_density", white), (f"{prefix}_random_walk", walk)
+        if setting is None:
+            lines += [f"# {key}:  # {unit}, continuous: not measured, add it" for key, unit in keys]
+            continue
+        model, sample = setting.simple, white.partition("/sqrt")[0]
+        said = "" if setting.limit is not None else "; stated, not measured"
+        lines += [
+            f"{key}: {value:.6e}  # {unit}, continuous{said}"
+            for (key, unit), value in zip(keys, (model.white, model.walk), strict=True)
+        ]
+        lines.append(
+            f"# discrete, at {rate:.9g} Hz: {model.white_per_sample(1.0 / rate):.6e} {sample} "
+            f"white, {model.walk_per_sample(1.0 / rate):.6e} {sample} per step of the bias"
+        )
+    return lines
+
+
+def _flat_yaml(name: str, wanted: Wanted) -> str:
+    (gyro,) = wanted.chosen
+    force = worst(wanted.accelerometers) if wanted.accelerometers else None
+    return _heading(name, wanted) + "\n".join(_kalibr_keys(gyro, force, wanted)) + "\n"
+
+
+def _openvins(name: str, wanted: Wanted) -> str:
+    text = "%YAML:1.0\n" + _heading(name, wanted, in_words=False)
+    text += _comment(["Keep T_i_b and the intrinsics of your own kalibr_imu_chain.yaml."])
+    force = worst(wanted.accelerometers) if wanted.accelerometers else None
+    for index, gyro in enumerate(wanted.chosen):
+        keys = [*_kalibr_keys(gyro, force, wanted), "time_offset: 0.0  # s"]
+        said = [one.in_words() for one in (gyro, force) if one is not None]
+        text += f"\nimu{index}:\n" + "".join(f"  {_comment([words])}" for words in said)
         text += "".join(f"  {key}\n" for key in keys)
     return text
 
 
-def _axes(wanted: Wanted) -> tuple[FilterSetting, FilterSetting, FilterSetting]:
-    """One for x, y and z: each its own if the gyros are those, else the worst for all."""
-    named = {one.sensor.name: one for one in wanted.settings}
-    if wanted.each and set(named) == {"x", "y", "z"}:
-        return named["x"], named["y"], named["z"]
-    if wanted.each and len(named) == 3:
-        first, second, third = wanted.settings
-        return first, second, third
-    one = worst(wanted.settings)
-    return one, one, one
+# Names, and the unit of N^2, of what GTSAM is set to.
+_GTSAM: Final[Mapping[Sensor, tuple[str, str, str, str, str]]] = {
+    "gyro": ("GYROSCOPE", "Gyroscope", "BIAS_OMEGA", "BiasOmega", "rad/s"),
+    "accelerometer": ("ACCELEROMETER", "Accelerometer", "BIAS_ACC", "BiasAcc", "m/s^2"),
+}
 
 
-def _gtsam(wanted: Wanted) -> str:
-    axes = _axes(wanted)
-    white = ", ".join(f"{one.simple.model.white**2:.6e}" for one in axes)
-    walk = ", ".join(f"{one.simple.model.walk**2:.6e}" for one in axes)
-    heading = _heading("gtsam", wanted)
-    heading += [one.in_words() for one in dict.fromkeys(axes)]
-    return (
-        _comment(heading)
-        + f"""
-import numpy
+def _gtsam(name: str, wanted: Wanted) -> str:
+    values, functions = "", ""
+    for kind, axes in _three(wanted).items():
+        upper, camel, bias, bias_camel, unit = _GTSAM[kind]
+        white = _listed([one.simple.white**2 for one in axes])
+        walk = _listed([one.simple.walk**2 for one in axes])
+        values += f"{upper}_COVARIANCE = numpy.diag({white})  # ({unit})^2/Hz\n"
+        values += f"{bias}_COVARIANCE = numpy.diag({walk})  # ({unit}/s)^2/Hz\n"
+        functions += f'''
 
-# Diagonals for x, y and z.
-GYROSCOPE_COVARIANCE = numpy.diag([{white}])  # (rad/s)^2/Hz
-BIAS_OMEGA_COVARIANCE = numpy.diag([{walk}])  # (rad/s^2)^2/Hz
-
-
-def set_gyroscope(parameters):
-    \"\"\"Set gtsam.PreintegrationParams, or PreintegrationCombinedParams with the bias.\"\"\"
-    parameters.setGyroscopeCovariance(GYROSCOPE_COVARIANCE)
-    if hasattr(parameters, "setBiasOmegaCovariance"):
-        parameters.setBiasOmegaCovariance(BIAS_OMEGA_COVARIANCE)
-"""
-    )
+def set_{camel.lower()}(parameters):
+    """Set gtsam.PreintegrationParams, or PreintegrationCombinedParams with the bias."""
+    parameters.set{camel}Covariance({upper}_COVARIANCE)
+    if hasattr(parameters, "set{bias_camel}Covariance"):
+        parameters.set{bias_camel}Covariance({bias}_COVARIANCE)
+'''
+    head = _heading(name, wanted)
+    return f"{head}\nimport numpy\n\n# Diagonals for x, y and z.\n{values}{functions}"
 
 
-def _robot_localization(wanted: Wanted) -> str:
-    axes, rate = _axes(wanted), wanted.update_rate
-    variances = [f"{one.simple.model.white_per_sample(1.0 / rate) ** 2:.6e}" for one in axes]
-    rows = [["0.0"] * 3 for _ in range(3)]
-    for index, variance in enumerate(variances):
-        rows[index][index] = variance
-    heading = _heading("robot-localization", wanted)
-    heading += [one.in_words() for one in dict.fromkeys(axes)]
-    matrix = ",\n    ".join(", ".join(row) for row in rows)
-    angles = ", ".join(f"{one.simple.model.white**2:.6e}" for one in axes)
-    return (
-        _comment(heading)
-        + f"imu:\n  # (rad/s)^2 of one sample at {rate:.9g} Hz, row by row about x, y, z\n"
-        + f"  angular_velocity_covariance: [\n    {matrix}]\n"
-        + "# What these gyros alone add to roll, pitch and yaw of process_noise_covariance,\n"
-        + f"# rad^2/s: {angles}\n"
-    )
+_MATRICES: Final[Mapping[Sensor, tuple[str, str]]] = {
+    "gyro": ("angular_velocity_covariance", "(rad/s)^2"),
+    "accelerometer": ("linear_acceleration_covariance", "(m/s^2)^2"),
+}
 
 
-def _px4(wanted: Wanted) -> str:
-    setting, rate = _one_only(wanted, "px4"), wanted.rate or PX4_RATE
-    model = setting.simple.model
-    values = {
-        "EKF2_GYR_NOISE": (model.white * rate**0.5, "rad/s"),
-        "EKF2_GYR_B_NOISE": (model.walk * rate**0.5, "rad/s^2"),
-    }
-    text = _comment([*_heading("px4", wanted), setting.in_words()])
-    text += f"# discrete, at an update rate of {rate:.9g} Hz\n"
-    for name, (value, unit) in values.items():
-        low, high = _PX4_RANGES[name]
-        text += f"# {name} in {unit}"
-        if not low <= value <= high:
-            text += f"; outside the range of {low:g} to {high:g} that PX4 states"
-        text += f"\n1\t1\t{name}\t{value:.9e}\t{_PX4_FLOAT}\n"
+def _imu_message(name: str, wanted: Wanted) -> str:
+    rate, three = wanted.update_rate, _three(wanted)
+    text = _heading(name, wanted)
+    text += f"imu:\n  # variance of one sample at {rate:.9g} Hz, row by row about x, y, z\n"
+    for kind, (key, unit) in _MATRICES.items():
+        if kind not in three:
+            text += f"  # {key}:  # {unit}: not measured, add it\n"
+            continue
+        matrix = np.diag([one.simple.white_per_sample(1.0 / rate) ** 2 for one in three[kind]])
+        rows = ",\n    ".join(", ".join(f"{value:.6e}" for value in row) for row in matrix)
+        text += f"  # {unit}\n  {key}: [\n    {rows}]\n"
     return text
 
 
-def _plain(wanted: Wanted) -> dict[str, Any]:
-    limit, definition = wanted.settings[0].full.limit, DEFINITIONS["toml"]
-    return {
-        "schema": "sagnac.filter/1",
-        "version": wanted.version,
-        "definition": definition.text,
-        "reference": definition.reference,
-        "confidence": limit.confidence,
-        "tau_s": [float(limit.tau[0]), float(limit.tau[-1])],
-        "update_rate_hz": wanted.update_rate,
-        "sensors": {one.sensor.name: _sensor(one, wanted.update_rate) for one in wanted.chosen},
+def _ros_imu(name: str, wanted: Wanted) -> str:
+    none = "  # no orientation is measured\n  orientation_covariance: [-1, 0, 0, 0, 0, 0, 0, 0, 0]"
+    return f"{_imu_message(name, wanted)}{none}\n"
+
+
+def _robot_localization(name: str, wanted: Wanted) -> str:
+    text = _imu_message(name, wanted)
+    said: Mapping[Sensor, str] = {
+        "gyro": "these gyros alone add to roll, pitch and yaw of process_noise_covariance,\n"
+        "# rad^2/s",
+        "accelerometer": "these accelerometers alone add to vx, vy and vz of it, (m/s)^2/s",
     }
+    for kind, axes in _three(wanted).items():
+        text += f"# What {said[kind]}: {_listed([one.simple.white**2 for one in axes])[1:-1]}\n"
+    return text
 
 
-def _sensor(setting: FilterSetting, rate: float) -> dict[str, Any]:
-    covariance = setting.sensor.covariance
-    return {
-        "source": setting.sensor.source,
-        "simple": _model(setting.simple, rate),
-        "full": _model(setting.full, rate),
-        **({} if covariance is None else {"covariance": dict(covariance)}),
+def _imu_tools(name: str, wanted: Wanted) -> str:
+    (gyro,), rate = wanted.chosen, wanted.update_rate
+    gain = _MADGWICK * gyro.simple.white_per_sample(1.0 / rate)
+    zeta = _MADGWICK * gyro.simple.walk * rate**0.5
+    return (
+        _heading(name, wanted)
+        + "imu_filter_madgwick:\n  ros__parameters:\n"
+        + f"    gain: {gain:.9e}  # rad/s, at {rate:.9g} Hz\n    zeta: {zeta:.9e}  # rad/s^2\n"
+    )
+
+
+# Parameter of N and of K with the range that PX4's reference states, and the unit of N's.
+_PX4: Final[Mapping[Sensor, tuple[tuple[str, float, float], tuple[str, float, float], str]]] = {
+    "gyro": (("EKF2_GYR_NOISE", 1e-4, 0.1), ("EKF2_GYR_B_NOISE", 0.0, 0.01), "rad/s"),
+    "accelerometer": (("EKF2_ACC_NOISE", 0.01, 1.0), ("EKF2_ACC_B_NOISE", 0.0, 0.01), "m/s^2"),
+}
+
+
+def _px4(name: str, wanted: Wanted) -> str:
+    rate = wanted.rate or PX4_RATE
+    text = _heading(name, wanted) + f"# discrete, at an update rate of {rate:.9g} Hz\n"
+    for setting in (*wanted.chosen, *wanted.forces):
+        white, walk, unit = _PX4[setting.kind]
+        model = setting.simple
+        values = (model.white * rate**0.5, model.walk * rate**0.5)
+        for (key, low, high), value, per in zip((white, walk), values, ("", "/s"), strict=True):
+            text += f"# {key} in {unit}{per}"
+            if not low <= value <= high:
+                text += f"; outside the range of {low:g} to {high:g} that PX4 states"
+            text += f"\n1\t1\t{key}\t{value:.9e}\t{_PX4_FLOAT}\n"
+    return text
+
+
+def _markov_time(wanted: Wanted, settings: Sequence[FilterSetting]) -> float:
+    """The correlation time that serves several sensors best, s."""
+    limits = [one.limit for one in settings if one.limit is not None]
+    stated = [rate.correlation_time for one in wanted.settings for rate in one.full.markov]
+    return common_time(limits) if limits or not stated else stated[0]
+
+
+def _kf_gins(name: str, wanted: Wanted) -> str:
+    three = _three(wanted)
+    time = _markov_time(wanted, [one for axes in three.values() for one in axes])
+    keys: Mapping[Sensor, tuple[tuple[str, float, str], tuple[str, float, str]]] = {
+        "gyro": (
+            ("arw", DEGREE_PER_ROOT_HOUR, "deg/sqrt(hr)"),
+            ("gbstd", DEGREE_PER_HOUR, "deg/hr"),
+        ),
+        "accelerometer": (("vrw", _VELOCITY_WALK, "m/s/sqrt(hr)"), ("abstd", _MILLIGAL, "mGal")),
     }
+    text = _heading(name, wanted) + "imunoise:\n"
+    for kind, units in keys.items():
+        if kind not in three:
+            text += "".join(
+                f"  # {key}:  # {unit}: not measured, add it\n" for key, _, unit in units
+            )
+            continue
+        models = [one.with_time(time) for one in three[kind]]
+        numbers = [one.white for one in models], [one.markov[0].deviation for one in models]
+        for (key, size, unit), values in zip(units, numbers, strict=True):
+            text += f"  {key}: {_listed([value / size for value in values])}  # {unit}\n"
+    text += f"  corrtime: {time / HOUR:.6e}  # hr\n"
+    return text + "  # gsstd, asstd:  # ppm: not measured here, keep your own\n"
 
 
-def _model(bound: Overbound, rate: float) -> dict[str, Any]:
-    model, step = bound.model, 1.0 / rate
-    return {
-        "inflation": bound.inflation,
-        "continuous": {
-            "white_rad_per_s_per_sqrt_hz": model.white,
-            "white_deg_per_sqrt_h": model.white / DEGREE_PER_ROOT_HOUR,
-            "walk_rad_per_s2_per_sqrt_hz": model.walk,
-            "walk_deg_per_h_per_sqrt_h": model.walk / DEGREE_PER_HOUR_PER_ROOT_HOUR,
-            "angle_rad": model.angle,
-            "markov": [
-                {
-                    "driving_noise_rad_per_s_per_sqrt_s": one.driving_noise,
-                    "correlation_time_s": one.correlation_time,
-                    "deviation_rad_per_s": one.deviation,
-                }
-                for one in model.markov
-            ],
-        },
-        "discrete": {
-            "white_rad_per_s": model.white_per_sample(step),
-            "walk_rad_per_s": model.walk_per_sample(step),
-            "markov": [
-                {"decay": one.decay(step), "step_rad_per_s": one.step(step)} for one in model.markov
-            ],
-        },
+def _psins(name: str, wanted: Wanted) -> str:
+    three = _three(wanted)
+    units: Mapping[Sensor, tuple[str, str, str, float, float]] = {
+        "gyro": ("web", "sqrtR0G", "TauG", DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR),
+        "accelerometer": ("wdb", "sqrtR0A", "TauA", _MICRO_G, _MICRO_G),
     }
+    text = _heading(name, wanted, mark="%")
+    text += "% web deg/sqrt(h), wdb ug/sqrt(Hz), sqrtR0G deg/h, sqrtR0A ug, TauG and TauA s\n"
+    text += "eb = 0; db = 0;  % constant biases, which no noise tells\n"
+    for kind, (white, deviation, tau, size, rate_size) in units.items():
+        if kind not in three:
+            text += f"{white} = 0; {deviation} = 0; {tau} = 1;  % not measured, set them\n"
+            continue
+        time = _markov_time(wanted, three[kind])
+        models = [one.with_time(time) for one in three[kind]]
+        for key, values in (
+            (white, [one.white / size for one in models]),
+            (deviation, [one.markov[0].deviation / rate_size for one in models]),
+        ):
+            text += f"{key} = [{'; '.join(f'{value:.6e}' for value in values)}];\n"
+        text += f"{tau} = {time:.6e};\n"
+    return text + "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);\n"
 
 
-def _json(wanted: Wanted) -> str:
+def _json(name: str, wanted: Wanted) -> str:
+    del name
     return json.dumps(_plain(wanted), allow_nan=False, indent=1) + "\n"
 
 
-def _toml(wanted: Wanted) -> str:
-    return _comment(_heading("toml", wanted)) + _toml_table(_plain(wanted))
+def _toml(name: str, wanted: Wanted) -> str:
+    return _heading(name, wanted, in_words=False) + toml_table(_plain(wanted))
 
 
-def _toml_table(table: Mapping[str, Any], path: str = "") -> str:
-    """Plain values first, then the tables below them."""
-    text = "".join(
-        f"{_toml_key(key)} = {_toml_value(value)}\n"
-        for key, value in table.items()
-        if not isinstance(value, Mapping)
-    )
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            below = f"{path}{_toml_key(key)}."
-            text += f"\n[{below[:-1]}]\n{_toml_table(value, below)}"
-    return text
+def _plain(wanted: Wanted) -> dict[str, object]:
+    return plain(wanted.chosen, wanted.forces, rate=wanted.update_rate, version=wanted.version)
 
 
-def _toml_key(key: str) -> str:
-    return key if _BARE.fullmatch(key) else _toml_value(key)
+_VELOCITY_WALK: Final = FORCE_COEFFICIENT_UNITS["angle_random_walk"]["m/s/sqrt(h)"]
 
-
-def _toml_value(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(_toml_value(item) for item in value)}]"
-    if isinstance(value, Mapping):
-        items = (f"{_toml_key(key)} = {_toml_value(item)}" for key, item in value.items())
-        return "{" + ", ".join(items) + "}"
-    if isinstance(value, str):
-        # TOML escapes as JSON does, and the delete character as well.
-        return json.dumps(one_line(value), ensure_ascii=False)
-    return json.dumps(value)
-
-
-FORMATS: Final[Mapping[str, Callable[[Wanted], str]]] = {
-    "kalibr": _flat_yaml("kalibr"),
-    "allan-variance-ros": _flat_yaml("allan-variance-ros"),
+FORMATS: Final[Mapping[str, Callable[[str, Wanted], str]]] = {
+    "kalibr": _flat_yaml,
+    "allan-variance-ros": _flat_yaml,
     "openvins": _openvins,
     "gtsam": _gtsam,
     "robot-localization": _robot_localization,
+    "ros-imu": _ros_imu,
+    "imu-tools": _imu_tools,
     "px4": _px4,
+    "kf-gins": _kf_gins,
+    "psins": _psins,
     "toml": _toml,
     "json": _json,
 }

@@ -6,6 +6,7 @@ Allan variance, is that of NAVIGATION, doi:10.33012/navi.563; the limit and the 
 are as described here.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -153,7 +154,9 @@ def overbound(
         raise ValueError(f"most_markov is {quoted(most_markov)}; use 0, 1 or 2")
     least = (least_white**2, _LEAST_WALK * 3.0 * limit.limit[-1] ** 2 / limit.tau[-1] * walks)
     if most_markov == 0 and not angle:
-        return Overbound(model=_white_and_walk(limit, least), limit=limit)
+        white, walk = _white_and_slow(limit, limit.tau / 3.0, least)
+        model = FilterModel(white=float(np.sqrt(white)), walk=float(np.sqrt(walk)))
+        return Overbound(model=model, limit=limit)
     best = _smallest(limit, (), least, angle)
     chosen: tuple[float, ...] = ()
     for _ in range(most_markov):
@@ -167,6 +170,78 @@ def overbound(
             break
         best, chosen = tried[times], times
     return Overbound(model=best.model, limit=limit)
+
+
+def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0) -> FilterModel:
+    """White noise and one Markov rate of a given time above an upper limit, least inflated.
+
+    Parameters
+    ----------
+    limit
+        Of the curve.
+    time
+        Correlation time, s.
+    least_white
+        White noise that it has at least, rad/sqrt(s).
+    """
+    slow = markov_allan_variance(limit.tau, 1.0, time)
+    floor = _LEAST_WALK * limit.limit[-1] ** 2 / float(slow[-1])
+    white, square = _white_and_slow(limit, slow, (least_white**2, floor))
+    return FilterModel(
+        white=float(np.sqrt(white)),
+        markov=(Markov(driving_noise=float(np.sqrt(square)), correlation_time=time),),
+    )
+
+
+def common_time(limits: Sequence[UpperLimit]) -> float:
+    """The correlation time, s, with which `white_and_markov` inflates several curves least.
+
+    Raises
+    ------
+    ValueError
+        If there is no limit.
+    """
+    if not limits:
+        raise ValueError("limits is empty; give one or more")
+    shortest = min(float(limit.tau[0]) for limit in limits)
+    longest = max(float(limit.tau[-1]) for limit in limits)
+    # Ten times the longest cluster time is as good as a walk.
+    times = np.geomspace(shortest, 10.0 * longest, 8 * _TIMES_PER_DECADE)
+
+    def excess(time: float) -> float:
+        models = [(limit, white_and_markov(limit, time)) for limit in limits]
+        return float(
+            sum(np.mean(np.log(model.allan_deviation(at.tau) / at.limit)) for at, model in models)
+        )
+
+    return float(min(times, key=excess))
+
+
+def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
+    """The upper limit of several curves together, each counted at the cluster times it spans.
+
+    Raises
+    ------
+    ValueError
+        If there is no limit.
+    """
+    if not limits:
+        raise ValueError("limits is empty; give one or more")
+    tau = np.unique(np.concatenate([limit.tau for limit in limits]))
+
+    def highest(curves: Sequence[FloatArray]) -> FloatArray:
+        found = [
+            np.interp(np.log(tau), np.log(limit.tau), np.log(curve), left=-np.inf, right=-np.inf)
+            for limit, curve in zip(limits, curves, strict=True)
+        ]
+        return np.asarray(np.exp(np.max(found, axis=0)))
+
+    return UpperLimit(
+        tau=tau,
+        deviation=highest([limit.deviation for limit in limits]),
+        limit=highest([limit.limit for limit in limits]),
+        confidence=min(limit.confidence for limit in limits),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,13 +259,16 @@ def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
     return tuple(float(time) for time in np.geomspace(tau[0], tau[-1], count))
 
 
-def _white_and_walk(limit: UpperLimit, least: tuple[float, float]) -> FilterModel:
-    """White noise and a walk of the least mean logarithm above the limit everywhere.
+def _white_and_slow(
+    limit: UpperLimit, slow: FloatArray, least: tuple[float, float]
+) -> tuple[float, float]:
+    """Squares of white noise and a slow term, of the least mean logarithm above the limit.
 
     The logarithm of a sum is concave in its terms, so that the best pair is a corner of what the
-    limit and the least squares allow: every corner is tried.
+    limit and the least squares allow: every corner is tried. `slow` (points,) is the Allan variance
+    of that term at one, `least` are the smallest squares.
     """
-    laws = allan_variance_basis(limit.tau)[:, [1, 3]] / limit.limit[:, np.newaxis] ** 2
+    laws = np.stack([1.0 / limit.tau, slow], axis=-1) / limit.limit[:, np.newaxis] ** 2
     scale = laws.max(axis=0)
     laws = laws / scale
     bounds = np.concatenate([laws, np.eye(2)])
@@ -204,8 +282,8 @@ def _white_and_walk(limit: UpperLimit, least: tuple[float, float]) -> FilterMode
     corners = np.maximum(corners[allowed], 0.0)
     best = corners[np.argmin(np.log(corners @ laws.T).mean(axis=1))]
     # Above means above.
-    white, walk = best * max(1.0, 1.0 / float((laws @ best).min())) / scale
-    return FilterModel(white=float(np.sqrt(white)), walk=float(np.sqrt(walk)))
+    white, square = best * max(1.0, 1.0 / float((laws @ best).min())) / scale
+    return float(white), float(square)
 
 
 def _smallest(

@@ -1,27 +1,38 @@
-"""The gyros of an analysis as its document, ``analysis.json``, states them."""
+"""The sensors of an analysis as its document, ``analysis.json``, states them."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.documents import read_analyses
 from sagnac.errors import RecordingError
-from sagnac.units import ARCSECOND, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.units import (
+    ARCSECOND,
+    COEFFICIENT_UNITS,
+    DEGREE_PER_HOUR,
+    FORCE_COEFFICIENT_UNITS,
+    UNITS,
+)
+from sagnac.units import Sensor as SensorKind
+
+_FORCE: Final = FORCE_COEFFICIENT_UNITS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sensor:
-    """What an analysis says of one gyro.
+    """What an analysis says of one gyro or accelerometer, which has m where a gyro has rad.
 
     Attributes
     ----------
     name
-        ``x``, or ``x-z`` for what two gyros make per gyro.
+        ``x``, ``az``, or ``x-z`` for what two gyros make per gyro.
+    kind
+        ``gyro`` or ``accelerometer``.
     tau, deviation, edf
         (points,) of the Allan deviation: s, rad/s, degrees of freedom.
     white, white_high
@@ -47,6 +58,7 @@ class Sensor:
     sample_rate: float
     source: str
     covariance: Mapping[str, Any] | None = field(default=None)
+    kind: SensorKind = "gyro"
 
     def __post_init__(self) -> None:
         if not self.tau.shape == self.deviation.shape == self.edf.shape:
@@ -61,46 +73,112 @@ class Sensor:
 
 
 def sensors_in(path: Path) -> tuple[Sensor, ...]:
-    """Every gyro in an ``analysis.json``, or in a document of several analyses.
+    """Every gyro and accelerometer in an ``analysis.json``, or in a folder of such files.
+
+    Parameters
+    ----------
+    path
+        The file, of one analysis or of several; a folder that a command wrote; or a campaign's.
 
     Raises
     ------
     RecordingError
-        If the file is no such document.
+        If it holds no such document.
     """
+    return tuple(sensor for file in documents_of(path) for sensor in _sensors_of(file))
+
+
+def documents_of(path: Path) -> tuple[Path, ...]:
+    """A file itself; of a folder its ``analysis.json``, else those of its gyros or recordings.
+
+    Raises
+    ------
+    RecordingError
+        If a folder holds none.
+    """
+    if not path.is_dir():
+        return (path,)
+    for pattern in ("analysis.json", "*/analysis.json", "reports/*/analysis.json"):
+        found = tuple(sorted(path.glob(pattern)))
+        if found:
+            return found
+    raise RecordingError(
+        "holds no analysis.json",
+        path=str(path),
+        remedy="give the folder that an analysis wrote, or that of a campaign",
+    )
+
+
+def _sensors_of(path: Path) -> list[Sensor]:
     try:
-        alone = [
-            one for each in read_analyses(path) for one in each.get("gyros", {}).values() or [each]
-        ]
-        return tuple(sensor for each in alone for sensor in _sensors(each))
+        documents = read_analyses(path)
+        gyros = [one for each in documents for one in each.get("gyros", {}).values() or [each]]
+        found = [sensor for each in gyros for sensor in _gyros(each)]
+        for each in documents:
+            forces = (each.get("accelerometers") or {}).items()
+            found += [_accelerometer(name, stated, each) for name, stated in forces]
     except RecordingError as error:
         raise error.at(str(path)) from None
     except ValueError as error:
         raise RecordingError(
             str(error), path=str(path), remedy="give the analysis.json as it was written"
         ) from None
+    return found
 
 
-def _sensors(document: Mapping[str, Any]) -> list[Sensor]:
+def _gyros(document: Mapping[str, Any]) -> list[Sensor]:
     curve, answer = document["curve"], document["angle_random_walk"]
     tau = np.asarray(curve["tau_s"], dtype=np.float64)
     deviation = DEGREE_PER_HOUR * np.asarray(curve["deviation_deg_per_h"], dtype=np.float64)
     quantization = document["coefficients"].get("quantization", {})
     seen = quantization.get("status") == "estimated"
-    read = document["input"]
     common: dict[str, Any] = {
         "tau": tau,
         "edf": np.asarray(curve["edf"], dtype=np.float64),
         "angle": ARCSECOND * quantization["value"] if seen else 0.0,
-        "sample_rate": float(read["sample_rate_hz"]),
-        "source": f"{read['path'] or 'a recording in memory'}, SHA-256 {read['sha256'] or 'none'}",
         "covariance": document.get("covariance"),
+        **_origin(document),
     }
     white, high = _walk(answer)
     whole = Sensor(
         name=document["channel"], deviation=deviation, white=white, white_high=high, **common
     )
     return [_own(whole, name, own) for name, own in document["per_gyro"].items()] or [whole]
+
+
+def _origin(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Sample rate and source."""
+    read = document["input"]
+    return {
+        "sample_rate": float(read["sample_rate_hz"]),
+        "source": f"{read['path'] or 'a recording in memory'}, SHA-256 {read['sha256'] or 'none'}",
+    }
+
+
+def _accelerometer(name: str, stated: Mapping[str, Any], document: Mapping[str, Any]) -> Sensor:
+    """An accelerometer of a document that holds it."""
+    curve = stated["curve"]
+    if "edf" not in curve:
+        raise RecordingError(
+            "states no degrees of freedom of its curve",
+            channel=name,
+            remedy="analyze the recording again",
+        )
+    white, high = _walk(stated["velocity_random_walk"], _FORCE["angle_random_walk"])
+    quantization = stated["coefficients"].get("velocity_quantization", {})
+    seen = quantization.get("status") == "estimated"
+    return Sensor(
+        name=name,
+        kind="accelerometer",
+        tau=np.asarray(curve["tau_s"], dtype=np.float64),
+        deviation=UNITS[curve["unit"]].size * np.asarray(curve["deviation"], dtype=np.float64),
+        edf=np.asarray(curve["edf"], dtype=np.float64),
+        white=white,
+        white_high=high,
+        angle=_FORCE["quantization"][quantization["unit"]] * quantization["value"] if seen else 0.0,
+        covariance=stated.get("covariance"),
+        **_origin(document),
+    )
 
 
 def _own(pair: Sensor, name: str, stated: Mapping[str, Any]) -> Sensor:
@@ -130,11 +208,13 @@ def _own(pair: Sensor, name: str, stated: Mapping[str, Any]) -> Sensor:
     )
 
 
-def _walk(stated: Mapping[str, Any]) -> tuple[float, float]:
-    """N and its upper limit, rad/sqrt(s)."""
+def _walk(
+    stated: Mapping[str, Any], sizes: Mapping[str, float] = COEFFICIENT_UNITS["angle_random_walk"]
+) -> tuple[float, float]:
+    """N and its upper limit, rad/sqrt(s) or m/s/sqrt(s)."""
     if stated["status"] == "not observable":
         return math.nan, math.nan
-    high = DEGREE_PER_ROOT_HOUR * stated["high"]
+    size = sizes[stated["unit"]]
     if stated["status"] == "upper bound":
-        return math.nan, high
-    return DEGREE_PER_ROOT_HOUR * stated["value"], high
+        return math.nan, size * stated["high"]
+    return size * stated["value"], size * stated["high"]

@@ -1,55 +1,128 @@
-"""What a filter is set to: for each gyro the models above its curve, continuous and discrete."""
+"""What a filter is set to: models above each sensor's curve, or those stated."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
+import numpy as np
+
+from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.errors import RecordingError
-from sagnac.filters.overbound import Overbound, overbound, upper_limit
+from sagnac.filters.overbound import (
+    UpperLimit,
+    envelope,
+    overbound,
+    upper_limit,
+    white_and_markov,
+)
 from sagnac.filters.sensors import Sensor
-from sagnac.units import DEGREE_PER_HOUR_PER_ROOT_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.filters.state_space import FilterModel, Markov
+from sagnac.units import SENSORS, field_unit
+from sagnac.units import Sensor as SensorKind
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FilterSetting:
-    """The models of one gyro.
+    """The models of one sensor; those of an accelerometer have m/s^2 where a gyro's have rad/s.
 
     Attributes
     ----------
-    sensor
-        What they are of.
+    name
+        ``x``, ``az``, or ``x-z`` for what two gyros make per gyro.
+    kind
+        ``gyro`` or ``accelerometer``.
     simple
         White noise and a random walk, all that most tools take.
     full
         With Markov rates, and white angle noise if the recording shows it.
+    source
+        File and hash, or who stated it; for a comment.
+    limit
+        What the models lie above; None if they were stated and not measured.
+    sample_rate
+        Of the recording, Hz; None if there is none.
+    estimate
+        N as estimated, rad/sqrt(s) or m/s/sqrt(s); NaN if it was not.
+    covariance
+        Of the coefficients, as the document states it; None if it does not.
+    stated
+        What a data sheet states beside the noise, in words: name -> text.
+
+    Raises
+    ------
+    ValueError
+        If `kind` is neither.
     """
 
-    sensor: Sensor
-    simple: Overbound
-    full: Overbound
+    name: str
+    kind: SensorKind = "gyro"
+    simple: FilterModel
+    full: FilterModel
+    source: str
+    limit: UpperLimit | None = None
+    sample_rate: float | None = None
+    estimate: float = math.nan
+    covariance: Mapping[str, Any] | None = None
+    stated: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.kind not in SENSORS:
+            raise ValueError(f"kind is {self.kind!r}; use one of {', '.join(SENSORS)}")
+
+    def inflation(self, model: FilterModel) -> float | None:
+        """Median over the cluster times of model over measured deviation; None if stated."""
+        if self.limit is None:
+            return None
+        return float(np.median(model.allan_deviation(self.limit.tau) / self.limit.deviation))
+
+    def with_time(self, time: float) -> FilterModel:
+        """White noise and one Markov rate of this correlation time, s, in the place of the walk."""
+        if self.limit is not None:
+            least = min(self.simple.white, self.full.white)
+            return white_and_markov(self.limit, time, least_white=least)
+        driving = self.simple.walk
+        if self.full.markov:
+            (slow,) = self.full.markov
+            unit = markov_allan_variance(np.array([slow.peak_tau]), 1.0, time)
+            driving = slow.peak_deviation / math.sqrt(float(unit[0]))
+        rate = Markov(driving_noise=driving, correlation_time=time)
+        return FilterModel(white=self.simple.white, markov=(rate,))
 
     def in_words(self) -> str:
         """The simple model in one line, in the field's units, ASCII."""
-        model, white = self.simple.model, self.sensor.white
-        estimated = (
-            "not estimated" if math.isnan(white) else f"{model.white / white:.3f} of the estimate"
+        model = self.simple
+        white = field_unit("angle_random_walk", self.kind)
+        walk = field_unit("rate_random_walk", self.kind)
+        seen = (
+            "not estimated"
+            if math.isnan(self.estimate)
+            else f"{model.white / self.estimate:.3f} of the estimate"
         )
+        inflation = self.inflation(model)
+        rest = (
+            ", stated, not measured"
+            if inflation is None
+            else f", {inflation:.3f} of the Allan deviation (median)"
+        )
+        more = "".join(f", {key} {text}" for key, text in self.stated.items())
         return (
-            f"{self.sensor.name}: N {model.white / DEGREE_PER_ROOT_HOUR:.4g} deg/sqrt(h) "
-            f"({estimated}), K {model.walk / DEGREE_PER_HOUR_PER_ROOT_HOUR:.4g} deg/h/sqrt(h), "
-            f"{self.simple.inflation:.3f} of the Allan deviation (median)"
+            f"{self.name}: N {model.white / white.size:.4g} {white.name}"
+            f"{'' if inflation is None else f' ({seen})'}, "
+            f"K {model.walk / walk.size:.4g} {walk.name}{rest}{more}"
         )
 
 
 def setting_of(sensor: Sensor, *, confidence: float = 0.95, most_markov: int = 2) -> FilterSetting:
-    """The models of one gyro, above the upper confidence limit of its curve.
+    """The models of one sensor, above the upper confidence limit of its curve.
 
     Parameters
     ----------
     sensor
         Its curve and its N.
     confidence
-        That the Allan deviation of the gyro lies below that of the models, at all cluster times of
-        twenty degrees of freedom or more together.
+        That the Allan deviation of the sensor lies below that of the models, at all cluster times
+        of twenty degrees of freedom or more together.
     most_markov
         Of the full model.
 
@@ -58,18 +131,31 @@ def setting_of(sensor: Sensor, *, confidence: float = 0.95, most_markov: int = 2
     RecordingError
         If the curve is too short.
     """
-    limit = upper_limit(sensor.tau, sensor.deviation, sensor.edf, confidence=confidence)
+    try:
+        limit = upper_limit(sensor.tau, sensor.deviation, sensor.edf, confidence=confidence)
+    except RecordingError as error:
+        raise RecordingError(error.problem, channel=sensor.name, remedy=error.remedy) from None
     # What is estimated in the spectrum counts even if a low-pass hides it from the curve.
     seen = 0.0 if math.isnan(sensor.white) else sensor.white_high
     return FilterSetting(
-        sensor=sensor,
-        simple=overbound(limit, most_markov=0, least_white=seen, walks=True),
-        full=overbound(limit, most_markov=most_markov, least_white=seen, angle=sensor.angle > 0.0),
+        name=sensor.name,
+        kind=sensor.kind,
+        simple=overbound(limit, most_markov=0, least_white=seen, walks=True).model,
+        full=overbound(
+            limit, most_markov=most_markov, least_white=seen, angle=sensor.angle > 0.0
+        ).model,
+        source=sensor.source,
+        limit=limit,
+        sample_rate=sensor.sample_rate,
+        estimate=sensor.white,
+        covariance=sensor.covariance,
     )
 
 
-def worst(settings: "tuple[FilterSetting, ...]") -> FilterSetting:
-    """The one whose simple model has the largest white noise.
+def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
+    """One that covers all of them: the largest white noise, the largest walk.
+
+    Its full model lies above the limits of all together.
 
     Raises
     ------
@@ -78,4 +164,32 @@ def worst(settings: "tuple[FilterSetting, ...]") -> FilterSetting:
     """
     if not settings:
         raise RecordingError("no gyro", remedy="give an analysis of one gyro or more")
-    return max(settings, key=lambda one: one.simple.model.white)
+    loudest = max(settings, key=lambda one: one.simple.white)
+    limits = [one.limit for one in settings if one.limit is not None]
+    if len(settings) == 1 or len(limits) < len(settings):
+        return loudest
+    limit = envelope(limits)
+    return FilterSetting(
+        name=loudest.name,
+        kind=loudest.kind,
+        simple=FilterModel(
+            white=loudest.simple.white, walk=max(one.simple.walk for one in settings)
+        ),
+        full=overbound(
+            limit,
+            most_markov=max(len(one.full.markov) for one in settings),
+            least_white=max(one.full.white for one in settings),
+            angle=any(one.full.angle > 0.0 for one in settings),
+        ).model,
+        source=loudest.source,
+        limit=limit,
+        sample_rate=loudest.sample_rate,
+        estimate=loudest.estimate,
+        covariance=loudest.covariance,
+    )
+
+
+def by_name(settings: Sequence[FilterSetting]) -> tuple[FilterSetting, ...]:
+    """One for each name: what several recordings have of one name is covered by the worst."""
+    names = dict.fromkeys((one.kind, one.name) for one in settings)
+    return tuple(worst([one for one in settings if (one.kind, one.name) == name]) for name in names)

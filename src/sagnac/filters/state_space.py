@@ -1,13 +1,22 @@
-"""The noise of one gyro as a filter models it: white rate, Markov rates and a random walk."""
+"""The noise of one sensor as a filter models it: white rate, Markov rates and a random walk.
+
+An accelerometer has m where a gyro has rad.
+"""
 
 import math
 from dataclasses import dataclass
+from typing import Final, Self
 
 import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import allan_variance, markov_allan_variance
 from sagnac.errors import quoted
+
+# The Allan deviation of a Markov rate is highest at 1.89 T, with 0.437 q sqrt(T) (IEEE Std
+# 952-1997, C.1.6).
+_PEAK_TAU: Final = 1.892
+_PEAK: Final = 0.4365
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +49,22 @@ class Markov:
     def deviation(self) -> float:
         """Standard deviation of the rate once it is stationary, rad/s."""
         return self.driving_noise * math.sqrt(0.5 * self.correlation_time)
+
+    @property
+    def peak_tau(self) -> float:
+        """Cluster time at which its Allan deviation is highest, s."""
+        return _PEAK_TAU * self.correlation_time
+
+    @property
+    def peak_deviation(self) -> float:
+        """Its Allan deviation there, rad/s."""
+        return _PEAK * self.driving_noise * math.sqrt(self.correlation_time)
+
+    @classmethod
+    def of_peak(cls, tau: float, deviation: float) -> Self:
+        """The Markov rate whose Allan deviation is highest at `tau` s, with `deviation` rad/s."""
+        time = tau / _PEAK_TAU
+        return cls(driving_noise=deviation / (_PEAK * math.sqrt(time)), correlation_time=time)
 
     def decay(self, interval: float) -> float:
         """What is left of the rate after a step of `interval` s."""

@@ -7,6 +7,7 @@ from typing import Any, Final
 from matplotlib.figure import Figure
 
 from sagnac.analysis.headline_coefficients import answer_coefficients
+from sagnac.analysis.plain import covariance_data
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
@@ -91,7 +92,9 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
             "deviation": (curve.deviation / unit.size).tolist(),
             "low": (curve.low / unit.size).tolist(),
             "high": (curve.high / unit.size).tolist(),
+            "edf": curve.edf.tolist(),
         },
+        "covariance": covariance_data(analysis),
         "lines": [
             {
                 "frequency_hz": line.frequency,
