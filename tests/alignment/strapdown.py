@@ -111,3 +111,70 @@ def azimuth_errors(
     assert found.shape == (runs, len(STATES))
     left = true @ np.swapaxes(attitude, 1, 2)
     return np.asarray(0.5 * (left[:, 1, 0] - left[:, 0, 1]))
+
+
+def coloured(rng, runs: int, steps: int, *, white: float, flicker: float, walk: float):
+    """(runs, steps, 3) mean rates of a second of three gyros, rad/s.
+
+    The flicker is made of its spectrum, B^2/(2 pi f) two-sided, eight times as long as it is used.
+    """
+    rates = white * rng.standard_normal((runs, steps, 3))
+    if walk:
+        rates += walk * np.cumsum(rng.standard_normal((runs, steps, 3)), axis=1)
+    if flicker:
+        length = 8 * steps
+        frequency = np.fft.rfftfreq(length)
+        root = np.zeros(frequency.size)
+        root[1:] = flicker / np.sqrt(2.0 * np.pi * frequency[1:])
+        for run in range(runs):
+            noise = np.fft.rfft(rng.standard_normal((length, 3)), axis=0)
+            rates[run] += np.fft.irfft(noise * root[:, np.newaxis], length, axis=0)[:steps]
+    return rates
+
+
+def unaided(
+    rates: np.ndarray, *, rest: int, latitude: float, tilt: float, azimuth: float, seed: int
+) -> dict[str, np.ndarray]:
+    """Errors in each second of navigators at rest whose aiding has ended.
+
+    Parameters
+    ----------
+    rates
+        (runs, rest + steps, 3) errors of the gyros, mean rates of a second, rad/s; the mean over
+        the first `rest` of them is taken for the bias.
+    rest, latitude, tilt, azimuth, seed
+        s, rad, and rad 1 sigma of the attitude at which the run begins.
+
+    Returns
+    -------
+    dict
+        (runs, steps) ``heading`` and ``north`` and ``east`` tilt, rad, ``x`` and ``y`` in m.
+    """
+    random = np.random.default_rng(seed)
+    runs, steps = rates.shape[0], rates.shape[1] - rest
+    left = rates[:, rest:] - rates[:, :rest].mean(axis=1, keepdims=True)
+    earth = EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
+    force = np.array([0.0, 0.0, -GRAVITY])
+    attitude = rotation(random.standard_normal((runs, 3)) * [tilt, tilt, azimuth])
+    velocity, position = np.zeros((runs, 2)), np.zeros((runs, 2))
+    found = {name: np.empty((runs, steps)) for name in ("heading", "north", "east", "x", "y")}
+    for number in range(steps):
+        around = latitude + position[:, 0] / EARTH_RADIUS
+        turning = np.stack(
+            [
+                EARTH_RATE * np.cos(around) + velocity[:, 1] / EARTH_RADIUS,
+                -velocity[:, 0] / EARTH_RADIUS,
+                -EARTH_RATE * np.sin(around) - velocity[:, 1] * np.tan(around) / EARTH_RADIUS,
+            ],
+            axis=1,
+        )
+        turned = rotation(-turning) @ attitude @ rotation(earth + left[:, number])
+        felt = (0.5 * (attitude + turned)) @ force
+        position += velocity + 0.5 * felt[:, :2]
+        velocity += felt[:, :2]
+        attitude = turned
+        found["heading"][:, number] = np.arctan2(attitude[:, 1, 0], attitude[:, 0, 0])
+        found["north"][:, number] = attitude[:, 2, 1]
+        found["east"][:, number] = -attitude[:, 2, 0]
+        found["x"][:, number], found["y"][:, number] = position.T
+    return found

@@ -28,6 +28,8 @@ class GyroNoise:
         (3, 3) of these three, SI.
     unseen
         Names of those that are 0 because they were not estimated.
+    bounds
+        Upper bounds of those, by name; what has none was not observable.
 
     Raises
     ------
@@ -40,6 +42,7 @@ class GyroNoise:
     rate_random_walk: float = 0.0
     covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     unseen: tuple[str, ...] = ()
+    bounds: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in NAMES:
@@ -54,6 +57,12 @@ class GyroNoise:
         """(3,) N, B and K."""
         return np.array([getattr(self, name) for name in NAMES])
 
+    @property
+    def highest(self) -> "GyroNoise":
+        """The same with the upper bounds of what was not estimated in the place of zero."""
+        values = {name: self.bounds.get(name, getattr(self, name)) for name in NAMES}
+        return GyroNoise(**values, covariance=self.covariance, unseen=self.unseen)
+
     @classmethod
     def from_json(cls, path: Path) -> "GyroNoise":
         """The noise that an ``analysis.json`` holds.
@@ -63,6 +72,23 @@ class GyroNoise:
         RecordingError
             If the file is no analysis, or its N is neither estimated nor bounded.
         """
+        return cls.triad_from_json(path)[0]
+
+    @classmethod
+    def triad_from_json(cls, path: Path) -> "tuple[GyroNoise, GyroNoise, GyroNoise]":
+        """The noise of the gyros x, y and z that an ``analysis.json`` holds.
+
+        Returns
+        -------
+        tuple of GyroNoise
+            Each its own if the document has gyros x, y and z that were taken alone; else the same
+            object thrice, of what the document is of.
+
+        Raises
+        ------
+        RecordingError
+            As `from_json`.
+        """
         documents = read_analyses(path)
         if len(documents) > 1:
             raise RecordingError(
@@ -70,8 +96,12 @@ class GyroNoise:
                 path=str(path),
                 remedy="give the analysis.json that an analysis of one recording wrote",
             )
+        alone = documents[0].get("gyros", {})
         try:
-            return cls.from_document(documents[0])
+            if set(alone) == {"x", "y", "z"}:
+                return tuple(cls.from_document(alone[name]) for name in "xyz")  # type: ignore[return-value]
+            one = cls.from_document(documents[0])
+            return one, one, one
         except RecordingError as error:
             raise error.at(str(path)) from None
         except ValueError as error:
@@ -92,7 +122,7 @@ class GyroNoise:
             If N is not observable.
         """
         stated = {**document["coefficients"], NAMES[0]: document["angle_random_walk"]}
-        values, unseen = [], []
+        values, unseen, bounds = [], [], {}
         for name in NAMES:
             one = stated.get(name) or {"status": "not observable"}
             bounded = name == NAMES[0] and one["status"] == "upper bound"
@@ -102,6 +132,8 @@ class GyroNoise:
                 values.append(0.0)
             if one["status"] != "estimated":
                 unseen.append(name)
+            if one["status"] == "upper bound":
+                bounds[name] = one["high"] * COEFFICIENT_UNITS[name][one["unit"]]
         if values[0] == 0.0:
             raise RecordingError(
                 "its angle random walk is not observable", remedy="give a longer recording"
@@ -112,6 +144,7 @@ class GyroNoise:
             rate_random_walk=values[2],
             covariance=_covariance(document.get("covariance"), unseen),
             unseen=tuple(unseen),
+            bounds=bounds,
         )
 
 

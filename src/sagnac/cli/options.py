@@ -108,6 +108,31 @@ def seconds(text: str) -> float:
     return value
 
 
+def several_seconds(text: str) -> tuple[float, ...]:
+    """``60s,10min`` in s.
+
+    Raises
+    ------
+    ValueError
+        If one of them is no time above zero.
+    """
+    return tuple(seconds(part) for part in text.split(","))
+
+
+def angle(text: str) -> float:
+    """``2deg`` or ``30arcmin`` in rad.
+
+    Raises
+    ------
+    ValueError
+        If it is no angle above zero with its unit.
+    """
+    try:
+        return unit_of(_numbered(text.strip()), "angle").size
+    except ValueError:
+        raise ValueError(f"{text!r}; give an angle above zero such as 2deg or 30arcmin") from None
+
+
 def memory_size(text: str) -> int:
     """``4GiB``, ``800MB`` or a number of bytes, in bytes.
 

@@ -123,7 +123,8 @@ def of_comparison(folder: Path) -> Outputs:
 
 def of_alignment(folder: Path) -> Outputs:
     """The files of an alignment."""
-    return _in(folder, ("alignment.json", "alignment.png"), "alignment.json", "alignment")
+    names = ("alignment.json", "alignment.png", "drift.png")
+    return _in(folder, names, "alignment.json", "alignment")
 
 
 def of_campaign(folder: Path) -> Outputs:

@@ -19,6 +19,7 @@ from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR
 ARCMINUTE: Final = 60.0 * ARCSECOND
 SCHEMA: Final = "sagnac.alignment/1"
 _SHORTEST_S: Final = 10.0
+_SHARE: Final = 0.9  # of the prior, from which on nothing was found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -171,6 +172,12 @@ def notes_of(prospect: Prospect) -> list[str]:
     ]
     if "angle_random_walk" in unseen:
         notes.append("N is an upper bound, and so is the azimuth error that it makes")
+    prior, filtered = prospect.start.azimuth, prospect.filtered.azimuth[-1]
+    if filtered > _SHARE * prior:
+        notes.append(
+            f"the filter's azimuth is only the prior of {number(prior / DEGREE)}°: these gyros do "
+            "not find it in that time"
+        )
     if prospect.start.drift == 0.0:
         notes.append("the bias is taken as known except for its flicker; accelerometers are ideal")
     return notes

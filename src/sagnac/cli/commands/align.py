@@ -1,19 +1,34 @@
 """``sagnac align``: what the noise of a gyro means for heading."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 from cyclopts import Parameter
 
 from sagnac.cli import output as results
 from sagnac.cli import outputs
-from sagnac.cli.errors import DONE
-from sagnac.cli.options import OUTPUT, Debug, Folder, Force, one_argument, seconds
+from sagnac.cli.errors import DONE, UsageError
+from sagnac.cli.options import (
+    OUTPUT,
+    Debug,
+    Folder,
+    Force,
+    angle,
+    one_argument,
+    seconds,
+    several_seconds,
+)
 
 if TYPE_CHECKING:
     from sagnac.alignment.initial import Start
     from sagnac.alignment.noise import GyroNoise
     from sagnac.report.alignment import Prospect
+    from sagnac.report.heading_drift import Unaided
+
+# Where no latitude is stated: it counts little without aiding over minutes.
+_LATITUDE: Final = 45.0
+_POINTS: Final = 41  # of a picture
+_SHORTEST: Final = 0.01  # of the longest time in it
 
 
 def align(
@@ -26,16 +41,37 @@ def align(
     ],
     /,
     *,
-    latitude: Annotated[float, Parameter(metavar="DEG", help="-89 to 89.")],
+    latitude: Annotated[
+        float | None, Parameter(metavar="DEG", help="-89 to 89; without it, no azimuth is found.")
+    ] = None,
     time: Annotated[
-        float, one_argument(seconds, metavar="10min", help="Length of the alignment.")
-    ] = 600.0,
-    bias: Annotated[
         float,
-        Parameter(
-            metavar="DEG/H", help="What is not known of a gyro's bias, 1 sigma: 0 unless stated."
+        one_argument(
+            seconds,
+            metavar="10min",
+            help="Length of the alignment, at rest; the biases are taken from it.",
         ),
-    ] = 0.0,
+    ] = 600.0,
+    azimuth: Annotated[
+        float | None,
+        one_argument(
+            angle, metavar="2deg", help="Not known of the azimuth at the start, 1 sigma: 2deg."
+        ),
+    ] = None,
+    tilt: Annotated[
+        float | None,
+        one_argument(
+            angle, metavar="0.5deg", help="Not known of each tilt at the start, 1 sigma: 0.5deg."
+        ),
+    ] = None,
+    bias: Annotated[
+        float | None,
+        Parameter(
+            metavar="DEG/H",
+            help="What is not known of a gyro's bias, 1 sigma: unless stated what the rest leaves, "
+            "and 0 for gyrocompass and filter.",
+        ),
+    ] = None,
     table_rate: Annotated[
         float | None,
         Parameter(
@@ -43,8 +79,13 @@ def align(
         ),
     ] = None,
     after: Annotated[
-        float, one_argument(seconds, metavar="1h", help="Position error this long afterwards.")
-    ] = 3600.0,
+        tuple[float, ...],
+        one_argument(
+            several_seconds,
+            metavar="60s,10min",
+            help="Heading, attitude and position these times without aiding: 1min,10min,1h.",
+        ),
+    ] = (60.0, 600.0, 3600.0),
     confidence: Annotated[float, Parameter(metavar="0.95", help="Of the interval.")] = 0.95,
     output: Folder = None,
     as_json: Annotated[
@@ -56,42 +97,100 @@ def align(
     force: Force = False,
     debug: Debug = False,
 ) -> int:
-    """Azimuth error of gyrocompass and filter from N, B and K; what a filter starts from.
+    """Heading, attitude and position without aiding, and azimuth found, from N, B and K.
 
-    With -o, alignment.json and alignment.png go into DIR.
+    With -o, alignment.json, drift.png and, with --latitude, alignment.png go into DIR.
     """
     del debug
+    if table_rate is not None and latitude is None:
+        raise UsageError("--table-rate needs --latitude, since azimuth is found from Earth rate")
+    if bias is not None and not bias >= 0.0:
+        raise UsageError(f"--bias {bias:g}: give zero or more")
     results.require_writable(output)
     if output is not None:
         outputs.require_free(outputs.of_alignment(output), [source], force=force)
     from sagnac.alignment.initial import Start
     from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
-    noise, words = _noise(source, confidence)
-    prospect = _prospect(
-        noise,
-        Start(drift=bias * DEGREE_PER_HOUR),
-        latitude * DEGREE,
-        time=time,
-        after=after,
-        table_rate=None if table_rate is None else table_rate * DEGREE,
-        foretold=words,
-        confidence=confidence,
+    noises, words = _noises(source, confidence)
+    begun = Start()
+    start = Start(
+        azimuth=begun.azimuth if azimuth is None else azimuth,
+        tilt=begun.tilt if tilt is None else tilt,
+        drift=(bias or 0.0) * DEGREE_PER_HOUR,
     )
-    _show(prospect, output, as_json=as_json)
+    unaided = _unaided(
+        noises, start, latitude, bias=bias, rest=time, after=after, confidence=confidence
+    )
+    prospect = None
+    if latitude is not None:
+        prospect = _prospect(
+            noises[0],
+            start,
+            latitude * DEGREE,
+            time=time,
+            after=max(after),
+            table_rate=None if table_rate is None else table_rate * DEGREE,
+            foretold=words,
+            confidence=confidence,
+        )
+    _show(unaided, prospect, words, output, as_json=as_json)
     return DONE
 
 
-def _noise(source: Path, confidence: float) -> "tuple[GyroNoise, str]":
+def _noises(
+    source: Path, confidence: float
+) -> "tuple[tuple[GyroNoise, GyroNoise, GyroNoise], str]":
     """N, B and K of an analysis; or N that a campaign foretells, and in words from what."""
     if source.is_dir() or source.suffix.lower() == ".csv":
         from sagnac.campaign.prior import prior_of
 
         prior = prior_of(source, confidence=confidence)
-        return prior.noise, prior.words
+        return (prior.noise, prior.noise, prior.noise), prior.words
     from sagnac.alignment.noise import GyroNoise
 
-    return GyroNoise.from_json(source), ""
+    return GyroNoise.triad_from_json(source), ""
+
+
+def _unaided(
+    noises: "tuple[GyroNoise, GyroNoise, GyroNoise]",
+    start: "Start",
+    latitude: float | None,
+    *,
+    bias: float | None,
+    rest: float,
+    after: tuple[float, ...],
+    confidence: float,
+) -> "Unaided":
+    """What goes off without aiding."""
+    import numpy as np
+
+    from sagnac.alignment.drift import Priors, drift
+    from sagnac.report.heading_drift import Unaided
+    from sagnac.units import DEGREE
+
+    place = (_LATITUDE if latitude is None else latitude) * DEGREE
+    priors = Priors(
+        tilt=start.tilt,
+        azimuth=start.azimuth,
+        rest=rest,
+        bias=None if bias is None else start.drift,
+    )
+    found, along = (
+        drift(noises, latitude=place, times=times, priors=priors, confidence=confidence)
+        for times in (
+            np.array(after),
+            np.geomspace(_SHORTEST * max(after), max(after), _POINTS),
+        )
+    )
+    return Unaided(
+        drift=found,
+        along=along,
+        noises=noises,
+        latitude=place,
+        latitude_stated=latitude is not None,
+        confidence=confidence,
+    )
 
 
 def _prospect(
@@ -112,7 +211,6 @@ def _prospect(
     from sagnac.alignment.initial import aligned
     from sagnac.alignment.position import position_error
     from sagnac.alignment.rotating import rotating_azimuth_error
-    from sagnac.cli.errors import UsageError
     from sagnac.report.alignment import Prospect
 
     rotating = None
@@ -142,18 +240,46 @@ def _prospect(
     )  # fmt: skip
 
 
-def _show(prospect: "Prospect", output: Path | None, *, as_json: bool) -> None:
+def _show(
+    unaided: "Unaided",
+    prospect: "Prospect | None",
+    words: str,
+    output: Path | None,
+    *,
+    as_json: bool,
+) -> None:
     """What was found on the terminal, and in a folder if one is named."""
     from sagnac.report import alignment as shown
+    from sagnac.report import heading_drift
     from sagnac.report.document import to_json
     from sagnac.report.figures import write_png
     from sagnac.report.files import write_text
 
-    text = to_json(shown.prospect_document(prospect))
-    print(text if as_json else shown.prospect_text(prospect))
+    found = {} if prospect is None else shown.prospect_document(prospect)
+    notes = [*found.pop("notes", [words] if words else []), *heading_drift.drift_notes(unaided)]
+    text = to_json(
+        {
+            "schema": shown.SCHEMA,
+            **found,
+            **heading_drift.drift_document(unaided),
+            "notes": list(dict.fromkeys(notes)),
+        }
+    )
+    if as_json:
+        print(text)
+    else:
+        if prospect is not None:
+            print(shown.prospect_text(prospect))
+        elif words:
+            print(words)
+        print(heading_drift.drift_text(unaided))
     if output is not None:
         folder = results.made(output)
-        write_text(folder / "alignment.json", text + "\n")
-        write_png(shown.azimuth_figure(prospect), folder / "alignment.png")
+        paths = [folder / "alignment.json", folder / "drift.png"]
+        write_text(paths[0], text + "\n")
+        write_png(heading_drift.drift_figure(unaided), paths[1])
+        if prospect is not None:
+            paths.append(folder / "alignment.png")
+            write_png(shown.azimuth_figure(prospect), paths[-1])
         if not as_json:
-            results.print_paths([folder / "alignment.json", folder / "alignment.png"])
+            results.print_paths(paths)

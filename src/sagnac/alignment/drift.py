@@ -1,0 +1,301 @@
+"""How heading, attitude and position go off without aiding, and what makes them go.
+
+A navigator at rest turns the errors r of its gyros into an error of heading,
+``int_0^t w(s) r(s) ds``, with the weight w that the error model gives, near 1 for heading over
+minutes. Before, it stood still for a time T and took the mean rate for its biases, so that every
+error is ``r(s)`` less its mean over the rest: N^2/T and K^2 T/3 of it stay as an initial bias, and
+of a flicker, whose level has no variance, only what differs between rest and run counts. Its
+covariance is ``-(B^2/pi) ln|s - u|`` then, up to a constant that drops out (the transform of
+B^2/(2 pi |f|)).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.linalg import expm, matmul_toeplitz
+from scipy.special import ndtri, xlogy
+
+from sagnac.alignment.error_model import AZIMUTH, DRIFTS, POSITIONS, TILTS, system_matrix
+from sagnac.alignment.noise import GyroNoise
+from sagnac.arrays import FloatArray
+from sagnac.errors import quoted
+
+PARTS: Final = (
+    "angle_random_walk",
+    "bias_instability",
+    "rate_random_walk",
+    "initial_bias",
+    "misalignment",
+)
+"""What an error is made of."""
+
+_STATES: Final = DRIFTS.start  # those before the drifts of the gyros
+_OUTPUTS: Final = ("heading", "attitude", "position")
+_CELLS: Final = 240  # of the time, each of constant weight
+_LONGEST_CELL: Final = 120.0  # s, a fortieth of Schuler's period
+_MOST_CELLS: Final = 4000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Priors:
+    """What is known when the aiding ends.
+
+    Attributes
+    ----------
+    tilt, azimuth
+        Standard deviations of each tilt and of the heading then, rad.
+    rest
+        Time at rest before, over which the biases were taken, s.
+    bias
+        Standard deviation of the bias of each gyro if it is known better than the rest shows it,
+        rad/s; None if it is known from the rest alone.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite, or the rest is not above zero.
+    """
+
+    tilt: float = 0.0
+    azimuth: float = 0.0
+    rest: float = 600.0
+    bias: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("tilt", "azimuth", "bias"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
+        if not (math.isfinite(self.rest) and self.rest > 0.0):
+            raise ValueError(f"rest is {quoted(self.rest)}; give a time above zero")
+
+    def bias_is_prior(self, noise: GyroNoise) -> bool:
+        """Whether the bias of a gyro is known better from before than from the rest."""
+        return self.bias is not None and self.bias < math.sqrt(_rest_variance(noise, self.rest))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Growth:
+    """An error against time.
+
+    Attributes
+    ----------
+    times
+        (times,), s since the aiding ended.
+    variances
+        (times, 5) of `PARTS`, which add up: rad^2 of heading and of one tilt, m^2 of position north
+        and east together.
+    reach
+        (times,) half of the interval of the logarithm of their sum, from the errors of N, B and K.
+    highest
+        (times,) standard deviation without misalignment, with the upper bounds of what was not
+        estimated in the place of zero.
+    """
+
+    times: FloatArray
+    variances: FloatArray
+    reach: FloatArray
+    highest: FloatArray
+
+    def deviation(self, *, misaligned: bool = True) -> FloatArray:
+        """(times,) standard deviation, with or without the misalignment at the start."""
+        count = len(PARTS) if misaligned else len(PARTS) - 1
+        return np.asarray(np.sqrt(self.variances[:, :count].sum(axis=1)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Drift:
+    """Heading, attitude and position against time, without aiding."""
+
+    heading: Growth
+    attitude: Growth
+    position: Growth
+    priors: Priors
+
+
+def drift(
+    noises: Sequence[GyroNoise],
+    *,
+    latitude: float,
+    times: FloatArray,
+    priors: Priors | None = None,
+    confidence: float = 0.95,
+) -> Drift:
+    """Errors of a navigator at rest whose aiding ends at time zero.
+
+    Parameters
+    ----------
+    noises
+        Of the gyros about north, east and down; the same object thrice if only one is known, whose
+        errors then go together.
+    latitude
+        rad.
+    times
+        (times,), s, above zero.
+    priors
+        What is known at time zero.
+    confidence
+        Of the interval.
+
+    Raises
+    ------
+    ValueError
+        If there are not three gyros, a time is not above zero, or the latitude is within a degree
+        of a pole.
+    """
+    moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    if not np.all((moments > 0.0) & np.isfinite(moments)):
+        raise ValueError("times must be finite numbers of seconds above zero")
+    if len(noises) != 3:
+        raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
+    known = priors or Priors()
+    rows = [_at(time, latitude, known) for time in moments]
+    deviations = float(ndtri(0.5 + 0.5 * confidence))
+    grown = [
+        _growth(noises, moments, [row[place] for row in rows], known, deviations)
+        for place in range(len(_OUTPUTS))
+    ]
+    return Drift(heading=grown[0], attitude=grown[1], position=grown[2], priors=known)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Weights:
+    """One output at one time.
+
+    Attributes
+    ----------
+    terms
+        (3 gyros, 3) variance that N, B and K at one make after the rest.
+    total
+        (3 gyros,) variance that a bias at one makes.
+    misaligned
+        Variance that the misalignment makes.
+    """
+
+    terms: FloatArray
+    total: FloatArray
+    misaligned: float
+
+
+def _at(time: float, latitude: float, priors: Priors) -> tuple[_Weights, ...]:
+    """The weights of all outputs after a time."""
+    cells = min(max(_CELLS, math.ceil(time / _LONGEST_CELL)), _MOST_CELLS)
+    length = time / cells
+    system = system_matrix(latitude)[:_STATES, :_STATES]
+    half, whole = expm(0.5 * length * system), expm(length * system)
+    rows = np.zeros((5, _STATES))
+    rows[0, AZIMUTH] = rows[1, 0] = rows[2, 1] = 1.0
+    rows[3, POSITIONS.start] = rows[4, POSITIONS.start + 1] = 1.0
+    grown = np.linalg.matrix_power(whole, cells)
+    start = np.zeros(_STATES)
+    start[TILTS], start[AZIMUTH] = priors.tilt**2, priors.azimuth**2
+    left = (rows @ grown) ** 2 @ start
+    # From the last cell back to the first; a drift of a gyro turns the tilts against it.
+    weights = np.empty((5, 3, cells))
+    each = rows @ half
+    for cell in reversed(range(cells)):
+        weights[:, :, cell] = -each[:, TILTS]
+        each = each @ whole
+    total = weights.sum(axis=2) * length
+    terms = np.stack(
+        [
+            length * (weights**2).sum(axis=2),
+            _flicker(weights, total, length, priors.rest),
+            _walked(weights, length),
+        ],
+        axis=-1,
+    )
+    # Heading; the mean square of the two tilts; the sum of the squares of north and east.
+    groups = ((0,), 1.0), ((1, 2), 0.5), ((3, 4), 1.0)
+    return tuple(
+        _Weights(
+            terms=share * terms[list(which)].sum(axis=0),
+            total=share * (total[list(which)] ** 2).sum(axis=0),
+            misaligned=share * float(left[list(which)].sum()),
+        )
+        for which, share in groups
+    )
+
+
+def _walked(weights: FloatArray, length: float) -> FloatArray:
+    """(5, 3) variance of a random walk of the rate at one that begins with the run."""
+    after = np.cumsum(weights[..., ::-1], axis=-1)[..., ::-1] - 0.5 * weights
+    return np.asarray(length**3 * (after**2).sum(axis=-1))
+
+
+def _flicker(weights: FloatArray, total: FloatArray, length: float, rest: float) -> FloatArray:
+    """(5, 3) variance of flicker at one, less its mean over the rest."""
+    cells = weights.shape[-1]
+    edges = length * np.arange(cells + 1.0)
+    lags = length * np.arange(-1.0, cells + 1.0)
+    within = np.diff(_twice_integrated(lags), 2)
+    mean = total / rest
+    between = np.diff(_twice_integrated(rest + edges) - _twice_integrated(edges))
+    flat = weights.reshape(-1, cells)
+    square = (flat.T * matmul_toeplitz(within, flat.T)).sum(axis=0).reshape(total.shape)
+    square += mean**2 * 2.0 * float(_twice_integrated(np.array([rest]))[0])
+    square -= 2.0 * mean * (weights @ between)
+    return np.asarray(-square / math.pi)
+
+
+def _twice_integrated(lag: FloatArray) -> FloatArray:
+    """``x^2 (ln|x| - 3/2)/2``, whose second derivative is ``ln|x|``."""
+    size = np.abs(lag)
+    return np.asarray(0.5 * (xlogy(size**2, size) - 1.5 * size**2))
+
+
+def _rest_variance(noise: GyroNoise, rest: float) -> float:
+    """Of the mean rate over a rest about the bias at its end, without flicker, (rad/s)^2."""
+    return noise.angle_random_walk**2 / rest + noise.rate_random_walk**2 * rest / 3.0
+
+
+def _parts(noises: Sequence[GyroNoise], row: _Weights, priors: Priors) -> FloatArray:
+    """(5,) variances of `PARTS`."""
+    squares = np.array([noise.values**2 for noise in noises])
+    initial = np.array(
+        [
+            noise_bias**2
+            if (noise_bias := priors.bias) is not None and priors.bias_is_prior(noise)
+            else _rest_variance(noise, priors.rest)
+            for noise in noises
+        ]
+    )
+    return np.array(
+        [*(row.terms * squares).sum(axis=0), float(row.total @ initial), row.misaligned]
+    )
+
+
+def _growth(
+    noises: Sequence[GyroNoise],
+    times: FloatArray,
+    rows: Sequence[_Weights],
+    priors: Priors,
+    deviations: float,
+) -> Growth:
+    bounds = [noise.highest for noise in noises]
+    variances = np.array([_parts(noises, row, priors) for row in rows])
+    highest = np.array([_parts(bounds, row, priors) for row in rows])
+    errors = np.array([_error(noises, row, priors) for row in rows])
+    return Growth(
+        times=times,
+        variances=variances,
+        reach=deviations * errors / np.maximum(variances[:, :-1].sum(axis=1), 1e-300),
+        highest=np.sqrt(highest[:, :-1].sum(axis=1)),
+    )
+
+
+def _error(noises: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
+    """Standard error of the variance, from the covariance of N, B and K of each gyro."""
+    slopes: dict[int, FloatArray] = {}
+    for noise, terms, total in zip(noises, row.terms, row.total, strict=True):
+        rest = np.zeros(3)
+        if not priors.bias_is_prior(noise):
+            rest = total * np.array([1.0 / priors.rest, 0.0, priors.rest / 3.0])
+        slope = 2.0 * (terms + rest) * noise.values
+        # One gyro in the place of three is wrong in all three alike.
+        slopes[id(noise)] = slopes.get(id(noise), 0.0) + slope
+    found = {id(noise): noise.covariance for noise in noises}
+    return math.sqrt(sum(float(slope @ found[one] @ slope) for one, slope in slopes.items()))

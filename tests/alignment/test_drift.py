@@ -1,0 +1,167 @@
+"""What goes off without aiding: closed forms, and whole rotations of many runs."""
+
+import numpy as np
+import pytest
+from scipy import integrate
+
+from sagnac.alignment.drift import PARTS, Priors, drift
+from sagnac.alignment.noise import GyroNoise
+from sagnac.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from tests.alignment.strapdown import coloured, unaided
+
+LATITUDE = 45.0 * DEGREE
+MINUTE = np.array([60.0])
+REST = 120.0
+
+
+def heading(noise, times=MINUTE, **priors):
+    found = drift((noise,) * 3, latitude=LATITUDE, times=times, priors=Priors(**priors))
+    return found.heading
+
+
+def part(growth, name):
+    return growth.variances[:, PARTS.index(name)]
+
+
+def test_white_noise_grows_with_time_and_what_the_rest_left_of_it_with_its_square():
+    found = heading(GyroNoise(angle_random_walk=1e-5), rest=REST)
+    # Earth rate has turned by 0.25 deg by then.
+    assert part(found, "angle_random_walk") == pytest.approx(1e-10 * 60.0, rel=1e-4)
+    assert part(found, "initial_bias") == pytest.approx(1e-10 * 60.0**2 / REST, rel=1e-4)
+    assert part(found, "misalignment") == 0.0
+
+
+def test_a_walk_of_the_rate_goes_on_from_what_the_rest_left_of_it():
+    found = heading(GyroNoise(angle_random_walk=1e-30, rate_random_walk=1e-7), rest=REST)
+    assert part(found, "rate_random_walk") == pytest.approx(1e-14 * 60.0**3 / 3.0, rel=1e-4)
+    assert part(found, "initial_bias") == pytest.approx(1e-14 * REST / 3.0 * 60.0**2, rel=1e-4)
+
+
+@pytest.mark.parametrize("rest", [12.0, 60.0, 900.0])
+def test_flicker_is_the_integral_of_its_spectrum(rest):
+    found = heading(GyroNoise(angle_random_walk=1e-30, bias_instability=1e-6), rest=rest)
+    time = 60.0
+
+    def density(logarithm):
+        omega = 2.0 * np.pi * np.exp(logarithm)
+        run = (1.0 - np.exp(-1j * omega * time)) / (1j * omega)
+        before = (np.exp(1j * omega * rest) - 1.0) / (1j * omega)
+        # Two-sided B^2/(2 pi f), both sides, df = f d(ln f).
+        return abs(run - time / rest * before) ** 2 * 2.0 / (2.0 * np.pi)
+
+    nodes = np.linspace(np.log(1e-7), np.log(1e2), 200_001)
+    wanted = 1e-12 * integrate.trapezoid([density(one) for one in nodes[::20]], nodes[::20])
+    assert part(found, "bias_instability") == pytest.approx(wanted, rel=2e-3)
+    # Over as long as the rest it is Allan's: 2 t^2 times B^2 2 ln 2/pi.
+    if rest == time:
+        assert wanted == pytest.approx(1e-12 * time**2 * 4.0 * np.log(2.0) / np.pi, rel=1e-3)
+
+
+def test_parts_add_up_and_the_misalignment_stays():
+    noise = GyroNoise(angle_random_walk=1e-6, bias_instability=1e-7, rate_random_walk=1e-9)
+    found = heading(noise, np.array([10.0, 600.0]), rest=REST, azimuth=0.01, tilt=0.001)
+    assert found.deviation() ** 2 == pytest.approx(found.variances.sum(axis=1))
+    apart = found.deviation(misaligned=False) ** 2 + part(found, "misalignment")
+    assert apart == pytest.approx(found.deviation() ** 2)
+    # In ten minutes 2.5 deg of Earth's turning mix the axes a little.
+    assert np.sqrt(part(found, "misalignment")) == pytest.approx([0.01, 0.01], rel=0.03)
+
+
+def test_a_bias_known_better_than_the_rest_shows_it_is_the_prior():
+    noise = GyroNoise(angle_random_walk=1e-5)
+    assert Priors(rest=100.0, bias=2e-6).bias_is_prior(noise) is False
+    better = Priors(rest=100.0, bias=1e-7)
+    assert better.bias_is_prior(noise) is True
+    found = heading(noise, rest=100.0, bias=1e-7)
+    assert part(found, "initial_bias") == pytest.approx((1e-7 * 60.0) ** 2, rel=1e-4)
+
+
+def test_bounds_are_a_second_line_and_errors_an_interval():
+    covariance = np.zeros((3, 3))
+    covariance[0, 0] = (0.1e-5) ** 2
+    noise = GyroNoise(
+        angle_random_walk=1e-5, covariance=covariance, bounds={"rate_random_walk": 1e-6}
+    )
+    found = drift((noise,) * 3, latitude=LATITUDE, times=MINUTE, confidence=0.6827).heading
+    # N is 10 % wrong in all three alike, the variance 20 %.
+    assert found.reach == pytest.approx([0.2], rel=1e-3)
+    bounded = GyroNoise(angle_random_walk=1e-5, rate_random_walk=1e-6)
+    assert found.highest == pytest.approx(heading(bounded).deviation())
+    assert found.highest > found.deviation()
+
+
+def test_each_axis_has_its_own_gyro():
+    loud, quiet = GyroNoise(angle_random_walk=1e-4), GyroNoise(angle_random_walk=1e-6)
+    found = drift((loud, loud, quiet), latitude=LATITUDE, times=MINUTE)
+    assert found.heading.deviation() == pytest.approx(heading(quiet).deviation(), rel=0.05)
+    assert found.attitude.deviation() > 50.0 * found.heading.deviation()
+
+
+def test_what_cannot_be_is_refused():
+    noise = GyroNoise(angle_random_walk=1e-6)
+    for wrong in ({"tilt": -1.0}, {"azimuth": np.nan}, {"rest": 0.0}, {"bias": -1.0}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            Priors(**wrong)
+    with pytest.raises(ValueError, match="above zero"):
+        drift((noise,) * 3, latitude=0.0, times=np.array([0.0]))
+    with pytest.raises(ValueError, match="give three"):
+        drift((noise,), latitude=0.0, times=MINUTE)
+
+
+def ratios(noise, *, runs, rest, times, tilt, azimuth, seed):
+    """Foretold over simulated: heading, tilt and position at each time."""
+    rates = coloured(
+        np.random.default_rng(seed), runs, rest + int(times[-1]), white=noise.angle_random_walk,
+        flicker=noise.bias_instability, walk=noise.rate_random_walk,
+    )  # fmt: skip
+    made = unaided(rates, rest=rest, latitude=LATITUDE, tilt=tilt, azimuth=azimuth, seed=seed + 1)
+    at = np.asarray(times, dtype=np.int64) - 1
+    square = {name: (values[:, at] ** 2).mean(axis=0) for name, values in made.items()}
+    found = drift(
+        (noise,) * 3, latitude=LATITUDE, times=np.asarray(times, dtype=np.float64),
+        priors=Priors(tilt=tilt, azimuth=azimuth, rest=float(rest)),
+    )  # fmt: skip
+    return np.array(
+        [
+            found.heading.deviation() / np.sqrt(square["heading"]),
+            found.attitude.deviation() / np.sqrt(0.5 * (square["north"] + square["east"])),
+            found.position.deviation() / np.sqrt(square["x"] + square["y"]),
+        ]
+    )
+
+
+def test_few_runs_err_by_what_is_foretold():
+    noise = GyroNoise(angle_random_walk=2e-5, bias_instability=2e-6, rate_random_walk=1e-7)
+    found = ratios(noise, runs=300, rest=60, times=(20, 150), tilt=1e-4, azimuth=2e-4, seed=5)
+    # The root mean square of 300 runs scatters by 4 %.
+    assert found == pytest.approx(np.ones((3, 2)), rel=0.12)
+
+
+KINDS = {
+    "ring laser": (5e-4, 1e-3, 1e-4),  # deg/sqrt(h), deg/h, deg/h/sqrt(h)
+    "fibre": (0.01, 0.02, 0.02),
+    "tactical MEMS": (0.1, 2.0, 1.0),
+    "MEMS": (0.4, 8.0, 5.0),
+}
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("kind", KINDS)
+def test_heading_over_an_hour_is_foretold_within_five_per_cent(kind):
+    white, flicker, walk = KINDS[kind]
+    noise = GyroNoise(
+        angle_random_walk=white * DEGREE_PER_ROOT_HOUR,
+        bias_instability=flicker * DEGREE_PER_HOUR,
+        rate_random_walk=walk * DEGREE_PER_HOUR / 60.0,
+    )
+    times = (10, 60, 600, 3600)
+    # 8 batches of 250: one after the other in little memory.
+    squares = [
+        ratios(noise, runs=250, rest=600, times=times, tilt=1e-5, azimuth=1e-5, seed=2 * batch)
+        ** -2.0
+        for batch in range(8)
+    ]
+    found = np.mean(squares, axis=0) ** -0.5
+    print(kind, np.round(found, 3).tolist())
+    # The root mean square of 2000 runs scatters by 1.6 %.
+    assert found == pytest.approx(np.ones((3, 4)), abs=0.05)

@@ -1,0 +1,112 @@
+"""``sagnac align --after``: what the unit will do."""
+
+import json
+import math
+
+import pytest
+
+from sagnac.cli import main
+from tests.cli.examples import one_line
+from tests.filters.examples import N, changed, document
+
+DEGREE = math.pi / 180.0
+
+
+def found(capsys, *words):
+    assert main(["align", *map(str, words), "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_heading_drift_of_an_analysis_by_the_law_of_its_terms(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    made = found(capsys, path, "--after", "60s,10min", "--time", "300s")
+    assert [one["after_s"] for one in made["heading_drift"]] == [60.0, 600.0]
+    for one in made["heading_drift"]:
+        time, by = one["after_s"], one["by"]
+        assert set(by) == {
+            "angle_random_walk", "bias_instability", "rate_random_walk", "initial_bias",
+        }  # fmt: skip
+        assert by["angle_random_walk"] * DEGREE == pytest.approx(N * math.sqrt(time), rel=0.01)
+        # K of the analysis put together by hand is 1e-11 rad/s/sqrt(s); B has a bound alone.
+        rest = time * math.sqrt(N**2 / 300.0 + 1e-22 * 300.0 / 3.0)
+        assert by["initial_bias"] * DEGREE == pytest.approx(rest, rel=0.01)
+        walked = 1e-11 * math.sqrt(time**3 / 3.0)
+        assert by["rate_random_walk"] * DEGREE == pytest.approx(walked, rel=0.01)
+        assert by["bias_instability"] == 0.0
+        assert one["sigma_deg"] == pytest.approx(math.hypot(*by.values()))
+        assert one["low_deg"] <= one["sigma_deg"] <= one["high_deg"]
+        assert one["highest_deg"] > one["sigma_deg"]
+
+
+def test_priors_are_printed_and_taken(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    made = found(capsys, path, "--after", "60s")
+    assert made["priors"]["azimuth_deg"] == pytest.approx(2.0)
+    assert any("heading after 60 s is only the prior" in note for note in made["notes"])
+    words = ["--azimuth", "0.36arcsec", "--tilt", "0.25deg"]
+    made = found(capsys, path, "--after", "60s", *words)
+    assert made["priors"]["azimuth_deg"] == pytest.approx(1e-4)
+    assert made["priors"]["tilt_deg"] == pytest.approx(0.25)
+    assert main(["align", str(path), "--after", "60s", *words]) == 0
+    shown = capsys.readouterr().out
+    assert "with the upper bounds" not in shown  # B's is far below what N makes in a minute
+    coefficients = json.loads(path.read_text(encoding="utf-8"))["coefficients"]
+    coefficients["bias_instability"] |= {"value": 1e-2, "high": 1e-2}
+    changed(path, coefficients=coefficients)
+    assert main(["align", str(path), "--after", "60s", *words]) == 0
+    shown = capsys.readouterr().out
+    assert "priors, 1 σ: azimuth 1.00 × 10⁻⁴°, tilt 0.250°, bias from 600 s at rest" in shown
+    assert "with the upper bounds" in shown
+    # g t^2/2 times the tilt, of north and east.
+    position = made["position_unaided"][0]["by"]["misalignment"]
+    assert position == pytest.approx(9.80665 * 1800.0 * 0.25 * DEGREE * math.sqrt(2.0), rel=0.01)
+
+
+def test_a_filter_that_finds_no_azimuth_says_so_and_one_that_does_says_nothing(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    said = "the filter's azimuth is only the prior"
+    good = found(capsys, path, "--latitude", "32")
+    assert not any(said in note for note in good["notes"])
+    assert good["gyrocompass"]["azimuth_arcmin"][-1] > 0.0
+    document_of = json.loads(path.read_text(encoding="utf-8"))
+    loud = {**document_of["angle_random_walk"], "value": 1.0, "low": 0.9, "high": 1.1}
+    changed(path, angle_random_walk=loud)
+    assert any(said in note for note in found(capsys, path, "--latitude", "32")["notes"])
+
+
+def test_each_axis_of_a_triad_counts(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    alone = json.loads(path.read_text(encoding="utf-8"))
+    quiet = {**alone["angle_random_walk"], "value": 2.5e-7, "low": 2e-7, "high": 3e-7}
+    unit = {"x": alone, "y": alone, "z": {**alone, "angle_random_walk": quiet}}
+    changed(path, gyros=unit)
+    one = found(capsys, path, "--after", "60s")
+    by = one["heading_drift"][0]["by"]["angle_random_walk"] * DEGREE
+    # z is the vertical one; in a minute the Earth turns a little of the others in.
+    assert by < 0.02 * N * math.sqrt(60.0)
+    assert not any("one gyro stands" in note for note in one["notes"])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--after", "60s,zero"], "give a time above zero"),
+        (["--azimuth", "2"], "2deg"),
+        (["--tilt", "0deg"], "2deg"),
+        (["--bias", "-1"], "zero or more"),
+        (["--table-rate", "40"], "--latitude"),
+    ],
+)
+def test_wrong_usage_is_one_line(words, said, capsys, tmp_path):
+    assert main(["align", str(document(tmp_path)), *words]) == 2
+    assert said in one_line(capsys)
+
+
+def test_a_picture_goes_beside_the_document(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    words = ["align", str(path), "--after", "60s,10min", "-o", str(tmp_path / "out")]
+    assert main(words) == 0
+    assert (tmp_path / "out" / "drift.png").stat().st_size > 10_000
+    assert "heading_drift" in (tmp_path / "out" / "alignment.json").read_text(encoding="utf-8")
+    assert main(words) == 0  # the same run may write over it
+    capsys.readouterr()
