@@ -42,6 +42,16 @@ def test_analysis_is_read_in_its_units(tmp_path) -> None:
     assert noise.covariance == pytest.approx(wanted, rel=1e-12)
 
 
+def test_without_a_covariance_the_intervals_count(tmp_path) -> None:
+    stated = document()
+    stated["covariance"] = None
+    walk = stated["angle_random_walk"]
+    walk.update(low=0.002 - 1.96e-4, high=0.002 + 1.96e-4)
+    noise = GyroNoise.from_document(stated)
+    found = np.sqrt(np.diag(noise.covariance)) / [DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR, 1.0]
+    assert found == pytest.approx([1e-4, 0.0, 0.0], rel=1e-4)
+
+
 def test_bound_of_n_is_taken_as_n() -> None:
     stated = document()
     stated["angle_random_walk"]["status"] = "upper bound"

@@ -66,6 +66,12 @@ def test_a_filter_that_finds_no_azimuth_says_so_and_one_that_does_says_nothing(c
     path = document(tmp_path, gyros=("x",))
     said = "the filter's azimuth is only the prior"
     good = found(capsys, path, "--latitude", "32")
+    # The bound of B, 2e-11 rad/s, over the north rate: B sqrt(2 ln 2/pi) / sqrt(2).
+    floor = 2e-11 * math.sqrt(math.log(2.0) / math.pi) / (7.292115e-5 * math.cos(32.0 * DEGREE))
+    assert good["gyrocompass"]["floor_arcmin"] == 0.0
+    assert good["gyrocompass"]["highest_floor_arcmin"] == pytest.approx(60.0 * floor / DEGREE)
+    assert main(["align", str(path), "--latitude", "32"]) == 0
+    assert "with the upper bounds  " in capsys.readouterr().out
     assert not any(said in note for note in good["notes"])
     assert good["gyrocompass"]["azimuth_arcmin"][-1] > 0.0
     document_of = json.loads(path.read_text(encoding="utf-8"))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from scipy.special import ndtri
 
 from sagnac.arrays import FloatArray
 from sagnac.documents import read_analyses
@@ -142,17 +143,33 @@ class GyroNoise:
             angle_random_walk=values[0],
             bias_instability=values[1],
             rate_random_walk=values[2],
-            covariance=_covariance(document.get("covariance"), unseen),
+            covariance=_covariance(document.get("covariance"), unseen, _errors(stated, unseen)),
             unseen=tuple(unseen),
             bounds=bounds,
         )
 
 
-def _covariance(stated: Mapping[str, Any] | None, unseen: list[str]) -> FloatArray:
-    """(3, 3) of N, B and K in SI; zeros for what was not estimated."""
-    found = np.zeros((3, 3))
+def _errors(stated: Mapping[str, Any], unseen: list[str]) -> list[float]:
+    """Standard errors of N, B and K in SI by their intervals; zeros for what was not estimated."""
+    errors = []
+    for name in NAMES:
+        one = stated.get(name)
+        if one is None or name in unseen:
+            errors.append(0.0)
+            continue
+        reach = float(ndtri(0.5 + 0.5 * one["confidence"]))
+        size = COEFFICIENT_UNITS[name][one["unit"]]
+        errors.append(size * (one["high"] - (one["low"] or 0.0)) / (2.0 * reach))
+    return errors
+
+
+def _covariance(
+    stated: Mapping[str, Any] | None, unseen: list[str], errors: list[float]
+) -> FloatArray:
+    """(3, 3) of N, B and K in SI; of their errors alone if the document states none."""
     if stated is None:
-        return found
+        return np.diag(np.square(errors))
+    found = np.zeros((3, 3))
     names = stated["names"]
     sizes = [
         COEFFICIENT_UNITS[name][unit] for name, unit in zip(names, stated["units"], strict=True)

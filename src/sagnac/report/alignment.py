@@ -134,7 +134,6 @@ def prospect_text(prospect: Prospect) -> str:
     compass, filtered = prospect.compass, prospect.filtered
     last = compass.deviation[-1] / ARCMINUTE
     low, high = compass.low[-1] / ARCMINUTE, compass.high[-1] / ARCMINUTE
-    hours = prospect.position.times[-1] / HOUR
     turning = []
     if prospect.rotating is not None:
         ends = (prospect.rotating.low[0], prospect.rotating.high[0])
@@ -148,9 +147,10 @@ def prospect_text(prospect: Prospect) -> str:
         f"  gyrocompass, two positions    {number(last)}′  [{number(low)}, {number(high)}] "
         f"{100.0 * compass.confidence:g} %",
         f"    its floor by B              {_floor(prospect)}",
+        *_at_most(prospect),
         f"  Kalman filter, one position   {number(filtered.azimuth[-1] / ARCMINUTE)}′",
         *turning,
-        f"position {hours:g} h after the filter's alignment  "
+        f"position {prospect.position.times[-1]:g} s after the filter's alignment  "
         f"{number(prospect.position.deviation[-1])} m, 1 σ",
         "for the filter, of each gyro",
         f"  process noise N²              {number(prospect.noise.angle_random_walk**2)} rad²/s",
@@ -167,6 +167,7 @@ def notes_of(prospect: Prospect) -> list[str]:
     notes = [prospect.foretold] if prospect.foretold else []
     notes += [
         f"{TITLES[name]} was not estimated and is taken as zero"  # type: ignore[index]
+        + (", and as its upper bound in the second figure" if name in prospect.noise.bounds else "")
         for name in unseen
         if name != "angle_random_walk"
     ]
@@ -185,7 +186,7 @@ def notes_of(prospect: Prospect) -> list[str]:
 
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
     """The same as JSON, schema ``sagnac.alignment/1``, SI except where a key names its unit."""
-    compass, filtered = prospect.compass, prospect.filtered
+    compass, filtered, highest = prospect.compass, prospect.filtered, _highest(prospect)
     return {
         "schema": SCHEMA,
         "latitude_deg": prospect.latitude / DEGREE,
@@ -196,6 +197,8 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
             "low_arcmin": (compass.low / ARCMINUTE).tolist(),
             "high_arcmin": (compass.high / ARCMINUTE).tolist(),
             "floor_arcmin": compass.floor / ARCMINUTE,
+            "highest_arcmin": (highest.deviation / ARCMINUTE).tolist(),
+            "highest_floor_arcmin": highest.floor / ARCMINUTE,
         },
         "filter": {
             "time_s": filtered.times.tolist(),
@@ -227,6 +230,27 @@ def _turning(prospect: Prospect) -> dict[str, Any]:
             "high_arcmin": float(found.high[0] / ARCMINUTE),
         }
     }
+
+
+def _highest(prospect: Prospect) -> AzimuthError:
+    """The gyrocompass with the upper bounds of what was not estimated in the place of zero."""
+    return azimuth_error(
+        prospect.noise.highest,
+        latitude=prospect.latitude,
+        times=prospect.compass.times,
+        confidence=prospect.compass.confidence,
+    )
+
+
+def _at_most(prospect: Prospect) -> list[str]:
+    """The second, pessimistic figure, if there is an upper bound."""
+    if not prospect.noise.bounds:
+        return []
+    highest = _highest(prospect)
+    return [
+        f"    with the upper bounds       {number(highest.deviation[-1] / ARCMINUTE)}′, "
+        f"floor {number(highest.floor / ARCMINUTE)}′"
+    ]
 
 
 def _floor(prospect: Prospect) -> str:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from sagnac.alignment.drift import PARTS, Drift, Growth
 from sagnac.alignment.noise import GyroNoise
-from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
+from sagnac.plot.frame import BLUE, INK, ORANGE, logarithmic
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.style import legend_above, styled
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
@@ -20,6 +20,7 @@ _SHOWN: Final = (
     ("attitude", "deg", "°", DEGREE),
     ("position", "m", "m", 1.0),
 )
+_STYLES: Final = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)))  # of the parts in a picture
 _RAISED: Final = 1.01  # by upper bounds, from which on they are shown
 _SHARE: Final = 0.9  # of the answer, from which on it is the prior alone
 
@@ -209,18 +210,17 @@ def drift_figure(unaided: Unaided) -> Figure:
             heading.times, sigma / spread, sigma * spread, color=BLUE, alpha=0.18, linewidth=0.0,
             label=f"its {100 * unaided.confidence:g} % interval",
         )  # fmt: skip
-        for place, name in enumerate(PARTS):
+        for place, (name, style) in enumerate(zip(PARTS[:-1], _STYLES, strict=True)):
             part = np.sqrt(heading.variances[:, place]) / DEGREE
             if np.any(part > 0.0):
-                axes.plot(heading.times, part, color=QUIET, linewidth=0.8, linestyle="--")
-                axes.annotate(
-                    _SYMBOLS[name], (heading.times[-1], part[-1]), color=INK, fontsize=8.5,
-                    ha="right", va="bottom",
+                axes.plot(
+                    heading.times, part, color=INK, linewidth=0.8, linestyle=style,
+                    label=f"by {_SYMBOLS[name]}",
                 )  # fmt: skip
         if np.any(heading.highest / DEGREE > _RAISED * sigma):
             axes.plot(
                 heading.times, heading.highest / DEGREE, color=ORANGE, label="with upper bounds"
             )  # fmt: skip
-        logarithmic(axes, "time without aiding (s)", "heading, 1 σ (°)")
+        logarithmic(axes, "time without aiding (s)", "heading drift, 1 σ (°)")
         legend_above(axes, columns=3)
     return canvas.figure
