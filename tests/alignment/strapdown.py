@@ -21,6 +21,7 @@ from sagnac.alignment.noise import GyroNoise
 from sagnac.constants import EARTH_RATE
 from sagnac.rig.gyro import Gyro, SlowDrift, Trend
 from sagnac.rig.sections import GyroConfig
+from sagnac.rig.sensor_errors import SensorErrors
 from sagnac.rig.table import Motion
 
 
@@ -33,6 +34,7 @@ def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.nda
     noise = np.empty((runs, steps, 3))
     for run in range(runs):
         for axis in range(3):
+            errors = SensorErrors.of_gyro(config, axis)
             gyro = Gyro(
                 direction=np.eye(3)[axis],
                 origin=0.0,
@@ -40,9 +42,9 @@ def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.nda
                 random_walk=config.arw_deg_per_sqrt_h[axis] * np.pi / 180.0 / 60.0,
                 quantum=0.0,
                 slow=SlowDrift.stationary(
-                    config, axis, sample_rate=1.0, duration=float(steps), random=random
+                    errors, sample_rate=1.0, duration=float(steps), random=random
                 ),
-                trend=Trend.of(config, axis),
+                trend=Trend.of(errors),
                 lock_in=None,
                 random=random,
             )

@@ -4,8 +4,10 @@ import json
 
 import pytest
 
+import sagnac
 from sagnac.cli import main
 from tests.cli.examples import one_line
+from tests.filters.examples import document
 
 
 def test_simulate_takes_what_was_typed(capsys, tmp_path):
@@ -52,3 +54,49 @@ def test_a_demo_with_a_wrong_seed_makes_nothing(capsys, tmp_path):
     assert main(["demo", "--seed=-1", "-o", str(tmp_path / "demo")]) == 2
     assert "--seed: seed is -1; it must lie from 0" in one_line(capsys)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_unit_like_its_analysis(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",), table_rate=None)
+    made = tmp_path / "again.parquet"
+    words = [
+        "simulate",
+        "--like",
+        str(path),
+        "-o",
+        str(made),
+        "--duration",
+        "600",
+        "--kind",
+        "rate",
+    ]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert "x: without bias instability, rate ramp, not estimated" in shown
+    truth = json.loads((tmp_path / "again.parquet.truth.json").read_text(encoding="utf-8"))
+    assert truth["gyros"]["y"]["arw_deg_per_sqrt_h"] == pytest.approx(2.5e-5)
+    assert (truth["samples"], truth["sample_rate_hz"]) == (300, 0.5)
+    assert sagnac.read(made).gyro("x").kind == "rate"
+    # A TOML goes over it.
+    toml = tmp_path / "rig.toml"
+    toml.write_text("[gyro]\nlow_pass_hz = 0.1\n", encoding="utf-8")
+    assert main(["simulate", str(toml), *words[1:], "--force"]) == 0
+    truth = json.loads((tmp_path / "again.parquet.truth.json").read_text(encoding="utf-8"))
+    assert truth["low_pass_hz"]["x"] == 0.1
+    assert truth["gyros"]["y"]["arw_deg_per_sqrt_h"] == pytest.approx(2.5e-5)
+
+
+@pytest.mark.parametrize(
+    ("given", "status", "said"),
+    [("--preset", 2, "--preset and --like exclude each other"), ("rig.toml", 1, "remove preset")],
+)
+def test_a_unit_like_its_analysis_starts_from_nothing_else(given, status, said, capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",), table_rate=None)
+    words = ["--preset", "quiet"]
+    if given == "rig.toml":
+        (tmp_path / given).write_text('preset = "quiet"', encoding="utf-8")
+        words = [str(tmp_path / given)]
+    out = tmp_path / "again.npz"
+    assert main(["simulate", *words, "--like", str(path), "-o", str(out)]) == status
+    assert said in one_line(capsys)
+    assert not out.exists()

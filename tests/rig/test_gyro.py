@@ -8,6 +8,7 @@ import pytest
 
 from sagnac.rig.gyro import LockIn, SlowDrift, Trend, dither_of, ring_lasers_of
 from sagnac.rig.sections import GyroConfig, TableConfig
+from sagnac.rig.sensor_errors import SensorErrors
 from sagnac.rig.truth import truth_of
 from tests.rig.rigs import (
     ARCSEC,
@@ -170,7 +171,10 @@ def test_lock_in_takes_the_rate_from_one_block_to_the_next():
 def test_slow_drift_holds_each_value_across_blocks(pieces):
     config = GyroConfig(bias_instability_deg_per_h=1.0, rate_random_walk_deg_per_h_per_sqrt_h=1.0)
     drift = SlowDrift.stationary(
-        config, 0, sample_rate=500.0, duration=60.0, random=np.random.default_rng(5)
+        SensorErrors.of_gyro(config, 0),
+        sample_rate=500.0,
+        duration=60.0,
+        random=np.random.default_rng(5),
     )
     assert drift.hold == 10
     parts = np.array_split(np.arange(101), pieces)

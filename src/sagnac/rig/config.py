@@ -10,13 +10,16 @@ from typing import Annotated, Any, Final, Self
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
+from sagnac.recording.channel import KINDS, Kind
 from sagnac.rig.encoder import delay_growth
 from sagnac.rig.gyro import dither_of, ring_lasers_of
+from sagnac.rig.measured import Measured
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import (
     GYRO_NAMES,
     LONGEST_DELAY_S,
+    AccelerometerConfig,
     DisturbanceConfig,
     DitherConfig,
     EncoderConfig,
@@ -27,6 +30,7 @@ from sagnac.rig.sections import (
 )
 from sagnac.rig.table import table_command
 from sagnac.rig.validation import (
+    Choice,
     ConfigurationError,
     Number,
     Whole,
@@ -67,11 +71,13 @@ class RigConfig:
     duration_s: Annotated[float, Number(0.01, 1e7, "length of the recording")] = 7200.0
     sample_rate_hz: Annotated[float, Number(0.1, 1e5, "samples per second")] = 500.0
     seed: Annotated[int, Whole(0, 2**32 - 1, "of every random stream")] = 1
+    kind: Annotated[Kind, Choice(KINDS, "of the samples of gyros and accelerometers")] = "angle"
     table: TableConfig = TableConfig()
     encoder: EncoderConfig = EncoderConfig()
     motion: MotionConfig = MotionConfig()
     platform: PlatformConfig = PlatformConfig()
     gyro: GyroConfig = GyroConfig()
+    accelerometer: AccelerometerConfig = AccelerometerConfig()
     dither: DitherConfig = DitherConfig()
     disturbances: DisturbanceConfig = DisturbanceConfig()
 
@@ -102,8 +108,38 @@ class RigConfig:
         return self.table.turning
 
     @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
+    def from_analysis(cls, analysis: Any) -> Self:
+        """A rig whose gyros and accelerometers have the Q, N, B, K and R that were measured.
+
+        Sample rate, length and table rate are those of the recording. What was not estimated is
+        zero (`sagnac.rig.measured.Measured.left_out` names it); a single gyro stands for all three.
+
+        Parameters
+        ----------
+        analysis
+            The `Analysis` that `analyze` returned, or the content of an ``analysis.json``.
+
+        Raises
+        ------
+        ConfigurationError
+            If a value is out of the range of its key.
+        """
+        if isinstance(analysis, Mapping):
+            measured = Measured.of_document(analysis)
+        else:
+            measured = Measured.of_analysis(analysis)
+        return cls.from_mapping(measured.keys())
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str], base: "RigConfig | None" = None) -> Self:
         """Read a configuration; ``preset = "paper"`` at the top names what it starts from.
+
+        Parameters
+        ----------
+        path
+            The TOML.
+        base
+            What it starts from instead of the defaults; the TOML names no preset then.
 
         Raises
         ------
@@ -113,7 +149,7 @@ class RigConfig:
         where, remedy = os.fspath(path), "give a TOML configuration"
         try:
             with open(path, "rb") as file:
-                return cls.from_mapping(tomllib.load(file))
+                return cls.from_mapping(tomllib.load(file), base)
         except FileNotFoundError:
             raise RecordingError("no such file", path=where, remedy=remedy) from None
         except OSError as error:
@@ -126,8 +162,8 @@ class RigConfig:
             raise RecordingError(error.problem, path=where, remedy=error.remedy) from None
 
     @classmethod
-    def from_mapping(cls, mapping: Mapping[str, Any]) -> Self:
-        """Configuration from nested tables, as a TOML file holds them.
+    def from_mapping(cls, mapping: Mapping[str, Any], base: "RigConfig | None" = None) -> Self:
+        """Configuration from nested tables, as a TOML file holds them, over `base`.
 
         Raises
         ------
@@ -141,8 +177,13 @@ class RigConfig:
         """
         values = dict(mapping)
         name = values.pop("preset", None)
-        base = RigConfig() if name is None else preset(name)
-        changed: Self = overlaid(base, values)
+        if name is not None and base is not None:
+            raise ConfigurationError(
+                f"preset is {quoted(name)}, but the unit is like one that was measured",
+                "remove preset",
+            )
+        begun = base or (RigConfig() if name is None else preset(name))
+        changed: Self = overlaid(begun, values)
         return changed
 
 
@@ -165,12 +206,14 @@ def _check_sampling(config: RigConfig) -> None:
             "sample_rate_hz",
             "lower it, or raise sample_rate_hz",
         )
-    highest = max(config.gyro.low_pass_hz)
-    if highest >= nyquist:
-        raise ConfigurationError(
-            f"gyro.low_pass_hz {highest:g} is not below {nyquist:g} Hz, half of sample_rate_hz",
-            "lower it, or give 0 for a gyro without a low-pass",
-        )
+    for section, own in (("gyro", config.gyro), ("accelerometer", config.accelerometer)):
+        highest = max(own.low_pass_hz)
+        if highest >= nyquist:
+            raise ConfigurationError(
+                f"{section}.low_pass_hz {highest:g} is not below {nyquist:g} Hz, half of "
+                "sample_rate_hz",
+                "lower it, or give 0 for no low-pass",
+            )
     if config.samples < 1:
         raise ConfigurationError(
             f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz",

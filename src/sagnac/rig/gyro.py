@@ -12,13 +12,12 @@ from sagnac.rig import _kernels
 from sagnac.rig.own_motion import Mount
 from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
 from sagnac.rig.sections import GYRO_NAMES, GyroConfig
+from sagnac.rig.sensor_errors import SensorErrors
 from sagnac.rig.table import Motion
 from sagnac.units import (
     ARCSECOND,
     DEGREE,
     DEGREE_PER_HOUR,
-    DEGREE_PER_HOUR_PER_HOUR,
-    DEGREE_PER_HOUR_PER_ROOT_HOUR,
     DEGREE_PER_ROOT_HOUR,
 )
 
@@ -95,7 +94,8 @@ class SlowDrift:
 
     Bias instability is flicker rate noise, made as a sum of Markov processes. Processes of
     variance s^2 at correlation times a ratio r apart have the two-sided density
-    s^2 / (2 f ln r); bias instability has B^2 / (2 pi f).
+    s^2 / (2 f ln r); bias instability has B^2 / (2 pi f). A Markov rate of the sensor's own is one
+    process more.
 
     Attributes
     ----------
@@ -125,31 +125,33 @@ class SlowDrift:
     @classmethod
     def stationary(
         cls,
-        config: GyroConfig,
-        gyro: int,
+        errors: SensorErrors,
         *,
         sample_rate: float,
         duration: float,
         random: np.random.Generator,
     ) -> Self:
-        """The processes of one gyro in their stationary state, for a recording of `duration`."""
+        """The processes of one sensor in their stationary state, for a recording of `duration`."""
         hold = max(1, round(_MARKOV_STEP * sample_rate))
         step = hold * (1.0 / sample_rate)
-        instability = config.bias_instability_deg_per_h[gyro] * DEGREE_PER_HOUR
-        walk = config.rate_random_walk_deg_per_h_per_sqrt_h[gyro] * DEGREE_PER_HOUR_PER_ROOT_HOUR
         count = 0
-        if instability > 0.0:
+        if errors.instability > 0.0:
             longest = max(_LONGEST_CORRELATION * duration, 10.0 * step)
             count = 1 + math.ceil(math.log(longest / step) / math.log(_MARKOV_RATIO))
         correlation = step * _MARKOV_RATIO ** np.arange(count)
-        deviation = instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
+        deviation = np.full(
+            count, errors.instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
+        )
+        if errors.markov_deviation > 0.0:
+            correlation = np.append(correlation, errors.markov_time)
+            deviation = np.append(deviation, errors.markov_deviation)
         decay = np.exp(-step / correlation)
         return cls(
             hold=hold,
             decay=decay,
             spread=deviation * np.sqrt(1.0 - decay**2),
-            step=walk * math.sqrt(step),
-            levels=deviation * random.standard_normal(count),
+            step=errors.rate_walk * math.sqrt(step),
+            levels=deviation * random.standard_normal(deviation.size),
             random=random,
         )
 
@@ -191,14 +193,14 @@ class Trend:
     warm_up_time: float
 
     @classmethod
-    def of(cls, config: GyroConfig, gyro: int) -> Self:
-        """The trend of one gyro, from its configuration."""
+    def of(cls, errors: SensorErrors) -> Self:
+        """The trend of one sensor."""
         return cls(
-            bias=config.bias_deg_per_h[gyro] * DEGREE_PER_HOUR,
-            ramp=config.rate_ramp_deg_per_h_per_h[gyro] * DEGREE_PER_HOUR_PER_HOUR,
-            per_kelvin=config.temperature_coefficient_deg_per_h_per_k[gyro] * DEGREE_PER_HOUR,
-            warm_up=config.warm_up_k,
-            warm_up_time=config.warm_up_time_s,
+            bias=errors.bias,
+            ramp=errors.ramp,
+            per_kelvin=errors.per_kelvin,
+            warm_up=errors.warm_up,
+            warm_up_time=errors.warm_up_time,
         )
 
     def add_to(self, drift: FloatArray, seconds: FloatArray) -> None:
@@ -228,12 +230,11 @@ class LowPass:
     state: FloatArray | None = None
 
     @classmethod
-    def of(cls, config: GyroConfig, gyro: int, sample_rate: float) -> Self | None:
-        """The low-pass of one gyro; None if it has none."""
-        corner = config.low_pass_hz[gyro]
-        if corner == 0.0:
+    def of(cls, errors: SensorErrors, sample_rate: float) -> Self | None:
+        """The low-pass of one sensor; None if it has none."""
+        if errors.corner == 0.0:
             return None
-        return cls(sections=butter(config.low_pass_order, corner, fs=sample_rate, output="sos"))
+        return cls(sections=butter(errors.order, errors.corner, fs=sample_rate, output="sos"))
 
     def advance(self, steps: FloatArray, steady: float) -> FloatArray:
         """(n,) increments behind the filter, rad, of those before it.
@@ -273,6 +274,8 @@ class Gyro:
         Of the sensor, or None.
     mount
         Of the gyro, or None if it is rigid.
+    angle_noise, readout
+        White noise of the sampled angle, rad, and its stream; 0 and None for none.
     random
         Stream of the angle random walk.
     walked
@@ -292,6 +295,8 @@ class Gyro:
     random: np.random.Generator
     low_pass: LowPass | None = None
     mount: Mount | None = None
+    angle_noise: float = 0.0
+    readout: np.random.Generator | None = None
     walked: float = 0.0
     before: float = 0.0
 
@@ -308,6 +313,8 @@ class Gyro:
             (n,) disturbances of the angle, rad; holds the measured angle afterwards.
         """
         count = motion.angle.size
+        if self.readout is not None:
+            angles += self.angle_noise * self.readout.standard_normal(count)
         own = self.direction[2] * (motion.angle - self.origin)
         true = self.direction @ motion.turned + own
         if self.mount is not None:

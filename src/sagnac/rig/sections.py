@@ -10,7 +10,9 @@ Pairs = tuple[tuple[float, float], ...]
 GyroMode = Literal["ideal", "still", "dithered", "rate-biased"]
 JitterSpectrum = Literal["position", "rate"]
 AfterDwell = Literal["back", "onward"]
+Accelerometers = Literal["none", "triad"]
 GYRO_NAMES: Final = ("x", "y", "z")
+ACCELEROMETER_NAMES: Final = ("ax", "ay", "az")
 _ORDER: Final = Number(0.01, 1000.0, "order")
 LONGEST_DELAY_S: Final = 2.0
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
@@ -222,6 +224,9 @@ class GyroConfig:
     quantization_step_arcsec: Annotated[
         Triple, PerGyro(0.0, 3600.0, "readout step, 0 for none; Q is the step over sqrt(12)")
     ] = (0.001, 0.001, 0.001)
+    angle_noise_arcsec: Annotated[
+        Triple, PerGyro(0.0, 3600.0, "white noise of the sampled angle: Q without a readout step")
+    ] = (0.0, 0.0, 0.0)
     bias_deg_per_h: Annotated[Triple, PerGyro(-1e5, 1e5, "constant bias")] = (0.0, 0.0, 0.0)
     bias_instability_deg_per_h: Annotated[
         Triple, PerGyro(0.0, 1e4, "bias instability B: flicker of the rate, below 25 Hz")
@@ -229,6 +234,14 @@ class GyroConfig:
     rate_random_walk_deg_per_h_per_sqrt_h: Annotated[
         Triple, PerGyro(0.0, 1e4, "rate random walk K")
     ] = (0.0, 0.0, 0.0)
+    markov_deviation_deg_per_h: Annotated[
+        Triple, PerGyro(0.0, 1e5, "standard deviation of a first-order Markov rate")
+    ] = (0.0, 0.0, 0.0)
+    markov_time_s: Annotated[Triple, PerGyro(0.1, 1e6, "its correlation time")] = (
+        100.0,
+        100.0,
+        100.0,
+    )
     rate_ramp_deg_per_h_per_h: Annotated[Triple, PerGyro(-1e4, 1e4, "rate ramp R")] = (
         0.0,
         0.0,
@@ -263,6 +276,48 @@ class GyroConfig:
 
     def __post_init__(self) -> None:
         check(self, "gyro.")
+
+
+_NONE: Final = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AccelerometerConfig:
+    """Three accelerometers along the axes of the gyros, with gravity: one number, or three."""
+
+    mode: Annotated[
+        Accelerometers, Choice(get_args(Accelerometers), "whether there are ax, ay and az")
+    ] = "none"
+    vrw_m_per_s_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 100.0, "velocity random walk N")] = _NONE
+    velocity_noise_mm_per_s: Annotated[
+        Triple, PerGyro(0.0, 1e4, "white noise of the sampled velocity: Q without a readout step")
+    ] = _NONE
+    quantization_step_mm_per_s: Annotated[Triple, PerGyro(0.0, 1e4, "readout step, 0 for none")] = (
+        _NONE
+    )
+    bias_mg: Annotated[Triple, PerGyro(-1e3, 1e3, "constant bias")] = _NONE
+    bias_instability_mg: Annotated[Triple, PerGyro(0.0, 1e3, "bias instability B, below 25 Hz")] = (
+        _NONE
+    )
+    acceleration_random_walk_mg_per_sqrt_h: Annotated[
+        Triple, PerGyro(0.0, 1e3, "acceleration random walk K")
+    ] = _NONE
+    markov_deviation_mg: Annotated[
+        Triple, PerGyro(0.0, 1e3, "standard deviation of a first-order Markov acceleration")
+    ] = _NONE
+    markov_time_s: Annotated[Triple, PerGyro(0.1, 1e6, "its correlation time")] = (
+        100.0,
+        100.0,
+        100.0,
+    )
+    acceleration_ramp_mg_per_h: Annotated[Triple, PerGyro(-1e3, 1e3, "acceleration ramp R")] = _NONE
+    low_pass_hz: Annotated[
+        Triple, PerGyro(0.0, 1e5, "corner (-3 dB) of the sensor's own low-pass, 0 for none")
+    ] = _NONE
+    low_pass_order: Annotated[int, Whole(1, 2, "of that low-pass, a Butterworth filter")] = 1
+
+    def __post_init__(self) -> None:
+        check(self, "accelerometer.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

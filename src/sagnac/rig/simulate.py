@@ -20,7 +20,7 @@ from sagnac.formats import parquet
 from sagnac.formats.files import replacing_set
 from sagnac.formats.metadata import require_no_other
 from sagnac.formats.registry import CSV, PARQUET
-from sagnac.recording.model import Channel, Recording
+from sagnac.recording.model import Channel, Kind, Recording
 from sagnac.recording.pickoff import PICKOFF, Pickoff
 from sagnac.rig.config import RigConfig
 from sagnac.rig.disturbances import Disturbances
@@ -28,15 +28,18 @@ from sagnac.rig.dither import DitherMotion
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import Gyro, LockIn, LowPass, SlowDrift, Trend, dither_of, ring_lasers_of
 from sagnac.rig.own_motion import Mount, Nutation
-from sagnac.rig.sections import GYRO_NAMES
+from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.rig.sensor_errors import SensorErrors
 from sagnac.rig.streams import RandomStreams, random_streams
-from sagnac.rig.table import Table, TableCommand, fastest_rate, table_command
+from sagnac.rig.table import Motion, Table, TableCommand, fastest_rate, table_command
 from sagnac.rig.truth import Truth, truth_of
 from sagnac.table.earth import earth_rate
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.units import DEGREE, STANDARD_GRAVITY
 
 BLOCK_SAMPLES: Final = 65_536
+# Units of gyros and accelerometers in a file, of angles and increments and of rates.
+_UNITS: Final = (("arcsec", "m/s"), ("deg/h", "m/s^2"))
 
 Progress = Callable[[float], None]
 
@@ -67,6 +70,8 @@ class Block:
         (n,) true table angle, rad (truth, not measured).
     pickoffs
         (3, n) dither of x, y, z as the pick-offs show it, arcsec, or None if no dither is left.
+    velocities
+        (3, n) integrals of what ax, ay and az measure, m/s, or None without accelerometers.
     """
 
     first: int
@@ -75,10 +80,11 @@ class Block:
     null_pulse: BooleanArray | None
     table_angle: FloatArray
     pickoffs: FloatArray | None = None
+    velocities: FloatArray | None = None
 
     def __post_init__(self) -> None:
         arrays = (self.angles, self.table, self.null_pulse, self.table_angle, self.pickoffs)
-        for array in arrays:
+        for array in (*arrays, self.velocities):
             if array is not None:
                 array.flags.writeable = False
 
@@ -102,6 +108,7 @@ class Rig:
     null_pulse: NullPulse | None
     nutation: Nutation | None = None
     dithers: tuple[DitherMotion, ...] = ()
+    accelerometers: tuple[Gyro, ...] = ()
 
     @classmethod
     def before_first(cls, config: RigConfig) -> Self:
@@ -142,6 +149,7 @@ class Rig:
             )
             if config.dither.is_left
             else (),
+            accelerometers=_accelerometers(config, streams),
         )
 
     def advance(self, first: int, count: int) -> Block:
@@ -163,12 +171,52 @@ class Rig:
             null_pulse=None if self.null_pulse is None else self.null_pulse.advance(motion.angle),
             table_angle=motion.angle,
             pickoffs=np.array(shown) if shown else None,
+            velocities=self._velocities(first, motion) if self.accelerometers else None,
         )
+
+    def _velocities(self, first: int, motion: Motion) -> FloatArray:
+        """What the accelerometers make of gravity, which a level table does not turn."""
+        count = motion.angle.size
+        felt = np.zeros((3, count))
+        felt[2] = -STANDARD_GRAVITY * self.table.interval * (first + 1.0 + np.arange(count))
+        level = Motion(angle=np.zeros(count), turned=felt, moving=motion.moving)
+        velocities = np.zeros((len(self.accelerometers), count))
+        for accelerometer, measured in zip(self.accelerometers, velocities, strict=True):
+            accelerometer.advance(first, level, measured)
+        return velocities
 
 
 def _moves_at_first(config: RigConfig, command: TableCommand) -> bool:
     """Whether the table moves before the recording."""
     return bool(command.rate_at(np.array([-1.0 / config.sample_rate_hz]))[0] != 0.0)
+
+
+def _sensor(
+    config: RigConfig,
+    errors: SensorErrors,
+    direction: FloatArray,
+    *,
+    white: np.random.Generator,
+    slow: np.random.Generator,
+    readout: np.random.Generator,
+) -> Gyro:
+    """A gyro without lock-in and mount, or an accelerometer, whose table does not turn it."""
+    return Gyro(
+        direction=direction,
+        origin=0.0,
+        interval=1.0 / config.sample_rate_hz,
+        random_walk=errors.random_walk,
+        quantum=errors.quantum,
+        slow=SlowDrift.stationary(
+            errors, sample_rate=config.sample_rate_hz, duration=config.duration_s, random=slow
+        ),
+        trend=Trend.of(errors),
+        lock_in=None,
+        low_pass=LowPass.of(errors, config.sample_rate_hz),
+        angle_noise=errors.angle_noise,
+        readout=readout if errors.angle_noise > 0.0 else None,
+        random=white,
+    )
 
 
 def _gyros(
@@ -179,22 +227,17 @@ def _gyros(
     matrix = table_to_gyro_matrix(*shares_from_deviations(config.platform.share_deviation))
     lasers, dither = ring_lasers_of(own), dither_of(own)
     return tuple(
-        Gyro(
-            direction=matrix[g],
-            origin=origin,
-            interval=interval,
-            random_walk=own.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR,
-            quantum=own.quantization_step_arcsec[g] * ARCSECOND,
-            slow=SlowDrift.stationary(
-                own,
-                g,
-                sample_rate=config.sample_rate_hz,
-                duration=config.duration_s,
-                random=streams.slow[g],
+        replace(
+            _sensor(
+                config,
+                SensorErrors.of_gyro(own, g),
+                matrix[g],
+                white=streams.white[g],
+                slow=streams.slow[g],
+                readout=streams.readout[g],
             ),
-            trend=Trend.of(own, g),
+            origin=origin,
             lock_in=LockIn(laser=lasers[g], dither=dither, interval=interval) if lasers else None,
-            low_pass=LowPass.of(own, g, config.sample_rate_hz),
             mount=Mount.drawn(
                 config.motion,
                 g,
@@ -202,10 +245,37 @@ def _gyros(
                 interval=interval,
                 random=streams.mount[g],
             ),
-            random=streams.white[g],
         )
         for g in range(len(GYRO_NAMES))
     )
+
+
+def _accelerometers(config: RigConfig, streams: RandomStreams) -> tuple[Gyro, ...]:
+    if config.accelerometer.mode == "none":
+        return ()
+    matrix = table_to_gyro_matrix(*shares_from_deviations(config.platform.share_deviation))
+    return tuple(
+        _sensor(
+            config,
+            SensorErrors.of_accelerometer(config.accelerometer, axis),
+            matrix[axis],
+            white=streams.force_white[axis],
+            slow=streams.force_slow[axis],
+            readout=streams.force_readout[axis],
+        )
+        for axis in range(len(ACCELEROMETER_NAMES))
+    )
+
+
+def _as_kind(
+    values: FloatArray, before: FloatArray | None, kind: Kind, sample_rate: float
+) -> FloatArray:
+    """(3, n) angles as samples of a kind; `before` (3,) are those of the sample before, or none."""
+    if kind == "angle":
+        return values
+    begun = np.zeros(len(values)) if before is None else before
+    steps = np.diff(values, prepend=begun[:, np.newaxis])
+    return steps if kind == "increment" else steps * sample_rate
 
 
 def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Block]:
@@ -255,6 +325,7 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     table = np.empty(config.samples) if config.turning else None
     pulse = np.empty(config.samples, dtype=np.bool_) if config.turning else None
     pickoffs = np.empty_like(angles) if config.dither.is_left else None
+    velocities = np.empty_like(angles) if config.accelerometer.mode == "triad" else None
     for block in blocks(config):
         angles[:, block.span] = block.angles
         if table is not None and pulse is not None:
@@ -262,12 +333,30 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
             pulse[block.span] = block.null_pulse
         if pickoffs is not None:
             pickoffs[:, block.span] = block.pickoffs
+        if velocities is not None:
+            velocities[:, block.span] = block.velocities
         if progress is not None:
             progress(block.span.stop / config.samples)
+    angles = _as_kind(angles, None, config.kind, config.sample_rate_hz)
+    if velocities is not None:
+        velocities = _as_kind(velocities, None, config.kind, config.sample_rate_hz)
+    units = _UNITS[config.kind == "rate"]
     recording = Recording(
         gyros=tuple(
-            Channel(name=name, kind="angle", shown_in="arcsec", values=angles[g])
+            Channel(name=name, kind=config.kind, shown_in=units[0], values=angles[g])
             for g, name in enumerate(GYRO_NAMES)
+        ),
+        accelerometers=()
+        if velocities is None
+        else tuple(
+            Channel(
+                name=name,
+                kind=config.kind,
+                shown_in=units[1],
+                values=velocities[axis],
+                sensor="accelerometer",
+            )
+            for axis, name in enumerate(ACCELEROMETER_NAMES)
         ),
         sample_rate=config.sample_rate_hz,
         table=None
@@ -334,22 +423,33 @@ def write(
 
 
 def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> None:
+    forces = ACCELEROMETER_NAMES if config.accelerometer.mode == "triad" else ()
+    units = _UNITS[config.kind == "rate"]
+    before: dict[tuple[str, ...], FloatArray] = {}
     with parquet.Writer(
         path,
-        kinds=dict.fromkeys(GYRO_NAMES, "angle"),
+        kinds=dict.fromkeys((*GYRO_NAMES, *forces), config.kind),
+        units=dict.fromkeys(GYRO_NAMES, units[0]) | dict.fromkeys(forces, units[1]),
+        accelerometers=forces,
         sample_rate=config.sample_rate_hz,
         table=config.turning,
         null_pulse=config.turning,
         pickoffs=[PICKOFF + name for name in GYRO_NAMES] if config.dither.is_left else [],
     ) as out:
         for block in blocks(config):
-            columns: dict[str, NDArray[Any]] = dict(zip(GYRO_NAMES, block.angles, strict=True))
+            columns: dict[str, NDArray[Any]] = {}
+            for names, values in ((GYRO_NAMES, block.angles), (forces, block.velocities)):
+                if values is None:
+                    continue
+                shown = _as_kind(values, before.get(names), config.kind, config.sample_rate_hz)
+                columns.update(zip(names, shown, strict=True))
+                before[names] = values[:, -1]
             if block.table is not None and block.null_pulse is not None:
                 columns["table"] = within_turn(block.table, config.encoder.lines)
                 columns["null_pulse"] = block.null_pulse
             if block.pickoffs is not None:
-                names = (PICKOFF + name for name in GYRO_NAMES)
-                columns.update(zip(names, block.pickoffs, strict=True))
+                shown_by = (PICKOFF + name for name in GYRO_NAMES)
+                columns.update(zip(shown_by, block.pickoffs, strict=True))
             out.append(columns)
             if progress is not None:
                 progress(block.span.stop / config.samples)

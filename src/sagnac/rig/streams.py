@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_STREAMS = 23
+_STREAMS = 35
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -15,7 +15,9 @@ class RandomStreams:
     wander, the null passages, the encoder's latch, the phases of table and encoder, and the
     disturbances. `dither` and `mount` hold one for each gyro, too. Then come the table's hunting
     and nutation, and of the encoder the walk of its delay, the readings lost and the null pulses
-    that are missing. New ones are appended, so that a seed keeps its numbers.
+    that are missing. `readout` holds one for each gyro, for the noise of its sampled angle, and the
+    three of `force_…` one for each accelerometer. New ones are appended, so that a seed keeps its
+    numbers.
     """
 
     jitter: np.random.Generator
@@ -33,6 +35,10 @@ class RandomStreams:
     delay: np.random.Generator
     lost: np.random.Generator
     missing: np.random.Generator
+    readout: tuple[np.random.Generator, ...]
+    force_white: tuple[np.random.Generator, ...]
+    force_slow: tuple[np.random.Generator, ...]
+    force_readout: tuple[np.random.Generator, ...]
 
 
 def random_streams(seed: int) -> RandomStreams:
@@ -55,4 +61,8 @@ def random_streams(seed: int) -> RandomStreams:
         delay=generators[20],
         lost=generators[21],
         missing=generators[22],
+        readout=tuple(generators[23:26]),
+        force_white=tuple(generators[26:29]),
+        force_slow=tuple(generators[29:32]),
+        force_readout=tuple(generators[32:35]),
     )

@@ -241,7 +241,9 @@ def _gyro_truths(config: RigConfig, table_rate: float) -> dict[str, NoiseTruth]:
     noise = _angle_random_walk(config, table_rate)
     return {
         name: NoiseTruth(
-            quantization_arcsec=gyro.quantization_step_arcsec[g] / math.sqrt(12.0),
+            quantization_arcsec=math.hypot(
+                gyro.quantization_step_arcsec[g] / math.sqrt(12.0), gyro.angle_noise_arcsec[g]
+            ),
             arw_deg_per_sqrt_h=noise[g],
             bias_instability_deg_per_h=gyro.bias_instability_deg_per_h[g],
             rate_random_walk_deg_per_h_per_sqrt_h=gyro.rate_random_walk_deg_per_h_per_sqrt_h[g],

@@ -28,6 +28,17 @@ def simulate(
         Literal["quiet", "paper", "dithered", "harsh"] | None,
         Parameter(help="What to start from without a CONFIG.toml: paper unless stated."),
     ] = None,
+    like: Annotated[
+        Path | None,
+        Parameter(
+            metavar="ANALYSIS.json",
+            help="A unit with the Q, N, B, K and R that were measured; CONFIG.toml goes over it.",
+        ),
+    ] = None,
+    kind: Annotated[
+        Literal["angle", "increment", "rate"] | None,
+        Parameter(help="Of the samples: that of CONFIG.toml, angle unless stated."),
+    ] = None,
     seed: Annotated[int | None, Parameter(metavar="N", help="Of every random stream.")] = None,
     table_rate: Annotated[
         float | None, Parameter(metavar="DEG/S", help="Rate of the table; 0 is at rest.")
@@ -40,12 +51,16 @@ def simulate(
     del debug
     if config is not None and preset is not None:
         raise UsageError("--preset and CONFIG.toml exclude each other; write preset in the TOML")
-    chosen = _config(config, preset or "paper")
+    if like is not None and preset is not None:
+        raise UsageError("--preset and --like exclude each other; write what differs in a TOML")
+    chosen = _config(config, preset or "paper") if like is None else _like(like, config)
     if table_rate is not None and chosen.table.profile:
         raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
-    reads = [] if config is None else [config]
+    reads = [path for path in (config, like) if path is not None]
     outputs.require_free(outputs.of_simulation(output), reads, force=force)
     chosen = changed(chosen, seed=seed, duration=duration, table_rate=table_rate)
+    if kind is not None:
+        chosen = replace(chosen, kind=kind)
     from sagnac.rig.simulate import write
 
     with progresses.shown() as progress:
@@ -98,3 +113,26 @@ def _config(path: Path | None, preset: str) -> "RigConfig":
         return RigConfig.from_toml(path)
     except ValueError as error:
         raise RecordingError(str(error)) from None
+
+
+def _like(path: Path, config: Path | None) -> "RigConfig":
+    """The unit that an analysis measured, a TOML over it; says what is left out."""
+    from sagnac.documents import read_analyses
+    from sagnac.errors import RecordingError, one_line
+    from sagnac.rig.config import RigConfig
+    from sagnac.rig.measured import Measured
+    from sagnac.rig.validation import ConfigurationError
+
+    documents = read_analyses(path)
+    if len(documents) > 1:
+        raise RecordingError(
+            "holds several analyses", path=str(path), remedy="give that of one recording"
+        )
+    try:
+        base = RigConfig.from_analysis(documents[0])
+    except ConfigurationError as error:
+        raise RecordingError(error.problem, path=str(path), remedy=error.remedy) from None
+    chosen = base if config is None else RigConfig.from_toml(config, base)
+    for line in Measured.of_document(documents[0]).left_out():
+        print(one_line(line))
+    return chosen

@@ -1,0 +1,189 @@
+"""What an analysis measured, as keys of the rig's configuration."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, Self
+
+from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.units import DEGREE, SENSED, Sensor, field_unit
+
+# By kind of sensor: the section, and coefficient -> its key, whose unit is the field's own.
+_KEYS: Final[Mapping[Sensor, Mapping[str, str]]] = {
+    "gyro": {
+        "quantization": "angle_noise_arcsec",
+        "angle_random_walk": "arw_deg_per_sqrt_h",
+        "bias_instability": "bias_instability_deg_per_h",
+        "rate_random_walk": "rate_random_walk_deg_per_h_per_sqrt_h",
+        "rate_ramp": "rate_ramp_deg_per_h_per_h",
+    },
+    "accelerometer": {
+        "quantization": "velocity_noise_mm_per_s",
+        "angle_random_walk": "vrw_m_per_s_per_sqrt_h",
+        "bias_instability": "bias_instability_mg",
+        "rate_random_walk": "acceleration_random_walk_mg_per_sqrt_h",
+        "rate_ramp": "acceleration_ramp_mg_per_h",
+    },
+}
+_FORCE_WALK: Final = "velocity_random_walk"
+_NAMES: Final[Mapping[Sensor, tuple[str, str, str]]] = {
+    "gyro": GYRO_NAMES,
+    "accelerometer": ACCELEROMETER_NAMES,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """The sensors of one analysis.
+
+    Attributes
+    ----------
+    gyros, accelerometers
+        Name -> coefficient -> its value in the field's unit; what was not estimated is not there.
+    sample_rate, duration
+        Hz and s.
+    table_rate
+        deg/s, 0 at rest.
+    """
+
+    gyros: Mapping[str, Mapping[str, float]]
+    accelerometers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    sample_rate: float
+    duration: float
+    table_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.gyros:
+            raise ValueError("gyros is empty; give an analysis of a gyro")
+
+    @classmethod
+    def of_analysis(cls, analysis: Any) -> Self:
+        """The sensors of an `Analysis`, which is known by its attributes alone.
+
+        The rig imports nothing of what estimates, so that neither can take its faults from the
+        other.
+        """
+        gyros = {one.channel: _of_analysis(one, "gyro") for one in analysis.each}
+        if not analysis.gyros:
+            (pair,) = gyros.values()
+            # Of a triad on a table the other terms are of a pair, which stands for each.
+            size = field_unit("angle_random_walk").size
+            gyros = {
+                name: {**pair, "angle_random_walk": own.value / size}
+                for name, own in analysis.per_gyro.items()
+                if own.status == "estimated"
+            } or gyros
+        return cls(
+            gyros=gyros,
+            accelerometers={
+                name: _of_analysis(one, "accelerometer")
+                for name, one in analysis.accelerometers.items()
+            },
+            sample_rate=analysis.recording.sample_rate,
+            duration=analysis.recording.duration,
+            table_rate=(analysis.table_rate or 0.0) / DEGREE,
+        )
+
+    @classmethod
+    def of_document(cls, document: Mapping[str, Any]) -> Self:
+        """The sensors of a document of schema ``sagnac.analysis/1``."""
+        read = document["input"]
+        alone = document.get("gyros") or {document["channel"]: document}
+        gyros = {
+            name: _of_document(one["coefficients"], one["angle_random_walk"], "gyro")
+            for name, one in alone.items()
+        }
+        if not document.get("gyros"):
+            (pair,) = gyros.values()
+            gyros = {
+                name: {**pair, **_of_document({}, own, "gyro")}
+                for name, own in document["per_gyro"].items()
+                if own["status"] == "estimated"
+            } or gyros
+        forces = (document.get("accelerometers") or {}).items()
+        return cls(
+            gyros=gyros,
+            accelerometers={
+                name: _of_document(one["coefficients"], one[_FORCE_WALK], "accelerometer")
+                for name, one in forces
+            },
+            sample_rate=read["sample_rate_hz"],
+            duration=read["duration_s"],
+            table_rate=read.get("table_rate_deg_per_s") or 0.0,
+        )
+
+    def keys(self) -> dict[str, Any]:
+        """Nested tables of a `RigConfig`."""
+        kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {"gyro": self.gyros}
+        if self.accelerometers:
+            kinds["accelerometer"] = self.accelerometers
+        tables: dict[str, dict[str, Any]] = {
+            kind: {
+                key: [one.get(coefficient, 0.0) for one in _three(found, _NAMES[kind])]
+                for coefficient, key in _KEYS[kind].items()
+            }
+            for kind, found in kinds.items()
+        }
+        tables["gyro"]["quantization_step_arcsec"] = 0.0
+        if self.accelerometers:
+            tables["accelerometer"]["mode"] = "triad"
+        return {
+            "duration_s": self.duration,
+            "sample_rate_hz": self.sample_rate,
+            "table": {"rate_deg_per_s": self.table_rate},
+            **tables,
+        }
+
+    def left_out(self) -> list[str]:
+        """What is not simulated as it was measured, a line each."""
+        lines = []
+        kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {
+            "gyro": self.gyros,
+            "accelerometer": self.accelerometers,
+        }
+        for kind, found in kinds.items():
+            titles = SENSED[kind].titles
+            for name, one in found.items():
+                missing = [title for key, title in titles.items() if key not in one]
+                if missing:
+                    lines.append(f"{name}: without {', '.join(missing)}, not estimated")
+            others = [name for name in _NAMES[kind] if name not in found]
+            if found and others and len(found) != 3:
+                lines.append(f"{', '.join(others)}: as {next(iter(found))}")
+        return lines
+
+
+def _three(
+    found: Mapping[str, Mapping[str, float]], names: tuple[str, str, str]
+) -> list[Mapping[str, float]]:
+    """Of the three axes: three in their order if none has such a name, else each or the first."""
+    if len(found) == 3 and not set(names) & set(found):
+        return list(found.values())
+    first = next(iter(found.values()))
+    return [found.get(name, first) for name in names]
+
+
+def _of_analysis(analysis: Any, kind: Sensor) -> dict[str, float]:
+    """Coefficients that were estimated, in the field's units: of the average, else of the fit."""
+    walk = analysis.angle_random_walk
+    fits = [one.coefficients for one in analysis.fits.values()]
+    beside = [one for one in fits if one.get("angle_random_walk") == walk]
+    found: Mapping[str, Any] = analysis.coefficients or next(iter(beside), {})
+    return {
+        name: one.value / field_unit(name, kind).size
+        for name, one in {**found, "angle_random_walk": walk}.items()
+        if one.status == "estimated"
+    }
+
+
+def _of_document(
+    coefficients: Mapping[str, Any], walk: Mapping[str, Any], kind: Sensor
+) -> dict[str, float]:
+    """The same of a document, which is in the field's units."""
+    titles = SENSED[kind].titles
+    stated = {name: coefficients.get(title.replace(" ", "_")) for name, title in titles.items()}
+    stated["angle_random_walk"] = walk
+    return {
+        name: one["value"]
+        for name, one in stated.items()
+        if one is not None and one["status"] == "estimated"
+    }

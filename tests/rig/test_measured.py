@@ -1,0 +1,181 @@
+"""A unit simulated from its measurement."""
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sagnac
+from sagnac.report.document import analysis_document, to_json
+from sagnac.rig.config import RigConfig
+from sagnac.rig.measured import Measured
+from sagnac.rig.sections import AccelerometerConfig, GyroConfig, TableConfig
+from sagnac.rig.simulate import simulate, write
+from sagnac.rig.validation import ConfigurationError
+from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS
+from tests.handmade import analysis, estimate
+
+STILL = TableConfig(rate_deg_per_s=0.0)
+UNIT = RigConfig(
+    duration_s=600.0,
+    sample_rate_hz=50.0,
+    kind="rate",
+    table=STILL,
+    gyro=GyroConfig(
+        arw_deg_per_sqrt_h=(0.1, 0.2, 0.3),
+        quantization_step_arcsec=0.0,
+        angle_noise_arcsec=(5.0, 10.0, 15.0),
+        rate_random_walk_deg_per_h_per_sqrt_h=(30.0, 60.0, 90.0),
+    ),
+    accelerometer=AccelerometerConfig(mode="triad", vrw_m_per_s_per_sqrt_h=(0.01, 0.02, 0.03)),
+)
+
+
+def test_an_analysis_and_its_document_give_the_same_unit():
+    made = analysis(gyros=("x",), table_rate=None)
+    document = json.loads(to_json(analysis_document(made)))
+    one, other = RigConfig.from_analysis(made), RigConfig.from_analysis(document)
+    assert one.gyro.arw_deg_per_sqrt_h == pytest.approx((2.5e-5,) * 3)
+    assert one.gyro.angle_noise_arcsec == pytest.approx((3e-4,) * 3)
+    # 1e-11 rad/s/sqrt(s) in deg/h/sqrt(h).
+    walk = 1e-11 * 180.0 / math.pi * 3600.0 * 60.0
+    assert one.gyro.rate_random_walk_deg_per_h_per_sqrt_h == pytest.approx((walk,) * 3)
+    assert one.gyro.bias_instability_deg_per_h == (0.0,) * 3  # an upper bound is no estimate
+    assert (one.sample_rate_hz, one.duration_s, one.turning) == (0.5, 7200.0, False)
+    for name in ("arw_deg_per_sqrt_h", "rate_random_walk_deg_per_h_per_sqrt_h"):
+        assert getattr(one.gyro, name) == pytest.approx(getattr(other.gyro, name))
+    said = Measured.of_document(document).left_out()
+    assert said == ["x: without bias instability, rate ramp, not estimated", "y, z: as x"]
+
+
+def test_each_gyro_of_a_triad_has_its_own_and_the_table_its_rate():
+    triad = analysis(gyros=("x", "y", "z"))
+    triad = replace(
+        triad, per_gyro={**triad.per_gyro, "z": estimate(3.0 * 2.5e-5 / 3437.746770785)}
+    )
+    for given in (triad, json.loads(to_json(analysis_document(triad)))):
+        made = RigConfig.from_analysis(given)
+        assert made.gyro.arw_deg_per_sqrt_h == pytest.approx((2.5e-5, 2.5e-5, 7.5e-5))
+        assert made.table.rate_deg_per_s == pytest.approx(40.0)
+
+
+def test_what_no_key_can_hold_is_refused():
+    loud = analysis(gyros=("x",), answer=estimate(1.0))
+    with pytest.raises(ConfigurationError, match=r"arw_deg_per_sqrt_h is 34\d\d.*from 0 to 10"):
+        RigConfig.from_analysis(loud)
+
+
+@pytest.mark.parametrize("kind", ["increment", "rate"])
+def test_samples_of_a_kind_are_those_of_the_angle(kind, tmp_path):
+    config = replace(UNIT, duration_s=20.0, kind=kind)
+    angles = simulate(replace(config, kind="angle")).recording
+    made = simulate(config).recording
+    per = 50.0 if kind == "rate" else 1.0
+    for name in ("x", "y", "z"):
+        steps = np.diff(angles.gyro(name).values, prepend=0.0) * per
+        np.testing.assert_allclose(made.gyro(name).values, steps, rtol=0, atol=1e-15)
+        assert made.gyro(name).kind == kind
+    path, _ = write(config, tmp_path / "unit.parquet")
+    back = sagnac.read(path)
+    for one in (*made.gyros, *made.accelerometers):
+        read = {each.name: each for each in (*back.gyros, *back.accelerometers)}[one.name]
+        assert (read.kind, read.sensor) == (kind, one.sensor)
+        np.testing.assert_allclose(read.values, one.values, rtol=1e-12, atol=1e-18)
+
+
+def test_accelerometers_at_rest_show_gravity_and_their_noise():
+    made = simulate(UNIT).recording
+    means = np.array([one.values.mean() for one in made.accelerometers])
+    assert np.linalg.norm(means) == pytest.approx(9.80665, rel=1e-4)
+    for share, one in zip((1.0, 2.0, 3.0), made.accelerometers, strict=True):
+        # White acceleration of N varies by N^2 times the rate.
+        wanted = share * 0.01 / 60.0 * math.sqrt(50.0)
+        assert one.values.std() == pytest.approx(wanted, rel=0.02)
+
+
+def test_a_markov_rate_has_its_deviation_and_its_time():
+    config = replace(
+        UNIT,
+        duration_s=40_000.0,
+        sample_rate_hz=1.0,
+        gyro=GyroConfig(
+            arw_deg_per_sqrt_h=0.0,
+            quantization_step_arcsec=0.0,
+            markov_deviation_deg_per_h=10.0,
+            markov_time_s=50.0,
+        ),
+        accelerometer=AccelerometerConfig(),
+    )
+    rate = simulate(config).recording.gyro("x").values
+    rate = (rate - rate.mean()) * 180.0 / math.pi * 3600.0
+    # 400 correlation times: the variance to 7 %.
+    assert rate.std() == pytest.approx(10.0, rel=0.1)
+    lagged = float(np.mean(rate[50:] * rate[:-50])) / rate.var()
+    assert lagged == pytest.approx(math.exp(-1.0), abs=0.08)
+
+
+def test_a_unit_like_it_is_measured_like_it():
+    def measured(config):
+        """Of the first gyro and the first accelerometer alone, since each takes its time."""
+        made = simulate(config).recording
+        one = replace(made, gyros=made.gyros[:1], accelerometers=made.accelerometers[:1])
+        found = sagnac.analyze(one)
+        return found, found.accelerometers["ax"]
+
+    first = measured(replace(UNIT, duration_s=200.0))
+    again = measured(replace(RigConfig.from_analysis(first[0]), seed=2))
+    for one, other in zip(first, again, strict=True):
+        walk = other.angle_random_walk
+        assert walk.low < one.angle_random_walk.value < walk.high
+
+
+SEEDS = 30
+
+
+@pytest.mark.statistics
+def test_each_coefficient_measured_again_holds_the_first():
+    """Six axes of 40 minutes with Q, N, B and K, by their own simulator, thirty times."""
+    unit = replace(
+        UNIT,
+        duration_s=2400.0,
+        sample_rate_hz=20.0,
+        gyro=replace(UNIT.gyro, bias_instability_deg_per_h=(5.0, 10.0, 0.0)),
+        accelerometer=replace(UNIT.accelerometer, bias_instability_mg=(0.02, 0.0, 0.06)),
+    )
+    first = RigConfig.from_analysis(sagnac.analyze(simulate(unit).recording))
+    keys = {"gyro": COEFFICIENT_UNITS, "accelerometer": FORCE_COEFFICIENT_UNITS}
+    truth = {
+        "gyro": {
+            "quantization": first.gyro.angle_noise_arcsec,
+            "angle_random_walk": first.gyro.arw_deg_per_sqrt_h,
+            "bias_instability": first.gyro.bias_instability_deg_per_h,
+            "rate_random_walk": first.gyro.rate_random_walk_deg_per_h_per_sqrt_h,
+        },
+        "accelerometer": {
+            "quantization": first.accelerometer.velocity_noise_mm_per_s,
+            "angle_random_walk": first.accelerometer.vrw_m_per_s_per_sqrt_h,
+            "bias_instability": first.accelerometer.bias_instability_mg,
+            "rate_random_walk": first.accelerometer.acceleration_random_walk_mg_per_sqrt_h,
+        },
+    }
+    held: dict[str, list[bool]] = {}
+    for seed in range(100, 100 + SEEDS):
+        again = sagnac.analyze(simulate(replace(first, seed=seed)).recording)
+        for sensor, found in (("gyro", again.gyros), ("accelerometer", again.accelerometers)):
+            for axis, one in enumerate(found.values()):
+                beside = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
+                for name, values in truth[sensor].items():
+                    value = values[axis] * next(iter(keys[sensor][name].values()))
+                    measured = beside[name]
+                    if value > 0.0 and measured.status != "not observable":
+                        inside = measured.low <= value <= measured.high
+                        held.setdefault(f"{sensor} {name}", []).append(inside)
+    shares = {name: np.mean(one) for name, one in held.items()}
+    print({name: (round(share, 3), len(held[name])) for name, share in shares.items()})
+    every = np.concatenate(list(held.values()))
+    assert np.mean(every) >= 0.93
+    # Of each alone, with three standard errors.
+    for name, share in shares.items():
+        assert share > 0.95 - 3.0 * math.sqrt(0.95 * 0.05 / len(held[name])), name
