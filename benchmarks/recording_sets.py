@@ -346,8 +346,10 @@ PLAIN: Final = RecordingSet(
     bands_of=lambda _: [],
     extras_of=lambda _: (),
     switched_on="Switched off, and so not tested here: bias instability and rate random walk "
-    "(B = K = 0), lock-in (gyros `ideal`), lines that wander, and any time between the samples of "
-    "encoder and gyros. The disturbed hundred (`--set disturbed`) has all of these.",
+    "(B = K = 0), lock-in (gyros `ideal`), lines that wander, and what an encoder does besides a "
+    f"latch that jitters by {1e6 * preset('paper').encoder.latch_jitter_s:g} µs rms: it comes "
+    "late, drifts, stands, loses readings. The disturbed hundred (`--set disturbed`) has all of "
+    "these.",
 )
 DISTURBED: Final = RecordingSet(
     name="disturbed",

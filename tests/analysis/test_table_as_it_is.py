@@ -53,6 +53,20 @@ def answer(gyros=("x", "z"), **settings):
     return (walk.low / WALK, walk.high / WALK), len(analysis.lines)
 
 
+def bound(seconds=SECONDS, rate=RATE, walk=WALK, readout=0.001):
+    """Half interval of 95 %, as a part of N, that no estimate without bias beats.
+
+    Of all ordinates of the spectrum N^2 + Q^2 (2 r sin(pi f/r))^2 / r (Whittle), Q being the
+    readout's step by the root of 12, and both unknown: walk in deg/sqrt(h), readout in arcsec.
+    """
+    frequency = np.arange(1, round(0.5 * seconds * rate)) / seconds
+    white = (2.0 * rate * np.sin(np.pi * frequency / rate)) ** 2 / rate
+    square = (60.0 * walk) ** 2  # arcsec^2/s
+    total = square + readout**2 / 12.0 * white
+    slopes = np.stack([np.ones_like(white), white]) / total
+    return 1.96 * np.sqrt(np.linalg.inv(slopes @ slopes.T)[0, 0]) / (2.0 * square)
+
+
 def holds(interval):
     return interval[0] <= 1.0 <= interval[1]
 
@@ -75,12 +89,15 @@ def test_jitter_of_the_latch_costs_a_pair_nothing():
         f"{1e6 * jitter:g} us {100.0 * width:.2f} %" for jitter, width in widths.items()
     )
     print(
-        f"{held} of {runs} hold; mean half interval {text}; {np.mean(lines):.2f} lines of {LINES}"
+        f"{held} of {runs} hold; mean half interval {text}; {np.mean(lines):.2f} lines of {LINES}; "
+        f"{np.mean(list(widths.values())) / bound():.2f} times the bound of {100.0 * bound():.2f} %"
     )
     # The same ten draws of noise at each jitter: forty of the recordings are independent.
     assert held / runs >= stats.binom.ppf(0.01, 40, 0.93) / 40
     assert max(widths.values()) < 1.1 * widths[0.0]
     assert np.mean(lines) < LINES + 0.1
+    # Robust levels, which no line moves, average the lower half of a bin's ordinates.
+    assert max(widths.values()) < 1.65 * bound()
 
 
 @pytest.mark.statistics

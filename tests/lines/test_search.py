@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from sagnac.lines import search
 from sagnac.lines.detection import detection_threshold
@@ -468,18 +469,35 @@ def test_published_steps_take_the_random_walk_for_lines():
     assert np.std(left) < 0.3 * np.std(walk(6000, 13))
 
 
-def test_a_search_in_which_all_orders_meet_all_tones_ends_with_a_word():
-    """A table that swings half a turn: each pair would be a pass over the record, in every fit."""
-    rate, samples = 100.0, 20_000
+def swinging(amplitude: float, frequency: float) -> tuple[np.ndarray, np.ndarray]:
+    """A table that swings, and an angle with thirty orders and thirty tones on its motion."""
     generator = np.random.default_rng(11)
-    seconds = np.arange(samples) / rate
-    table = 1.5 * np.cos(2.0 * np.pi * 0.23 * seconds)
-    angle = 0.6 * table + np.cumsum(1e-8 * generator.standard_normal(samples))
+    seconds = np.arange(20_000) / 100.0
+    table = amplitude * np.cos(2.0 * np.pi * frequency * seconds)
+    angle = 0.6 * table + np.cumsum(1e-8 * generator.standard_normal(seconds.size))
     for order in range(2, 62, 2):
         angle += 1e-5 * np.cos(order * table + order)
-    for frequency in np.linspace(11.3, 43.7, 30):
-        angle += 1e-5 * np.cos(2.0 * np.pi * frequency * seconds + frequency)
-    removal = remove_lines(angle, table, rate, channel="z")
+    for tone in np.linspace(11.3, 43.7, 30):
+        angle += 1e-5 * np.cos(2.0 * np.pi * tone * seconds + tone)
+    return table, angle
+
+
+def test_a_search_in_which_all_orders_meet_all_tones_ends_with_a_word():
+    """Over eight turns: each pair would be a pass over the record, in every fit."""
+    table, angle = swinging(26.0, 0.02)
+    removal = remove_lines(angle, table, 100.0, channel="z")
     (note,) = [note for note in removal.notes if note.text.startswith("the search stopped")]
     assert "sweeps orders and tones over each other" in note.text
     assert removal.unfinished is not None
+
+
+def test_over_half_a_turn_a_function_of_the_angle_takes_the_place_of_orders():
+    table, angle = swinging(1.5, 0.02)
+    removal = remove_lines(angle, table, 100.0, channel="z")
+    assert removal.unfinished is None
+    (note,) = [note for note in removal.notes if "as one function" in note.text]
+    assert "over 0.48 turns" in note.text
+    # What swings as slowly is out, to the walk that was put in.
+    frequency, density = signal.welch(np.diff(removal.residual), 100.0, nperseg=8192)
+    slow = (frequency > 0.1) & (frequency < 1.5)
+    assert np.median(density[slow]) == pytest.approx(2.0 * 1e-16 / 100.0, rel=0.5)

@@ -44,7 +44,6 @@ from sagnac.analysis.table_angle import (
     followed,
     settled,
     turning_table,
-    without_function,
 )
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.curve_limits import highest_slow_terms, slow_noise, within_curve
@@ -274,8 +273,6 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
         table = turning_table(undithered.recording, gyros, settings.method)
         following = followed(measured, undithered.recording, table)
         table = settled(table, following)
-        following, about_function = without_function(table, following)
-        table = replace(table, notes=(*table.notes, *about_function))
     with stages.stage("check"):
         findings = findings_of(recording, settings)
         require_noise(measured)
@@ -299,7 +296,6 @@ def _removed(prepared: _Prepared, stages: Stages) -> _Removed:
         second = None
         if len(settings.gyros) == MOST_GYROS:
             pair = followed(measure(recording, settings.gyros[:2]), recording, table)
-            pair, _ = without_function(table, pair)
             second = remainder_of(pair, table.known, recording, settings, fraction)
         points = points_of(left, settings.interval)
         require_length(points.angle.size, points.rate, recording.duration)

@@ -11,14 +11,13 @@ from sagnac import series
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
-from sagnac.errors import Note, RecordingError
+from sagnac.errors import Note, RecordingError, rounded
 from sagnac.recording.encoder_mismatch import require_encoder_follows
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
-from sagnac.table.part_turn import function_of_angle
-from sagnac.table.turns import SHORTEST, full_turns, is_turning, mean_rate
+from sagnac.table.turns import SHORTEST, is_turning, mean_rate
 from sagnac.units import ARCSECOND
 
 ALIKE: Final = (0.9, 1.1)
@@ -100,12 +99,18 @@ def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) 
         angle=table,
         estimate=estimate,
         shares=dict(zip(gyros, estimate.shares.tolist(), strict=True)),
-        notes=_notes(estimate, mean_rate(estimate.angle, rate)),
+        notes=_notes(estimate, _rms_rate(estimate.angle, rate)),
     )
 
 
+def _rms_rate(angle: FloatArray, sample_rate: float) -> float:
+    """Of a table that may turn back or stand, rad/s."""
+    block = max(1, round(sample_rate / KINEMATIC_RATE))
+    return float(np.sqrt(np.mean(np.diff(averages_of(angle, block)) ** 2))) * sample_rate / block
+
+
 def _notes(estimate: EstimatedTable, rate: float) -> tuple[Note, ...]:
-    """How the encoder is read beside the gyros."""
+    """How the encoder is read beside the gyros, on a table of that rms rate, rad/s."""
     notes = []
     delay = estimate.delay
     if delay is not None:
@@ -122,11 +127,12 @@ def _notes(estimate: EstimatedTable, rate: float) -> tuple[Note, ...]:
         text += "; they are shifted by that"
         notes.append(Note(channel="table", text=text))
     if estimate.smoothed and estimate.noise > _NOISY:
-        jitter = estimate.noise / max(abs(rate), 1e-12)
+        jitter = estimate.noise / max(rate, 1e-12)
         text = (
-            f"its readings scatter by {estimate.noise / ARCSECOND:.3g} arcsec rms about the angle "
-            f"that the gyros sense, as if latched {1e6 * jitter:.3g} us rms beside them; above "
-            f"{estimate.corner:.2g} Hz the angle is taken from the gyros"
+            f"its readings scatter by {rounded(estimate.noise / ARCSECOND, 3)} arcsec rms about "
+            "the angle that the gyros sense, as if latched "
+            f"{rounded(1e6 * jitter, 3)} us rms beside them; above {estimate.corner:.2g} Hz the "
+            "angle is taken from the gyros"
         )
         notes.append(Note(channel="table", text=text))
     return tuple(notes)
@@ -150,9 +156,10 @@ def settled(table: TurningTable, measured: Measurement) -> TurningTable:
     rate = abs(mean_rate(table.estimate.angle, measured.sample_rate))
     note = Note(
         channel="table",
-        text=f"its angle runs off by {drift.value / ARCSECOND:+.3g} arcsec (± "
-        f"{drift.error / ARCSECOND:.1g} arcsec) over the record against what repeats with it, as "
-        f"if its delay changed by {1e3 * drift.value / rate:.3g} ms; the angle is brought to that",
+        text=f"its angle runs off by {drift.value / ARCSECOND:+.4g} arcsec (± "
+        f"{rounded(drift.error / ARCSECOND, 1)} arcsec) over the record against what repeats with "
+        f"it, as if its delay changed by {1e3 * drift.value / rate:.3g} ms; the angle is brought "
+        "to that",
     )
     return replace(table, estimate=table.estimate.led(drift), notes=(*table.notes, note))
 
@@ -191,33 +198,6 @@ def followed(measured: Measurement, recording: Recording, table: TurningTable) -
         angle.size, angle, readings, known,
     )  # fmt: skip
     return measured.weighted(own, None)
-
-
-def without_function(
-    table: TurningTable, measured: Measurement
-) -> tuple[Measurement, tuple[Note, ...]]:
-    """What is measured, without what goes with the table's angle over part of a turn.
-
-    Parameters
-    ----------
-    table
-        As `settled` gives it.
-    measured
-        As `followed` gives it.
-    """
-    if table.estimate is None:
-        return measured, ()
-    known = table.estimate.angle
-    function = function_of_angle(measured.angle, known, measured.sample_rate)
-    if function is None:
-        return measured, ()
-    note = Note(
-        channel=measured.channel,
-        text=f"over {full_turns(known):.2g} turns orders of the table are not told apart: what "
-        f"goes with its angle was taken out as one function, a sum of {function.orders.size} "
-        "orders that mean nothing one by one",
-    )
-    return measured.weighted(function.less(measured.angle, known), None), (note,)
 
 
 def _weights(shares: Sequence[float]) -> tuple[float, float]:

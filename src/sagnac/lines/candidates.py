@@ -137,7 +137,7 @@ def new_lines(
     tones = tones.select(~inside(frequencies_of(left, tones), bands))
     broken = broken_orders(left, known, frequencies_of(left, tones))
     whole = _no_orders(no_components(samples))
-    if turns is not None and turns.tells_orders:
+    if turns is not None:
         whole = new_orders(left, known, reach)
     choice = strongest(candidates_of(left, tones, whole, broken))
     in_time, in_angle = np.split(choice.chosen, [tones.place.size])

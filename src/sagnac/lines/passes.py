@@ -13,7 +13,6 @@ import numpy as np
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.constants import EARTH_RATE
 from sagnac.lines import joint_fit
-from sagnac.lines.candidates import new_orders
 from sagnac.lines.components import Components, joined
 from sagnac.lines.crowding import inside, joined_bands, wandering_bands, without_tones_in
 from sagnac.lines.detection import floors, significances, significant
@@ -129,19 +128,6 @@ def _with_components(state: State, components: Components) -> State:
     return replace(state, components=components, fit=None)
 
 
-# --- find ------------------------------------------------------------------------------------
-
-
-def with_orders_one_by_one(state: State) -> State:
-    """With whole orders of a table that hardly tells them apart: the strongest, then the next."""
-    while True:
-        found = new_orders(state.residue, state.components)
-        if found.height.size == 0:
-            return state
-        strongest = found.lines.select(found.height == found.height.max())
-        state = looked(joined_by(state, strongest))
-
-
 # --- follow the table ------------------------------------------------------------------------
 
 
@@ -149,11 +135,10 @@ def followed(state: State) -> State:
     """Table motion and Earth rate fitted again, beside the orders known now and no others.
 
     The lines are out of what they are fitted to, which were noise to them before; and chance
-    orders, which would hide Earth rate, are gone. Over part of a turn harmonics and table motion
-    trade with each other: one fit of motion is all there is.
+    orders, which would hide Earth rate, are gone.
     """
-    motion, turns = state.motion, state.turning
-    if motion is None or turns is None or not turns.tells_orders:
+    motion = state.motion
+    if motion is None:
         return state
     known, angles = state.components, state.components.orders.size
     after = follow_table(

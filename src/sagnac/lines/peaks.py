@@ -78,8 +78,7 @@ def peaks_in_frequency(left: Residue) -> Peaks:
 def peaks_in_order(left: Residue, *, crowded: bool) -> Peaks:
     """Peaks of the increments' spectrum over table angle.
 
-    There are none at orders so low that on this table they are tones, and none at all if it turns
-    so little that orders are not told apart.
+    There are none at orders so low that on this table they are tones.
 
     Parameters
     ----------
@@ -90,7 +89,7 @@ def peaks_in_order(left: Residue, *, crowded: bool) -> Peaks:
         highest order that samples tell.
     """
     turns = left.turning
-    if turns is None or not turns.tells_orders:
+    if turns is None:
         return NO_PEAKS
     highest = _highest_order(turns, crowded=crowded)
     lowest = _SMEARED / max(_wander(left.sampled), 1e-300)

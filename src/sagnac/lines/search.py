@@ -16,7 +16,7 @@ from threadpoolctl import ThreadpoolController
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, rounded
-from sagnac.lines.candidates import new_lines
+from sagnac.lines.candidates import NewLines, new_lines
 from sagnac.lines.components import Components, joined
 from sagnac.lines.crowding import Band, bands_of_peaks, crowded_bands, joined_bands
 from sagnac.lines.detection import floor_of
@@ -33,14 +33,17 @@ from sagnac.lines.passes import (
     refitted,
     rescaled,
     rescaled_and_pruned,
-    with_orders_one_by_one,
     without_earth_orders,
     without_vibration,
 )
 from sagnac.lines.peaks import Peaks, peaks_in_frequency
 from sagnac.lines.products import pairs_summed
-from sagnac.lines.state import End, Record, State, centre, first_state
+from sagnac.lines.state import End, Record, State, centre, first_state, motion_removed
 from sagnac.lines.taken_noise import masked_bands, noise_taken
+from sagnac.table.kinematics import block_averages, kinematics
+from sagnac.table.motion import follow_table
+from sagnac.table.part_turn import function_of_angle
+from sagnac.table.turns import FEW_TURNS, full_turns, is_turning
 
 # Products within a block are too small to share out among threads.
 _BLAS: Final = ThreadpoolController()
@@ -52,8 +55,6 @@ _ROUNDS: Final = 20
 # fits in a round at the least. The time of a search then grows with the record, whatever is in it.
 _MOST_PASSES: Final = 500.0
 _FITS: Final = 3.0
-# What is left of the mean square of the increments after a search that took more than there was.
-_GROWN: Final = 1.0
 # Rounds in which lines are looked for beside bands of vibration.
 _PATIENT_ROUNDS: Final = 5
 # Rounds after which tones that lie together have stood beside all strong lines, if none waits.
@@ -82,7 +83,8 @@ def remove_lines(
 ) -> Removal:
     """Find, refine, fit jointly and remove every periodic component of `angle`.
 
-    Table motion and Earth rate come first (`table.motion.follow_table`). Rounds follow until
+    Table motion and Earth rate come first (`table.motion.follow_table`); over part of a turn, or a
+    few, what goes with the table angle comes with them (`table.part_turn`). Rounds follow until
     nothing exceeds the noise floor: new lines in frequency and in order of table angle
     (`candidates.new_lines`); a joint Gauss-Newton step of all (`joint_fit.fit`); table motion again
     without them; tones that follow the table moved to the angle scale (`rescaling`); and clusters
@@ -133,12 +135,39 @@ def remove_lines(
     """
     angle = np.asarray(angle, dtype=np.float64)
     table = None if table is None else np.asarray(table, dtype=np.float64)
+    notes: tuple[Note, ...] = ()
+    if table is not None and is_turning(table) and full_turns(table) < FEW_TURNS:
+        angle, notes = _without_table(angle, table, sample_rate, channel)
+        table = None
     record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)
     report = progress or (lambda _: None)
     with _BLAS.limit(limits=1, user_api="blas"):
         removal = _removal(searched(first_state(record), report), channel)
     report(1.0)
-    return removal
+    return replace(removal, notes=(*notes, *removal.notes))
+
+
+def _without_table(
+    angle: FloatArray, table: FloatArray, sample_rate: float, channel: str
+) -> tuple[FloatArray, tuple[Note, ...]]:
+    """An angle without table motion and what goes with the angle of a table that hardly turns.
+
+    Orders are not told apart there, and each could be taken for table motion: the rest is
+    searched as that of a gyro at rest.
+    """
+    kinematic = kinematics(table, sample_rate)
+    function = function_of_angle(angle, kinematic)
+    notes: tuple[Note, ...] = ()
+    if function is not None:
+        angle = function.less(angle, table)
+        text = (
+            f"over {full_turns(table):.2g} turns orders of the table are not told apart: what goes "
+            f"with its angle was taken out as one function, a sum of {function.orders.size} orders "
+            "that mean nothing one by one"
+        )
+        notes = (Note(channel=channel, text=text),)
+    motion = follow_table(block_averages(angle, kinematic), kinematic)
+    return motion_removed(angle, motion), notes
 
 
 # --- the rounds ------------------------------------------------------------------------------
@@ -160,12 +189,10 @@ def next_round(state: State) -> State:
     number, before = state.rounds, state
     state = replace(state, rounds=number + 1)
     first = number == 0
-    if first and state.turning is not None and not state.turning.tells_orders:
-        state = with_orders_one_by_one(state)
     tones = peaks_in_frequency(state.residue)
     crowds = _crowds(state, tones)
     new = new_lines(state.residue, tones, state.components, state.patience, crowds)
-    if not _may_be_images(state, new.waiting):
+    if not _may_be_images(state, new):
         state = replace(state, bands=crowds)
         state = without_vibration(state)
     found_none = new.lines.size == 0 and state.components.size == before.components.size
@@ -189,36 +216,10 @@ def next_round(state: State) -> State:
 
 def _end_of(before: State, state: State) -> End | None:
     """Why a round that looked for more was the last; None if it was not."""
-    if has_diverged(state):
-        return "diverged"
     if before.rounds > 0 and _same_lines(before, state):
         # What was found did not stand once fitted with the rest, and would not next time.
         return "nothing new stood"
     return "too many lines" if state.components.size > _MOST_LINES else None
-
-
-def has_diverged(state: State) -> bool:
-    """Whether what was taken off is larger than what was measured.
-
-    Over part of a turn, orders and table motion cannot be told apart: each may grow without limit
-    as long as the other makes up for it, and what they leave is rounding.
-    """
-    if state.motion is None:
-        return False
-    before = _mean_square_step(state.record.angle)
-    steps = state.increments.steps
-    after = series.total(lambda block: float(steps[block] @ steps[block]), steps.size, steps)
-    return not after / steps.size <= _GROWN * before
-
-
-def _mean_square_step(angle: FloatArray) -> float:
-    """Mean square increment of an angle, rad^2."""
-
-    def squares(block: slice) -> float:
-        steps = np.diff(angle[block.start : block.stop + 1])
-        return float(steps @ steps)
-
-    return series.total(squares, angle.size - 1, angle) / (angle.size - 1)
 
 
 def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
@@ -233,11 +234,16 @@ def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
     return joined_bands((*state.bands, *crowds))
 
 
-def _may_be_images(state: State, waiting: bool) -> bool:
-    """Whether peaks that crowd may be what an order smears: seen when all orders are out."""
-    if state.turning is None or not state.turning.tells_orders:
+def _may_be_images(state: State, new: NewLines) -> bool:
+    """Whether peaks that crowd may be what an order smears: seen when all orders are out.
+
+    A table that dwells or turns back makes a comb of each, which a band of vibration would hide.
+    """
+    if state.turning is None:
         return False
-    return state.rounds == 1 or (waiting and state.rounds <= _SURE_ROUNDS)
+    if state.rounds == 1 or (new.waiting and state.rounds <= _SURE_ROUNDS):
+        return True
+    return new.lines.orders.size > 0 and state.rounds <= _PATIENT_ROUNDS
 
 
 def _gathered_or_over(state: State) -> State:
@@ -280,8 +286,6 @@ def final_fit(state: State) -> State:
 
 def _removal(ended: State, channel: str) -> Removal:
     """What a search that is over says."""
-    if ended.end == "diverged":
-        return _nothing_removed(ended, channel)
     state = final_fit(ended)
     residual = state.residual()
     known = state.lineup(_final_floor(state, residual))
@@ -299,24 +303,6 @@ def _removal(ended: State, channel: str) -> Removal:
             *_notes_on_fit(state, channel),
         ),
         unfinished=None if finished else state.with_all_lines().residual(),
-    )
-
-
-def _nothing_removed(ended: State, channel: str) -> Removal:
-    """The angle as it is, with the reason."""
-    turns = 0.0 if ended.turning is None else ended.turning.turns
-    text = (
-        f"over {round(turns, 1):g} turns of the table its motion and its orders cannot be told "
-        "apart: nothing was removed"
-    )
-    angle = ended.record.angle
-    return Removal(
-        residual=angle,
-        lines=(),
-        masked=(),
-        taken=np.empty((3, 0)),
-        notes=(Note(level="warning", channel=channel, text=text),),
-        unfinished=angle,
     )
 
 

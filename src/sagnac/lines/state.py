@@ -36,7 +36,6 @@ End = Literal[
     "too many lines",
     "too many pairs",
     "too many rounds",
-    "diverged",
 ]
 
 

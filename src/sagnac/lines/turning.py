@@ -7,7 +7,7 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.table.turns import FEW_TURNS, mean_rate
+from sagnac.table.turns import mean_rate
 
 # Samples over which a table speed is taken.
 _SPEED_SPAN: Final = 32
@@ -45,11 +45,6 @@ class Turning:
     def turns(self) -> float:
         """Turns between the lowest and the highest table angle."""
         return (self.high - self.low) / (2.0 * np.pi)
-
-    @property
-    def tells_orders(self) -> bool:
-        """Whether the table turns far enough to tell neighbouring orders apart."""
-        return self.turns >= FEW_TURNS
 
     @property
     def fastest(self) -> float:

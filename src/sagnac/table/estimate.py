@@ -31,15 +31,21 @@ _SHARE_INTERVAL: Final = 1.0
 # Orders of the table angle that gyros and encoder differ by, and what each may be, as a prior.
 _ORDERS: Final = 4
 _LARGEST_ORDER: Final = 30.0 * ARCSECOND
+# What the shares may be off by, as a prior: without one, the gyros' noise would explain itself at a
+# table that turns evenly.
+_USUAL_SCALE: Final = 0.01
 # Standard deviation of the prior of a delay and of its change over the record, s.
 _USUAL_DELAY: Final = 1.0
 # Straight pieces of a gyro's drift.
 _PIECES: Final = 8
-# Standard errors from which on a delay is one.
+# Standard errors from which on a delay is one, and from which on one that is seen is mended.
 _SEEN: Final = 6.0
+_SEEN_AGAIN: Final = 2.0
 # The fit of a delay ends when the delay moves by less than this, s, or after this many steps.
 _SAME: Final = 1e-7
 _STEPS: Final = 4
+# Time over which the rate at an end of the record is taken, s.
+_RATE_AT_END: Final = 0.1
 # Stretches over which the phases of orders are followed, turns in each, how many orders are looked
 # at, and the part of the rate of averages up to which averages show them. A phase is one if the
 # order's power stands that many times above its scatter.
@@ -200,8 +206,8 @@ def estimated_table(
     if delay is not None and not delay.is_seen:
         readings, delay = encoder, None
         fit = _Fit.of(read, sensed, interval)
-    noise = _noise(gyros, shares / strength, readings)
-    corner = fit.corner
+    noise = _noise(gyros, shares / strength, encoder, delay, sample_rate)
+    corner = fit.corner(_own_walk(coarse, shares))
     angle = readings
     if corner > _AS_READ / interval:
         corner = math.inf
@@ -247,10 +253,12 @@ def order_drift(table: EstimatedTable, angle: FloatArray, sample_rate: float) ->
     if stretches < _FEWEST_STRETCHES or orders.size == 0:
         return None
     place = (np.arange(known.size) + 0.5) / known.size - 0.5
+    # A delay that was seen has an error of its own, which the orders mend.
+    seen = _SEEN if table.delay is None else _SEEN_AGAIN
     value, error = 0.0, math.inf
     for _ in range(_STEPS):
         moved = _phase_drift(shown, known + value * place, orders, stretches)
-        if abs(moved.value) < _SEEN * moved.error:
+        if abs(moved.value) < seen * moved.error:
             break
         value, error = value + moved.value, moved.error
     return None if value == 0.0 else Drift(value=value, error=error)
@@ -318,16 +326,43 @@ def _shares(coarse: FloatArray, read: FloatArray, step: int) -> tuple[FloatArray
     return shares, math.sqrt(max(float(values[:-1].sum()), 0.0) / max(float(values[-1]), 1e-300))
 
 
-def _noise(gyros: Sequence[FloatArray], weights: FloatArray, readings: FloatArray) -> float:
-    """Rms of readings about the gyros, from sample to sample, rad."""
+def _own_walk(coarse: FloatArray, shares: FloatArray) -> float:
+    """Variance of a step of the gyros' own walk in the angle that they sense together, rad^2.
+
+    Told from how they differ once the table is taken out; inf for one gyro, which nothing tells.
+    """
+    if shares.size == 1:
+        return math.inf
+    strength = float(shares @ shares)
+    sensed = (shares @ coarse)[np.newaxis] / strength
+    without_table = np.linalg.svd(shares[np.newaxis])[2][1:]
+    walks = [whitened(row @ coarse, sensed, math.inf).walk for row in without_table]
+    return float(np.mean(walks)) / strength
+
+
+def _noise(
+    gyros: Sequence[FloatArray],
+    weights: FloatArray,
+    encoder: FloatArray,
+    delay: Delay | None,
+    sample_rate: float,
+) -> float:
+    """Rms of readings about the gyros at the instants of the encoder, sample by sample, rad.
+
+    Readings that are shifted by a delay have less noise than those that were made.
+    """
+    sensed = series.made(lambda span: _weighted(gyros, weights, span), encoder.size, *gyros)
+    if delay is not None:
+        back = replace(delay, mean=-delay.mean, change=-delay.change)
+        sensed = _undelayed(sensed, back, sample_rate)
 
     def sums(block: slice) -> FloatArray:
         here = slice(block.start, block.stop + 1)
-        steps = np.diff(readings[here] - _weighted(gyros, weights, here))
+        steps = np.diff(encoder[here] - sensed[here])
         return np.array([steps.sum(), steps @ steps])
 
-    size = readings.size - 1
-    mean, square = series.total(sums, size, readings, *gyros) / size
+    size = encoder.size - 1
+    mean, square = series.total(sums, size, encoder, sensed) / size
     return math.sqrt(0.5 * max(float(square - mean**2), 0.0))
 
 
@@ -358,11 +393,15 @@ def _led(
 
 
 def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatArray:
-    """(samples,) the encoder as it would have been read with the gyros, held at the ends.
+    """(samples,) the encoder as it would have been read with the gyros.
 
     By a cubic through the four readings around: a straight line between two of them cuts the
-    corners of a table that speeds up.
+    corners of a table that speeds up. Beyond its ends the table goes on at the rate that it has
+    there: held, it would jump.
     """
+    beside = max(1, min(round(_RATE_AT_END * sample_rate), encoder.size - 1))
+    first_two, last_two = encoder[[0, beside]], encoder[[-1 - beside, -1]]
+    rates = np.array([np.diff(first_two)[0], np.diff(last_two)[0]]) / beside
     reach = math.ceil((abs(delay.mean) + abs(delay.change)) * sample_rate) + 3
 
     def read(span: slice) -> FloatArray:
@@ -370,7 +409,9 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
         near = encoder[first:last]
         place = np.arange(span.start, span.stop, dtype=np.float64)
         place += sample_rate * delay.at(place / sample_rate) - first
-        place = np.clip(place, 0.0, near.size - 1.0)
+        inside = np.clip(place, 0.0, near.size - 1.0)
+        beyond = np.array([np.minimum(place - inside, 0.0), np.maximum(place - inside, 0.0)])
+        place = inside
         before = np.clip(np.floor(place).astype(np.int64), 1, max(near.size - 3, 1))
         part = place - before
         weights = (
@@ -379,10 +420,10 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
             -(part + 1.0) * part * (part - 2.0) / 2.0,
             (part + 1.0) * part * (part - 1.0) / 6.0,
         )
-        total = np.zeros(place.size)
+        total = rates @ beyond
         for offset, weight in enumerate(weights, start=-1):
             total += weight * near[before + offset]
-        return total
+        return np.asarray(total)
 
     return series.made(read, encoder.size, encoder)
 
@@ -401,7 +442,7 @@ class _Fit:
     interval
         Between averages, s.
     columns
-        (columns, averages): drift, scale, orders, Earth rate, delay.
+        (columns, averages): scale, drift, orders, Earth rate, delay.
     fit
         Their coefficients, and the two noises.
     """
@@ -413,7 +454,7 @@ class _Fit:
 
     @classmethod
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
-        """Drift, scale, orders, Earth rate, a delay and its change, beside noise."""
+        """Scale, drift, orders, Earth rate, a delay and its change, beside noise."""
         difference = read - sensed
         columns, prior = _columns(read, sensed, interval)
         return cls(
@@ -423,20 +464,25 @@ class _Fit:
             fit=whitened(difference, columns, prior),
         )
 
-    @property
-    def corner(self) -> float:
-        """Hz at which readings and gyros know the angle equally well, inf if readings always do."""
+    def corner(self, own: float) -> float:
+        """Hz at which readings and gyros know the angle equally well, inf if readings always do.
+
+        What walks and is not the gyros' `own` (rad^2 a step) is the encoder's.
+        """
         lowest = max(_LOWEST_CORNER, _FEWEST_CYCLES / (self.difference.size * self.interval))
-        readings, walk = self.fit.readings, self.fit.walk
-        if readings <= 0.0 or walk >= 4.0 * readings:
+        own = min(own, self.fit.walk)
+        more, readings = own - (self.fit.walk - own), 4.0 * self.fit.readings
+        if more <= 0.0:
+            return lowest if self.fit.walk > 0.0 or readings > 0.0 else math.inf
+        if more >= readings:
             return math.inf
-        known_alike = math.asin(math.sqrt(0.25 * walk / readings))
+        known_alike = math.asin(math.sqrt(more / readings))
         return max(known_alike / (math.pi * self.interval), lowest)
 
     def guide(self, corner: float) -> FloatArray:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
         # The share's error goes with the motion, which no corner may smooth.
-        plain = [1, *range(_FIRST_ORDER, _FIRST_DELAY)]
+        plain = [0, *range(_FIRST_ORDER, _FIRST_DELAY)]
         fitted = self.fit.values[plain] @ self.columns[plain]
         rest = self.difference - fitted
         place = np.arange(rest.size, dtype=np.float64)
@@ -472,7 +518,7 @@ def _columns(
 ) -> tuple[FloatArray, FloatArray]:
     """(columns, averages) and the standard deviation of the prior of each, inf for none.
 
-    Time, the angle itself, slow drift, orders, Earth rate; then from `_FIRST_DELAY` on the delay:
+    The angle itself, slow drift, orders, Earth rate; then from `_FIRST_DELAY` on the delay:
     the rate, and the rate times the time.
     """
     time = np.arange(sensed.size) * interval
@@ -484,9 +530,14 @@ def _columns(
     orders = np.arange(1, _ORDERS + 1)[:, np.newaxis] * read
     hats = _hats(part)
     # Drift of a gyro's bias looks like a delay that walks, except where the rate varies.
-    columns = [time, sensed, *hats, *np.cos(orders), *np.sin(orders), of_cosine, of_sine]
+    columns = [sensed, *hats, *np.cos(orders), *np.sin(orders), of_cosine, of_sine]
     columns += [rate, rate * (part - 0.5)]
-    prior = [math.inf] * _FIRST_ORDER + [_LARGEST_ORDER] * (2 * _ORDERS) + [LARGEST_EARTH_RATE] * 2
+    prior = (
+        [_USUAL_SCALE]
+        + [math.inf] * (_FIRST_ORDER - 1)
+        + [_LARGEST_ORDER] * (2 * _ORDERS)
+        + [LARGEST_EARTH_RATE] * 2
+    )
     prior += [_USUAL_DELAY] * (len(columns) - len(prior))
     return np.stack(columns), np.array(prior)
 
@@ -497,5 +548,5 @@ def _hats(part: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(1.0 - np.abs(part * _PIECES - knots), 0.0))
 
 
-_FIRST_ORDER: Final = 2 + _PIECES - 1
+_FIRST_ORDER: Final = _PIECES
 _FIRST_DELAY: Final = _FIRST_ORDER + 2 * _ORDERS + 2

@@ -16,24 +16,24 @@ from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.table.earth import LARGEST_EARTH_RATE
 from sagnac.table.kinematics import (
+    Kinematics,
     averages_of,
     block_gain,
     harmonic_sum,
     highest_harmonic,
-    kinematics,
 )
-from sagnac.table.turns import FEW_TURNS, full_turns
-from sagnac.table.whitened import whitened
+from sagnac.table.whitened import Whitened, whitened
 from sagnac.units import ARCSECOND
 
 # Numbers of orders that are tried.
 _ORDERS: Final = (4, 8, 16, 32, 64, 128)
 # Standard deviation of an order's prior, at the least.
 _USUAL: Final = 30.0 * ARCSECOND
-# Columns before the orders: table angle, time, Earth rate.
-_BEFORE: Final = 4
-# Averages below which nothing is told.
+# Columns before the orders: table angle, Earth rate.
+_BEFORE: Final = 3
+# Averages below which nothing is told, and that an order takes.
 _FEWEST: Final = 100
+_AVERAGES_AN_ORDER: Final = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,49 +60,50 @@ class AngleFunction:
         )  # fmt: skip
 
 
-def function_of_angle(
-    angle: FloatArray, table: FloatArray, sample_rate: float
-) -> AngleFunction | None:
+def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction | None:
     """What in a gyro angle goes with the angle of a table over part of a turn, or a few.
 
     Parameters
     ----------
     angle
         (samples,) of a gyro or of a difference, rad.
-    table
-        (samples,) unwrapped, rad.
-    sample_rate
-        Hz.
+    kinematic
+        Of that table.
 
     Returns
     -------
     AngleFunction or None
-        None if the table turns far enough to tell orders apart, or nothing goes with the angle.
+        None if nothing goes with the angle.
     """
-    if full_turns(table) >= FEW_TURNS:
-        return None
-    kinematic = kinematics(table, sample_rate)
     highest = math.floor(highest_harmonic(kinematic))
     shown = averages_of(angle, kinematic.block)
     if shown.size < _FEWEST:
         return None
-    time = np.arange(shown.size) * kinematic.interval
-    slow = np.stack([kinematic.angle, time, kinematic.cosine, kinematic.sine])
-    free = np.array([np.inf, np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE])
-    best = whitened(shown, slow, free)
-    size = max(_USUAL, float(np.std(shown - best.values @ slow)))
-    least, found = best.deviance, None
-    for count in dict.fromkeys(min(count, highest) for count in _ORDERS):
-        if count < 1:
-            break
-        orders = np.arange(1.0, count + 1.0)
-        phases = orders[:, np.newaxis] * kinematic.angle
+    slow = np.stack([kinematic.angle, kinematic.cosine, kinematic.sine])
+    free = np.array([np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE])
+    plain = shown - whitened(shown, slow, free).values @ slow
+    time = np.arange(shown.size, dtype=np.float64)
+    line = np.polynomial.Polynomial.fit(time, plain, 1)(time)
+    size = max(_USUAL, float(np.std(plain - line)))
+
+    def fit_of(count: int, noises: tuple[float, float] | None) -> Whitened:
+        phases = np.arange(1.0, count + 1.0)[:, np.newaxis] * kinematic.angle
         columns = np.concatenate([slow, np.cos(phases), np.sin(phases)])
-        fit = whitened(shown, columns, np.concatenate([free, np.full(2 * count, size)]))
-        deviance = fit.deviance + fit.freedom * math.log(shown.size)
-        if deviance < least:
-            gain = block_gain(kinematic, orders)
-            cosine, sine = np.split(fit.values[_BEFORE:], 2)
-            least = deviance
-            found = AngleFunction(orders=orders, cosine=cosine / gain, sine=sine / gain)
-    return found
+        return whitened(shown, columns, np.concatenate([free, np.full(2 * count, size)]), noises)
+
+    most = min(highest, shown.size // _AVERAGES_AN_ORDER)
+    counts = dict.fromkeys(min(count, most) for count in (0, *_ORDERS))
+    # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
+    largest = fit_of(most, None)
+    noises = largest.readings, largest.walk
+    fits = {count: fit_of(count, noises) for count in counts}
+    best = min(
+        counts,
+        key=lambda count: fits[count].deviance + fits[count].freedom * math.log(shown.size),
+    )
+    if best == 0:
+        return None
+    orders = np.arange(1.0, best + 1.0)
+    gain = block_gain(kinematic, orders)
+    cosine, sine = np.split(fits[best].values[_BEFORE:], 2)
+    return AngleFunction(orders=orders, cosine=cosine / gain, sine=sine / gain)

@@ -1,7 +1,8 @@
 """Least squares in increments of averages, beside noise of each reading and an angle that walks.
 
 The two noises are told from the spectrum of what is left, and the fit weighs frequencies by them
-(Whittle's likelihood). Errors are those of leaving out one group of frequencies at a time.
+(Whittle's likelihood), those at which lines stand less. Errors are those of leaving out one group
+of frequencies at a time.
 """
 
 import math
@@ -15,9 +16,15 @@ from scipy.optimize import nnls
 from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
 
 # Rounds in which noise and coefficients are fitted in turn.
-_ROUNDS: Final = 3
+_ROUNDS: Final = 6
+# Times that an ordinate may stand above the noise; one that stands higher counts for less, as under
+# a distribution with long tails: it is of a line that no column holds.
+_LINE: Final = 10.0
 # Bins a decade of the spectrum that the two noises are told from.
 _BINS: Final = 8
+# Ordinates from which on a bin counts no more, and steps of scoring.
+_ENOUGH: Final = 30.0
+_STEPS: Final = 12
 # Ridge, in parts of the normal equations' own diagonal.
 _RIDGE: Final = 1e-9
 # Groups a decade that are left out in turn.
@@ -62,8 +69,15 @@ class Whitened:
         return self.normals.covariance / np.outer(self.scale, self.scale)
 
 
-def whitened(target: FloatArray, columns: FloatArray, prior: FloatArray | float) -> Whitened:
-    """Coefficients of columns in a target, both taken as increments.
+def whitened(
+    target: FloatArray,
+    columns: FloatArray,
+    prior: FloatArray | float,
+    noises: tuple[float, float] | None = None,
+) -> Whitened:
+    """Coefficients of columns in a target, both taken as increments about their mean.
+
+    What grows evenly with time is left out, and needs no column.
 
     Parameters
     ----------
@@ -73,6 +87,9 @@ def whitened(target: FloatArray, columns: FloatArray, prior: FloatArray | float)
         (columns, averages).
     prior
         (columns,) standard deviation of each coefficient about zero, inf for none.
+    noises
+        `Whitened.readings` and `Whitened.walk` if they are known: fits that are compared need the
+        same.
 
     Raises
     ------
@@ -82,20 +99,23 @@ def whitened(target: FloatArray, columns: FloatArray, prior: FloatArray | float)
     if columns.shape[1:] != target.shape:
         raise ValueError(f"columns have shape {columns.shape} and the target {target.shape}")
     count = target.size - 1
-    scale = np.sqrt(np.mean(np.diff(columns) ** 2, axis=1))
+    # By what varies: beside its mean step the angle of a steady table hardly does.
+    scale = np.std(np.diff(columns), axis=1)
     scale[scale == 0.0] = 1.0
     ready = np.fft.rfft(np.diff(columns) / scale[:, np.newaxis])[:, 1:]
     wanted = np.fft.rfft(np.diff(target))[1:]
-    shape = 4.0 * np.sin(np.pi * np.fft.rfftfreq(count)[1:]) ** 2
+    laws = _laws(count)
     left = wanted
     for _ in range(_ROUNDS):
-        readings, walk = _two_noises(np.abs(left) ** 2 / count, shape)
+        power = np.abs(left) ** 2 / count
+        readings, walk = noises or _two_noises(power, laws)
+        expected = np.maximum(np.array([readings, walk]) @ laws, 1e-300)
         # Each ordinate but the mean's stands for two.
-        weight = 2.0 / (np.maximum(readings * shape + walk, 1e-300) * count)
+        weight = 2.0 / (expected * count) / (1.0 + power / expected / _LINE)
         normals = _Normals.of(ready, wanted, weight, prior * scale)
         left = wanted - normals.solution @ ready
-    expected = np.maximum(readings * shape + walk, 1e-300)
-    deviance = 2.0 * float(np.sum(np.log(expected) + np.abs(left) ** 2 / count / expected))
+    over = np.abs(left) ** 2 / count / expected / _LINE
+    deviance = 2.0 * float(np.sum(np.log(expected) + _LINE * np.log1p(over)))
     return Whitened(normals=normals, scale=scale, readings=readings, walk=walk, deviance=deviance)
 
 
@@ -159,13 +179,34 @@ def _edges(size: int, parts_a_decade: int) -> IntegerArray:
     return np.unique(np.geomspace(1, size + 1, count).astype(np.int64)) - 1
 
 
-def _two_noises(power: FloatArray, shape: FloatArray) -> tuple[float, float]:
-    """Levels of noise of each reading and of an angle that walks, from medians of bins."""
+def _laws(count: int) -> FloatArray:
+    """(2, ordinates) spectra of increments of averages: white noise, and a walk, of unit size.
+
+    The averages of a walk, taken over all the time between them, move less than the walk itself at
+    the highest frequencies.
+    """
+    white = 4.0 * np.sin(np.pi * np.fft.rfftfreq(count)[1:]) ** 2
+    return np.stack([white, 1.0 - white / 6.0])
+
+
+def _two_noises(power: FloatArray, laws: FloatArray) -> tuple[float, float]:
+    """Levels of noise of each reading and of an angle that walks, from medians of bins.
+
+    By the gamma likelihood, with as much weight to a bin as it has ordinates, up to `_ENOUGH`: the
+    coefficients of a fit take most of the power of the few lowest ordinates with them, and a level
+    that is too low there must not count for more than those that are right.
+    """
     edges = _edges(power.size, _BINS)
     pairs = list(pairwise(edges))
     # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
     level = np.array([np.median(power[low:high]) for low, high in pairs]) / math.log(2.0)
-    laws = np.stack([[shape[low:high].mean(), 1.0] for low, high in pairs])
+    means = np.stack([laws[:, low:high].mean(axis=1) for low, high in pairs])
     level = np.maximum(level, 1e-300)
-    readings, walk = nnls(laws / level[:, np.newaxis], np.ones(level.size))[0]
-    return float(readings), float(walk)
+    sizes = np.diff(edges)
+    weight = np.sqrt(sizes / (1.0 + sizes / _ENOUGH))
+    noises, expected = np.zeros(2), level
+    for _ in range(_STEPS):
+        scale = weight / expected
+        noises = nnls(means * scale[:, np.newaxis], level * scale)[0]
+        expected = np.maximum(means @ noises, 1e-300)
+    return float(noises[0]), float(noises[1])

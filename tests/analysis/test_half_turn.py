@@ -1,0 +1,67 @@
+"""Gyros on a table that swings over half a turn, as a shaft with an encoder does."""
+
+import pytest
+
+import sagnac
+from sagnac.analysis.result import Analysis
+from tests.second_rig import Bench, simulate
+
+MEMS, RING_LASER = 2.5, 2.5e-5  # deg/sqrt(h)
+# A motor shaft: 90 deg to either side in 7.8 s, an encoder in steps of 0.09 deg that is read early.
+SHAFT = {"hunting": 0.5, "hunting_hz": 8.0, "wander": 0.02, "step": 324.0, "readout": 5.0}
+
+
+def analyzed(gyros: tuple[str, ...], walk: float, **settings: object) -> Analysis:
+    swing = {"seconds": 900.0, "sample_rate": 100.0, "motion": "swinging", "cycle": 7.8}
+    bench = Bench(
+        **{"seconds": 900.0, "sample_rate": 100.0, "walks": (walk,) * 3, **swing, **settings}
+    )
+    recorded = simulate(bench)
+    recording = sagnac.Recording.from_arrays(
+        **{name: recorded.angles[name] for name in gyros},
+        kind="angle",
+        unit="rad",
+        sample_rate=recorded.sample_rate,
+        table=recorded.table,
+        table_unit="rad",
+    )
+    return sagnac.analyze(recording, sagnac.Settings(gyros=gyros))
+
+
+def holds(result: Analysis, walk: float) -> bool:
+    answer = result.angle_random_walk
+    assert answer.status == "estimated", result.source
+    shown = answer.to("deg/sqrt(h)")
+    assert shown.high - shown.low < 0.4 * walk
+    return shown.low <= walk <= shown.high
+
+
+def delays(result: Analysis) -> list[float]:
+    """That the notes name, ms."""
+    texts = [note.text for note in result.notes if "they are shifted" in note.text]
+    return [float(text.split("readings come ")[1].split(" ms")[0]) for text in texts]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_lone_gyro_is_estimated_and_the_delay_of_its_encoder_named(seed):
+    result = analyzed(("x",), MEMS, latency=-7e-3, seed=seed, **SHAFT)
+    assert holds(result, MEMS)
+    assert delays(result) == [pytest.approx(7.0, abs=0.5)]
+    assert delays(analyzed(("x",), MEMS, seed=seed, **SHAFT)) == []
+
+
+def test_a_gyro_across_the_axis_does_not_lead_the_table():
+    # Its own noise over its share is far above the encoder's.
+    held = 0
+    for seed in (1, 2, 3):
+        result = analyzed(("x",), MEMS, shares=(-0.018, 0.5, 0.6), seed=seed, **SHAFT)
+        held += holds(result, MEMS)
+        texts = [note.text for note in result.notes]
+        assert not any("as if latched" in text or "encoder decides" in text for text in texts)
+    assert held >= 2
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_search_for_the_lines_of_a_pair_comes_to_an_end(seed):
+    result = analyzed(("x", "z"), RING_LASER, seed=seed, hunting=0.01)
+    assert holds(result, RING_LASER)
