@@ -10,8 +10,9 @@ from scipy.signal import iirpeak, lfilter
 from sagnac.coefficients import model_average
 from sagnac.coefficients.band_models import BandModels
 from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SLOW_NAMES
 from sagnac.coefficients.model_average import average, with_slow_terms
+from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.coefficients.whole_band import WholeBand
 from sagnac.rig.gallery import Gyro, five_terms, low_passed
 from sagnac.spectrum.levels import robust_levels
@@ -100,25 +101,27 @@ def test_a_fit_that_is_a_little_off_the_average_has_an_interval_that_holds_both(
     assert far.angle_random_walk == walk
 
 
-def test_slow_terms_are_of_the_average_that_reaches_farther_down():
-    noisy = Gyro(quantization=0.05, rate_walk=2.0)
-    gyro = five_terms(np.random.default_rng(30), 40_000, RATE, gyro=noisy)
-    fine, slow = average(levels_of(gyro.increments)), average(levels_of(gyro.increments, every=2))
-    assert "quantization" in fine.names
-    both = with_slow_terms(fine, slow)
-    for name in ("quantization", "angle_random_walk"):
-        assert both.coefficients[name] == fine.coefficients[name]
-    for name in ("bias_instability", "rate_random_walk", "rate_ramp"):
-        assert both.coefficients[name] == slow.coefficients[name]
-    assert both.names == ("quantization", "angle_random_walk", "rate_random_walk")
+def test_slow_terms_are_of_a_fit_to_the_lowest_frequencies():
+    gyro = five_terms(
+        np.random.default_rng(30), 40_000, RATE, gyro=Gyro(quantization=0.05, rate_walk=2.0)
+    )
+    alone = average(levels_of(gyro.increments))
+    sums = gyro.increments.reshape(-1, 10).sum(axis=1)
+    fit = likelihood_fit(sums, kind="increment", sample_rate=0.1 * RATE, band=(0.0, 2.0))
+    beside = with_slow_terms(alone, fit)
+    for name in COEFFICIENT_NAMES:
+        source = fit if name in SLOW_NAMES else alone
+        np.testing.assert_equal(beside.coefficients[name], source.coefficients[name])
+    assert beside.names == ("quantization", "angle_random_walk", "rate_random_walk")
     # Q and N as every sample has them together, K as fewer angles have it.
-    np.testing.assert_array_equal(both.covariance[:2, :2], fine.covariance[:2, :2])
-    assert fine.covariance[0, 1] != 0.0
-    place = slow.names.index("rate_random_walk")
-    assert both.covariance[2, 2] == slow.covariance[place, place]
-    np.testing.assert_array_equal(both.covariance[:2, 2], [0.0, 0.0])
-    assert both.rests_on == replace(fine.rests_on, slow_terms="whole band")
-    assert both.per_gyro(2).rests_on.slow_terms == "whole band"
+    np.testing.assert_array_equal(beside.covariance[:2, :2], alone.covariance[:2, :2])
+    assert alone.covariance[0, 1] != 0.0
+    slow = fit.coefficients["rate_random_walk"]
+    deviation = (slow.high - slow.low) / (2.0 * 1.959964)
+    assert beside.covariance[2, 2] == pytest.approx(deviation**2, rel=1e-6)
+    np.testing.assert_array_equal(beside.covariance[:2, 2], [0.0, 0.0])
+    assert beside.rests_on == replace(alone.rests_on, slow_terms="low band", low_band_hz=2.0)
+    assert beside.per_gyro(2).rests_on.slow_terms == "low band"
 
 
 def test_of_a_pair_each_gyro_has_half_the_squares():

@@ -1,5 +1,6 @@
 """The average over bands and terms of what removal leaves, and what else is in the record."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -20,19 +21,27 @@ from sagnac.analysis.warm_up import (
 )
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
+from sagnac.coefficients.laws import SLOW_NAMES
 from sagnac.coefficients.mixture import Interval
 from sagnac.coefficients.model_average import Average, Resting, average, with_both, with_slow_terms
-from sagnac.coefficients.whole_band import WholeBand
+from sagnac.coefficients.ramp import rate_ramp
+from sagnac.coefficients.spectrum_fit import likelihood_fit
+from sagnac.coefficients.whole_band import WholeBand, levels_bear_out
+from sagnac.errors import RecordingError
 from sagnac.recording.model import Recording
 from sagnac.recording.readout import joint_readout
 from sagnac.recording.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
 from sagnac.spectrum.levels import Levels, robust_levels
+from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
 
 # Fewest bins that say anything of a band.
 _LEAST_BINS: Final = 4
 # Part of the band of fewer angles up to which the terms have to describe every sample: a bin less.
 _REACHED: Final = 0.79
+# Angles a second of which slow terms are read, and how many make a spectrum of a short record.
+_SLOW_RATE: Final = 10.0
+_SLOW_ANGLES: Final = 2048.0
 
 Bands = tuple[tuple[float, float], ...]
 
@@ -112,7 +121,8 @@ def averaged(
     It uses every sample. If nothing dithers the readout from one sample to the next, it uses
     samples farther apart. The likelihood fit may be of fewer angles. It is a member of the average
     of those, and is the answer if their levels bear it out, the average of every sample allows its
-    value, and its interval is the narrower one; if that is the wider one, B, K and R are its own.
+    value, and its interval is the narrower one. Else B, K and R are of a likelihood fit to the
+    lowest frequencies if the levels bear it out.
 
     Parameters
     ----------
@@ -147,6 +157,7 @@ def averaged(
     found = roll_off(basis.levels)
     if whole_band is not None and member is None and not cleaned.is_changed:
         basis = _by_whole_band(basis, fine, masked, settings.confidence, whole_band)
+    basis = _with_slow_terms(basis, masked, settings.confidence)
     gyros_differenced = measured.gyros_differenced
     parts = _parts(basis, masked, settings.confidence)
     result = basis.average.per_gyro(gyros_differenced)
@@ -240,7 +251,9 @@ def _basis(
     result = average(
         levels,
         confidence=confidence,
-        slope=_slope(cleaned.increments, cleaned.rate),
+        ramp=rate_ramp(
+            cleaned.increments, sample_rate=cleaned.rate, masked=masked, confidence=confidence
+        ),
         whole_band=member,
     )
     return _Basis(cleaned=cleaned, levels=levels, average=result)
@@ -251,11 +264,10 @@ def _by_whole_band(
 ) -> _Basis:
     """What a fit of fewer angles adds to the average of every sample.
 
-    If their levels bear it out and its interval is narrower, it is the answer; if it is not
-    narrower, B, K and R are of the fit. If they neither bear it out nor reject it, and it is
-    narrower, the interval holds both. Of fewer angles what lies above half
-    their rate folds into the band: if the terms do not describe every sample up to there, they do
-    not describe what folds.
+    If their levels bear it out and its interval is narrower, it is the answer. If they neither
+    bear it out nor reject it, and it is narrower, the interval holds both. Of fewer angles what
+    lies above half their rate folds into the band: if the terms do not describe every sample up to
+    there, they do not describe what folds.
     """
     walk, fit = basis.average.angle_random_walk, whole_band.angle_random_walk
     if not reaches(basis.average.rests_on, 0.5 * fine.rate):
@@ -270,27 +282,46 @@ def _by_whole_band(
     if walk.status != "estimated":
         return other if borne_out else basis
     if walk.high * fit.low <= fit.high * walk.low:
-        # Every sample tells more of N, and fewer angles of what is slow.
-        slow = with_slow_terms(basis.average, other.average)
-        return replace(basis, average=slow) if borne_out else basis
+        # Every sample tells more of N.
+        return basis
     return other if borne_out else replace(basis, average=with_both(basis.average, whole_band))
+
+
+def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
+    """B, K and R of an average by the likelihood of angles farther apart.
+
+    The average of every sample sees the lowest frequencies in a few levels only, and its band ends
+    below a low-pass or a hump. The angles are taken so far apart, and the top of their band is left
+    out, that hardly anything above the band of the average folds into it. Q rules nothing there.
+    """
+    walk, resting = basis.average.angle_random_walk, basis.average.rests_on
+    if walk.status != "estimated" or resting.member == "whole band":
+        return basis
+    increments, rate = basis.cleaned.increments, basis.cleaned.rate
+    wanted = max(_SLOW_RATE, _SLOW_ANGLES * rate / increments.size)
+    step = math.ceil(rate / min(wanted, 0.5 * resting.band_hz[1]))
+    edges = step * np.arange(increments.size // step + 1)
+    sums = bin_sums(lambda span: increments[span], edges, increments)
+    try:
+        fit = likelihood_fit(
+            sums,
+            kind="increment",
+            sample_rate=rate / step,
+            confidence=confidence,
+            masked=masked,
+            band=(0.0, 0.4 * rate / step),
+            terms=("angle_random_walk", *SLOW_NAMES),
+        )
+    except RecordingError:
+        return basis
+    if not levels_bear_out(basis.levels, fit, walk):
+        return basis
+    return replace(basis, average=with_slow_terms(basis.average, fit))
 
 
 def reaches(resting: Resting, highest: float) -> bool:
     """Whether what an average rests on describes every sample up to a frequency, Hz."""
     return resting.band_hz[1] >= _REACHED * highest
-
-
-def _slope(increments: FloatArray, rate: float) -> float:
-    """Rate ramp by least squares, rad/s^2."""
-    size = increments.size
-    middle = 0.5 * (size - 1)
-
-    def moment(block: slice) -> float:
-        return float((np.arange(block.start, block.stop) - middle) @ increments[block])
-
-    spread = size * (size**2 - 1.0) / 12.0
-    return series.total(moment, size, increments) / spread * rate**2
 
 
 def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:

@@ -127,8 +127,8 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
             f"average over bands and terms of the spectrum of {measured.channel}, "
             f"most on {resting.in_words()}"
         )
-        if resting.slow_terms == "whole band":
-            source += f"; B, K and R: {_likelihood_source(measured.channel, coefficients)}"
+    if resting.slow_terms == "low band":
+        source += f"; B, K and R: likelihood fit of the spectrum to {resting.low_band_hz:.3g} Hz"
     return Headline(estimate=estimate, source=source)
 
 

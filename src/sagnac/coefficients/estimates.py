@@ -303,6 +303,9 @@ class Fit:
         not explain, 1 or more if bins had to be left out; 0 if the terms suffice.
     band
         Of a likelihood fit: the frequencies it used; else None.
+    squares
+        Of a likelihood fit: the most likely squares of Q, N, B and K of what was measured, SI,
+        which together describe its spectrum; one that is not there may be negative.
 
     Raises
     ------
@@ -316,6 +319,7 @@ class Fit:
     departure: float = 0.0
     optional: Mapping[OptionalName, Estimate] = field(default_factory=dict)
     band: FitBand | None = None
+    squares: Mapping[CoefficientName, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         check_choice("method", self.method, FitName)

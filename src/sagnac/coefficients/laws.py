@@ -191,35 +191,6 @@ def rate_density_basis(frequency: FloatArray, interval: float) -> FloatArray:
     return np.asarray(2.0 / interval * increment_spectrum_basis(frequency, interval))
 
 
-def slope_variance_basis(duration: float, interval: float) -> FloatArray:
-    """Variance of a least-squares rate ramp that each stochastic term makes at one.
-
-    ``int_0^inf S(f) |W(f)|^2 df`` with the transform of the weights 12 t/D^3 over the record D:
-    ``|W| = (24/D^3) |sin(a)/w^2 - (D/2) cos(a)/w|``, w = 2 pi f, a = w D/2.
-
-    Parameters
-    ----------
-    duration
-        D, s.
-    interval
-        Between the angles, s.
-
-    Returns
-    -------
-    FloatArray
-        (4,) for Q, N, B, K.
-    """
-    cycles = np.geomspace(1e-3, max(2.0, min(3e3, 0.49 * duration / interval)), 20_000)
-    frequency = cycles / duration
-    half = np.pi * cycles
-    omega = 2.0 * np.pi * frequency
-    # sin(a) - a cos(a) without cancellation at small a.
-    bent = np.where(half < 0.02, half**3 / 3.0, np.sin(half) - half * np.cos(half))
-    weight = (24.0 / duration**3 * bent / omega**2) ** 2
-    laws = rate_density_basis(frequency, interval) * weight[:, np.newaxis]
-    return np.asarray(np.trapezoid(laws, frequency, axis=0))
-
-
 def cosine_power_basis(index: FloatArray, samples: int, interval: float) -> FloatArray:
     """Expected squares of the orthonormal cosine transform (DCT-II) of angle increments.
 

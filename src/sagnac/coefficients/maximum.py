@@ -60,9 +60,8 @@ def maximize(
     *,
     start: FloatArray | None = None,
     held: Held | None = None,
-    limited: bool = False,
 ) -> Optimum:
-    """Most likely squared coefficients, one of them held if asked, or all kept above zero.
+    """Most likely squared coefficients, one of them held if asked.
 
     Parameters
     ----------
@@ -72,8 +71,6 @@ def maximize(
         (terms,) squares to begin with.
     held
         The one that keeps its value.
-    limited
-        Whether squares are kept from falling below zero.
     """
     basis = spectrum.basis
     free = np.ones(basis.shape[1], dtype=np.bool_)
@@ -82,10 +79,10 @@ def maximize(
         free[held.column] = False
         offset = basis[:, held.column] * held.square
     columns = basis[:, free]
-    place = _start(spectrum, columns, offset, None if start is None else start[free], limited)
+    place = _start(spectrum, columns, offset, None if start is None else start[free])
     while place.squares.size and math.isfinite(place.deviance):
         before = place.deviance
-        move = _newton_move(spectrum, columns, place, limited)
+        move = _newton_move(spectrum, columns, place)
         place = _lowered(spectrum, columns, offset, place, move)
         if before - place.deviance < CONVERGED:
             break
@@ -104,13 +101,10 @@ def _start(
     columns: FloatArray,
     offset: FloatArray,
     squares: FloatArray | None,
-    limited: bool,
 ) -> _Place:
     """Where the search begins: `squares` if every mean is positive there, else by least squares."""
     if squares is None:
         squares = np.zeros(columns.shape[1])
-    if limited:
-        squares = np.maximum(squares, 0.0)
     mean = offset + columns @ squares
     if not mean.min() > 0.0:
         squares = _non_negative_start(spectrum, columns)
@@ -118,9 +112,7 @@ def _start(
     return _Place(squares=squares, mean=mean, deviance=_deviance(spectrum, mean))
 
 
-def _newton_move(
-    spectrum: Ordinates, columns: FloatArray, place: _Place, limited: bool
-) -> FloatArray:
+def _newton_move(spectrum: Ordinates, columns: FloatArray, place: _Place) -> FloatArray:
     """Step to the maximum of the parabola that touches the likelihood.
 
     By Newton's curvature if it is one, which squares of one degree of freedom leave in
@@ -132,8 +124,7 @@ def _newton_move(
     curvature = columns.T @ (observed[:, np.newaxis] * columns)
     if not _is_positive(curvature):
         curvature = columns.T @ (expected[:, np.newaxis] * columns)
-    solve = _solve_non_negative if limited else solve_normal
-    return solve(curvature, curvature @ place.squares - gradient) - place.squares
+    return solve_normal(curvature, curvature @ place.squares - gradient) - place.squares
 
 
 def _lowered(
@@ -182,16 +173,6 @@ def solve_normal(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     scale = 1.0 / np.sqrt(np.diag(matrix))
     scaled = matrix * scale * scale[:, np.newaxis]
     return np.asarray(np.linalg.lstsq(scaled, scale * vector, rcond=1e-12)[0] * scale)
-
-
-def _solve_non_negative(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    """Solve normal equations for the best squares that are not negative."""
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    values, vectors = np.linalg.eigh(matrix * scale * scale[:, np.newaxis])
-    seen = values > 1e-12 * values[-1]
-    root = np.sqrt(values[seen])
-    side = vectors[:, seen].T
-    return np.asarray(nnls(root[:, np.newaxis] * side, side @ (scale * vector) / root)[0] * scale)
 
 
 def _non_negative_start(spectrum: Ordinates, columns: FloatArray) -> FloatArray:

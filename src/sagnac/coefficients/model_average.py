@@ -15,10 +15,16 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.band_models import FALL, FLOOR, LIGHT, BandModel, BandModels, band_models
+from sagnac.coefficients.band_models import FLOOR, LIGHT, BandModel, BandModels, band_models
 from sagnac.coefficients.bin_errors import error_of_bins, with_error_of_bins
 from sagnac.coefficients.bounds import highest_coefficient
-from sagnac.coefficients.estimates import Estimate, Status, require_confidence
+from sagnac.coefficients.estimates import (
+    Estimate,
+    Fit,
+    SquaredEstimate,
+    Status,
+    require_confidence,
+)
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     SLOW_NAMES,
@@ -26,9 +32,7 @@ from sagnac.coefficients.laws import (
     SYMBOLS,
     CoefficientName,
     rate_density_basis,
-    slope_variance_basis,
 )
-from sagnac.coefficients.limits import low_end
 from sagnac.coefficients.mixture import mixture
 from sagnac.coefficients.whole_band import WholeBand, borne_out
 from sagnac.spectrum.levels import Levels
@@ -43,8 +47,6 @@ _NEEDED: Final = 0.95
 # that of one tail of an interval.
 _ANOTHER: Final = 2.0
 _TOLD: Final = 0.02
-# Standard errors at which a rate ramp is called estimated.
-_RAMP: Final = 3.0
 # Bands kept for a figure.
 _BANDS: Final = 10
 
@@ -104,7 +106,10 @@ class Resting:
     misfit
         Deviance per degree of freedom of the heaviest model.
     slow_terms
-        ``whole band`` if B, K and R are of the likelihood of the whole band beside an average.
+        ``low band`` if B, K and R are of a likelihood fit to the lowest frequencies beside an
+        average.
+    low_band_hz
+        Highest frequency of that fit; NaN without it.
     member
         ``average``, ``whole band``, or ``both`` if the levels neither bear out nor reject the
         likelihood of the whole band: its value, and an interval that holds the average's, too.
@@ -121,7 +126,8 @@ class Resting:
     bands: tuple[BandShare, ...] = ()
     falls: float = 0.0
     misfit: float = math.nan
-    slow_terms: Literal["average", "whole band"] = "average"
+    slow_terms: Literal["average", "whole band", "low band"] = "average"
+    low_band_hz: float = math.nan
     member: Literal["average", "whole band", "both"] = "average"
     law: BandModel | None = None
     elsewhere: Elsewhere | None = None
@@ -246,7 +252,7 @@ def average(
     *,
     confidence: float = 0.95,
     floor: float = FLOOR,
-    slope: float | None = None,
+    ramp: SquaredEstimate | None = None,
     whole_band: WholeBand | None = None,
 ) -> Average:
     """Average N and the other coefficients over all models.
@@ -259,8 +265,8 @@ def average(
         Of every interval and bound.
     floor
         Relative error that every fit allows a bin beside chance.
-    slope
-        Rate ramp found by least squares, rad/s^2; None if it was not sought.
+    ramp
+        Square of the rate ramp, (rad/s^2)^2; None if it was not sought.
     whole_band
         The whole-band likelihood. It is the answer if the levels bear it out.
 
@@ -294,7 +300,9 @@ def average(
         if answering.count
         else sought.bounded("angle_random_walk")
     )
-    coefficients["rate_ramp"] = _ramp(sought, relied, slope)
+    coefficients["rate_ramp"] = (ramp or SquaredEstimate.unseen()).of_one_gyro(
+        "rate_ramp", 1, confidence
+    )
     borne = None
     if whole_band is not None:
         walk = coefficients["angle_random_walk"]
@@ -346,35 +354,33 @@ def with_both(average: Average, whole_band: WholeBand) -> Average:
     )
 
 
-def with_slow_terms(average: Average, slower: Average) -> Average:
-    """B, K and R of another average, which reaches farther down; Q and N stay.
-
-    What rests on different angles is taken to be uncorrelated.
+def with_slow_terms(average: Average, fit: Fit) -> Average:
+    """B, K and R of a fit to the lowest frequencies; Q and N stay, uncorrelated with these.
 
     Parameters
     ----------
     average
-        Of every sample.
-    slower
-        Of fewer angles, by the likelihood of the whole band.
+        With an estimate of N.
+    fit
+        By likelihood, of what the average is of.
     """
     coefficients = {
-        name: (slower if name in SLOW_NAMES else average).coefficients[name]
+        name: (fit if name in SLOW_NAMES else average).coefficients[name]
         for name in COEFFICIENT_NAMES
     }
     names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
     covariance = np.zeros((len(names), len(names)))
-    for source, own in (
-        (average, [name for name in names if name not in SLOW_NAMES]),
-        (slower, [name for name in names if name in SLOW_NAMES]),
-    ):
-        to = [names.index(name) for name in own]
-        of = [source.names.index(name) for name in own]
-        covariance[np.ix_(to, to)] = source.covariance[np.ix_(of, of)]
+    kept = [name for name in names if name not in SLOW_NAMES]
+    to, of = [names.index(name) for name in kept], [average.names.index(name) for name in kept]
+    covariance[np.ix_(to, to)] = average.covariance[np.ix_(of, of)]
+    for place, name in enumerate(names):
+        if name in SLOW_NAMES:
+            covariance[place, place] = _deviation(coefficients[name]) ** 2
+    highest = math.nan if fit.band is None else fit.band.high
     return replace(
         average,
         coefficients=coefficients,
-        rests_on=replace(average.rests_on, slow_terms="whole band"),
+        rests_on=replace(average.rests_on, slow_terms="low band", low_band_hz=highest),
         names=names,
         covariance=covariance,
     )
@@ -440,24 +446,6 @@ def _term(sought: _Sought, name: CoefficientName, need: float) -> Estimate:
         return sought.bounded(name)
     holding = sought.models.holding(STOCHASTIC_NAMES.index(name))
     return sought.estimated(name, sought.models.kept(holding).heaviest())
-
-
-def _ramp(sought: _Sought, models: BandModels, slope: float | None) -> Estimate:
-    """R from the slope, against what the noise of each model makes of one."""
-    if slope is None or models.count == 0:
-        return sought.estimate("rate_ramp", "not observable", math.nan, math.nan, math.nan)
-    # The noise at the lowest frequencies makes slopes.
-    models = models.kept(models.first <= max(2, int(models.first.min())))
-    spectrum = sought.levels.spectrum
-    laws = slope_variance_basis(spectrum.duration, spectrum.interval)
-    typical = math.sqrt(float(models.weights @ (models.squares[:, :FALL] @ laws)))
-    size = abs(slope)
-    down = low_end(size / typical, sought.confidence) if size > _RAMP * typical else math.inf
-    if math.isfinite(down):
-        high = size + typical * float(ndtri(0.5 + 0.5 * sought.confidence))
-        return sought.estimate("rate_ramp", "estimated", size, size - typical * down, high)
-    bound = size + typical * float(ndtri(sought.confidence))
-    return sought.estimate("rate_ramp", "upper bound", bound, 0.0, bound)
 
 
 def _resting(models: BandModels, levels: Levels) -> Resting:

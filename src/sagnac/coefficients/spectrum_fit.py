@@ -46,8 +46,8 @@ def likelihood_fit(
     each term is that of the finite record (`sagnac.coefficients.laws.cosine_power_basis`), so that
     there is no window and no bias of a window. The rate ramp is a straight line in the
     increments. For the other terms it is taken off by least squares, and what that takes of
-    each term is taken off its expected squares; for its own interval it is fitted as a line
-    in noise of the terms.
+    each term is taken off its expected squares; its own interval is that of a line in any noise
+    of the terms that the lowest ordinates allow (`sagnac.coefficients.ramp`).
 
     Squared coefficients may come out negative inside the fit: holding them at zero would
     push what they share with N into N (a third of a standard error for white noise).
@@ -149,7 +149,8 @@ def spectrum_fit(
         for column, name in enumerate(model.names)
     }
     if "rate_ramp" in cosine.terms and model.names:
-        squares["rate_ramp"] = ramp_square(model, rate, weighed.spectrum.weight, confidence)
+        lowest = model.bins.starts[model.bins.count == 1.0]
+        squares["rate_ramp"] = ramp_square(cosine, lowest, confidence)
     optional: dict[OptionalName, Estimate] = {}
     if markov:
         optional |= markov_estimates(best, rate, gyros_differenced, confidence)
@@ -174,4 +175,5 @@ def spectrum_fit(
             interval=cosine.interval,
             masked=tuple((float(one[0]), float(one[1])) for one in masked),
         ),
+        squares=dict(zip(model.names, best.squares.tolist(), strict=False)),
     )

@@ -90,10 +90,10 @@ class SpectrumModel:
             [power(rate.time), rate.driving * change / (2.0 * math.log(1.01))], axis=1
         )
 
-    def ordinates_with_slope(self, rate: MarkovRate | None = None) -> Ordinates:
-        """What a fit takes, the squares expected as if no slope had been taken off."""
+    def ordinates(self, rate: MarkovRate | None = None) -> Ordinates:
+        """What a fit takes, with what the slope took of each term if one was taken off."""
         starts, stops = self.bins.starts, self.bins.stops
-        return Ordinates(
+        spectrum = Ordinates(
             basis=bin_means(self.bins, lambda index: self.expected(index, rate)),
             power=self.power,
             count=self.bins.count,
@@ -102,10 +102,6 @@ class SpectrumModel:
                 0.25 * (starts + stops - 1.0) / (self.samples * self.cosine.interval)
             ),
         )
-
-    def ordinates(self, rate: MarkovRate | None = None) -> Ordinates:
-        """What a fit takes, with what the slope took of each term if one was taken off."""
-        spectrum = self.ordinates_with_slope(rate)
         if "rate_ramp" not in self.cosine.terms:
             return spectrum
         return less_slope(

@@ -1,4 +1,4 @@
-"""A likelihood fit of five terms to the whole band, and whether the levels bear it out."""
+"""A likelihood fit of five terms to a band, and whether the levels bear it out."""
 
 import math
 from collections.abc import Mapping
@@ -10,8 +10,13 @@ from scipy.special import gammainc, gammaincc, gammaincinv, ndtri
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import FALL, WALK, BandModels
-from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.coefficients.estimates import Estimate, Fit
+from sagnac.coefficients.laws import (
+    COEFFICIENT_NAMES,
+    STOCHASTIC_NAMES,
+    CoefficientName,
+    rate_density_basis,
+)
 from sagnac.spectrum.levels import Levels
 
 
@@ -147,6 +152,35 @@ def borne_out(
     if walk.status == "estimated" and passes(_BARELY):
         return BorneOut(row=row, surely=False)
     return None
+
+
+def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
+    """Whether the levels bear out a fit to the lowest frequencies.
+
+    N of both, interval or bound, has to overlap, and the levels in the band of the fit have to pass
+    both tests of `borne_out` against its squares at a chance of 0.02.
+
+    Parameters
+    ----------
+    levels
+        Of the same values.
+    fit
+        By likelihood, not divided among gyros.
+    walk
+        N of the average.
+    """
+    fitted = fit.coefficients["angle_random_walk"]
+    if fit.departure != 0.0 or fit.band is None or fitted.status == "not observable":
+        return False
+    used = levels.frequency <= fit.band.high
+    if np.count_nonzero(used) <= FALL or fitted.low > walk.high or fitted.high < walk.low:
+        return False
+    laws = levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval))
+    law = laws[used] @ [fit.squares.get(name, 0.0) for name in STOCHASTIC_NAMES]
+    if not law.min() > 0.0:
+        return False
+    ratio, freedom = levels.level[used] / law, int(np.count_nonzero(used)) - FALL
+    return _describes(levels.shape[used], ratio, freedom, _SURELY.chance)
 
 
 def _describes(shape: FloatArray, ratio: FloatArray, freedom: int, chance: float) -> bool:

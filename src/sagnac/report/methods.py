@@ -51,8 +51,11 @@ def sentences(analysis: Analysis) -> list[str]:
             "N is the average over bands of the multitaper spectrum and over the terms fitted "
             "there, weighted by how well each describes it [average]."
         )
-        if resting.slow_terms == "whole band":
-            said.append("B, K and R come from the likelihood of the spectrum of fewer angles.")
+    if resting is not None and resting.slow_terms == "low band":
+        said.append(
+            "B, K and R come from the likelihood of the lowest frequencies of the spectrum, which "
+            "its multitaper levels bear out."
+        )
     if analysis.per_gyro:
         said.append("N of each gyro was told apart by the three-cornered hat of the differences.")
     return said
