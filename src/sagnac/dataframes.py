@@ -1,4 +1,4 @@
-"""Data frames: pandas, if it is installed."""
+"""Data frames: pandas and xarray, if they are installed."""
 
 import importlib
 from typing import Any
@@ -23,3 +23,17 @@ def pandas_for(purpose: str) -> Any:
         return importlib.import_module("pandas")
     except ImportError:
         raise MissingExtra(purpose, "pandas", "frames") from None
+
+
+def xarray_for(purpose: str) -> Any:
+    """The xarray module, imported where it is needed: see `pandas_for`.
+
+    Raises
+    ------
+    MissingExtra
+        If xarray is not installed.
+    """
+    try:
+        return importlib.import_module("xarray")
+    except ImportError:
+        raise MissingExtra(purpose, "xarray", "frames") from None

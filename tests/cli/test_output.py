@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from sagnac.cli.output import folders_of, made, require_writable, write_report
+from sagnac.cli.output import folders_of, made, require_writable
 from sagnac.errors import RecordingError
+from sagnac.report.folder import write_report
 from tests import handmade
 
 

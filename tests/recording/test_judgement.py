@@ -6,7 +6,7 @@ import pytest
 from sagnac import series
 from sagnac.recording.effects import FINDINGS, effect_words, finding, level_of
 from sagnac.recording.model import Recording
-from sagnac.recording.quality import accepted, judged
+from sagnac.recording.quality import accept, judged
 from tests.recording.pathologies import (
     MEAN,
     PATHOLOGIES,
@@ -117,7 +117,7 @@ def test_the_level_follows_the_effect():
 
 def test_an_accepted_finding_is_a_remark_that_says_so():
     found = judged(PATHOLOGIES["upper half clipped"][1]())
-    (note,) = accepted(found, ("clipping",))
+    (note,) = accept(found, ("clipping",))
     assert note.level == "remark"
     assert note.text.startswith("accepted: is saturated")
-    assert accepted(found, ("copy",)) == found
+    assert accept(found, ("copy",)) == found

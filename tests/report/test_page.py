@@ -90,6 +90,6 @@ def test_comparison_page_shows_each_method_and_each_refusal():
 
 def test_report_is_written_whole(tmp_path):
     path = tmp_path / "report.html"
-    page.write_report(analysis(), path)
+    page.write_page(analysis(), path)
     assert path.read_text(encoding="utf-8") == page.page(analysis())
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]

@@ -12,7 +12,7 @@ from sagnac.recording.effects import effect_words
 from sagnac.recording.model import Recording
 from sagnac.recording.pairs import pair_notes
 from sagnac.recording.profile import profile_of
-from sagnac.recording.quality import accepted
+from sagnac.recording.quality import accept
 
 
 class Run(Protocol):
@@ -47,7 +47,7 @@ def gyros_alone(
     alone = each_alone(dict.fromkeys(names, recording), settings, run, progress)
     if not alone.analyses:
         raise next(iter(alone.refused.values()))
-    beside = accepted(_beside_each_other(recording, tuple(alone.analyses)), settings.accepted)
+    beside = accept(_beside_each_other(recording, tuple(alone.analyses)), settings.accepted)
     require_strict(beside, settings)
     return Analysis.of_gyros(alone, names, beside)
 

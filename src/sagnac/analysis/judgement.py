@@ -1,10 +1,10 @@
-"""Whether the gyros of an analysis keep the specification that its settings state."""
+"""Whether the gyros of an analysis keep a specification."""
 
 from sagnac.analysis.fits import unobserved
 from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
-from sagnac.specification.limits import Limit, Specification
+from sagnac.specification.limits import Limit, Specification, specification_of
 from sagnac.specification.verdict import Judgement, Verdict, judged
 
 
@@ -17,8 +17,40 @@ def verdict_of(analysis: Analysis) -> Verdict | None:
     that was refused is undecided.
     """
     specification = analysis.settings.specification
-    if specification is None:
-        return None
+    return None if specification is None else judge(analysis, specification)
+
+
+def judge(
+    analysis: Analysis, specification: Specification | str, *, risk: float | None = None
+) -> Verdict:
+    """Pass, fail or undecided: every limit of a specification beside every gyro.
+
+    Parameters
+    ----------
+    analysis
+        Of one gyro or several.
+    specification
+        The limits, or their text: ``3e-4deg/sqrt(h)``, ``N=3e-4deg/sqrt(h),B=0.01deg/h`` or the
+        path of a TOML file.
+    risk
+        With a text: largest probability of passing a gyro that lies at its limit.
+
+    Raises
+    ------
+    ValueError
+        If the text states no limits.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac import Recording, analyze
+    >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> judge(analyze(still), "1deg/sqrt(h)").decision
+    'pass'
+    """
+    if isinstance(specification, str):
+        specification = specification_of(specification, risk=risk)
     rows = [
         row
         for limit in specification.limits

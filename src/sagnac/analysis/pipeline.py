@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, TypedDict
+from typing import Any, Final, TypedDict
 
 from threadpoolctl import ThreadpoolController
 
@@ -54,7 +54,7 @@ from sagnac.errors import Note, rounded
 from sagnac.kernels import cache_notes
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
-from sagnac.recording.quality import accepted, judged_remainder
+from sagnac.recording.quality import accept, judged_remainder
 from sagnac.table.turns import mean_rate, turns
 
 # Many small products, a few large ones: threads would spend their time waiting for each other.
@@ -62,7 +62,11 @@ _BLAS: Final = ThreadpoolController()
 
 
 def analyze(
-    recording: Recording, settings: Settings | None = None, *, progress: Progress | None = None
+    recording: Recording,
+    settings: Settings | None = None,
+    *,
+    progress: Progress | None = None,
+    **choices: Any,
 ) -> Analysis:
     """The angle random walk of a recording, with everything it rests on.
 
@@ -78,6 +82,8 @@ def analyze(
         What to do; ``Settings()`` unless given.
     progress
         Called with the stage and the fraction of it done.
+    **choices
+        Fields of `Settings`, which go before those of `settings`: ``method="none"``.
 
     Returns
     -------
@@ -90,6 +96,8 @@ def analyze(
     ------
     RecordingError
         If the recording cannot give what `settings` ask for; one line, with the remedy.
+    TypeError
+        If a choice is no field of `Settings`.
 
     Examples
     --------
@@ -101,8 +109,10 @@ def analyze(
     >>> analysis = analyze(recording)
     >>> analysis.angle_random_walk.low < 1e-6 < analysis.angle_random_walk.high
     True
+    >>> analyze(recording, confidence=0.9).settings.confidence
+    0.9
     """
-    settings = settings or Settings()
+    settings = replace(settings or Settings(), **choices)
     with _BLAS.limit(limits=1, user_api="blas"):
         found = _of_gyros(recording, settings, progress)
     forces = accelerometers_of(recording, settings, progress=progress)
@@ -406,7 +416,7 @@ def _slow_noise(prepared: _Prepared, curves: Curves, found: Averaged | None) -> 
 
 def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:
     """Findings of the data, and what was noticed of what is left."""
-    return merged(prepared.findings, accepted(noticed, prepared.settings.accepted))
+    return merged(prepared.findings, accept(noticed, prepared.settings.accepted))
 
 
 def _noticed(prepared: _Prepared, left: Remainder, answered: _Answered) -> tuple[Note, ...]:

@@ -1,9 +1,11 @@
 """Everything that one recording gave."""
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from html import escape
-from typing import Any
+from pathlib import Path
+from typing import Any, Final, Self
 
 from sagnac.analysis.parts import Part
 from sagnac.analysis.residuals import Residual
@@ -11,15 +13,17 @@ from sagnac.analysis.settings import Settings
 from sagnac.analysis.shares import Share, Triad
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Estimate, Fit, FitName
+from sagnac.coefficients.estimates import Estimate, Fit, FitName, estimate_units
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
-from sagnac.dataframes import pandas_for
+from sagnac.dataframes import pandas_for, xarray_for
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
 from sagnac.stability.curve import StabilityCurve
-from sagnac.units import Sensor
+from sagnac.units import DEGREE_PER_HOUR, Sensor
+
+_FIGURES: Final = ("value", "low", "high")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -123,6 +127,9 @@ class Analysis:
         What each gyro shows of the table's rate; empty at rest.
     triad
         Scale factor and axes of three gyros on a turning table, else None.
+    stored
+        The document that the analysis was read from (`from_json`), else None. Such an analysis has
+        no `recording`, no spectra, no curve from before the removal and no residual.
     """
 
     recording: Recording
@@ -153,6 +160,68 @@ class Analysis:
     refused: Mapping[str, RecordingError] = field(default_factory=dict)
     shares: Mapping[str, Share] = field(default_factory=dict)
     triad: Triad | None = None
+    stored: Mapping[str, Any] | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        # Asked only for what is not set.
+        if name in type(self).__slots__:
+            raise AttributeError(
+                f"{name} is not in analysis.json; analyze the recording again to have it"
+            )
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {
+            one.name: getattr(self, one.name) for one in fields(self) if hasattr(self, one.name)
+        }
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        for name, value in state.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def of_fields(cls, **given: Any) -> Self:
+        """One that has the fields given, and the defaults of others; the rest stays unset."""
+        made = object.__new__(cls)
+        for one in fields(cls):
+            if one.name in given:
+                value = given[one.name]
+            elif one.default is not MISSING:
+                value = one.default
+            elif one.default_factory is not MISSING:
+                value = one.default_factory()
+            else:
+                continue
+            object.__setattr__(made, one.name, value)
+        return made
+
+    @classmethod
+    def from_json(cls, path: str | Path) -> "Analysis":
+        """The analysis that an ``analysis.json`` holds: the answer, without the recording.
+
+        Raises
+        ------
+        RecordingError
+            If the file cannot be read or breaks its schema.
+        """
+        from sagnac.report.stored import read_analysis  # noqa: PLC0415  (the one way back in)
+
+        return read_analysis(path)
+
+    def to_json(self, path: str | Path | None = None) -> str:
+        """The document of schema ``sagnac.analysis/1``, also written to `path` if that is given.
+
+        Raises
+        ------
+        RecordingError
+            If the file cannot be written.
+        """
+        from sagnac.report import document, files  # noqa: PLC0415  (the document is the report's)
+
+        text = document.to_json(self.stored or document.analysis_document(self))
+        if path is not None:
+            files.write_text(Path(path), text + "\n")
+        return text
 
     @classmethod
     def of_gyros(
@@ -245,30 +314,89 @@ class Analysis:
     @property
     def sensor(self) -> Sensor:
         """``gyro``, or ``accelerometer`` if it is of one."""
+        if self.stored is not None:
+            return self.angle_random_walk.sensor
         return self.recording.gyro(self.settings.gyros[0]).sensor
 
+    def _rows(self) -> list[dict[str, Any]]:
+        """The answer, a row for each coefficient of each gyro and accelerometer, as shown."""
+        rows = []
+        for one in (*self.each, *self.accelerometers.values()):
+            # N of the answer, which the coefficients beside it may hold as another fit has it.
+            found = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
+            for name, estimate in found.items():
+                unit = next(iter(estimate_units(name, estimate.sensor)))
+                shown = estimate.to(unit)
+                rows.append(
+                    {
+                        "channel": one.channel,
+                        "coefficient": name,
+                        "value": shown.value,
+                        "low": shown.low,
+                        "high": shown.high,
+                        "unit": unit,
+                        "confidence": estimate.confidence,
+                        "status": estimate.status,
+                    }
+                )
+        return rows
+
     def to_frame(self) -> Any:
-        """Every coefficient of every fit as a pandas frame, SI, a row each.
+        """The answer as a pandas frame: a row for each coefficient of each channel.
+
+        Columns are channel, coefficient, value, low, high, unit (of the field), confidence and
+        status.
 
         Raises
         ------
         MissingExtra
             If pandas is not installed.
         """
-        rows = [
-            {
-                "fit": name,
-                "coefficient": coefficient,
-                "value": estimate.value,
-                "low": estimate.low,
-                "high": estimate.high,
-                "confidence": estimate.confidence,
-                "status": estimate.status,
-            }
-            for name, fit in self.fits.items()
-            for coefficient, estimate in fit.coefficients.items()
-        ]
-        return pandas_for("an analysis as a data frame").DataFrame(rows)
+        return pandas_for("an analysis as a data frame").DataFrame(self._rows())
+
+    def to_xarray(self) -> Any:
+        """The answer of the gyros as an xarray dataset, with the unit of each variable.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable for each coefficient over ``channel`` and ``figure`` (value, low, high), in
+            the unit of the field, NaN if it was not observable; and over ``tau``, s, the
+            ``deviation`` of the first channel per gyro, ``deviation_low`` and ``deviation_high``.
+
+        Raises
+        ------
+        MissingExtra
+            If xarray is not installed.
+        """
+        xarray = xarray_for("an analysis as a dataset")
+        rows = {
+            (row["channel"], row["coefficient"]): row
+            for row in self._rows()
+            if row["channel"] not in self.accelerometers
+        }
+        channels = [one.channel for one in self.each]
+        variables: dict[str, tuple[tuple[str, ...], Any, dict[str, str]]] = {}
+        for name in dict.fromkeys(coefficient for _, coefficient in rows):
+            found = [rows.get((channel, name), {}) for channel in channels]
+            figures = [[row.get(one, math.nan) for one in _FIGURES] for row in found]
+            unit = next(row["unit"] for row in found if row)
+            variables[name] = (("channel", "figure"), figures, {"units": unit})
+        curve = self.curve.per_gyro()
+        for name, values in (
+            ("deviation", curve.deviation), ("deviation_low", curve.low),
+            ("deviation_high", curve.high),
+        ):  # fmt: skip
+            variables[name] = (("tau",), values / DEGREE_PER_HOUR, {"units": "deg/h"})
+        return xarray.Dataset(
+            variables,
+            coords={
+                "channel": channels,
+                "figure": list(_FIGURES),
+                "tau": ("tau", curve.tau, {"units": "s"}),
+            },
+            attrs={"source": self.source, "confidence": self.angle_random_walk.confidence},
+        )
 
     def with_seconds(self, before: Mapping[str, float]) -> "Analysis":
         """The same with stages that came before it, such as reading."""

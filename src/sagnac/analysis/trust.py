@@ -14,7 +14,7 @@ from sagnac.coefficients.laws import CoefficientName
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.effects import DIVIDED, doubt_of
 from sagnac.recording.model import Recording
-from sagnac.recording.quality import accepted, judged
+from sagnac.recording.quality import accept, judged
 
 
 def findings_of(recording: Recording, settings: Settings) -> tuple[Note, ...]:
@@ -25,7 +25,7 @@ def findings_of(recording: Recording, settings: Settings) -> tuple[Note, ...]:
     RecordingError
         If the settings are strict and something is found that they do not accept.
     """
-    found = accepted(judged(recording, settings.gyros), settings.accepted)
+    found = accept(judged(recording, settings.gyros), settings.accepted)
     require_strict(found, settings)
     return found
 

@@ -11,7 +11,7 @@ from sagnac.formats import read
 from sagnac.report.command_line import error_text
 from sagnac.report.document import analysis_document, to_json
 from sagnac.report.files import write_text
-from sagnac.report.page import write_report
+from sagnac.report.page import write_page
 
 _REPORTS: Final = "reports"
 
@@ -56,6 +56,6 @@ def _measured(task: Task, folder: Path) -> Result:
     report = Path(_REPORTS) / f"{Path(task.path).stem}-{task.key[:12]}"
     (folder / report).mkdir(parents=True, exist_ok=True)
     document = analysis_document(analysis)
-    write_report(analysis, folder / report / "report.html")
+    write_page(analysis, folder / report / "report.html")
     write_text(folder / report / "analysis.json", to_json(document) + "\n")
     return done(task, document, report.as_posix())

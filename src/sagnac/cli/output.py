@@ -3,32 +3,17 @@
 import importlib
 import os
 import textwrap
-import time
 from collections.abc import Mapping, Sequence
 from contextlib import chdir
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
-from urllib.parse import quote
+from typing import TYPE_CHECKING
 
 from sagnac.cli.errors import DONE, FAILED, UNDECIDED
 from sagnac.errors import one_line
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
-    from sagnac.report.title_block import TitleBlock
     from sagnac.specification.verdict import Decision
-
-# Characters that a file system takes in a name, with room for what is put before it.
-_LONGEST_NAME: Final = 180
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Written:
-    """An analysis with the time that its report took, and the files of the report."""
-
-    analysis: "Analysis"
-    paths: tuple[Path, ...]
 
 
 def folders_of(files: Sequence[Path], output: Path | None, *, as_json: bool) -> list[Path | None]:
@@ -89,143 +74,10 @@ def made(folder: Path) -> Path:
     return folder
 
 
-def folder_name(name: str) -> str:
-    """A file name for a channel, whatever its name is: it comes out of a file.
-
-    Examples
-    --------
-    >>> folder_name("x"), folder_name("../../x"), folder_name("..")
-    ('x', '..%2F..%2Fx', '%2E%2E')
-    """
-    safe = quote(name, safe=" ")[:_LONGEST_NAME]
-    return safe if safe.strip(". ") else "".join(f"%{ord(mark):02X}" for mark in safe)
-
-
 def ready_to_draw() -> None:
     """Load what draws, from where no stray ``matplotlibrc`` lies, which would be believed."""
     with chdir(Path(__file__).parent):
         importlib.import_module("matplotlib")
-
-
-def write_report(
-    analysis: "Analysis",
-    folder: Path,
-    *,
-    block: "TitleBlock | None" = None,
-    settings: str = "",
-    pdf: bool = False,
-    with_forces: bool = True,
-) -> Written:
-    """Page, document, tables and figures of one analysis, into a folder that is made for them.
-
-    With `settings`, which repeat the run, these too; with `pdf` also the page as a PDF. Without
-    `with_forces` the accelerometers are in the document, but not on the page. Gyros that were taken
-    alone have one page together, and a folder each in it.
-    """
-    ready_to_draw()
-    from sagnac.formats.files import replacing_folder
-
-    sheet = _Sheet(block=block, settings=settings, pdf=pdf, with_forces=with_forces)
-    # All of it or nothing: new figures beside an old document would be believed.
-    with replacing_folder(folder) as new:
-        written = (
-            _write_unit(analysis, new, sheet)
-            if analysis.gyros
-            else _write_gyro(analysis, new, sheet)
-        )
-    return replace(written, paths=tuple(folder / path for path in written.paths))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Sheet:
-    """What a report holds beside the analysis; see `write_report`."""
-
-    block: "TitleBlock | None"
-    settings: str
-    pdf: bool
-    with_forces: bool
-
-
-def _write_unit(analysis: "Analysis", folder: Path, sheet: _Sheet) -> Written:
-    """The page of several gyros that were taken alone, and each one's own report."""
-    from sagnac.report import figures, page
-    from sagnac.report.files import write_text
-
-    began = time.perf_counter()
-    places = {name: folder_name(name) for name in analysis.gyros}
-    links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
-    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
-    text = page.unit_page(shown, block=sheet.block, settings=sheet.settings, links=links)
-    write_text(folder / "report.html", text)
-    figures.write_png(figures.unit_figure(analysis), folder / "stability.png")
-    names = ["report.html", *_printed(text, folder, sheet), "analysis.json", "stability.png"]
-    if sheet.settings:
-        write_text(folder / "settings.toml", sheet.settings)
-        names.append("settings.toml")
-    paths = [Path(name) for name in names]
-    each = {}
-    for name, one in analysis.gyros.items():
-        place = folder / places[name]
-        place.mkdir()
-        own = _write_gyro(one, place, sheet)
-        each[name] = own.analysis
-        paths += [Path(places[name]) / path for path in own.paths]
-    spent = time.perf_counter() - began
-    analysis = replace(analysis, gyros=each, seconds={**analysis.seconds, "report": spent})
-    _write_document(analysis, folder)
-    return Written(analysis=analysis, paths=tuple(paths))
-
-
-def _write_gyro(analysis: "Analysis", folder: Path, sheet: _Sheet) -> Written:
-    """The report of one analysis; its paths are relative to the folder."""
-    from sagnac.report import figures, page, tables
-    from sagnac.report.files import write_text
-
-    began = time.perf_counter()
-    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
-    drawn = figures.report_figures(analysis)
-    pictures = {"stability.png": drawn.stability, "spectrum.png": drawn.spectrum}
-    if drawn.parts is not None:
-        pictures["parts.png"] = drawn.parts
-    texts = {
-        "report.html": page.page(shown, drawn, block=sheet.block, settings=sheet.settings),
-        "stability.csv": tables.stability_table(analysis),
-        "lines.csv": tables.line_table(analysis),
-    }
-    if analysis.family:
-        texts["family.csv"] = tables.family_table(analysis)
-        texts["psd.csv"] = tables.density_table(analysis)
-    if sheet.settings:
-        texts["settings.toml"] = sheet.settings
-    for name, figure in pictures.items():
-        figures.write_png(figure, folder / name)
-    for name, text in texts.items():
-        write_text(folder / name, text)
-    spent = time.perf_counter() - began
-    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
-    _write_document(analysis, folder)
-    first, *others = texts
-    printed = _printed(texts[first], folder, sheet)
-    names = (first, *printed, "analysis.json", *others, *pictures)
-    return Written(analysis=analysis, paths=tuple(map(Path, names)))
-
-
-def _write_document(analysis: "Analysis", folder: Path) -> None:
-    from sagnac.report import document
-    from sagnac.report.files import write_text
-
-    text = document.to_json(document.analysis_document(analysis))
-    write_text(folder / "analysis.json", text + "\n")
-
-
-def _printed(page: str, folder: Path, sheet: _Sheet) -> list[str]:
-    """The page as a PDF, if that is wanted."""
-    if not sheet.pdf:
-        return []
-    from sagnac.report.pdf import write_pdf
-
-    write_pdf(page, folder / "report.pdf")
-    return ["report.pdf"]
 
 
 def write_accelerometers(analysis: "Analysis", folder: Path, *, pdf: bool = False) -> list[Path]:

@@ -175,7 +175,7 @@ def judged_remainder(
     return unsteady_notes(alone, left, profile) or heavy_notes(left, profile)
 
 
-def accepted(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:
+def accept(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:
     """Findings, those that the caller takes knowingly turned into remarks that say so.
 
     Parameters
@@ -193,17 +193,39 @@ def accepted(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:
     )
 
 
-def check(recording: Recording) -> tuple[Note, ...]:
+def check(recording: Recording, *, accepted: Container[str] = ()) -> tuple[Note, ...]:
     """Everything that can be said about the quality of the data.
 
     Besides `integrity`, that of the accelerometers, too: what `judged` finds, and an encoder that
     the gyros do not follow. These are looked at only of gyros in which `integrity` found no error.
+    What reading warned of is in it.
+
+    Parameters
+    ----------
+    recording
+        Still or turning.
+    accepted
+        Names of findings that are taken knowingly: see `accept`.
 
     Returns
     -------
     tuple of Note
-        Errors first.
+        Errors first, then warnings, then remarks.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rate = np.random.default_rng(1).standard_normal(6000)
+    >>> rate[2000:3000] = rate[2000]
+    >>> stuck = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> [note.level for note in check(stuck)][:1]
+    ['error']
     """
+    doubts = [note for note in recording.notes if note.level == "warning"]
+    return ranked((*doubts, *accept(_findings(recording), accepted)))
+
+
+def _findings(recording: Recording) -> tuple[Note, ...]:
     forces = [recording.of_accelerometer(one.name) for one in recording.accelerometers]
     notes = [note for one in (recording, *forces) for note in integrity(one)]
     spoilt = {note.channel for note in notes if note.level == "error"}

@@ -67,7 +67,7 @@ _LATITUDE: Final = 45.0 * DEGREE
 _OF_BOTH: Final = "Likelihood (N), average (the others)"
 
 
-def write_report(analysis: Analysis, path: Path) -> None:
+def write_page(analysis: Analysis, path: Path) -> None:
     """Write ``report.html``: whole or not at all, and nothing in it is fetched.
 
     Raises

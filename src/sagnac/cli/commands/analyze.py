@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.formats import Statement
+    from sagnac.report.folder import Report
     from sagnac.report.title_block import TitleBlock
 
 
@@ -97,7 +98,9 @@ def _require_free(
     """Refuse a folder in which something would be lost, or in which that of a gyro has it."""
     if folder is None:
         return
-    for place in (folder, *(folder / results.folder_name(name) for name in names)):
+    from sagnac.report.files import folder_name
+
+    for place in (folder, *(folder / folder_name(name) for name in names)):
         outputs.require_free(outputs.of_report(place), reads, force=force)
 
 
@@ -120,16 +123,19 @@ def _analyzed(
 
 def _reported(
     analysis: "Analysis", folder: Path | None, block: "TitleBlock", settings: str, *, pdf: bool
-) -> results.Written:
+) -> "Report":
     """The analysis with its report in `folder`, unless that is None."""
+    results.ready_to_draw()
+    from sagnac.report.folder import Report, write_report
+
     if folder is None:
-        return results.Written(analysis=analysis, paths=())
+        return Report(analysis=analysis, paths=())
     with progresses.shown() as progress:
         progress("report", 0.0)
-        return results.write_report(analysis, folder, block=block, settings=settings, pdf=pdf)
+        return write_report(analysis, folder, block=block, settings=settings, pdf=pdf)
 
 
-def _print(one: results.Written, *, curve: bool, end: str) -> None:
+def _print(one: "Report", *, curve: bool, end: str) -> None:
     from sagnac.report import text
 
     analysis = one.analysis

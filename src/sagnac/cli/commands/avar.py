@@ -152,7 +152,9 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
 def _outputs(read: ReadFile, settings: "Settings", output: Path) -> list[outputs.Outputs]:
     """What will be written: a folder for each gyro beside the page of all, and the forces'."""
     names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
-    made = [outputs.of_report(output / results.folder_name(name)) for name in names]
+    from sagnac.report.files import folder_name
+
+    made = [outputs.of_report(output / folder_name(name)) for name in names]
     if len(names) > 1:
         made.append(outputs.of_report(output))
     if read.recording.accelerometers:
@@ -173,12 +175,16 @@ def _reported(
 
     One gyro's report goes into a folder of its own, too.
     """
+    results.ready_to_draw()
+    from sagnac.report.files import folder_name
+    from sagnac.report.folder import write_report
+
     analysis = made.analysis
     place = output
     if not analysis.gyros:
-        place = output / results.folder_name(analysis.channel)
+        place = output / folder_name(analysis.channel)
     progress("report", 0.0)
-    written = results.write_report(
+    written = write_report(
         analysis, place, block=block, settings=settings, pdf=pdf, with_forces=False
     )
     paths = list(written.paths)

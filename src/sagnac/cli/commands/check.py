@@ -17,7 +17,7 @@ from sagnac.cli.reading import (
     read_file,
 )
 from sagnac.cli.settings_file import with_settings
-from sagnac.errors import RecordingError, ranked
+from sagnac.errors import RecordingError
 
 if TYPE_CHECKING:
     from sagnac.errors import Note
@@ -44,13 +44,11 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             if not options.as_json:
                 _suggest(file, statement)
             raise
-        from sagnac.recording.quality import accepted
         from sagnac.recording.quality import check as findings_of
 
         progress("check", 0.0)
         with naming(file, recording):
-            findings = accepted(findings_of(recording), settings.accepted)
-            findings = ranked((*_doubts(recording), *findings))
+            findings = findings_of(recording, accepted=settings.accepted)
     if options.as_json:
         print(json.dumps(_document(file, recording, findings), allow_nan=False, indent=1))
     else:
@@ -75,11 +73,6 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     complain(f"{file}: {note_text(errors[0])}{more}")
     return DATA_ERROR
-
-
-def _doubts(recording: "Recording") -> "tuple[Note, ...]":
-    """What reading warned of."""
-    return tuple(note for note in recording.notes if note.level == "warning")
 
 
 def _suggest(file: Path, statement: "Statement") -> None:

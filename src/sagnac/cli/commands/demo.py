@@ -59,7 +59,10 @@ def demo(
         analysis = analyze(recording, Settings(gyros=tuple(GYRO_NAMES)), progress=progress)
         analysis = analysis.with_seconds({"simulate": simulated - began, "read": read_s})
         progress("report", 0.0)
-        written = results.write_report(analysis, folder)
+        results.ready_to_draw()
+        from sagnac.report.folder import write_report
+
+        written = write_report(analysis, folder)
     truth = json.loads(truth_path.read_text(encoding="utf-8"))
     put_in = float(truth["pairs"][analysis.channel]["arw_deg_per_sqrt_h"])
     print(text.answer(analysis))

@@ -1,0 +1,162 @@
+"""The folder of a report: page, document, tables and figures of one analysis, all of it or none."""
+
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from urllib.parse import quote
+
+from sagnac.analysis.result import Analysis
+from sagnac.formats.files import replacing_folder
+from sagnac.report import document, figures, page, tables
+from sagnac.report.files import folder_name, write_text
+from sagnac.report.pdf import write_pdf
+from sagnac.report.title_block import TitleBlock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """An analysis with the time that its report took, and the files of the report."""
+
+    analysis: Analysis
+    paths: tuple[Path, ...]
+
+
+def write_report(
+    analysis: Analysis,
+    folder: str | Path,
+    *,
+    block: TitleBlock | None = None,
+    settings: str = "",
+    pdf: bool = False,
+    with_forces: bool = True,
+) -> Report:
+    """Page, document, tables and figures of one analysis, into a folder that is made for them.
+
+    Gyros that were taken alone have one page together, and a folder each in it.
+
+    Parameters
+    ----------
+    analysis
+        What it is of.
+    folder
+        ``report.html``, ``analysis.json`` and the others go into it; what an earlier report left
+        there is replaced.
+    block
+        What stands on top of the page.
+    settings
+        TOML that repeats the run, written beside the page if there is one.
+    pdf
+        Also write the page as a PDF.
+    with_forces
+        Whether the page shows the accelerometers; the document holds them either way.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to; nothing of it is changed then.
+    MissingExtra
+        If a PDF is asked for and nothing that makes one is installed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from sagnac import Recording, analyze
+    >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> with TemporaryDirectory() as place:
+    ...     report = write_report(analyze(still), Path(place) / "unit 7")
+    >>> report.paths[0].name
+    'report.html'
+    """
+    folder = Path(folder)
+    sheet = _Sheet(block=block, settings=settings, pdf=pdf, with_forces=with_forces)
+    # All of it or nothing: new figures beside an old document would be believed.
+    with replacing_folder(folder) as new:
+        written = (
+            _write_unit(analysis, new, sheet)
+            if analysis.gyros
+            else _write_gyro(analysis, new, sheet)
+        )
+    return replace(written, paths=tuple(folder / path for path in written.paths))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sheet:
+    """What a report holds beside the analysis; see `write_report`."""
+
+    block: TitleBlock | None
+    settings: str
+    pdf: bool
+    with_forces: bool
+
+
+def _write_unit(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
+    """The page of several gyros that were taken alone, and each one's own report."""
+    began = time.perf_counter()
+    places = {name: folder_name(name) for name in analysis.gyros}
+    links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
+    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
+    text = page.unit_page(shown, block=sheet.block, settings=sheet.settings, links=links)
+    write_text(folder / "report.html", text)
+    figures.write_png(figures.unit_figure(analysis), folder / "stability.png")
+    names = ["report.html", *_printed(text, folder, sheet), "analysis.json", "stability.png"]
+    if sheet.settings:
+        write_text(folder / "settings.toml", sheet.settings)
+        names.append("settings.toml")
+    paths = [Path(name) for name in names]
+    each = {}
+    for name, one in analysis.gyros.items():
+        place = folder / places[name]
+        place.mkdir()
+        own = _write_gyro(one, place, sheet)
+        each[name] = own.analysis
+        paths += [Path(places[name]) / path for path in own.paths]
+    spent = time.perf_counter() - began
+    analysis = replace(analysis, gyros=each, seconds={**analysis.seconds, "report": spent})
+    _write_document(analysis, folder)
+    return Report(analysis=analysis, paths=tuple(paths))
+
+
+def _write_gyro(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
+    """The report of one analysis; its paths are relative to the folder."""
+    began = time.perf_counter()
+    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
+    drawn = figures.report_figures(analysis)
+    pictures = {"stability.png": drawn.stability, "spectrum.png": drawn.spectrum}
+    if drawn.parts is not None:
+        pictures["parts.png"] = drawn.parts
+    texts = {
+        "report.html": page.page(shown, drawn, block=sheet.block, settings=sheet.settings),
+        "stability.csv": tables.stability_table(analysis),
+        "lines.csv": tables.line_table(analysis),
+    }
+    if analysis.family:
+        texts["family.csv"] = tables.family_table(analysis)
+        texts["psd.csv"] = tables.density_table(analysis)
+    if sheet.settings:
+        texts["settings.toml"] = sheet.settings
+    for name, figure in pictures.items():
+        figures.write_png(figure, folder / name)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    spent = time.perf_counter() - began
+    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
+    _write_document(analysis, folder)
+    first, *others = texts
+    printed = _printed(texts[first], folder, sheet)
+    names = (first, *printed, "analysis.json", *others, *pictures)
+    return Report(analysis=analysis, paths=tuple(map(Path, names)))
+
+
+def _write_document(analysis: Analysis, folder: Path) -> None:
+    text = document.to_json(document.analysis_document(analysis))
+    write_text(folder / "analysis.json", text + "\n")
+
+
+def _printed(text: str, folder: Path, sheet: _Sheet) -> list[str]:
+    """The page as a PDF, if that is wanted."""
+    if not sheet.pdf:
+        return []
+    write_pdf(text, folder / "report.pdf")
+    return ["report.pdf"]
