@@ -128,7 +128,7 @@ def test_a_stated_accelerometer_is_used_by_all_that_have_one(name, tmp_path):
     words = ["export", str(document(tmp_path)), "--format", name, "--accelerometer", "0.02,3e-4"]
     assert main([*words, "-o", str(path)]) == 0
     text = path.read_text(encoding="utf-8")
-    assert "0.02,3e-4 (stated, not measured)" in text
+    assert "0.02,0.0003 (stated, not measured)" in text
     shown = {
         "gtsam": "4.000000e-04",
         "px4": "2.000000000e-01",

@@ -111,19 +111,29 @@ def documents_of(path: Path) -> tuple[Path, ...]:
 
 def _sensors_of(path: Path) -> list[Sensor]:
     try:
-        documents = read_analyses(path)
-        gyros = [one for each in documents for one in each.get("gyros", {}).values() or [each]]
-        found = [sensor for each in gyros for sensor in _gyros(each)]
-        for each in documents:
-            forces = (each.get("accelerometers") or {}).items()
-            found += [_accelerometer(name, stated, each) for name, stated in forces]
+        return [one for document in read_analyses(path) for one in sensors_of(document)]
     except RecordingError as error:
         raise error.at(str(path)) from None
     except ValueError as error:
         raise RecordingError(
             str(error), path=str(path), remedy="give the analysis.json as it was written"
         ) from None
-    return found
+
+
+def sensors_of(document: Mapping[str, Any]) -> list[Sensor]:
+    """Every gyro and accelerometer of a document of schema ``sagnac.analysis/1``.
+
+    Raises
+    ------
+    ValueError
+        If it states what cannot be.
+    """
+    gyros = document.get("gyros", {}).values() or [document]
+    forces = (document.get("accelerometers") or {}).items()
+    return [
+        *(sensor for one in gyros for sensor in _gyros(one)),
+        *(_accelerometer(name, stated, document) for name, stated in forces),
+    ]
 
 
 def _gyros(document: Mapping[str, Any]) -> list[Sensor]:

@@ -1,37 +1,21 @@
 """``sagnac export``: an analysis as the settings of a filter."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sagnac import __version__
 from sagnac.cli import outputs
 from sagnac.cli.errors import UsageError
 from sagnac.cli.options import Debug, Force, names
 from sagnac.cli.output import print_paths, require_writable
 from sagnac.errors import one_line
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from sagnac.filters.exports import Wanted
-    from sagnac.filters.settings import FilterSetting
-
-FormatName = Literal[
+# As of `sagnac.filters.export.ToolName`, which --help does not wait for.
+ToolName = Literal[
     "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
     "imu-tools", "px4", "kf-gins", "psins", "toml", "json",
 ]  # fmt: skip
-# Format by how the name of the file ends.
-_SUFFIXES: "Final[dict[str, FormatName]]" = {
-    ".yaml": "kalibr",
-    ".yml": "kalibr",
-    ".py": "gtsam",
-    ".m": "psins",
-    ".params": "px4",
-    ".toml": "toml",
-    ".json": "json",
-}
 
 
 def export(
@@ -48,7 +32,7 @@ def export(
         Path, Parameter(name=["-o", "--output"], metavar="FILE", help="File to write.")
     ],
     format_name: Annotated[
-        FormatName | None,
+        ToolName | None,
         Parameter(
             name="--format",
             help="Tool; by the file's name unless stated: .yaml kalibr, .py gtsam, .m psins, "
@@ -106,112 +90,37 @@ def export(
     gyros and of accelerometers. What a data sheet states is taken as it stands, and marked so.
     """
     del debug
-    chosen = format_name or _format_of(output)
-    _require_used(
-        chosen, {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
-    )
-    stated = [] if accelerometer is None else [_accelerometer(accelerometer)]
-    stated += [_of_datasheet(text) for text in datasheet or ()]
-    if not analyses and not stated:
+    from sagnac.filters.export import export as made_of
+    from sagnac.filters.export import require_used, tool_of
+
+    given = {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
+    try:
+        chosen = format_name or tool_of(output)
+    except ValueError:
+        raise UsageError(f"{output}: its name tells no format; give --format") from None
+    try:
+        require_used(chosen, given)
+    except ValueError as error:
+        raise UsageError(f"--{error}") from None
+    stated = None if accelerometer is None else _accelerometer(accelerometer)
+    if not analyses and stated is None and not datasheet:
         raise UsageError("give an analysis.json, or what a data sheet states with --datasheet")
     require_writable(output.parent)
     outputs.require_free(outputs.of_export(output, chosen), analyses or (), force=force)
-    from sagnac.filters.definitions import definition_of
-    from sagnac.filters.exports import Wanted
-
-    settings = _settings(analyses or [], stated, confidence, 2 if markov is None else markov)
-    if not any(one.kind == "gyro" for one in settings):
-        raise UsageError("no gyro; give an analysis of one, or its data sheet with --datasheet")
-    wanted = Wanted(
-        settings=tuple(one for one in settings if one.kind == "gyro"),
-        accelerometers=tuple(one for one in settings if one.kind == "accelerometer"),
-        each=(
-            definition_of(chosen).axes != "one" and chosen != "openvins"
-            if axes is None
-            else axes == "each"
-        ),
-        rate=rate,
-        topic=topic or "/imu0",
-        version=__version__,
-    )
-    _write(output, chosen, wanted)
-
-
-def _require_used(chosen: FormatName, given: "Mapping[str, object]") -> None:
-    """Refuse an option that the format cannot use, with the reason."""
-    from sagnac.filters.definitions import definition_of
-
-    definition = definition_of(chosen)
-    for option, value in given.items():
-        if value is not None and option in definition.unused:
-            raise UsageError(
-                f"--{option} has no effect on {definition.tool}: {definition.unused[option]}; "
-                "leave it out"
-            )
-
-
-def _format_of(output: Path) -> FormatName:
-    """The format that the name of a file tells."""
-    chosen = _SUFFIXES.get(output.suffix.lower())
-    if chosen is None:
-        raise UsageError(f"{output}: its name tells no format; give --format")
-    return chosen
-
-
-def _settings(
-    analyses: list[Path], stated: "list[FilterSetting]", confidence: float, markov: int
-) -> "list[FilterSetting]":
-    """The models of all sensors of some analyses, and those that were stated."""
-    from sagnac.filters.sensors import sensors_in
-    from sagnac.filters.settings import setting_of
-
-    sensors = [sensor for path in analyses for sensor in sensors_in(path)]
-    kinds = [*(sensor.kind for sensor in sensors), *(one.kind for one in stated)]
-    for one in stated:
-        if kinds.count(one.kind) > 1:
-            raise UsageError(
-                f"{one.source}: another noise of the {one.kind}s is there; leave one of them out"
-            )
-    return [
-        *(setting_of(sensor, confidence=confidence, most_markov=markov) for sensor in sensors),
-        *stated,
-    ]
-
-
-def _write(output: Path, chosen: FormatName, wanted: "Wanted") -> None:
-    """The settings into a file, and what they say in words onto the terminal."""
-    from sagnac.filters.definitions import definition_of
-    from sagnac.filters.exports import exported
-    from sagnac.report.files import write_text
-
-    write_text(output, exported(chosen, wanted))
-    holds = "accelerometer" not in definition_of(chosen).unused
-    for setting in (*wanted.chosen, *(wanted.forces if holds else ())):
+    made = made_of(
+        analyses or (), output, tool=chosen, axes=axes, rate=rate, confidence=confidence,
+        markov=markov, topic=topic, accelerometer=stated, datasheet=datasheet or (),
+    )  # fmt: skip
+    for setting in made.settings:
         print(one_line(setting.in_words()))
     print_paths([output])
 
 
-def _accelerometer(text: str) -> "FilterSetting":
-    from sagnac.filters.settings import FilterSetting
-    from sagnac.filters.state_space import FilterModel
-
+def _accelerometer(text: str) -> tuple[float, float]:
     try:
         density, walk = (float(part) for part in names(text))
-        model = FilterModel(white=density, walk=walk)
     except ValueError:
         raise UsageError(
             f"--accelerometer {text}: give noise density and random walk, such as 2e-3,3e-3"
         ) from None
-    return FilterSetting(
-        name="accelerometer",
-        kind="accelerometer",
-        simple=model,
-        full=model,
-        source=f"--accelerometer {text} (stated, not measured)",
-    )
-
-
-def _of_datasheet(text: str) -> "FilterSetting":
-    from sagnac.filters.datasheet import datasheet_setting
-
-    return datasheet_setting(text)
+    return density, walk

@@ -1,0 +1,233 @@
+"""From analyses, and from what data sheets state, to the settings file of a tool."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Final, Literal, Protocol
+
+from sagnac.errors import quoted
+from sagnac.filters.datasheet import datasheet_setting
+from sagnac.filters.definitions import definition_of
+from sagnac.filters.exports import Wanted, exported
+from sagnac.filters.sensors import sensors_in, sensors_of
+from sagnac.filters.settings import FilterSetting, setting_of
+from sagnac.filters.state_space import FilterModel
+from sagnac.formats.files import replacing
+from sagnac.stability.names import check_choice
+
+ToolName = Literal[
+    "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
+    "imu-tools", "px4", "kf-gins", "psins", "toml", "json",
+]  # fmt: skip
+
+_SUFFIXES: Final[Mapping[str, ToolName]] = {
+    ".yaml": "kalibr",
+    ".yml": "kalibr",
+    ".py": "gtsam",
+    ".m": "psins",
+    ".params": "px4",
+    ".toml": "toml",
+    ".json": "json",
+}
+
+
+class Documented(Protocol):
+    """What has a document of schema ``sagnac.analysis/1``: an analysis."""
+
+    def to_json(self) -> str:
+        """The document."""
+        ...
+
+
+Source = Documented | str | Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exported:
+    """The settings of a tool.
+
+    Attributes
+    ----------
+    tool
+        Whose they are.
+    text
+        Of its file.
+    settings
+        The models in it, of gyros and then of accelerometers.
+    """
+
+    tool: ToolName
+    text: str
+    settings: tuple[FilterSetting, ...]
+
+
+def tool_of(path: str | Path) -> ToolName:
+    """The tool that the name of a file tells.
+
+    Raises
+    ------
+    ValueError
+        If it tells none.
+
+    Examples
+    --------
+    >>> tool_of("imu.yaml")
+    'kalibr'
+    """
+    found = _SUFFIXES.get(Path(path).suffix.lower())
+    if found is None:
+        raise ValueError(f"{path}: its name tells no format; state the tool")
+    return found
+
+
+def require_used(tool: ToolName, given: Mapping[str, object]) -> None:
+    """Refuse an option that a tool cannot use.
+
+    Parameters
+    ----------
+    tool
+        The tool.
+    given
+        Options by name; those that are None were not given.
+
+    Raises
+    ------
+    ValueError
+        With the reason.
+    """
+    definition = definition_of(tool)
+    for option, value in given.items():
+        if value is not None and option in definition.unused:
+            raise ValueError(
+                f"{option} has no effect on {definition.tool}: {definition.unused[option]}; "
+                "leave it out"
+            )
+
+
+def export(
+    source: Source | Sequence[Source] = (),
+    path: str | Path | None = None,
+    *,
+    tool: ToolName | None = None,
+    axes: Literal["worst", "each"] | None = None,
+    rate: float | None = None,
+    confidence: float = 0.95,
+    markov: Literal[0, 1, 2] | None = None,
+    topic: str | None = None,
+    accelerometer: tuple[float, float] | None = None,
+    datasheet: Sequence[str] = (),
+) -> Exported:
+    """Filter settings of analyses: a model that lies above the upper limit of each curve.
+
+    Parameters
+    ----------
+    source
+        An analysis, the path of an ``analysis.json`` or of a folder that holds some, or several.
+    path
+        File to write; none is written without it.
+    tool
+        Whose settings; by the name of `path` unless stated.
+    axes
+        One noise that covers all axes, or each its own; each unless the tool has one for all.
+    rate
+        Update rate of the discrete form, Hz; that of the recording unless stated, 100 for PX4.
+    confidence
+        That the model lies above the Allan deviation of the sensor.
+    markov
+        Markov rates of the full model (``toml``, ``json``) at most; 2 unless stated.
+    topic
+        ROS topic of the IMU; ``/imu0`` unless stated.
+    accelerometer
+        Noise density, m/s^2/sqrt(Hz), and random walk, m/s^3/sqrt(Hz), of accelerometers that were
+        not measured.
+    datasheet
+        What data sheets state, a text for gyros and one for accelerometers (`datasheet_setting`).
+
+    Raises
+    ------
+    ValueError
+        If the tool is not known, or cannot use an option, or there is no gyro.
+    RecordingError
+        If a source holds no analysis, or the file cannot be written.
+
+    Examples
+    --------
+    >>> made = export(tool="gtsam", datasheet=["N=0.004deg/s/sqrt(Hz),B=2deg/h@100s"])
+    >>> "not measured" in made.text
+    True
+    """
+    if tool is None:
+        if path is None:
+            raise ValueError("tool is not stated, and there is no path whose name tells it")
+        tool = tool_of(path)
+    check_choice("tool", tool, ToolName)
+    check_choice("axes", axes or "each", Literal["worst", "each"])
+    require_used(
+        tool, {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
+    )
+    stated = [] if accelerometer is None else [_stated(accelerometer)]
+    stated += [datasheet_setting(text) for text in datasheet]
+    measured = [
+        setting_of(sensor, confidence=confidence, most_markov=2 if markov is None else markov)
+        for one in _several(source)
+        for sensor in (
+            sensors_in(Path(one))
+            if isinstance(one, str | Path)
+            else sensors_of(json.loads(one.to_json()))
+        )
+    ]
+    settings = _together(measured, stated)
+    wanted = Wanted(
+        settings=tuple(one for one in settings if one.kind == "gyro"),
+        accelerometers=tuple(one for one in settings if one.kind == "accelerometer"),
+        each=_takes_each(tool) if axes is None else axes == "each",
+        rate=rate,
+        topic=topic or "/imu0",
+        version=import_module("sagnac").__version__,
+    )
+    text = exported(tool, wanted)
+    if path is not None:
+        with replacing(Path(path)) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    forces = () if "accelerometer" in definition_of(tool).unused else wanted.forces
+    return Exported(tool=tool, text=text, settings=(*wanted.chosen, *forces))
+
+
+def _several(source: Source | Sequence[Source]) -> Sequence[Source]:
+    if isinstance(source, str | Path):
+        return (source,)
+    return source if isinstance(source, Sequence) else (source,)
+
+
+def _takes_each(tool: ToolName) -> bool:
+    return definition_of(tool).axes != "one" and tool != "openvins"
+
+
+def _together(measured: list[FilterSetting], stated: list[FilterSetting]) -> list[FilterSetting]:
+    """Measured and stated models; a kind of sensor is either."""
+    kinds = [one.kind for one in (*measured, *stated)]
+    for one in stated:
+        if kinds.count(one.kind) > 1:
+            raise ValueError(
+                f"{one.source}: another noise of the {one.kind}s is there; leave one of them out"
+            )
+    if "gyro" not in kinds:
+        raise ValueError("no gyro; give an analysis of one, or its data sheet")
+    return [*measured, *stated]
+
+
+def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
+    density, walk = accelerometer
+    try:
+        model = FilterModel(white=density, walk=walk)
+    except ValueError as error:
+        raise ValueError(f"accelerometer is {quoted(accelerometer)}; {error}") from None
+    return FilterSetting(
+        name="accelerometer",
+        kind="accelerometer",
+        simple=model,
+        full=model,
+        source=f"accelerometer {density:g},{walk:g} (stated, not measured)",
+    )
