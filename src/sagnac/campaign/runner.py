@@ -92,7 +92,7 @@ def run(
     completed: Completed | None = None,
     *,
     span: float | None = None,
-    told: Callable[[Standing], None] = _nobody,
+    told: Callable[[Standing], None] | None = None,
 ) -> Campaign:
     """Do every task whose result the folder does not hold.
 
@@ -118,6 +118,7 @@ def run(
     folder.mkdir(parents=True, exist_ok=True)
     work = completed or (lambda todo, place: local.completed(todo, place, means_of()))
     planned = [with_digest(task) for task in tasks]
+    told = told or _nobody
     rows, computed = _rows(planned, folder, work, told)
     if span is not None:
         spans = [one for row in rows for one in span_tasks(row.task, row.result, span)]

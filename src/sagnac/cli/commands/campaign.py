@@ -1,6 +1,6 @@
 """``sagnac campaign``: many recordings, one table, one page; resumes."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,9 +23,9 @@ from sagnac.cli.options import (
 from sagnac.cli.progress import standings
 
 if TYPE_CHECKING:
+    from sagnac.campaign.campaign import CampaignReport
     from sagnac.campaign.config import Choices
-    from sagnac.campaign.results import Result
-    from sagnac.campaign.runner import Campaign
+    from sagnac.campaign.runner import Completed
     from sagnac.campaign.tasks import Task
 
 _WORK = Group("Work", sort_key=2)
@@ -75,6 +75,7 @@ def campaign(
     does only what is not there yet. The exit status is 1 if a recording could not be analyzed;
     else, with --spec, 3 if a gyro fails and 4 if one is undecided.
     """
+    from sagnac.campaign.campaign import title_of
     from sagnac.campaign.config import Choices, tasks_of
     from sagnac.campaign.page import reason_text
     from sagnac.campaign.verdicts import yield_of
@@ -92,62 +93,50 @@ def campaign(
     reads = outputs.inputs([*sources, *(Path(task.path) for task in tasks)], options)
     outputs.require_free(outputs.of_campaign(output), reads, force=force)
     completed = _completed(scheduler, workers, options.memory)
-    made = _run(tasks, results.made(output).absolute(), completed, span)
-    _write(made, output, choices, sources)
-    for row in made.failed:
+    made = _done(tasks, results.made(output).absolute(), completed, span, title_of(sources, tasks))
+    _print(made, choices)
+    failed = made.campaign.failed
+    for row in failed:
         complain(reason_text(row.task.path, row.result.reason))
-    found = yield_of(made)
-    if made.failed or found is None:
-        return DATA_ERROR if made.failed else DONE
+    found = yield_of(made.campaign)
+    if failed or found is None:
+        return DATA_ERROR if failed else DONE
     return results.status_of(found.decision)
 
 
-def _completed(
-    scheduler: str | None, workers: int | None, memory: float | None
-) -> "Callable[[Sequence[Task], Path], Iterator[tuple[Task, Result]]]":
+def _completed(scheduler: str | None, workers: int | None, memory: float | None) -> "Completed":
     """Where the work is done."""
-    if scheduler is not None:
-        if workers is not None or memory is not None:
-            raise UsageError("--workers and --memory are of this machine; a cluster has its own")
-        from sagnac.campaign import cluster
+    from sagnac.campaign.campaign import workplace
 
-        return lambda tasks, folder: cluster.completed(tasks, folder, scheduler)
-    from sagnac.campaign import local
-    from sagnac.processes import means_of
-
+    if scheduler is not None and (workers is not None or memory is not None):
+        raise UsageError("--workers and --memory are of this machine; a cluster has its own")
     try:
-        means = means_of(workers, memory)
+        return workplace(scheduler, workers, memory)
     except ValueError as error:
         raise UsageError(f"--{error}") from error
-    return lambda tasks, folder: local.completed(tasks, folder, means)
 
 
-def _run(
-    tasks: "Sequence[Task]",
-    folder: Path,
-    completed: "Callable[[Sequence[Task], Path], Iterator[tuple[Task, Result]]]",
-    span: float | None,
-) -> "Campaign":
-    from sagnac.campaign.runner import run
+def _done(
+    tasks: "Sequence[Task]", folder: Path, completed: "Completed", span: float | None, title: str
+) -> "CampaignReport":
+    results.ready_to_draw()
+    from sagnac.campaign.campaign import carried_out
 
     try:
-        return run(tasks, folder, completed, span=span, told=standings())
+        return carried_out(tasks, folder, completed, title=title, span=span, told=standings())
     except KeyboardInterrupt:
         complain(f"stopped; start the same campaign again, and it goes on ({folder})")
         raise
 
 
-def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence[Path]) -> None:
-    from sagnac.campaign.page import deviation_words, write_page
+def _print(report: "CampaignReport", choices: "Choices") -> None:
+    from sagnac.campaign.page import deviation_words
     from sagnac.campaign.scatter import scatter_of
-    from sagnac.campaign.table import groups_of, lines_of, write_tables
+    from sagnac.campaign.table import groups_of
     from sagnac.campaign.verdicts import limit_texts, specifications_of, yield_of
     from sagnac.report.quantities import number
 
-    lines = lines_of(made.each)
-    tables = write_tables(lines, output)
-    title = sources[0].stem if len(sources) == 1 else f"{len(made.rows)} recordings"
-    page = write_page(made, lines, output, title)
+    made, lines = report.campaign, report.lines
     for (method, gyros), group in groups_of(lines).items():
         done = [line for line in group if line.state == "done"]
         scatter = scatter_of(done, choices.settings.confidence)
@@ -168,4 +157,4 @@ def _write(made: "Campaign", output: Path, choices: "Choices", sources: Sequence
         limits = [text for one in specifications_of(made) for text in limit_texts(one)]
         print(f"{', '.join(limits)}: {found.in_words()}; {found.share_in_words()}")
     print(f"{made.computed} of {len(made.rows)} rows made, the others were there")
-    results.print_paths([page, *tables])
+    results.print_paths(report.paths)

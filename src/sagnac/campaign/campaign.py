@@ -1,0 +1,191 @@
+"""Many recordings in; a table, a page and a report for each out. Started again, it goes on."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from sagnac.analysis.settings import Settings
+from sagnac.campaign import cluster, local
+from sagnac.campaign.config import Choices, tasks_of
+from sagnac.campaign.page import write_page
+from sagnac.campaign.results import Result
+from sagnac.campaign.runner import Campaign, Completed, run
+from sagnac.campaign.table import Line, lines_of, write_tables
+from sagnac.campaign.tasks import Task
+from sagnac.dataframes import pandas_for
+from sagnac.formats.statement import Statement
+from sagnac.processes import Standing, means_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignReport:
+    """A campaign that has been done and written.
+
+    Attributes
+    ----------
+    campaign
+        Its rows.
+    lines
+        Of the table: N, its interval and its status for each gyro of each recording.
+    paths
+        Page and tables.
+    """
+
+    campaign: Campaign
+    lines: tuple[Line, ...]
+    paths: tuple[Path, ...]
+
+    def to_frame(self) -> Any:
+        """The table as a pandas frame; column names carry the units.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        rows = [asdict(line) for line in self.lines]
+        return pandas_for("a campaign as a data frame").DataFrame(rows)
+
+
+def campaign(
+    sources: str | Path | Sequence[str | Path],
+    folder: str | Path,
+    settings: Settings | None = None,
+    *,
+    pattern: str = "",
+    span: float | None = None,
+    workers: int | None = None,
+    memory: float | None = None,
+    scheduler: str | None = None,
+    told: Callable[[Standing], None] | None = None,
+    **choices: Any,
+) -> CampaignReport:
+    """Analyze many recordings, and put them together in one table and on one page.
+
+    Parameters
+    ----------
+    sources
+        A TOML of a campaign, or recordings and folders of recordings.
+    folder
+        ``campaign.csv``, ``campaign.parquet``, ``index.html`` and the reports go into it. What an
+        earlier start with the same folder has done is kept.
+    settings
+        For all recordings; ``Settings()`` unless given.
+    pattern
+        A regular expression that finds ``(?P<unit>…)``, ``(?P<day>…)`` and ``(?P<rate>…)`` in the
+        path of a recording.
+    span
+        Also cut each recording into spans of this length, s.
+    workers, memory
+        Processes on this machine, and bytes that they may take together.
+    scheduler
+        Address of a Dask cluster to work on instead, ``tcp://host:8786``.
+    told
+        Called with where it stands after each recording.
+    **choices
+        Fields of `Settings` and of `sagnac.formats.Statement`, for all recordings:
+        ``method="none"``, ``kind="rate"``, ``unit="deg/h"``, ``sample_rate=100.0``.
+
+    Returns
+    -------
+    CampaignReport
+        A recording that cannot be analyzed is a row that says why.
+
+    Raises
+    ------
+    RecordingError
+        If a source is not there, the folder cannot be written to, or there are no workers.
+    ValueError
+        If a choice cannot be.
+    TypeError
+        If a choice is a field of neither.
+    """
+    listed = [sources] if isinstance(sources, str | Path) else sources
+    paths = [Path(source) for source in listed]
+    tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
+    return carried_out(
+        tasks,
+        Path(folder).absolute(),
+        workplace(scheduler, workers, memory),
+        title=title_of(paths, tasks),
+        span=span,
+        told=told,
+    )
+
+
+def carried_out(
+    tasks: Sequence[Task],
+    folder: Path,
+    completed: Completed,
+    *,
+    title: str,
+    span: float | None = None,
+    told: Callable[[Standing], None] | None = None,
+) -> CampaignReport:
+    """The tasks of a campaign done, and its table and page written.
+
+    Parameters
+    ----------
+    tasks, folder, completed, span, told
+        As of `sagnac.campaign.runner.run`.
+    title
+        Of the page.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to, or there are no workers.
+    """
+    made = run(tasks, folder, completed, span=span, told=told)
+    lines = tuple(lines_of(made.each))
+    tables = write_tables(lines, folder)
+    page = write_page(made, lines, folder, title)
+    return CampaignReport(campaign=made, lines=lines, paths=(page, *tables))
+
+
+def title_of(sources: Sequence[Path], tasks: Sequence[Task]) -> str:
+    """What the page of a campaign is called."""
+    return sources[0].stem if len(sources) == 1 else f"{len(tasks)} recordings"
+
+
+def workplace(
+    scheduler: str | None = None, workers: int | None = None, memory: float | None = None
+) -> Completed:
+    """Where the work is done: by processes of this machine, or on a cluster.
+
+    Raises
+    ------
+    ValueError
+        If workers or memory cannot be, or are stated beside a cluster, which has its own.
+    """
+    if scheduler is None:
+        means = means_of(workers, memory)
+
+        def here(tasks: Sequence[Task], folder: Path) -> Iterator[tuple[Task, Result]]:
+            return local.completed(tasks, folder, means)
+
+        return here
+    if workers is not None or memory is not None:
+        raise ValueError("workers and memory are of this machine; a cluster has its own")
+
+    def there(tasks: Sequence[Task], folder: Path) -> Iterator[tuple[Task, Result]]:
+        return cluster.completed(tasks, folder, scheduler)
+
+    return there
+
+
+def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices:
+    """Each choice where it belongs; the gyros belong to both."""
+    of_settings, of_statement = (
+        {name: value for name, value in given.items() if name in {one.name for one in fields(kind)}}
+        for kind in (Settings, Statement)
+    )
+    unknown = [name for name in given if name not in of_settings and name not in of_statement]
+    if unknown:
+        raise TypeError(f"{unknown[0]} is a field of neither Settings nor Statement")
+    return Choices(
+        settings=replace(settings, **of_settings),
+        statement=Statement(**of_statement),
+        pattern=pattern,
+    )
