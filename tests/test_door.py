@@ -1,5 +1,6 @@
 """The one door: what it names, what it costs, and what it can do without."""
 
+import pickle
 import subprocess
 import sys
 
@@ -10,24 +11,40 @@ import sagnac
 
 NAMES = {
     "Analysis",
+    "CampaignReport",
     "Channel",
     "Estimate",
+    "Exported",
+    "Fit",
+    "Line",
+    "MissingExtra",
     "Note",
+    "OrthogonalSearch",
     "Recording",
     "RecordingError",
+    "Removal",
+    "Report",
     "RigConfig",
     "Settings",
+    "Specification",
     "StabilityCurve",
+    "Statement",
+    "Verdict",
     "__version__",
     "analyze",
+    "campaign",
+    "check",
+    "export",
     "fast_orthogonal_search",
     "fit_coefficients",
+    "judge",
     "plot",
     "read",
     "remove_lines",
     "simulate",
     "stability_curve",
     "write",
+    "write_report",
 }
 
 
@@ -93,3 +110,118 @@ def test_the_still_bench_runs_without_finufft(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert "ARW of gyro x" in done.stdout
+
+
+def bench(samples: int = 20_000) -> sagnac.Recording:
+    """Two gyros of 1e-6 rad/sqrt(s) at rest, 10 Hz, and an accelerometer."""
+    random = np.random.default_rng(4)
+    rates = {name: 1e-6 * np.sqrt(10.0) * random.standard_normal(samples) for name in "xy"}
+    return sagnac.Recording.from_arrays(
+        **rates,
+        az=9.81 + 1e-3 * random.standard_normal(samples),
+        kind="rate",
+        unit={"x": "rad/s", "y": "rad/s", "az": "m/s^2"},
+        sample_rate=10.0,
+    )
+
+
+@pytest.fixture(scope="module")
+def analyzed() -> sagnac.Analysis:
+    return sagnac.analyze(bench(), confidence=0.9)
+
+
+def test_choices_of_an_analysis_are_keywords(analyzed):
+    settings = sagnac.Settings(confidence=0.9)
+    assert sagnac.analyze(bench(), settings).angle_random_walk == analyzed.angle_random_walk
+    with pytest.raises(TypeError, match="confidense"):
+        sagnac.analyze(bench(100), confidense=0.9)
+
+
+def test_an_analysis_is_read_back_from_its_document(tmp_path, analyzed):
+    path = tmp_path / "analysis.json"
+    text = analyzed.to_json(path)
+    assert path.read_text() == text + "\n"
+    back = sagnac.Analysis.from_json(path)
+    assert back.to_json() == text
+    for one, other in [(back, analyzed), *zip(back.each, analyzed.each, strict=True)]:
+        assert one.angle_random_walk.value == pytest.approx(other.angle_random_walk.value, 1e-12)
+        assert one.angle_random_walk.status == other.angle_random_walk.status
+        assert {**one.coefficients}.keys() == {**other.coefficients}.keys()
+        np.testing.assert_allclose(one.curve.deviation, other.curve.deviation, rtol=1e-12)
+        assert [note.name for note in one.findings] == [note.name for note in other.findings]
+    force, measured = back.accelerometers["az"], analyzed.accelerometers["az"]
+    assert force.sensor == "accelerometer"
+    assert force.angle_random_walk.to("m/s/sqrt(h)").value == pytest.approx(
+        measured.angle_random_walk.to("m/s/sqrt(h)").value
+    )
+    with pytest.raises(AttributeError, match=r"spectrum is not in analysis\.json; analyze"):
+        _ = back.spectrum
+    with pytest.raises(AttributeError, match="no attribute 'spectre'"):
+        _ = back.spectre
+    assert pickle.loads(pickle.dumps(back)).to_json() == text
+
+
+def test_a_document_that_is_none_is_one_line(tmp_path):
+    for text in ("[]", "{}", '{"schema": "sagnac.analysis/1"}'):
+        (tmp_path / "a.json").write_text(text)
+        with pytest.raises(sagnac.RecordingError, match=r"a\.json") as error:
+            sagnac.Analysis.from_json(tmp_path / "a.json")
+        assert len(str(error.value).splitlines()) == 1
+
+
+def test_the_answer_as_frames_has_its_units(tmp_path, analyzed):
+    frame = analyzed.to_frame().set_index(["channel", "coefficient"])
+    degrees = np.rad2deg(1e-6) * 60.0
+    for name in "xy":
+        row = frame.loc[(name, "angle_random_walk")]
+        assert row.low < degrees < row.high
+        assert row.unit == "deg/sqrt(h)"
+    assert frame.loc[("az", "angle_random_walk")].unit == "m/s/sqrt(h)"
+    dataset = analyzed.to_xarray()
+    walk = dataset["angle_random_walk"]
+    assert walk.attrs["units"] == "deg/sqrt(h)"
+    assert list(dataset.channel.values) == ["x", "y"]
+    assert float(walk.sel(channel="y", figure="low")) == frame.loc[("y", "angle_random_walk")].low
+    path = tmp_path / "analysis.json"
+    analyzed.to_json(path)
+    back = sagnac.Analysis.from_json(path).to_frame()
+    np.testing.assert_allclose(back["value"], analyzed.to_frame()["value"], rtol=1e-12)
+
+
+def test_a_day_in_a_script(tmp_path, analyzed):
+    """Check, judge, report, settings of a filter, a campaign: what the commands do."""
+    stuck = bench()
+    stuck.gyro("x").values[5000:9000] = 0.0
+    assert sagnac.check(bench()) == () or sagnac.check(bench())[0].level == "remark"
+    assert [note.channel for note in sagnac.check(stuck) if note.level == "error"] == ["x"]
+    assert sagnac.judge(analyzed, "1deg/sqrt(h)").decision == "pass"
+    assert sagnac.judge(analyzed, "1e-4deg/sqrt(h)").decision == "fail"
+    report = sagnac.write_report(analyzed, tmp_path / "unit")
+    assert all(path.stat().st_size for path in report.paths)
+    made = sagnac.export(analyzed, tmp_path / "imu.yaml")
+    assert made.tool == "kalibr"
+    assert (tmp_path / "imu.yaml").read_text() == made.text
+    assert made.text == sagnac.export(tmp_path / "unit", tool="kalibr").text
+    with pytest.raises(ValueError, match="markov has no effect on Kalibr") as error:
+        sagnac.export(analyzed, tmp_path / "imu.yaml", markov=1)
+    assert type(error.value) is ValueError
+    for number in (1, 2):
+        sagnac.write(bench(4000 + number), tmp_path / f"run{number}.npz")
+    done = sagnac.campaign(tmp_path, tmp_path / "campaign", workers=1, method="none")
+    assert [line.state for line in done.lines] == ["done"] * len(done.lines)
+    assert len(done.to_frame()) == len(done.lines) >= 4
+    with pytest.raises(TypeError, match="methods is a field of neither"):
+        sagnac.campaign(tmp_path, tmp_path / "campaign", methods="none")
+
+
+def test_a_stretch_and_a_channel_of_a_recording():
+    whole = bench(100)
+    part = whole[10:40]
+    assert (len(whole), len(part)) == (100, 30)
+    np.testing.assert_array_equal(part["y"].values, whole.gyro("y").values[10:40])
+    assert part["az"].sensor == "accelerometer"
+    for wrong in (slice(5, 5), slice(0, 10, 2)):
+        with pytest.raises(ValueError, match="no stretch"):
+            _ = whole[wrong]
+    with pytest.raises(KeyError, match="there are x, y, az"):
+        _ = whole["z"]

@@ -29,64 +29,104 @@ Stability of names
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
+from sagnac.version import __version__
+
 if TYPE_CHECKING:
     from sagnac import plot
+    from sagnac.analysis.judgement import judge
     from sagnac.analysis.pipeline import analyze
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
-    from sagnac.coefficients.estimates import Estimate
+    from sagnac.coefficients.estimates import Estimate, Fit
     from sagnac.coefficients.fit import fit_coefficients
-    from sagnac.errors import Note, RecordingError
-    from sagnac.formats import read, write
-    from sagnac.lines.orthogonal_search import fast_orthogonal_search
+    from sagnac.errors import MissingExtra, Note, RecordingError
+    from sagnac.filters.export import Exported, export
+    from sagnac.fleet.campaign import CampaignReport, campaign
+    from sagnac.formats import Statement, read, write
+    from sagnac.lines.model import Line, Removal
+    from sagnac.lines.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
     from sagnac.lines.search import remove_lines
     from sagnac.recording.model import Channel, Recording
+    from sagnac.recording.quality import check
+    from sagnac.report.folder import Report, write_report
     from sagnac.rig.config import RigConfig
     from sagnac.rig.simulate import simulate
+    from sagnac.specification.limits import Specification
+    from sagnac.specification.verdict import Verdict
     from sagnac.stability.curve import StabilityCurve, stability_curve
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Analysis",
+    "CampaignReport",
     "Channel",
     "Estimate",
+    "Exported",
+    "Fit",
+    "Line",
+    "MissingExtra",
     "Note",
+    "OrthogonalSearch",
     "Recording",
     "RecordingError",
+    "Removal",
+    "Report",
     "RigConfig",
     "Settings",
+    "Specification",
     "StabilityCurve",
+    "Statement",
+    "Verdict",
     "__version__",
     "analyze",
+    "campaign",
+    "check",
+    "export",
     "fast_orthogonal_search",
     "fit_coefficients",
+    "judge",
     "plot",
     "read",
     "remove_lines",
     "simulate",
     "stability_curve",
     "write",
+    "write_report",
 ]
 
 _HOME: Final = {
     "Analysis": "sagnac.analysis.result",
+    "CampaignReport": "sagnac.fleet.campaign",
     "Channel": "sagnac.recording.model",
     "Estimate": "sagnac.coefficients.estimates",
+    "Exported": "sagnac.filters.export",
+    "Fit": "sagnac.coefficients.estimates",
+    "Line": "sagnac.lines.model",
+    "MissingExtra": "sagnac.errors",
     "Note": "sagnac.errors",
+    "OrthogonalSearch": "sagnac.lines.orthogonal_search",
     "Recording": "sagnac.recording.model",
     "RecordingError": "sagnac.errors",
+    "Removal": "sagnac.lines.model",
+    "Report": "sagnac.report.folder",
     "RigConfig": "sagnac.rig.config",
     "Settings": "sagnac.analysis.settings",
+    "Specification": "sagnac.specification.limits",
     "StabilityCurve": "sagnac.stability.curve",
+    "Statement": "sagnac.formats",
+    "Verdict": "sagnac.specification.verdict",
     "analyze": "sagnac.analysis.pipeline",
+    "campaign": "sagnac.fleet.campaign",
+    "check": "sagnac.recording.quality",
+    "export": "sagnac.filters.export",
     "fast_orthogonal_search": "sagnac.lines.orthogonal_search",
     "fit_coefficients": "sagnac.coefficients.fit",
+    "judge": "sagnac.analysis.judgement",
     "read": "sagnac.formats",
     "remove_lines": "sagnac.lines.search",
     "simulate": "sagnac.rig.simulate",
     "stability_curve": "sagnac.stability.curve",
     "write": "sagnac.formats",
+    "write_report": "sagnac.report.folder",
 }
 
 

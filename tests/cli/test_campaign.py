@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from sagnac.cli.options import memory_size
-from tests.campaign.commands import campaign, command, environment
-from tests.campaign.conftest import write_recording
+from tests.fleet.commands import campaign, command, environment
+from tests.fleet.conftest import write_recording
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 
 import sagnac
 from sagnac.cli import main
-from tests.campaign.conftest import WALK
+from tests.fleet.conftest import WALK
 
 # N of the units is 1e-3 deg/sqrt(h); z of each is stuck.
 RATE, SAMPLES = 50.0, 6000

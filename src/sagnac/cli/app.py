@@ -19,7 +19,6 @@ from typing import Final, TextIO
 
 from cyclopts import App, CycloptsError
 
-from sagnac import __version__
 from sagnac.cli.commands.align import align
 from sagnac.cli.commands.analyze import analyze
 from sagnac.cli.commands.avar import avar
@@ -35,6 +34,7 @@ from sagnac.cli.commands.reproduce import reproduce
 from sagnac.cli.commands.simulate import simulate
 from sagnac.cli.errors import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
 from sagnac.errors import visible
+from sagnac.version import __version__
 
 # Columns below which text does not wrap to anything that is read.
 _NARROWEST: Final = 40

@@ -67,12 +67,17 @@ class ConvertedEstimate:
     def __float__(self) -> float:
         return self.value
 
-    def __str__(self) -> str:
+    def __format__(self, spec: str) -> str:
+        spec = spec or ".4g"
         if self.status == "not observable":
             return self.status
+        high = format(self.high, spec)
         if self.status == "upper bound":
-            return f"below {self.high:.4g} {self.unit}"
-        return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g}) {self.unit}"
+            return f"below {high} {self.unit}"
+        return f"{format(self.value, spec)} ({format(self.low, spec)} to {high}) {self.unit}"
+
+    def __str__(self) -> str:
+        return format(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -110,6 +115,8 @@ class Estimate:
     <angle_random_walk 0.002 (0.0019 to 0.0022) deg/sqrt(h), 95 %>
     >>> print(estimate.to("deg/h/sqrt(Hz)"))
     0.12 (0.114 to 0.132) deg/h/sqrt(Hz)
+    >>> f"{estimate:.1e}"
+    '2.0e-03 (1.9e-03 to 2.2e-03) deg/sqrt(h)'
     """
 
     value: float
@@ -180,17 +187,21 @@ class Estimate:
             self, value=factor * self.value, low=factor * self.low, high=factor * self.high
         )
 
-    def _worded(self) -> str:
+    def _shown(self) -> ConvertedEstimate:
         """The figures in the field's unit, SI if the coefficient is not known."""
-        if self.status == "not observable":
-            return "not observable"
         if self.name is None:
-            shown = ConvertedEstimate(
+            return ConvertedEstimate(
                 value=self.value, low=self.low, high=self.high, unit="SI", status=self.status
             )
-        else:
-            shown = self.to(next(iter(estimate_units(self.name, self.sensor))))
-        return f"{shown}, {100.0 * self.confidence:g} %"
+        return self.to(next(iter(estimate_units(self.name, self.sensor))))
+
+    def __format__(self, spec: str) -> str:
+        return format(self._shown(), spec) if spec else str(self)
+
+    def _worded(self) -> str:
+        if self.status == "not observable":
+            return "not observable"
+        return f"{self._shown()}, {100.0 * self.confidence:g} %"
 
     def __repr__(self) -> str:
         return f"<{self.name or 'estimate'} {self._worded()}>"

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Final, Literal, Protocol
 
@@ -16,6 +15,7 @@ from sagnac.filters.settings import FilterSetting, setting_of
 from sagnac.filters.state_space import FilterModel
 from sagnac.formats.files import replacing
 from sagnac.stability.names import check_choice
+from sagnac.version import __version__
 
 ToolName = Literal[
     "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
@@ -185,7 +185,7 @@ def export(
         each=_takes_each(tool) if axes is None else axes == "each",
         rate=rate,
         topic=topic or "/imu0",
-        version=import_module("sagnac").__version__,
+        version=__version__,
     )
     text = exported(tool, wanted)
     if path is not None:

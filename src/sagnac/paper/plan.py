@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Final, Literal, get_args
 
-from sagnac import __version__
 from sagnac.analysis.settings import Method
 from sagnac.paper.laboratory import on_day
 from sagnac.paper.published import FIGURE_3, PAIR, TABLE_1, TABLE_2
 from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import GyroMode
+from sagnac.version import __version__
 
 RUN_SCHEMA: Final = "sagnac.reproduction-run/2"
 Table = Literal["table1", "table2"]

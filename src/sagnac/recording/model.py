@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Final, Self
+from typing import Any, ClassVar, Final, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -98,6 +98,8 @@ class Recording:
     array([359.8, 359.9, 360. , 360.1])
     >>> print(recording.notes[0])
     table: unwrapped where it starts over, 1 time
+    >>> len(recording[1:]), recording["x"].shown_in
+    (3, 'deg/s')
     """
 
     gyros: tuple[Channel, ...]
@@ -316,6 +318,48 @@ class Recording:
         frame = pandas.DataFrame(columns)
         frame.attrs["kind"] = {sensor.name: sensor.kind for sensor in sensors}
         return frame
+
+    def __len__(self) -> int:
+        return self.samples
+
+    @overload
+    def __getitem__(self, which: str) -> Channel: ...
+    @overload
+    def __getitem__(self, which: slice) -> Self: ...
+    def __getitem__(self, which: str | slice) -> "Channel | Self":
+        """A channel by its name, or a stretch of the samples as a recording.
+
+        Raises
+        ------
+        KeyError
+            If there is no such channel.
+        ValueError
+            If the stretch is empty, or takes not every sample.
+        """
+        if isinstance(which, str):
+            channels = (*self.gyros, *self.accelerometers, *([self.table] if self.table else []))
+            for channel in channels:
+                if channel.name == which:
+                    return channel
+            raise KeyError(f"{which}; there are {', '.join(one.name for one in channels)}")
+        start, stop, step = which.indices(self.samples)
+        if step != 1 or not start < stop:
+            raise ValueError(f"{which} is no stretch; give the first sample and the one after it")
+        stretch = slice(start, stop)
+
+        def cut(channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
+            return tuple(replace(one, values=one.values[stretch]) for one in channels)
+
+        return replace(
+            self,
+            gyros=cut(self.gyros),
+            accelerometers=cut(self.accelerometers),
+            table=None if self.table is None else cut((self.table,))[0],
+            times=None if self.times is None else self.times[stretch] - self.times[start],
+            null_pulse=None if self.null_pulse is None else self.null_pulse[stretch],
+            pickoffs=tuple(replace(one, values=one.values[stretch]) for one in self.pickoffs),
+            provenance=None,
+        )
 
     @property
     def samples(self) -> int:

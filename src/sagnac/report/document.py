@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from sagnac import __version__
 from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.plain import (
@@ -26,6 +25,7 @@ from sagnac.report.quantities import curve_unit, in_field_unit
 from sagnac.report.spectra import per_gyro_density
 from sagnac.report.verdicts import overall_decision, verdict_data
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, field_unit
+from sagnac.version import __version__
 
 COMPARISON_SCHEMA: Final = "sagnac.comparison/1"
 

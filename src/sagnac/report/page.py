@@ -6,7 +6,6 @@ from typing import Any, Final
 
 from markupsafe import Markup
 
-from sagnac import __version__
 from sagnac.alignment.noise import GyroNoise
 from sagnac.analysis.headline_coefficients import (
     answer_coefficients,
@@ -52,6 +51,7 @@ from sagnac.report.spectra import residual_peaks
 from sagnac.report.title_block import TitleBlock
 from sagnac.report.verdicts import DECISIONS, gyro_text, limit_text, risk_text
 from sagnac.units import DEGREE, field_unit
+from sagnac.version import __version__
 
 _METHODS: Final[Mapping[str, str]] = {
     "fos": "fos: difference first, lines judged against the noise floor and refined",

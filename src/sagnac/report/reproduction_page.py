@@ -9,7 +9,6 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from sagnac import __version__
 from sagnac.coefficients.readings import READINGS, ReadingName
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.paper.laboratory import DRIVEN
@@ -39,6 +38,7 @@ from sagnac.report.reproduction_values import (
     turning_over_rest,
 )
 from sagnac.units import DEGREE
+from sagnac.version import __version__
 
 
 def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:

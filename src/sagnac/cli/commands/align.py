@@ -143,7 +143,7 @@ def _noises(
 ) -> "tuple[tuple[GyroNoise, GyroNoise, GyroNoise], str]":
     """N, B and K of an analysis; or N that a campaign foretells, and in words from what."""
     if source.is_dir() or source.suffix.lower() == ".csv":
-        from sagnac.campaign.prior import prior_of
+        from sagnac.fleet.prior import prior_of
 
         prior = prior_of(source, confidence=confidence)
         return (prior.noise, prior.noise, prior.noise), prior.words

@@ -23,10 +23,10 @@ from sagnac.cli.options import (
 from sagnac.cli.progress import standings
 
 if TYPE_CHECKING:
-    from sagnac.campaign.campaign import CampaignReport
-    from sagnac.campaign.config import Choices
-    from sagnac.campaign.runner import Completed
-    from sagnac.campaign.tasks import Task
+    from sagnac.fleet.campaign import CampaignReport
+    from sagnac.fleet.config import Choices
+    from sagnac.fleet.runner import Completed
+    from sagnac.fleet.tasks import Task
 
 _WORK = Group("Work", sort_key=2)
 
@@ -75,10 +75,10 @@ def campaign(
     does only what is not there yet. The exit status is 1 if a recording could not be analyzed;
     else, with --spec, 3 if a gyro fails and 4 if one is undecided.
     """
-    from sagnac.campaign.campaign import title_of
-    from sagnac.campaign.config import Choices, tasks_of
-    from sagnac.campaign.page import reason_text
-    from sagnac.campaign.verdicts import yield_of
+    from sagnac.fleet.campaign import title_of
+    from sagnac.fleet.config import Choices, tasks_of
+    from sagnac.fleet.page import reason_text
+    from sagnac.fleet.verdicts import yield_of
 
     if options.as_json:
         raise UsageError("--json is not for a campaign; its table is campaign.csv")
@@ -94,7 +94,7 @@ def campaign(
     outputs.require_free(outputs.of_campaign(output), reads, force=force)
     completed = _completed(scheduler, workers, options.memory)
     made = _done(tasks, results.made(output).absolute(), completed, span, title_of(sources, tasks))
-    _print(made, choices)
+    _print(made, output, choices)
     failed = made.campaign.failed
     for row in failed:
         complain(reason_text(row.task.path, row.result.reason))
@@ -106,7 +106,7 @@ def campaign(
 
 def _completed(scheduler: str | None, workers: int | None, memory: float | None) -> "Completed":
     """Where the work is done."""
-    from sagnac.campaign.campaign import workplace
+    from sagnac.fleet.campaign import workplace
 
     if scheduler is not None and (workers is not None or memory is not None):
         raise UsageError("--workers and --memory are of this machine; a cluster has its own")
@@ -120,7 +120,7 @@ def _done(
     tasks: "Sequence[Task]", folder: Path, completed: "Completed", span: float | None, title: str
 ) -> "CampaignReport":
     results.ready_to_draw()
-    from sagnac.campaign.campaign import carried_out
+    from sagnac.fleet.campaign import carried_out
 
     try:
         return carried_out(tasks, folder, completed, title=title, span=span, told=standings())
@@ -129,11 +129,11 @@ def _done(
         raise
 
 
-def _print(report: "CampaignReport", choices: "Choices") -> None:
-    from sagnac.campaign.page import deviation_words
-    from sagnac.campaign.scatter import scatter_of
-    from sagnac.campaign.table import groups_of
-    from sagnac.campaign.verdicts import limit_texts, specifications_of, yield_of
+def _print(report: "CampaignReport", output: Path, choices: "Choices") -> None:
+    from sagnac.fleet.page import deviation_words
+    from sagnac.fleet.scatter import scatter_of
+    from sagnac.fleet.table import groups_of
+    from sagnac.fleet.verdicts import limit_texts, specifications_of, yield_of
     from sagnac.report.quantities import number
 
     made, lines = report.campaign, report.lines
@@ -157,4 +157,4 @@ def _print(report: "CampaignReport", choices: "Choices") -> None:
         limits = [text for one in specifications_of(made) for text in limit_texts(one)]
         print(f"{', '.join(limits)}: {found.in_words()}; {found.share_in_words()}")
     print(f"{made.computed} of {len(made.rows)} rows made, the others were there")
-    results.print_paths(report.paths)
+    results.print_paths([output / path.name for path in report.paths])

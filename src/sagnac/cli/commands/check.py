@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from sagnac import __version__
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DATA_ERROR, DONE, complain
 from sagnac.cli.options import NO_OPTIONS, File, Options, settings_of, statement_of
@@ -18,6 +17,7 @@ from sagnac.cli.reading import (
 )
 from sagnac.cli.settings_file import with_settings
 from sagnac.errors import RecordingError
+from sagnac.version import __version__
 
 if TYPE_CHECKING:
     from sagnac.errors import Note

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from cyclopts import Parameter
 
-from sagnac import __version__
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, UsageError
 from sagnac.cli.options import ANALYSIS, NO_OPTIONS, File, Options, names, settings_of, statement_of
 from sagnac.cli.reading import naming, read_file
 from sagnac.cli.settings_file import with_settings
 from sagnac.errors import rounded
+from sagnac.version import __version__
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis

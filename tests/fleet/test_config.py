@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from sagnac.campaign.config import Choices, tasks_of
 from sagnac.errors import RecordingError
+from sagnac.fleet.config import Choices, tasks_of
 
 
 def written(folder: Path, text: str) -> Path:

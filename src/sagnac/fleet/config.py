@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from sagnac.analysis.settings import Settings
-from sagnac.campaign.tasks import LABELS, Task
 from sagnac.errors import RecordingError, quoted
+from sagnac.fleet.tasks import LABELS, Task
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement

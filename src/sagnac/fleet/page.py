@@ -7,19 +7,18 @@ from typing import Any, Final
 
 from markupsafe import Markup
 
-from sagnac import __version__
-from sagnac.campaign.figures import (
+from sagnac.errors import rounded
+from sagnac.fleet.figures import (
     MOST_PANELS,
     control_chart,
     curve_panels,
     panel_title,
     time_chart,
 )
-from sagnac.campaign.runner import Campaign, Row
-from sagnac.campaign.scatter import Scatter, scatter_of
-from sagnac.campaign.table import Line, groups_of
-from sagnac.campaign.verdicts import limit_texts, specifications_of, yield_of
-from sagnac.errors import rounded
+from sagnac.fleet.runner import Campaign, Row
+from sagnac.fleet.scatter import Scatter, scatter_of
+from sagnac.fleet.table import Line, groups_of
+from sagnac.fleet.verdicts import limit_texts, specifications_of, yield_of
 from sagnac.repeatability.study import Range, Repeatability
 from sagnac.report.figures import svg
 from sagnac.report.files import write_text
@@ -27,6 +26,7 @@ from sagnac.report.html import rendered
 from sagnac.report.quantities import number, typeset
 from sagnac.specification.limits import Specification
 from sagnac.units import field_unit
+from sagnac.version import __version__
 
 _COLUMNS: Final = (
     "File", "Unit", "Day", "Rate (°/s)", "Gyros", "Method", "Span (h)", "N (°/√h)", "Verdict",

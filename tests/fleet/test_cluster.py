@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 from distributed import Client
 
-from tests.campaign.commands import campaign, command, environment
-from tests.campaign.conftest import write_recording
+from tests.fleet.commands import campaign, command, environment
+from tests.fleet.conftest import write_recording
 
 
 def test_cluster_gives_the_same_table_to_the_last_digit(folder, tmp_path) -> None:

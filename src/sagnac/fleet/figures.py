@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac.campaign.runner import Row
-from sagnac.campaign.table import Line
+from sagnac.fleet.runner import Row
+from sagnac.fleet.table import Line
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, literal
 from sagnac.repeatability.study import Repeatability
 from sagnac.report.style import STYLE, PowersOfTen, legend_above, styled

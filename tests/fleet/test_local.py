@@ -7,10 +7,10 @@ import threading
 import time
 
 from sagnac.analysis.settings import Settings
-from sagnac.campaign import local
-from sagnac.campaign.results import result_path
-from sagnac.campaign.runner import run
-from sagnac.campaign.tasks import Task
+from sagnac.fleet import local
+from sagnac.fleet.results import result_path
+from sagnac.fleet.runner import run
+from sagnac.fleet.tasks import Task
 from sagnac.processes import GIBIBYTE, Means
 
 

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from sagnac.analysis.settings import Settings
-from sagnac.campaign import cluster, local
-from sagnac.campaign.config import Choices, tasks_of
-from sagnac.campaign.page import write_page
-from sagnac.campaign.results import Result
-from sagnac.campaign.runner import Campaign, Completed, run
-from sagnac.campaign.table import Line, lines_of, write_tables
-from sagnac.campaign.tasks import Task
 from sagnac.dataframes import pandas_for
+from sagnac.fleet import cluster, local
+from sagnac.fleet.config import Choices, tasks_of
+from sagnac.fleet.page import write_page
+from sagnac.fleet.results import Result
+from sagnac.fleet.runner import Campaign, Completed, run
+from sagnac.fleet.table import Line, lines_of, write_tables
+from sagnac.fleet.tasks import Task
 from sagnac.formats.statement import Statement
 from sagnac.processes import Standing, means_of
 
@@ -128,7 +128,7 @@ def carried_out(
     Parameters
     ----------
     tasks, folder, completed, span, told
-        As of `sagnac.campaign.runner.run`.
+        As of `sagnac.fleet.runner.run`.
     title
         Of the page.
 

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Final
 
 from sagnac.analysis.pipeline import analyze
-from sagnac.campaign.results import Result, done, write_result
-from sagnac.campaign.tasks import Task, require_same_file
 from sagnac.errors import RecordingError
+from sagnac.fleet.results import Result, done, write_result
+from sagnac.fleet.tasks import Task, require_same_file
 from sagnac.formats import read
 from sagnac.report.command_line import error_text
 from sagnac.report.document import analysis_document, to_json

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.alignment.noise import GyroNoise
-from sagnac.campaign.scatter import scatter_of
-from sagnac.campaign.table import Line, groups_of, read_table
 from sagnac.errors import RecordingError
+from sagnac.fleet.scatter import scatter_of
+from sagnac.fleet.table import Line, groups_of, read_table
 from sagnac.repeatability.study import Range, Repeatability
 from sagnac.units import DEGREE_PER_ROOT_HOUR
 

@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
-from sagnac import __version__
-from sagnac.campaign.tasks import SCHEMA, Task
+from sagnac.fleet.tasks import SCHEMA, Task
 from sagnac.formats.files import replacing
+from sagnac.version import __version__
 
 State = Literal["done", "failed", "lost"]
 _FOLDER: Final = "results"

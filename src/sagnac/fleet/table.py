@@ -10,10 +10,10 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sagnac.campaign.runner import Row
-from sagnac.campaign.spans import span_of
-from sagnac.campaign.tasks import Task
 from sagnac.errors import RecordingError
+from sagnac.fleet.runner import Row
+from sagnac.fleet.spans import span_of
+from sagnac.fleet.tasks import Task
 from sagnac.formats.files import replacing
 from sagnac.report.files import write_text
 from sagnac.report.tables import csv_text

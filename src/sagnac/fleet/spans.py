@@ -3,8 +3,8 @@
 import math
 from dataclasses import replace
 
-from sagnac.campaign.results import Result
-from sagnac.campaign.tasks import Task
+from sagnac.fleet.results import Result
+from sagnac.fleet.tasks import Task
 
 
 def span_tasks(task: Task, result: Result, span: float) -> tuple[Task, ...]:

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.settings import Settings
-from sagnac.campaign import local
-from sagnac.campaign.runner import run
-from sagnac.campaign.table import groups_of, lines_of, read_table, write_tables
-from sagnac.campaign.tasks import Task
+from sagnac.fleet import local
+from sagnac.fleet.runner import run
+from sagnac.fleet.table import groups_of, lines_of, read_table, write_tables
+from sagnac.fleet.tasks import Task
 from sagnac.formats import read, write
 from sagnac.processes import GIBIBYTE, Means
-from tests.campaign.conftest import write_recording
+from tests.fleet.conftest import write_recording
 
 
 @pytest.fixture(scope="module")

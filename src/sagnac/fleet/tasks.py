@@ -7,10 +7,10 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
-from sagnac import __version__
 from sagnac.analysis.settings import Settings
 from sagnac.errors import RecordingError, quoted
 from sagnac.formats.statement import Statement
+from sagnac.version import __version__
 
 SCHEMA: Final = "sagnac.campaign-result/1"
 LABELS: Final = ("unit", "day", "rate")

@@ -7,8 +7,8 @@ from typing import Final
 
 from scipy.special import betaincinv
 
-from sagnac.campaign.runner import Campaign
-from sagnac.campaign.spans import span_of
+from sagnac.fleet.runner import Campaign
+from sagnac.fleet.spans import span_of
 from sagnac.specification.limits import Specification
 from sagnac.specification.verdict import Decision, overall
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sagnac.campaign.table import Line
 from sagnac.errors import RecordingError
+from sagnac.fleet.table import Line
 from sagnac.repeatability.study import Repeatability, Run, repeatability
 
 

@@ -1,8 +1,8 @@
 import pytest
 
-from sagnac.campaign.results import Result
-from sagnac.campaign.spans import span_of, span_tasks
-from sagnac.campaign.tasks import Task
+from sagnac.fleet.results import Result
+from sagnac.fleet.spans import span_of, span_tasks
+from sagnac.fleet.tasks import Task
 from sagnac.formats.statement import Statement
 
 

@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from sagnac.campaign import local
-from sagnac.campaign.results import Result, read_result
-from sagnac.campaign.spans import span_tasks
-from sagnac.campaign.tasks import Task, with_digest
+from sagnac.fleet import local
+from sagnac.fleet.results import Result, read_result
+from sagnac.fleet.spans import span_tasks
+from sagnac.fleet.tasks import Task, with_digest
 from sagnac.processes import Standing, means_of
 
 Completed = Callable[[Sequence[Task], Path], Iterator[tuple[Task, Result]]]

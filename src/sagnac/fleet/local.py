@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Final
 
 from sagnac import processes
-from sagnac.campaign.measure import lost, measure
-from sagnac.campaign.results import Result
-from sagnac.campaign.tasks import Task
+from sagnac.fleet.measure import lost, measure
+from sagnac.fleet.results import Result
+from sagnac.fleet.tasks import Task
 from sagnac.processes import GIBIBYTE, Means
 
 # An analysis works by blocks, with what is too long in scratch files.

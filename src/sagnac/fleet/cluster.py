@@ -11,11 +11,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac import __version__
-from sagnac.campaign.measure import lost, measure
-from sagnac.campaign.results import Result
-from sagnac.campaign.tasks import Task
 from sagnac.errors import MissingExtra, RecordingError
+from sagnac.fleet.measure import lost, measure
+from sagnac.fleet.results import Result
+from sagnac.fleet.tasks import Task
+from sagnac.version import __version__
 
 # Time that a scheduler has to answer, and after which one that is silent is lost, s.
 _PATIENCE: Final = 20.0

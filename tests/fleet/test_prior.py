@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from sagnac.campaign.prior import prior_of
-from sagnac.campaign.table import Line, read_table, write_tables
 from sagnac.cli import app as cli
 from sagnac.constants import EARTH_RATE
 from sagnac.errors import RecordingError
+from sagnac.fleet.prior import prior_of
+from sagnac.fleet.table import Line, read_table, write_tables
 from sagnac.paper.published import TABLE_2
 from sagnac.repeatability.study import Run, repeatability
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
