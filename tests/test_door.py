@@ -16,6 +16,7 @@ NAMES = {
     "Estimate",
     "Exported",
     "Fit",
+    "Foresight",
     "Line",
     "MissingExtra",
     "Note",
@@ -31,6 +32,7 @@ NAMES = {
     "Statement",
     "Verdict",
     "__version__",
+    "align",
     "analyze",
     "campaign",
     "check",
@@ -205,9 +207,13 @@ def test_a_day_in_a_script(tmp_path, analyzed):
     with pytest.raises(ValueError, match="markov has no effect on Kalibr") as error:
         sagnac.export(analyzed, tmp_path / "imu.yaml", markov=1)
     assert type(error.value) is ValueError
+    ahead = sagnac.align(analyzed, after=[100.0], latitude=0.8)
+    assert 1e-5 < ahead.unaided.drift.heading.deviation(misaligned=False)[0] < 1e-2
+    assert ahead.prospect.filtered.covariance.shape[0] >= 3
+    (tmp_path / "runs").mkdir()
     for number in (1, 2):
-        sagnac.write(bench(4000 + number), tmp_path / f"run{number}.npz")
-    done = sagnac.campaign(tmp_path, tmp_path / "campaign", workers=1, method="none")
+        sagnac.write(bench(4000 + number), tmp_path / "runs" / f"run{number}.npz")
+    done = sagnac.campaign(tmp_path / "runs", tmp_path / "campaign", workers=1, method="none")
     assert [line.state for line in done.lines] == ["done"] * len(done.lines)
     assert len(done.to_frame()) == len(done.lines) >= 4
     with pytest.raises(TypeError, match="methods is a field of neither"):

@@ -33,6 +33,7 @@ from sagnac.version import __version__
 
 if TYPE_CHECKING:
     from sagnac import plot
+    from sagnac.alignment.align import Foresight, align
     from sagnac.analysis.judgement import judge
     from sagnac.analysis.pipeline import analyze
     from sagnac.analysis.result import Analysis
@@ -62,6 +63,7 @@ __all__ = [
     "Estimate",
     "Exported",
     "Fit",
+    "Foresight",
     "Line",
     "MissingExtra",
     "Note",
@@ -77,6 +79,7 @@ __all__ = [
     "Statement",
     "Verdict",
     "__version__",
+    "align",
     "analyze",
     "campaign",
     "check",
@@ -114,6 +117,8 @@ _HOME: Final = {
     "StabilityCurve": "sagnac.stability.curve",
     "Statement": "sagnac.formats",
     "Verdict": "sagnac.specification.verdict",
+    "Foresight": "sagnac.alignment.align",
+    "align": "sagnac.alignment.align",
     "analyze": "sagnac.analysis.pipeline",
     "campaign": "sagnac.fleet.campaign",
     "check": "sagnac.recording.quality",

@@ -70,7 +70,7 @@ def test_azimuth_of_what_is_foretold_has_its_interval(tmp_path, capsys):
     assert shown == pytest.approx(expected, rel=0.03)
     assert "foretold" in found["notes"][0]
     assert cli.main(["align", str(tmp_path), "--latitude", "28.2", "--table-rate", "0.1"]) == 2
-    assert "--table-rate: times must be of a turn, 3600 s" in capsys.readouterr().err
+    assert "table rate: times must be of a turn, 3600 s" in capsys.readouterr().err
 
 
 def test_a_campaign_that_foretells_nothing_is_refused(tmp_path):

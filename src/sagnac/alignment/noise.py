@@ -97,18 +97,26 @@ class GyroNoise:
                 path=str(path),
                 remedy="give the analysis.json that an analysis of one recording wrote",
             )
-        alone = documents[0].get("gyros", {})
         try:
-            if set(alone) == {"x", "y", "z"}:
-                return tuple(cls.from_document(alone[name]) for name in "xyz")  # type: ignore[return-value]
-            one = cls.from_document(documents[0])
-            return one, one, one
+            return cls.triad_from_document(documents[0])
         except RecordingError as error:
             raise error.at(str(path)) from None
         except ValueError as error:
             raise RecordingError(
                 str(error), path=str(path), remedy="give the analysis.json as it was written"
             ) from None
+
+    @classmethod
+    def triad_from_document(
+        cls, document: Mapping[str, Any]
+    ) -> "tuple[GyroNoise, GyroNoise, GyroNoise]":
+        """The same of a document that is read: see `triad_from_json` and `from_document`."""
+        alone = document.get("gyros", {})
+        if set(alone) == {"x", "y", "z"}:
+            x, y, z = (cls.from_document(alone[name]) for name in "xyz")
+            return x, y, z
+        one = cls.from_document(document)
+        return one, one, one
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any]) -> "GyroNoise":

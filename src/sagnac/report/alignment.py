@@ -1,16 +1,15 @@
 """What an alignment comes to, as a figure, as text and as data."""
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sagnac.alignment.align import Prospect
 from sagnac.alignment.azimuth import AzimuthError, azimuth_error
-from sagnac.alignment.initial import Alignment, Start, flicker_deviation
+from sagnac.alignment.initial import flicker_deviation
 from sagnac.alignment.noise import GyroNoise
-from sagnac.alignment.position import PositionError
 from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.style import legend_above, styled
@@ -20,38 +19,6 @@ ARCMINUTE: Final = 60.0 * ARCSECOND
 SCHEMA: Final = "sagnac.alignment/1"
 _SHORTEST_S: Final = 10.0
 _SHARE: Final = 0.9  # of the prior, from which on nothing was found
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Prospect:
-    """What the noise of a gyro means for heading.
-
-    Attributes
-    ----------
-    noise, start
-        Of each gyro, and before the alignment.
-    latitude
-        rad.
-    compass
-        Of a gyrocompass of two positions, against time; the last is at the end.
-    filtered
-        Alignment by a Kalman filter.
-    position
-        After the alignment.
-    rotating
-        Of a triad that turns all the time, at the end; None if no table rate was given.
-    foretold
-        In words, from what N is foretold; empty if it was measured.
-    """
-
-    noise: GyroNoise
-    start: Start
-    latitude: float
-    compass: AzimuthError
-    filtered: Alignment
-    position: PositionError
-    rotating: AzimuthError | None = None
-    foretold: str = ""
 
 
 def compass_figure(

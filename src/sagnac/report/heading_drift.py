@@ -1,13 +1,12 @@
 """What heading, attitude and position are after a time without aiding: text, data and a picture."""
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from sagnac.alignment.align import Unaided
 from sagnac.alignment.drift import PARTS, Drift, Growth
-from sagnac.alignment.noise import GyroNoise
 from sagnac.plot.frame import BLUE, INK, ORANGE, logarithmic
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.style import legend_above, styled
@@ -23,34 +22,6 @@ _SHOWN: Final = (
 _STYLES: Final = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)))  # of the parts in a picture
 _RAISED: Final = 1.01  # by upper bounds, from which on they are shown
 _SHARE: Final = 0.9  # of the answer, from which on it is the prior alone
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Unaided:
-    """Errors without aiding, and of what gyros.
-
-    Attributes
-    ----------
-    drift
-        At the times that were asked for.
-    along
-        The same at many times, for a picture.
-    noises
-        Of the gyros about north, east and down.
-    latitude
-        rad.
-    latitude_stated
-        Whether it was stated.
-    confidence
-        Of the interval.
-    """
-
-    drift: Drift
-    along: Drift
-    noises: tuple[GyroNoise, GyroNoise, GyroNoise]
-    latitude: float
-    latitude_stated: bool
-    confidence: float
 
 
 def drift_document(unaided: Unaided) -> dict[str, Any]:

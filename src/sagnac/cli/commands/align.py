@@ -1,7 +1,7 @@
 """``sagnac align``: what the noise of a gyro means for heading."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -20,15 +20,7 @@ from sagnac.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from sagnac.alignment.initial import Start
-    from sagnac.alignment.noise import GyroNoise
-    from sagnac.report.alignment import Prospect
-    from sagnac.report.heading_drift import Unaided
-
-# Where no latitude is stated: it counts little without aiding over minutes.
-_LATITUDE: Final = 45.0
-_POINTS: Final = 41  # of a picture
-_SHORTEST: Final = 0.01  # of the longest time in it
+    from sagnac.alignment.align import Prospect, Triad, Unaided
 
 
 def align(
@@ -109,38 +101,28 @@ def align(
     results.require_writable(output)
     if output is not None:
         outputs.require_free(outputs.of_alignment(output), [source], force=force)
-    from sagnac.alignment.initial import Start
+    results.ready_to_draw()
+    from sagnac.alignment.align import align as foreseen
     from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
     noises, words = _noises(source, confidence)
-    begun = Start()
-    start = Start(
-        azimuth=begun.azimuth if azimuth is None else azimuth,
-        tilt=begun.tilt if tilt is None else tilt,
-        drift=(bias or 0.0) * DEGREE_PER_HOUR,
+    found = foreseen(
+        noises,
+        latitude=None if latitude is None else latitude * DEGREE,
+        rest=time,
+        azimuth=azimuth,
+        tilt=tilt,
+        bias=None if bias is None else bias * DEGREE_PER_HOUR,
+        table_rate=None if table_rate is None else table_rate * DEGREE,
+        after=after,
+        confidence=confidence,
+        foretold=words,
     )
-    unaided = _unaided(
-        noises, start, latitude, bias=bias, rest=time, after=after, confidence=confidence
-    )
-    prospect = None
-    if latitude is not None:
-        prospect = _prospect(
-            noises[0],
-            start,
-            latitude * DEGREE,
-            time=time,
-            after=max(after),
-            table_rate=None if table_rate is None else table_rate * DEGREE,
-            foretold=words,
-            confidence=confidence,
-        )
-    _show(unaided, prospect, words, output, as_json=as_json)
+    _show(found.unaided, found.prospect, words, output, as_json=as_json)
     return DONE
 
 
-def _noises(
-    source: Path, confidence: float
-) -> "tuple[tuple[GyroNoise, GyroNoise, GyroNoise], str]":
+def _noises(source: Path, confidence: float) -> "tuple[Triad, str]":
     """N, B and K of an analysis; or N that a campaign foretells, and in words from what."""
     if source.is_dir() or source.suffix.lower() == ".csv":
         from sagnac.fleet.prior import prior_of
@@ -150,94 +132,6 @@ def _noises(
     from sagnac.alignment.noise import GyroNoise
 
     return GyroNoise.triad_from_json(source), ""
-
-
-def _unaided(
-    noises: "tuple[GyroNoise, GyroNoise, GyroNoise]",
-    start: "Start",
-    latitude: float | None,
-    *,
-    bias: float | None,
-    rest: float,
-    after: tuple[float, ...],
-    confidence: float,
-) -> "Unaided":
-    """What goes off without aiding."""
-    import numpy as np
-
-    from sagnac.alignment.drift import Priors, drift
-    from sagnac.report.heading_drift import Unaided
-    from sagnac.units import DEGREE
-
-    place = (_LATITUDE if latitude is None else latitude) * DEGREE
-    priors = Priors(
-        tilt=start.tilt,
-        azimuth=start.azimuth,
-        rest=rest,
-        bias=None if bias is None else start.drift,
-    )
-    found, along = (
-        drift(noises, latitude=place, times=times, priors=priors, confidence=confidence)
-        for times in (
-            np.array(after),
-            np.geomspace(_SHORTEST * max(after), max(after), _POINTS),
-        )
-    )
-    return Unaided(
-        drift=found,
-        along=along,
-        noises=noises,
-        latitude=place,
-        latitude_stated=latitude is not None,
-        confidence=confidence,
-    )
-
-
-def _prospect(
-    noise: "GyroNoise",
-    start: "Start",
-    place: float,
-    *,
-    time: float,
-    after: float,
-    table_rate: float | None,
-    foretold: str,
-    confidence: float,
-) -> "Prospect":
-    """What the noise means at a latitude, rad."""
-    import numpy as np
-
-    from sagnac.alignment.azimuth import azimuth_error
-    from sagnac.alignment.initial import aligned
-    from sagnac.alignment.position import position_error
-    from sagnac.alignment.rotating import rotating_azimuth_error
-    from sagnac.report.alignment import Prospect
-
-    rotating = None
-    if table_rate is not None:
-        try:
-            rotating = rotating_azimuth_error(
-                noise, latitude=place, times=np.array([time]), table_rate=table_rate,
-                bias=start.drift, confidence=confidence,
-            )  # fmt: skip
-        except ValueError as error:
-            raise UsageError(f"--table-rate: {error}") from None
-    filtered = aligned(noise, latitude=place, seconds=time, start=start)
-    return Prospect(
-        noise=noise,
-        start=start,
-        latitude=place,
-        compass=azimuth_error(
-            noise, latitude=place, times=np.geomspace(time / 100.0, time, 101),
-            confidence=confidence,
-        ),
-        filtered=filtered,
-        rotating=rotating,
-        foretold=foretold,
-        position=position_error(
-            noise, latitude=place, covariance=filtered.covariance, seconds=after
-        ),
-    )  # fmt: skip
 
 
 def _show(

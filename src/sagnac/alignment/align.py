@@ -1,0 +1,222 @@
+"""What the noise of a unit means for navigation: heading without aiding, and azimuth found."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Protocol
+
+import numpy as np
+
+from sagnac.alignment.azimuth import AzimuthError, azimuth_error
+from sagnac.alignment.drift import Drift, Priors, drift
+from sagnac.alignment.initial import Alignment, Start, aligned
+from sagnac.alignment.noise import GyroNoise
+from sagnac.alignment.position import PositionError, position_error
+from sagnac.alignment.rotating import rotating_azimuth_error
+from sagnac.errors import quoted
+from sagnac.units import DEGREE
+
+# Where no latitude is stated: it counts little without aiding over minutes.
+_LATITUDE: Final = 45.0 * DEGREE
+_POINTS: Final = 41  # of a picture
+_SHORTEST: Final = 0.01  # of the longest time in it
+
+Triad = tuple[GyroNoise, GyroNoise, GyroNoise]
+
+
+class Documented(Protocol):
+    """What has a document of schema ``sagnac.analysis/1``: an analysis."""
+
+    def to_json(self) -> str:
+        """The document."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Unaided:
+    """Errors without aiding, and of what gyros.
+
+    Attributes
+    ----------
+    drift
+        At the times that were asked for.
+    along
+        The same at many times, for a picture.
+    noises
+        Of the gyros about north, east and down.
+    latitude
+        rad.
+    latitude_stated
+        Whether it was stated.
+    confidence
+        Of the interval.
+    """
+
+    drift: Drift
+    along: Drift
+    noises: Triad
+    latitude: float
+    latitude_stated: bool
+    confidence: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Prospect:
+    """What the noise of a gyro means for finding heading.
+
+    Attributes
+    ----------
+    noise, start
+        Of each gyro, and before the alignment.
+    latitude
+        rad.
+    compass
+        Of a gyrocompass of two positions, against time; the last is at the end.
+    filtered
+        Alignment by a Kalman filter.
+    position
+        After the alignment.
+    rotating
+        Of a triad that turns all the time, at the end; None if no table rate was given.
+    foretold
+        In words, from what N is foretold; empty if it was measured.
+    """
+
+    noise: GyroNoise
+    start: Start
+    latitude: float
+    compass: AzimuthError
+    filtered: Alignment
+    position: PositionError
+    rotating: AzimuthError | None = None
+    foretold: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Foresight:
+    """What `align` answers.
+
+    Attributes
+    ----------
+    unaided
+        Heading, attitude and position without aiding.
+    prospect
+        Azimuth found at rest; None without a latitude.
+    """
+
+    unaided: Unaided
+    prospect: Prospect | None
+
+
+def align(
+    source: Documented | str | Path | Triad,
+    *,
+    latitude: float | None = None,
+    rest: float = 600.0,
+    azimuth: float | None = None,
+    tilt: float | None = None,
+    bias: float | None = None,
+    table_rate: float | None = None,
+    after: Sequence[float] = (60.0, 600.0, 3600.0),
+    confidence: float = 0.95,
+    foretold: str = "",
+) -> Foresight:
+    """Heading, attitude and position without aiding, and azimuth found, from N, B and K.
+
+    Parameters
+    ----------
+    source
+        An analysis; the path of its ``analysis.json``; or the noises about north, east and down.
+    latitude
+        rad; without it no azimuth is found.
+    rest
+        Length of the alignment at rest, from which the biases are taken, s.
+    azimuth, tilt
+        Not known of azimuth and of each tilt at the start, 1 sigma, rad; those of `Start` unless
+        stated.
+    bias
+        Not known of a gyro's bias, 1 sigma, rad/s; unless stated what the rest leaves, and 0 for
+        gyrocompass and filter.
+    table_rate
+        Of a table that turns all the time, rad/s, for a triad that turns; needs a latitude.
+    after
+        Times without aiding, s.
+    confidence
+        Of the intervals.
+    foretold
+        In words, from what N is foretold, if it was not measured.
+
+    Raises
+    ------
+    RecordingError
+        If the document cannot be read, or states no N.
+    ValueError
+        If a value cannot be.
+
+    Examples
+    --------
+    >>> noise = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
+    >>> found = align((noise, noise, noise), bias=0.0, after=[100.0])
+    >>> found.unaided.drift.heading.deviation(misaligned=False).round(7)
+    array([1.e-05])
+    """
+    if table_rate is not None and latitude is None:
+        raise ValueError("table_rate needs a latitude, since azimuth is found from Earth rate")
+    if bias is not None and not bias >= 0.0:
+        raise ValueError(f"bias is {quoted(bias)}; give zero or more")
+    noises = _noises(source)
+    begun = Start()
+    start = Start(
+        azimuth=begun.azimuth if azimuth is None else azimuth,
+        tilt=begun.tilt if tilt is None else tilt,
+        drift=bias or 0.0,
+    )
+    priors = Priors(tilt=start.tilt, azimuth=start.azimuth, rest=rest, bias=bias)
+    place = _LATITUDE if latitude is None else latitude
+    asked, along = (
+        drift(noises, latitude=place, times=times, priors=priors, confidence=confidence)
+        for times in (np.array(after), np.geomspace(_SHORTEST * max(after), max(after), _POINTS))
+    )
+    unaided = Unaided(
+        drift=asked,
+        along=along,
+        noises=noises,
+        latitude=place,
+        latitude_stated=latitude is not None,
+        confidence=confidence,
+    )
+    if latitude is None:
+        return Foresight(unaided=unaided, prospect=None)
+    rotating = None
+    if table_rate is not None:
+        try:
+            rotating = rotating_azimuth_error(
+                noises[0], latitude=latitude, times=np.array([rest]), table_rate=table_rate,
+                bias=start.drift, confidence=confidence,
+            )  # fmt: skip
+        except ValueError as error:
+            raise ValueError(f"table rate: {error}") from None
+    filtered = aligned(noises[0], latitude=latitude, seconds=rest, start=start)
+    times = np.geomspace(rest / 100.0, rest, 101)
+    prospect = Prospect(
+        noise=noises[0],
+        start=start,
+        latitude=latitude,
+        compass=azimuth_error(noises[0], latitude=latitude, times=times, confidence=confidence),
+        filtered=filtered,
+        rotating=rotating,
+        foretold=foretold,
+        position=position_error(
+            noises[0], latitude=latitude, covariance=filtered.covariance, seconds=max(after)
+        ),
+    )
+    return Foresight(unaided=unaided, prospect=prospect)
+
+
+def _noises(source: Documented | str | Path | Triad) -> Triad:
+    if isinstance(source, str | Path):
+        return GyroNoise.triad_from_json(Path(source))
+    if isinstance(source, tuple):
+        return source
+    return GyroNoise.triad_from_document(json.loads(source.to_json()))
