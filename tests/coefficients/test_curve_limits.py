@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.coefficients.curve_limits import highest_slow_terms, slow_noise, within_curve
+from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate
 from sagnac.stability.curve import stability_curve
 
@@ -26,7 +26,7 @@ def estimate(name, value, low, high, status="estimated"):
 
 def test_what_a_curve_allows_is_its_lowest_point_over_the_law():
     curve = curve_of(white())
-    highest = highest_slow_terms(curve, confidence=0.95)
+    highest = highest_terms(curve, confidence=0.95)
     flicker = math.sqrt(2.0 * math.log(2.0) / math.pi)
     # All points share the chance, and long ones have few degrees of freedom: of the order of the
     # lowest of their own limits.
@@ -36,14 +36,21 @@ def test_what_a_curve_allows_is_its_lowest_point_over_the_law():
     assert 0.5 * walk < highest["rate_random_walk"] < 10.0 * walk
 
 
-def test_a_truth_is_allowed():
-    # Rate random walk of 0.01 beside white noise: of 40 curves all may allow it, at 95 % each.
+@pytest.mark.parametrize(
+    ("name", "truth"), [("quantization", 3.0), ("rate_random_walk", 0.01), ("rate_ramp", 1e-3)]
+)
+def test_a_truth_is_allowed(name, truth):
+    # Beside white noise of 1: of 40 curves all may allow it, at 95 % each.
+    shapes = {
+        "quantization": lambda generator: np.diff(generator.standard_normal(4001)),
+        "rate_random_walk": lambda generator: np.cumsum(generator.standard_normal(4000)),
+        "rate_ramp": lambda generator: np.arange(4000.0),
+    }
     held = 0
     for seed in range(40):
         generator = np.random.default_rng(seed)
-        walk = 0.01 * np.cumsum(generator.standard_normal(4000))
-        rates = walk + generator.standard_normal(4000)
-        held += highest_slow_terms(curve_of(rates), confidence=0.95)["rate_random_walk"] >= 0.01
+        rates = truth * shapes[name](generator) + generator.standard_normal(4000)
+        held += highest_terms(curve_of(rates), confidence=0.95)[name] >= truth
     assert held >= 38
 
 

@@ -46,7 +46,7 @@ from sagnac.analysis.table_angle import (
     turning_table,
 )
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
-from sagnac.coefficients.curve_limits import highest_slow_terms, slow_noise, within_curve
+from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
@@ -378,7 +378,7 @@ def _within_curve(
 ) -> tuple[Coefficients, Averaged | None]:
     """The fit of the spectrum and the average without what contradicts the curve."""
     lowered = 0.0 if found is None else found.roll_off.cluster_time()
-    highest = highest_slow_terms(
+    highest = highest_terms(
         curves.after,
         confidence=prepared.settings.confidence,
         gyros_differenced=prepared.measured.gyros_differenced,

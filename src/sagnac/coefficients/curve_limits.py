@@ -1,4 +1,4 @@
-"""What the Allan curve allows of B and K, and slow noise in it that no term has.
+"""What the Allan curve allows of Q, B, K and R, and slow noise in it that no term has.
 
 Every noise adds to the Allan variance, so that no term can make more than the curve shows at any
 cluster time. A fit of a spectrum that its terms do not describe may ask for more.
@@ -24,10 +24,13 @@ from sagnac.recording.difference import per_gyro
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.degrees_of_freedom import equivalent_degrees_of_freedom
 
-# Power of frequency of the rate noise of what is limited.
+# Power of frequency of the rate noise of what is limited; a ramp, which does not fluctuate, has no
+# fewer degrees of freedom than the steepest noise.
 _NOISE_TYPES: Final[Mapping[CoefficientName, int]] = {
+    "quantization": 2,
     "bias_instability": -1,
     "rate_random_walk": -2,
+    "rate_ramp": -2,
 }
 # Chance at which chance alone is called slow noise, and times the terms that it has to be.
 _CHANCE: Final = 0.01
@@ -52,14 +55,14 @@ class SlowNoise:
     ratio: float
 
 
-def highest_slow_terms(
+def highest_terms(
     curve: StabilityCurve,
     *,
     confidence: float,
     gyros_differenced: int = 1,
     shortest: float = 0.0,
 ) -> dict[CoefficientName, float]:
-    """Largest B and K of one gyro that a curve allows, SI.
+    """Largest Q, B, K and R of one gyro that a curve allows, SI.
 
     Parameters
     ----------
@@ -117,7 +120,7 @@ def within_curve(
     estimates
         By coefficient, of one gyro.
     highest
-        Of `highest_slow_terms`.
+        Of `highest_terms`.
     """
     return {
         name: _limited(estimate, highest[name]) if name in highest else estimate
