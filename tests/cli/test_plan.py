@@ -1,5 +1,6 @@
 """``sagnac plan``: how long to record."""
 
+import numpy as np
 import pytest
 
 from sagnac.cli import main
@@ -23,6 +24,28 @@ def test_hours_for_a_width_and_to_decide_a_limit(bare, capsys):
     assert "± 1 %" in shown
     assert "Forecast for an answer that" in shown
     assert "N ≤ 0.002 °/√h decided" in shown
+
+
+def test_every_gyro_at_rest_has_a_plan(tmp_path, capsys):
+    path = tmp_path / "still.csv"
+    noise = np.random.default_rng(6).standard_normal((4000, 2)) * [1.0, 2.0]
+    np.savetxt(path, noise, delimiter=",", header="x[deg/h],z[deg/h]", comments="")
+    words = ["plan", str(path), "--kind", "rate", "--rate", "10", "--method", "none"]
+    words += ["--within", "1%", "--spec", "0.007deg/sqrt(h)"]
+    assert main([*words, "--json"]) == 0
+    made = strict(capsys.readouterr().out)
+    assert list(made["gyros"]) == ["x", "z"]
+    assert made["plan"] == made["gyros"]["x"]["plan"]
+    # The limit lies above N of x, 0.0053, by a third and below that of z by a third.
+    widths, limits = zip(*(one["plan"] for one in made["gyros"].values()), strict=True)
+    assert widths[0]["hours"] == pytest.approx(widths[1]["hours"], rel=0.5)
+    assert all(limit["hours"] > 0.0 for limit in limits)
+    assert main(words) == 0
+    assert capsys.readouterr().out.count("interval of N") == 2
+    assert main([*words, "--gyros", "z", "--json"]) == 0
+    alone = strict(capsys.readouterr().out)
+    assert "gyros" not in alone
+    assert alone["plan"] == made["gyros"]["z"]["plan"]
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,7 @@ from sagnac.report.quantities import (
 )
 from sagnac.report.shares import HEADER, share_remarks, share_rows
 from sagnac.report.spectra import residual_peaks
+from sagnac.report.text import methods_by_gyro
 from sagnac.report.title_block import TitleBlock
 from sagnac.report.verdicts import DECISIONS, gyro_text, limit_text, risk_text
 from sagnac.units import DEGREE, field_unit
@@ -273,12 +274,15 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         Why, of each method that this recording does not allow.
     """
     one = next(iter(analyses.values()))
+    by_gyro = methods_by_gyro(analyses)
+    several = len(by_gyro) > 1
     return rendered(
         "comparison.html",
-        title=f"Methods compared, {subject(one.channel, one.gyros_differenced)}",
+        title="Methods compared, "
+        + (", ".join(by_gyro) if several else subject(one.channel, one.gyros_differenced)),
         rows=[
             {
-                "method": _METHODS[method],
+                "method": f"{name}: {_METHODS[method]}" if several else _METHODS[method],
                 "reading": reading_cells(
                     "angle_random_walk", analysis.angle_random_walk, plain=False
                 ),
@@ -286,14 +290,20 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
                 "peaks": residual_peaks(analysis),
                 "seconds": f"{sum(analysis.seconds.values()):.1f}",
             }
-            for method, analysis in analyses.items()
+            for name, each in by_gyro.items()
+            for method, analysis in each.items()
         ],
         unit=field_unit("angle_random_walk").symbol,
         refused=[(_METHODS[method], why) for method, why in refused.items()],
-        figure=Markup(
-            svg(
-                comparison_figure(analyses), "comparison", "Allan deviation that each method leaves"
+        figure=Markup("").join(
+            Markup(
+                svg(
+                    comparison_figure(each),
+                    f"comparison-{name}",
+                    f"Allan deviation of {name} that each method leaves",
+                )
             )
+            for name, each in by_gyro.items()
         ),
         facts=[*_file_facts(one), *_gyro_facts(one), *_curve_facts(one)],
         version=__version__,

@@ -229,6 +229,15 @@ def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
     return f"{shown}\n… and {len(analysis.lines) - len(listed)} weaker ones: sagnac lines shows all"
 
 
+def methods_by_gyro(analyses: Mapping[str, Analysis]) -> dict[str, dict[str, Analysis]]:
+    """Analyses by method of each gyro that was taken alone, or of what was measured."""
+    by_gyro: dict[str, dict[str, Analysis]] = {}
+    for method, found in analyses.items():
+        for name, one in (found.gyros or {found.channel: found}).items():
+            by_gyro.setdefault(name, {})[method] = one
+    return by_gyro
+
+
 def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
     """The methods side by side; why, of each that the recording does not allow."""
     one = next(iter(analyses.values()))

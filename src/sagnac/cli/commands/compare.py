@@ -42,7 +42,7 @@ def compare(
 ) -> int:
     """No removal, fris, fos-korenberg, fos-paper and fos, side by side; with -o also as a page.
 
-    --method picks one to run alone.
+    --method picks one to run alone, --gyros one of several gyros at rest, each of which is shown.
     """
     options = with_settings(options)
     statement = statement_of(options)
@@ -66,8 +66,7 @@ def compare(
     if options.as_json:
         print(to_json(comparison_document(found.analyses, found.refused)))
         return results.verdict_status([found.best])
-    for name in found.best.gyros or [""]:
-        each = {method: one.gyros.get(name, one) for method, one in found.analyses.items()}
+    for each in text.methods_by_gyro(found.analyses).values():
         print(f"{file}: {text.comparison(each, found.refused)}")
     results.print_paths(written)
     return results.verdict_status([found.best])

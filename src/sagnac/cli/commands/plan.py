@@ -31,6 +31,15 @@ class _Row:
     hours: float | None
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Plan:
+    """What a gyro or a difference shows, and what it would take."""
+
+    analysis: "Analysis"
+    shown: "Shown"
+    rows: list[_Row]
+
+
 def plan(
     file: File,
     /,
@@ -45,24 +54,51 @@ def plan(
         ),
     ] = None,
 ) -> int:
-    """How long to record for an interval of N, or to decide --spec, from a short recording."""
+    """How long to record for an interval of N, or to decide --spec, from a short recording.
+
+    Several gyros at rest have a plan each; --gyros picks one.
+    """
     options = with_settings(options)
     statement, settings = statement_of(options), settings_of(options)
     widths = _WIDTHS if within is None else _widths(within)
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)
-        from sagnac.analysis.forecast import shown_by
         from sagnac.analysis.pipeline import analyze as run
 
         with naming(file, read.recording):
             analysis = run(read.recording, settings, progress=progress)
-            shown = shown_by(analysis)
-    rows = [*(_width(shown, width) for width in widths), *_limits(shown, analysis)]
+            plans, refused = _plans(analysis, widths)
     if options.as_json:
-        print(json.dumps(_document(analysis, shown, rows), allow_nan=False, indent=1))
+        print(json.dumps(_document(plans, refused), allow_nan=False, indent=1))
     else:
-        _print(analysis, shown, rows)
+        said = [f"{name}: {why}" for name, why in refused.items()]
+        print("\n\n".join([*(_text(one) for one in plans), *said]))
     return DONE
+
+
+def _plans(analysis: "Analysis", widths: tuple[float, ...]) -> tuple[list[_Plan], dict[str, str]]:
+    """A plan for each gyro that was taken alone, and why there is none of the others."""
+    from sagnac.errors import RecordingError
+    from sagnac.report.command_line import error_text
+
+    plans: list[_Plan] = []
+    errors = dict(analysis.refused)
+    for name, one in (analysis.gyros or {analysis.channel: analysis}).items():
+        try:
+            plans.append(_plan(one, widths))
+        except RecordingError as error:
+            errors[name] = error
+    if not plans:
+        raise next(iter(errors.values()))
+    return plans, {name: error_text(error) for name, error in errors.items()}
+
+
+def _plan(analysis: "Analysis", widths: tuple[float, ...]) -> _Plan:
+    from sagnac.analysis.forecast import shown_by
+
+    shown = shown_by(analysis)
+    rows = [*(_width(shown, width) for width in widths), *_limits(shown, analysis)]
+    return _Plan(analysis=analysis, shown=shown, rows=rows)
 
 
 def _widths(text: str) -> tuple[float, ...]:
@@ -106,18 +142,20 @@ def _limits(shown: "Shown", analysis: "Analysis") -> list[_Row]:
     return rows
 
 
-def _print(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> None:
+def _text(plan: _Plan) -> str:
     from sagnac.report import text
 
-    print(text.answer(analysis), end="\n\n")
-    print(
-        f"After {_spoken(shown.duration / 3600.0)} the interval is "
-        f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
-        end="\n\n",
+    shown = plan.shown
+    listed = [(row.wanted, _spoken(row.hours)) for row in plan.rows]
+    return "\n\n".join(
+        (
+            text.answer(plan.analysis),
+            f"After {_spoken(shown.duration / 3600.0)} the interval is "
+            f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
+            _supposition(plan.analysis, shown),
+            text.table(("interval of N", "record"), listed),
+        )
     )
-    print(_supposition(analysis, shown), end="\n\n")
-    listed = [(row.wanted, _spoken(row.hours)) for row in rows]
-    print(text.table(("interval of N", "record"), listed))
 
 
 def _supposition(analysis: "Analysis", shown: "Shown") -> str:
@@ -142,14 +180,23 @@ def _spoken(hours: float | None) -> str:
     return f"{hours:.3g} h" if hours < 100.0 else f"{hours / 24.0:.3g} days"
 
 
-def _document(analysis: "Analysis", shown: "Shown", rows: list[_Row]) -> dict[str, Any]:
+def _document(plans: list[_Plan], refused: dict[str, str]) -> dict[str, Any]:
+    """The plan of the first gyro, and if there are several that of each by name."""
+    document = {"schema": SCHEMA, "version": __version__, **_plain(plans[0])}
+    if len(plans) > 1:
+        document["gyros"] = {plan.analysis.channel: _plain(plan) for plan in plans}
+    if refused:
+        document["refused"] = refused
+    return document
+
+
+def _plain(plan: _Plan) -> dict[str, Any]:
+    shown = plan.shown
     return {
-        "schema": SCHEMA,
-        "version": __version__,
-        "channel": analysis.channel,
+        "channel": plan.analysis.channel,
         "recorded_h": shown.duration / 3600.0,
         "half_width": shown.half_width,
         "confidence": shown.confidence,
         "supposes": "whole band" if shown.efficient else "average",
-        "plan": [{**row.key, "hours": row.hours} for row in rows],
+        "plan": [{**row.key, "hours": row.hours} for row in plan.rows],
     }
