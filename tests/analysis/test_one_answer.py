@@ -115,22 +115,27 @@ def test_each_holds_its_own_and_the_first_stands_on_top():
         assert 0.97 * truth[name] < walk.value < 1.03 * truth[name]
 
 
-@pytest.mark.parametrize("stuck", ["x", "z", "ay"])
-def test_a_stuck_channel_does_not_cost_the_others(stuck, tmp_path, capsys):
-    whole = recording(("x", "y", "z"), ("ax", "ay", "az"))
+@pytest.fixture(scope="module")
+def six_sound():
+    return sagnac.analyze(recording(("x", "y", "z"), ("ax", "ay", "az")))
+
+
+@pytest.mark.parametrize("stuck", [("x",), ("z", "ay")])
+def test_a_stuck_channel_does_not_cost_the_others(stuck, six_sound, tmp_path, capsys):
+    whole, sound = six_sound.recording, six_sound
 
     def held(channels):
         return tuple(
-            replace(one, values=np.full(SAMPLES, one.values[0])) if one.name == stuck else one
+            replace(one, values=np.full(SAMPLES, one.values[0])) if one.name in stuck else one
             for one in channels
         )
 
     spoilt = replace(whole, gyros=held(whole.gyros), accelerometers=held(whole.accelerometers))
-    sound, found = sagnac.analyze(whole), sagnac.analyze(spoilt)
-    assert list(found.refused) == [stuck]
-    assert "is stuck" in str(found.refused[stuck])
+    found = sagnac.analyze(spoilt)
+    assert tuple(found.refused) == stuck
+    assert all("is stuck" in str(why) for why in found.refused.values())
     answers = {**found.gyros, **found.accelerometers}
-    assert set(answers) == set(WALKS) - {stuck}
+    assert set(answers) == set(WALKS) - set(stuck)
     for name, one in answers.items():
         before = {**sound.gyros, **sound.accelerometers}[name]
         assert one.angle_random_walk == before.angle_random_walk
@@ -139,17 +144,19 @@ def test_a_stuck_channel_does_not_cost_the_others(stuck, tmp_path, capsys):
     for command in ("analyze", "avar"):
         folder = tmp_path / command
         assert main([command, str(path), "-o", str(folder)]) == 0
-        assert f"{stuck} was not analyzed" in capsys.readouterr().out
-        pages = [folder / "report.html"]
-        if command == "avar" and stuck == "ay":
-            pages = [folder / "accelerometers" / "report.html"]
-        assert f"<b>{stuck} was not analyzed:</b>" in pages[0].read_text()
+        said = capsys.readouterr().out
+        for name in stuck:
+            page = folder / "report.html"
+            if command == "avar" and name == "ay":
+                page = folder / "accelerometers" / "report.html"
+            assert f"{name} was not analyzed" in said
+            assert f"<b>{name} was not analyzed:</b>" in page.read_text()
         made = json.loads((folder / "analysis.json").read_text())
-        assert list(made["refused"]) == [stuck]
+        assert tuple(made["refused"]) == stuck
     assert main(["lines", str(path)]) == 0
-    assert f"{stuck} was not analyzed" in capsys.readouterr().out
+    assert f"{stuck[0]} was not analyzed" in capsys.readouterr().out
     assert main(["check", str(path)]) == 1
-    assert f"{stuck}: is stuck" in capsys.readouterr().err
+    assert f"{stuck[0]}: is stuck" in capsys.readouterr().err
     with pytest.raises(sagnac.RecordingError, match="is stuck"):
         sagnac.analyze(spoilt, Settings(strict=True))
 

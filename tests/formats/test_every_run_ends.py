@@ -91,8 +91,8 @@ def every_run_ends(folder: Path, runs: int) -> None:
     print(f"\n{runs} runs: {dict(Counter(said.returncode for said in found))}")
 
 
-def test_a_dozen_runs_end_with_their_own_status(tmp_path):
-    every_run_ends(tmp_path, 12)
+def test_a_few_runs_end_with_their_own_status(tmp_path):
+    every_run_ends(tmp_path, 6)
 
 
 @pytest.mark.fuzz
