@@ -21,6 +21,7 @@ NAMES = {
     "MissingExtra",
     "Note",
     "OrthogonalSearch",
+    "Plans",
     "Recording",
     "RecordingError",
     "Removal",
@@ -40,6 +41,7 @@ NAMES = {
     "fast_orthogonal_search",
     "fit_coefficients",
     "judge",
+    "plan",
     "plot",
     "read",
     "remove_lines",
@@ -207,6 +209,8 @@ def test_a_day_in_a_script(tmp_path, analyzed):
     with pytest.raises(ValueError, match="markov has no effect on Kalibr") as error:
         sagnac.export(analyzed, tmp_path / "imu.yaml", markov=1)
     assert type(error.value) is ValueError
+    wide, narrow = sagnac.plan(analyzed, within=[0.02, 0.01]).to_frame().hours[:2]
+    assert 3.0 < narrow / wide < 6.0
     ahead = sagnac.align(analyzed, after=[100.0], latitude=0.8)
     assert 1e-5 < ahead.unaided.drift.heading.deviation(misaligned=False)[0] < 1e-2
     assert ahead.prospect.filtered.covariance.shape[0] >= 3

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from sagnac.alignment.align import Foresight, align
     from sagnac.analysis.judgement import judge
     from sagnac.analysis.pipeline import analyze
+    from sagnac.analysis.planning import Plans, plan
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.coefficients.estimates import Estimate, Fit
@@ -68,6 +69,7 @@ __all__ = [
     "MissingExtra",
     "Note",
     "OrthogonalSearch",
+    "Plans",
     "Recording",
     "RecordingError",
     "Removal",
@@ -87,6 +89,7 @@ __all__ = [
     "fast_orthogonal_search",
     "fit_coefficients",
     "judge",
+    "plan",
     "plot",
     "read",
     "remove_lines",
@@ -119,6 +122,8 @@ _HOME: Final = {
     "Verdict": "sagnac.specification.verdict",
     "Foresight": "sagnac.alignment.align",
     "align": "sagnac.alignment.align",
+    "Plans": "sagnac.analysis.planning",
+    "plan": "sagnac.analysis.planning",
     "analyze": "sagnac.analysis.pipeline",
     "campaign": "sagnac.fleet.campaign",
     "check": "sagnac.recording.quality",

@@ -1,7 +1,7 @@
 """``sagnac plan``: how long to record."""
 
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from cyclopts import Parameter
@@ -15,29 +15,12 @@ from sagnac.errors import rounded
 from sagnac.version import __version__
 
 if TYPE_CHECKING:
+    from sagnac.analysis.planning import Plan, PlanRow
     from sagnac.analysis.result import Analysis
+    from sagnac.errors import RecordingError
     from sagnac.specification.planning import Shown
 
 SCHEMA: Final = "sagnac.plan/1"
-_WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Row:
-    """A wanted interval, or a limit to decide, and the hours that it takes; None if over a year."""
-
-    wanted: str
-    key: dict[str, float]
-    hours: float | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Plan:
-    """What a gyro or a difference shows, and what it would take."""
-
-    analysis: "Analysis"
-    shown: "Shown"
-    rows: list[_Row]
 
 
 def plan(
@@ -60,45 +43,33 @@ def plan(
     """
     options = with_settings(options)
     statement, settings = statement_of(options), settings_of(options)
-    widths = _WIDTHS if within is None else _widths(within)
+    widths = None if within is None else _widths(within)
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)
         from sagnac.analysis.pipeline import analyze as run
+        from sagnac.analysis.planning import WIDTHS
+        from sagnac.analysis.planning import plan as planned
 
         with naming(file, read.recording):
             analysis = run(read.recording, settings, progress=progress)
-            plans, refused = _plans(analysis, widths)
+            try:
+                found = planned(analysis, within=widths or WIDTHS)
+            except ValueError as error:
+                if type(error) is not ValueError:
+                    raise
+                raise UsageError(f"--{error}") from None
     if options.as_json:
-        print(json.dumps(_document(plans, refused), allow_nan=False, indent=1))
+        print(json.dumps(_document(found.plans, found.refused), allow_nan=False, indent=1))
     else:
-        said = [f"{name}: {why}" for name, why in refused.items()]
-        print("\n\n".join([*(_text(one) for one in plans), *said]))
+        said = [f"{name}: {why}" for name, why in _texts(found.refused).items()]
+        print("\n\n".join([*(_text(one) for one in found.plans), *said]))
     return DONE
 
 
-def _plans(analysis: "Analysis", widths: tuple[float, ...]) -> tuple[list[_Plan], dict[str, str]]:
-    """A plan for each gyro that was taken alone, and why there is none of the others."""
-    from sagnac.errors import RecordingError
+def _texts(refused: "Mapping[str, RecordingError]") -> dict[str, str]:
     from sagnac.report.command_line import error_text
 
-    plans: list[_Plan] = []
-    errors = dict(analysis.refused)
-    for name, one in (analysis.gyros or {analysis.channel: analysis}).items():
-        try:
-            plans.append(_plan(one, widths))
-        except RecordingError as error:
-            errors[name] = error
-    if not plans:
-        raise next(iter(errors.values()))
-    return plans, {name: error_text(error) for name, error in errors.items()}
-
-
-def _plan(analysis: "Analysis", widths: tuple[float, ...]) -> _Plan:
-    from sagnac.analysis.forecast import shown_by
-
-    shown = shown_by(analysis)
-    rows = [*(_width(shown, width) for width in widths), *_limits(shown, analysis)]
-    return _Plan(analysis=analysis, shown=shown, rows=rows)
+    return {name: error_text(error) for name, error in refused.items()}
 
 
 def _widths(text: str) -> tuple[float, ...]:
@@ -114,39 +85,17 @@ def _widths(text: str) -> tuple[float, ...]:
     return tuple(found)
 
 
-def _width(shown: "Shown", width: float) -> _Row:
-    from sagnac.errors import RecordingError
-
-    try:
-        hours = shown.duration_for(width) / 3600.0
-    except RecordingError:
-        hours = None
-    return _Row(wanted=f"± {rounded(100.0 * width, 3)} %", key={"half_width": width}, hours=hours)
+def _wanted(row: "PlanRow") -> str:
+    if row.limit is None:
+        return f"± {rounded(100.0 * (row.half_width or 0.0), 3)} %"
+    return f"N ≤ {row.limit.in_unit:.6g} {row.limit.unit.symbol} decided, 90 % sure"
 
 
-def _limits(shown: "Shown", analysis: "Analysis") -> list[_Row]:
-    """Limits of N; others are not forecast."""
-    from sagnac.errors import RecordingError
-
-    specification = analysis.settings.specification
-    rows = []
-    for limit in specification.limits if specification else ():
-        if limit.coefficient != "angle_random_walk":
-            raise UsageError(f"--spec {limit.letter}: only an interval of N is forecast")
-        try:
-            hours = shown.duration_to_decide(limit.value) / 3600.0
-        except RecordingError:
-            hours = None
-        wanted = f"N ≤ {limit.in_unit:.6g} {limit.unit.symbol} decided, 90 % sure"
-        rows.append(_Row(wanted=wanted, key={"limit_rad_per_sqrt_s": limit.value}, hours=hours))
-    return rows
-
-
-def _text(plan: _Plan) -> str:
+def _text(plan: "Plan") -> str:
     from sagnac.report import text
 
     shown = plan.shown
-    listed = [(row.wanted, _spoken(row.hours)) for row in plan.rows]
+    listed = [(_wanted(row), _spoken(row.hours)) for row in plan.rows]
     return "\n\n".join(
         (
             text.answer(plan.analysis),
@@ -180,17 +129,17 @@ def _spoken(hours: float | None) -> str:
     return f"{hours:.3g} h" if hours < 100.0 else f"{hours / 24.0:.3g} days"
 
 
-def _document(plans: list[_Plan], refused: dict[str, str]) -> dict[str, Any]:
+def _document(plans: "Sequence[Plan]", refused: "Mapping[str, RecordingError]") -> dict[str, Any]:
     """The plan of the first gyro, and if there are several that of each by name."""
     document = {"schema": SCHEMA, "version": __version__, **_plain(plans[0])}
     if len(plans) > 1:
         document["gyros"] = {plan.analysis.channel: _plain(plan) for plan in plans}
     if refused:
-        document["refused"] = refused
+        document["refused"] = _texts(refused)
     return document
 
 
-def _plain(plan: _Plan) -> dict[str, Any]:
+def _plain(plan: "Plan") -> dict[str, Any]:
     shown = plan.shown
     return {
         "channel": plan.analysis.channel,
@@ -198,5 +147,10 @@ def _plain(plan: _Plan) -> dict[str, Any]:
         "half_width": shown.half_width,
         "confidence": shown.confidence,
         "supposes": "whole band" if shown.efficient else "average",
-        "plan": [{**row.key, "hours": row.hours} for row in plan.rows],
+        "plan": [
+            {"half_width": row.half_width, "hours": row.hours}
+            if row.limit is None
+            else {"limit_rad_per_sqrt_s": row.limit.value, "hours": row.hours}
+            for row in plan.rows
+        ],
     }

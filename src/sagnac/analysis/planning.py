@@ -1,0 +1,169 @@
+"""How long to record, from what a short recording shows."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from sagnac.analysis.forecast import shown_by
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.result import Analysis
+from sagnac.dataframes import pandas_for
+from sagnac.errors import RecordingError, quoted
+from sagnac.recording.model import Recording
+from sagnac.specification.limits import Limit, Specification, specification_of
+from sagnac.specification.planning import Shown
+
+WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
+"""Half widths of the interval of N that a plan is for unless others are asked for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanRow:
+    """What is wanted, and how long it takes.
+
+    Attributes
+    ----------
+    half_width
+        Of the interval of N, relative; None if a limit is to be decided.
+    limit
+        That N is to be decided against, 90 % sure; None if a width is wanted.
+    hours
+        None if it takes over a year.
+    """
+
+    half_width: float | None
+    limit: Limit | None
+    hours: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plan:
+    """How long to record one gyro.
+
+    Attributes
+    ----------
+    analysis
+        Of the short recording.
+    shown
+        What it shows of N.
+    rows
+        Widths, then limits.
+    """
+
+    analysis: Analysis
+    shown: Shown
+    rows: tuple[PlanRow, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plans:
+    """How long to record.
+
+    Attributes
+    ----------
+    plans
+        One for each gyro that was taken alone, or for the pair; one or more.
+    refused
+        Why there is none of a gyro, by name.
+    """
+
+    plans: tuple[Plan, ...]
+    refused: Mapping[str, RecordingError]
+
+    def to_frame(self) -> Any:
+        """A pandas frame with a row for each gyro and each width or limit (rad/sqrt(s)).
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        rows = [
+            {
+                "channel": one.analysis.channel,
+                "half_width": row.half_width,
+                "limit_rad_per_sqrt_s": None if row.limit is None else row.limit.value,
+                "hours": row.hours,
+            }
+            for one in self.plans
+            for row in one.rows
+        ]
+        return pandas_for("a plan as a data frame").DataFrame(rows)
+
+
+def plan(
+    source: Analysis | Recording,
+    *,
+    within: Sequence[float] = WIDTHS,
+    specification: Specification | str | None = None,
+) -> Plans:
+    """How long to record for an interval of N, or to decide a limit, from a short recording.
+
+    Parameters
+    ----------
+    source
+        A short recording, or its analysis.
+    within
+        Half widths of the interval that are wanted, relative.
+    specification
+        Limits of N to decide; those of the analysis unless stated.
+
+    Raises
+    ------
+    RecordingError
+        If no gyro shows N with an interval.
+    ValueError
+        If a width is not between 0 and 1, or a limit is of another coefficient than N.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rate = np.random.default_rng(1).standard_normal(6000)
+    >>> short = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> wide, narrow = plan(short, within=[0.02, 0.01]).plans[0].rows
+    >>> 3.0 < narrow.hours / wide.hours < 6.0
+    True
+    """
+    for width in within:
+        if not 0.0 < width < 1.0:
+            raise ValueError(f"within is {quoted(width)}; give a half width such as 0.01")
+    if isinstance(specification, str):
+        specification = specification_of(specification)
+    analysis = source if isinstance(source, Analysis) else analyze(source)
+    specification = specification or analysis.settings.specification
+    limits = specification.limits if specification else ()
+    for limit in limits:
+        if limit.coefficient != "angle_random_walk":
+            raise ValueError(f"spec {limit.letter}: only an interval of N is forecast")
+    plans: list[Plan] = []
+    refused = dict(analysis.refused)
+    for name, one in (analysis.gyros or {analysis.channel: analysis}).items():
+        try:
+            shown = shown_by(one)
+        except RecordingError as error:
+            refused[name] = error
+            continue
+        rows = (
+            *(_width(shown, width) for width in within),
+            *(_limit(shown, one) for one in limits),
+        )
+        plans.append(Plan(analysis=one, shown=shown, rows=rows))
+    if not plans:
+        raise next(iter(refused.values()))
+    return Plans(plans=tuple(plans), refused=refused)
+
+
+def _width(shown: Shown, width: float) -> PlanRow:
+    try:
+        hours = shown.duration_for(width) / 3600.0
+    except RecordingError:
+        hours = None
+    return PlanRow(half_width=width, limit=None, hours=hours)
+
+
+def _limit(shown: Shown, limit: Limit) -> PlanRow:
+    try:
+        hours = shown.duration_to_decide(limit.value) / 3600.0
+    except RecordingError:
+        hours = None
+    return PlanRow(half_width=None, limit=limit, hours=hours)
