@@ -69,7 +69,7 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     assert holds(few, truth)
     assert walk.high - walk.low < fitted.high - fitted.low
     # They tell more of what is slow.
-    assert "; B, K and R: likelihood fit of the spectrum" in few.source
+    assert "; B and K: likelihood fit of the spectrum" in few.source
     assert few.average.slow_terms == resting_data(few)["slow_terms"] == "low band"
 
 
@@ -106,7 +106,7 @@ def test_slow_noise_behind_a_low_pass_is_estimated_by_the_band_below_it():
     slow = found.coefficients["rate_random_walk"]
     assert slow.status == "estimated"
     assert slow.low <= 0.3 * UNIT <= slow.high
-    assert "; B, K and R: likelihood fit of the spectrum" in found.source
+    assert "; B and K: likelihood fit of the spectrum" in found.source
 
 
 def test_noise_that_changes_is_told_and_covered():

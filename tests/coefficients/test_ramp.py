@@ -81,6 +81,23 @@ def test_a_long_record_is_summed_without_a_change():
     assert fine.low < 1e-10 < fine.high
 
 
+def test_a_warm_up_that_was_taken_off_leaves_no_ramp():
+    """An exponential of a third of the record and a ramp are hardly told apart."""
+    settling = DURATION / 3.0
+    times = INTERVAL * np.arange(SAMPLES)
+    generator = np.random.default_rng(7)
+    held, short = 0, 0
+    for _ in range(40):
+        noise = increments(generator)
+        # As a fit takes it off, which follows the noise: here by 60 times the error of a slope.
+        noise += INTERVAL * 60.0 * WHITE * DURATION * np.exp(-times / settling)
+        alone = rate_ramp(noise, sample_rate=2.0)
+        short += alone.low > 0.0
+        held += rate_ramp(noise, sample_rate=2.0, settling=settling).low == 0.0
+    assert short > 30
+    assert held >= 38
+
+
 def test_without_the_lowest_frequencies_a_ramp_is_not_observable():
     noise = increments(np.random.default_rng(6))
     masked = rate_ramp(noise, sample_rate=2.0, masked=((0.0, 0.001),))

@@ -1,9 +1,13 @@
 """MATLAB files of both kinds."""
 
+from contextlib import suppress
+
 import h5py
 import numpy as np
+import pytest
 import scipy.io
 
+from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.source import Vector, vectors
 from tests.formats.examples import SAMPLES, walk
@@ -40,3 +44,62 @@ def test_a_file_that_is_hdf5_at_heart_is_read_as_it_is(tmp_path):
         file.create_dataset("x", data=walk())
     stated = Statement(kind="rate", unit="deg/s", sample_rate=100.0)
     assert read(tmp_path / "plain.mat", stated).samples == SAMPLES
+
+
+def unit(samples):
+    """A struct as users keep one: gyros (samples, 3), a time, text, and a struct in it."""
+    rates = np.random.default_rng(3).standard_normal((samples, 3))
+    return {
+        "gyro": rates,
+        "time": np.arange(samples)[:, None] / 100.0,
+        "name": "unit 7",
+        "info": {"count": np.arange(samples, dtype=np.int16)[:, None] % 7},
+    }
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_fields_of_a_struct_are_columns(compressed, tmp_path):
+    imu = unit(200)
+    path = tmp_path / "run.mat"
+    scipy.io.savemat(path, {"imu": imu, "spare": np.arange(5.0)}, do_compression=compressed)
+    columns = {"x": "gyro.1", "z": "gyro.3"}
+    recording = read(path, columns=columns, kind="rate", unit="rad/s", time="time:s")
+    np.testing.assert_array_equal(recording.gyro("x").values, imu["gyro"][:, 0])
+    np.testing.assert_array_equal(recording.gyro("z").values, imu["gyro"][:, 2])
+    assert recording.sample_rate == pytest.approx(100.0)
+    whole = read(path, columns={"x": "count"}, kind="rate", unit="rad/s", time="time:s")
+    np.testing.assert_array_equal(whole.gyro("x").values, imu["info"]["count"][:, 0])
+    with pytest.raises(RecordingError) as caught:
+        read(path, kind="rate", unit="rad/s", sample_rate=100.0)
+    assert "the file has" in str(caught.value)
+    assert "gyro.1, gyro.2, gyro.3, time" in str(caught.value)
+    with pytest.raises(RecordingError, match="holds text"):
+        read(path, columns={"x": "imu.name"}, kind="rate", unit="rad/s", sample_rate=100.0)
+
+
+def test_fields_of_one_name_are_called_by_their_structs(tmp_path):
+    path = tmp_path / "two.mat"
+    units = {"left": unit(100), "right": unit(100)}
+    many = np.array([(1.0,), (2.0,)], dtype=[("part", object)])
+    scipy.io.savemat(path, {**units, "many": many})
+    columns = {"x": "left.gyro.1", "y": "right.gyro.1"}
+    recording = read(path, columns=columns, kind="rate", unit="rad/s", sample_rate=100.0)
+    np.testing.assert_array_equal(recording.gyro("y").values, units["right"]["gyro"][:, 0])
+    with pytest.raises(RecordingError, match="holds struct values"):
+        read(path, columns={"x": "many"}, kind="rate", unit="rad/s", sample_rate=100.0)
+
+
+def test_a_damaged_struct_is_one_line_or_what_its_numbers_say(tmp_path):
+    path = tmp_path / "run.mat"
+    scipy.io.savemat(path, {"imu": unit(40)}, do_compression=False)
+    sound, generator = path.read_bytes(), np.random.default_rng(5)
+    refused = 0
+    for _ in range(300):
+        data = bytearray(sound)
+        data[generator.integers(128, 900)] = generator.integers(256)
+        path.write_bytes(data)
+        with suppress(RecordingError):
+            read(path, columns={"x": "gyro.1"}, kind="rate", unit="rad/s", sample_rate=100.0)
+            continue
+        refused += 1
+    assert refused > 30

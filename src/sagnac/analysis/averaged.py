@@ -121,7 +121,7 @@ def averaged(
     It uses every sample. If nothing dithers the readout from one sample to the next, it uses
     samples farther apart. The likelihood fit may be of fewer angles. It is a member of the average
     of those, and is the answer if their levels bear it out, the average of every sample allows its
-    value, and its interval is the narrower one. Else B, K and R are of a likelihood fit to the
+    value, and its interval is the narrower one. Else B and K are of a likelihood fit to the
     lowest frequencies if the levels bear it out.
 
     Parameters
@@ -252,7 +252,11 @@ def _basis(
         levels,
         confidence=confidence,
         ramp=rate_ramp(
-            cleaned.increments, sample_rate=cleaned.rate, masked=masked, confidence=confidence
+            cleaned.increments,
+            sample_rate=cleaned.rate,
+            masked=masked,
+            settling=None if cleaned.warm_up is None else cleaned.warm_up.time,
+            confidence=confidence,
         ),
         whole_band=member,
     )
@@ -288,7 +292,7 @@ def _by_whole_band(
 
 
 def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
-    """B, K and R of an average by the likelihood of angles farther apart.
+    """B and K of an average by the likelihood of angles farther apart.
 
     The average of every sample sees the lowest frequencies in a few levels only, and its band ends
     below a low-pass or a hump. The angles are taken so far apart, and the top of their band is left

@@ -128,7 +128,7 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
             f"most on {resting.in_words()}"
         )
     if resting.slow_terms == "low band":
-        source += f"; B, K and R: likelihood fit of the spectrum to {resting.low_band_hz:.3g} Hz"
+        source += f"; B and K: likelihood fit of the spectrum to {resting.low_band_hz:.3g} Hz"
     return Headline(estimate=estimate, source=source)
 
 

@@ -14,7 +14,7 @@ def resting_data(analysis: Analysis) -> dict[str, Any]:
 
     ``band_hz`` [low, high], ``terms``, ``share``, ``member`` and ``slow_terms``. If the member is
     ``both``, the value is of the likelihood of the whole band, and band, terms and share are of the
-    average that the interval holds as well. `slow_terms` says what B, K and R are of:
+    average that the interval holds as well. `slow_terms` says what B and K are of:
     ``average``, ``whole band``, or ``low band``: a likelihood fit to the lowest frequencies.
 
     Returns

@@ -27,7 +27,6 @@ from sagnac.coefficients.estimates import (
 )
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
-    SLOW_NAMES,
     STOCHASTIC_NAMES,
     SYMBOLS,
     CoefficientName,
@@ -47,6 +46,8 @@ _NEEDED: Final = 0.95
 # that of one tail of an interval.
 _ANOTHER: Final = 2.0
 _TOLD: Final = 0.02
+# What a fit to the lowest frequencies may say beside an average.
+_LOW_BAND: Final = ("bias_instability", "rate_random_walk")
 # Bands kept for a figure.
 _BANDS: Final = 10
 
@@ -106,7 +107,7 @@ class Resting:
     misfit
         Deviance per degree of freedom of the heaviest model.
     slow_terms
-        ``low band`` if B, K and R are of a likelihood fit to the lowest frequencies beside an
+        ``low band`` if B and K are of a likelihood fit to the lowest frequencies beside an
         average.
     low_band_hz
         Highest frequency of that fit; NaN without it.
@@ -355,7 +356,7 @@ def with_both(average: Average, whole_band: WholeBand) -> Average:
 
 
 def with_slow_terms(average: Average, fit: Fit) -> Average:
-    """B, K and R of a fit to the lowest frequencies; Q and N stay, uncorrelated with these.
+    """B and K of a fit to the lowest frequencies; the others stay, uncorrelated with these.
 
     Parameters
     ----------
@@ -365,16 +366,16 @@ def with_slow_terms(average: Average, fit: Fit) -> Average:
         By likelihood, of what the average is of.
     """
     coefficients = {
-        name: (fit if name in SLOW_NAMES else average).coefficients[name]
+        name: (fit if name in _LOW_BAND else average).coefficients[name]
         for name in COEFFICIENT_NAMES
     }
     names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
     covariance = np.zeros((len(names), len(names)))
-    kept = [name for name in names if name not in SLOW_NAMES]
+    kept = [name for name in names if name not in _LOW_BAND]
     to, of = [names.index(name) for name in kept], [average.names.index(name) for name in kept]
     covariance[np.ix_(to, to)] = average.covariance[np.ix_(of, of)]
     for place, name in enumerate(names):
-        if name in SLOW_NAMES:
+        if name in _LOW_BAND:
             covariance[place, place] = _deviation(coefficients[name]) ** 2
     highest = math.nan if fit.band is None else fit.band.high
     return replace(

@@ -30,6 +30,7 @@ from sagnac.coefficients.laws import STOCHASTIC_NAMES, CoefficientName, cosine_p
 from sagnac.coefficients.limits import PRESENCE
 from sagnac.errors import RecordingError
 from sagnac.spectrum.periodogram import bin_sums
+from sagnac.spectrum.transforms import cosine_transform
 
 # Terms by the steepness of their fall, and the power of frequency by which each falls.
 _FALLS: Final[dict[CoefficientName, int]] = {
@@ -91,6 +92,7 @@ def rate_ramp(
     *,
     sample_rate: float,
     masked: tuple[tuple[float, float], ...] = (),
+    settling: float | None = None,
     confidence: float = 0.95,
 ) -> SquaredEstimate:
     """Square of the rate ramp of increments of any length, (rad/s^2)^2.
@@ -103,6 +105,8 @@ def rate_ramp(
         Hz.
     masked
         Frequency bands (low, high) in Hz to leave out.
+    settling
+        Time constant of a warm-up that was taken off, s, which takes from a slope or leaves one.
     confidence
         Of the interval or bound.
 
@@ -119,11 +123,18 @@ def rate_ramp(
         bins = cosine_bins(cosine.transform.size, cosine.interval, masked, None)
     except RecordingError:
         return SquaredEstimate.unseen()
-    return ramp_square(cosine, bins.starts[bins.count == 1.0], confidence)
+    beside = None
+    if settling is not None:
+        times = cosine.interval * np.arange(cosine.transform.size)
+        beside = cosine_transform(np.exp(-times / settling))
+    return ramp_square(cosine, bins.starts[bins.count == 1.0], confidence, beside)
 
 
 def ramp_square(
-    cosine: CosineSpectrum, index: NDArray[np.int64], confidence: float
+    cosine: CosineSpectrum,
+    index: NDArray[np.int64],
+    confidence: float,
+    beside: FloatArray | None = None,
 ) -> SquaredEstimate:
     """Square of the rate ramp, (rad/s^2)^2.
 
@@ -138,11 +149,13 @@ def ramp_square(
         Of the ordinates that may be used; the lowest 63 are.
     confidence
         Of the interval or bound.
+    beside
+        (samples,) transform of what may be in the increments besides, with any amplitude.
     """
     index = index[index < SINGLE]
     if index.size < LEAST_BINS or index[0] > 1:
         return SquaredEstimate.unseen()
-    found = _slopes(cosine, index)
+    found = _slopes(cosine, index, None if beside is None else beside[index])
     tail = 0.5 - 0.5 * confidence
     if found.below(0.0) < min(float(ndtr(-math.sqrt(PRESENCE))), tail):
         value, low, high = (
@@ -153,22 +166,32 @@ def ramp_square(
     return SquaredEstimate.bound(found.largest(confidence) ** 2 * cosine.interval**-4)
 
 
-def _slopes(cosine: CosineSpectrum, index: NDArray[np.int64]) -> _Slopes:
+def _slopes(cosine: CosineSpectrum, index: NDArray[np.int64], beside: FloatArray | None) -> _Slopes:
     """The slope, turned so that it is more probably positive, under every law of the noise.
 
     For noise of the variances ``s v`` the likelihood of a slope is Gaussian, and its integral over
     the slope and, with the weight 1/s, over s is known (Zellner, An Introduction to Bayesian
-    Inference in Econometrics, 1971, ch. 3).
+    Inference in Econometrics, 1971, ch. 3). What is beside the slope is integrated over as well.
     """
     shape = slope_transform(index.astype(np.float64), cosine.transform.size)
     values = cosine.transform[index]
     laws, prior = _laws(cosine, index)
     freedom = index.size - 1
+    logarithm = -0.5 * np.log(laws).sum(axis=1)
     information = (shape**2 / laws).sum(axis=1)
-    further = (shape * values / laws).sum(axis=1) / information
-    rest = (values**2 / laws).sum(axis=1) - further**2 * information
+    moment = (shape * values / laws).sum(axis=1)
+    rest = (values**2 / laws).sum(axis=1)
+    if beside is not None:
+        freedom -= 1
+        own, shared, seen = ((beside * one / laws).sum(axis=1) for one in (beside, shape, values))
+        information = information - shared**2 / own
+        moment = moment - shared * seen / own
+        rest = rest - seen**2 / own
+        logarithm -= 0.5 * np.log(own)
+    further = moment / information
+    rest = rest - further**2 * information
     rest = np.maximum(rest, np.finfo(np.float64).tiny)
-    logarithm = -0.5 * (np.log(laws).sum(axis=1) + np.log(information) + freedom * np.log(rest))
+    logarithm -= 0.5 * (np.log(information) + freedom * np.log(rest))
     weight = prior * np.exp(logarithm - logarithm.max())
     weight /= weight.sum()
     kept = weight > _LIGHT

@@ -1,6 +1,7 @@
 """MATLAB files of version 5 (and 4). Those of version 7.3 are HDF5."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -8,7 +9,7 @@ from typing import Final
 import scipy.io
 
 from sagnac.formats.files import damaged, replacing
-from sagnac.formats.matlab_elements import Element, elements_of
+from sagnac.formats.matlab_elements import Element, elements_of, field_values
 from sagnac.formats.metadata import from_mapping
 from sagnac.formats.outgoing import MADE, Outgoing
 from sagnac.formats.registry import MATLAB
@@ -29,6 +30,8 @@ _DESCRIPTION: Final = 116
 
 def open_source(path: Path) -> Source:
     """Variables of the file; column ``k`` of a matrix ``w`` is called ``w.k``, from 1.
+
+    A field of a struct is called by its name if no other is called so, else ``imu.gyro``.
 
     Text and single numbers named like the fields of a `Statement` (``kind``,
     ``sample_rate``) state it.
@@ -51,8 +54,10 @@ def open_source(path: Path) -> Source:
         stated = {name: content[name].reshape(-1)[0].item() for name in stated_names}
     found: dict[str, Vector] = {}
     unreadable: dict[str, str] = {}
+    fields = {name: one for name, one in elements.items() if one.place or one.holds}
+    structs = {name.split(".")[0] for name in fields}
     for name, shape, kind in listing:
-        if name in stated_names:
+        if name in stated_names or name in structs:
             continue
         if kind not in _NUMERIC:
             unreadable[name] = f"holds {kind} values"
@@ -61,13 +66,25 @@ def open_source(path: Path) -> Source:
         else:
             found.update(vectors(name, name, shape))
 
+    last = Counter(name.split(".")[-1] for name in [*fields, *found, *unreadable])
+    for name, one in fields.items():
+        short = name.split(".")[-1]
+        if one.holds or one.is_complex:
+            unreadable[name] = f"holds {one.holds or 'complex values'}"
+        else:
+            found.update(vectors(short if last[short] == 1 else name, name, one.shape))
+
     def load(keys: Sequence[str]) -> Stored:
         with damaged(MATLAB.name):
-            names = list({found[key].array for key in keys})
+            arrays = list({found[key].array for key in keys})
+            names = [name for name in arrays if name not in fields]
             for name, shape, _ in listing:
                 if name in names:
                     require_room(8 * math.prod(shape), name)
-            content = scipy.io.loadmat(path, variable_names=names)
+            content = scipy.io.loadmat(path, variable_names=names) if names else {}
+            for name in arrays:
+                if name in fields:
+                    content[name] = field_values(path, fields[name])
             return in_memory({key: found[key].of(content[found[key].array]) for key in keys})
 
     return Source(

@@ -8,23 +8,46 @@ data, each such an element.
 import math
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, BinaryIO, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sagnac.formats.room import require_room
 
 Order = Literal["little", "big"]
 
 _MATRIX: Final = 14
 _COMPRESSED: Final = 15
-# Bytes of one number by data type.
-_SIZES: Final = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
+# One number by data type, as NumPy writes it.
+_NUMBERS: Final = {
+    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
+}  # fmt: skip
+_SIZES: Final = {kind: int(word[1]) for kind, word in _NUMBERS.items()}
 _TEXT: Final = frozenset({1, 2, 3, 4, 16, 17, 18})
+_CELL_CLASS: Final = 1
+_STRUCT_CLASS: Final = 2
 _CHAR_CLASS: Final = 4
+_WORDS: Final = {_CELL_CLASS: "cell values", _STRUCT_CLASS: "a struct array", _CHAR_CLASS: "text"}
 _NUMERIC_CLASSES: Final = range(6, 16)
 _OPAQUE_CLASS: Final = 17
 _COMPLEX: Final = 0x08
 # Bytes in which the head of a matrix ends: names are no longer than 63, dimensions few.
 _HEAD: Final = 2**16
+# Structs in structs, as deep as anybody makes them.
+_DEEPEST: Final = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Where the numbers of a field lie: in the content of which variable, from where on."""
+
+    variable: int
+    start: int
+    length: int
+    number: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,16 +64,24 @@ class Element:
         That its numbers take as float64.
     is_complex
         Whether it has imaginary parts.
+    holds
+        What it holds if that is no numbers; of a field.
+    place
+        Of the numbers of a field; None of a variable.
     """
 
     name: str
     shape: tuple[int, ...]
     bytes: int
     is_complex: bool
+    holds: str = ""
+    place: Place | None = None
 
 
 def elements_of(path: Path) -> Iterator[Element]:
-    """The variables of a file of version 5, their tags checked.
+    """The variables of a file of version 5, their tags checked; of a struct its fields, too.
+
+    A field is called ``imu.gyro``, as in MATLAB; of an array of structs there are none.
 
     Raises
     ------
@@ -59,14 +90,12 @@ def elements_of(path: Path) -> Iterator[Element]:
     """
     size = path.stat().st_size
     with path.open("rb") as stream:
-        stream.seek(126)
-        order: Order = "little" if stream.read(2) == b"IM" else "big"
-        position = 128
+        order, position = _order(stream), 128
         while position < size:
             stream.seek(position)
             head = stream.read(8)
             kind, length = int.from_bytes(head[:4], order), int.from_bytes(head[4:], order)
-            position += 8 + length
+            begin, position = position, position + 8 + length
             if position > size or len(head) < 8:
                 raise ValueError(f"{position - size} bytes are missing")
             content = stream.read(min(length, _HEAD))
@@ -79,6 +108,119 @@ def elements_of(path: Path) -> Iterator[Element]:
                 raise ValueError(f"an element is of type {kind}, not a matrix")
             if length:
                 yield _matrix(content, length, order)
+                if _class(content, order) == _STRUCT_CLASS:
+                    whole = _content(stream, begin, order)
+                    yield from _fields(_Whole(content=whole, order=order, variable=begin), 0, "")
+
+
+def field_values(path: Path, element: Element) -> NDArray[Any]:
+    """The numbers of a field, in its shape.
+
+    Raises
+    ------
+    ValueError
+        If it is no field, or the file has changed.
+    """
+    place = element.place
+    if place is None:
+        raise ValueError(f"{element.name} is no field of a struct")
+    with path.open("rb") as stream:
+        order = _order(stream)
+        content = _content(stream, place.variable, order)
+    values = np.frombuffer(
+        content[place.start : place.start + place.length],
+        dtype=("<" if order == "little" else ">") + place.number,
+    )
+    return values.reshape(element.shape, order="F")
+
+
+def _order(stream: BinaryIO) -> Order:
+    stream.seek(126)
+    return "little" if stream.read(2) == b"IM" else "big"
+
+
+def _content(stream: BinaryIO, begin: int, order: Order) -> bytes:
+    """All of a variable, without its tag and unpacked."""
+    stream.seek(begin)
+    head = stream.read(8)
+    kind, length = int.from_bytes(head[:4], order), int.from_bytes(head[4:], order)
+    require_room(length, "a struct")
+    packed = stream.read(length)
+    if kind != _COMPRESSED:
+        return packed
+    unpacking = zlib.decompressobj()
+    tag = unpacking.decompress(packed, 8)
+    length = int.from_bytes(tag[4:8], order)
+    require_room(length, "a struct")
+    return unpacking.decompress(unpacking.unconsumed_tail, max(length, 1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Whole:
+    """All of a variable: its bytes, their order, and where in the file it begins."""
+
+    content: bytes
+    order: Order
+    variable: int
+
+    def tags(self, start: int, count: int) -> "list[_Tag]":
+        """Tags one after another."""
+        found = [_tag(self.content, start, self.order)]
+        while len(found) < count:
+            found.append(_tag(self.content, found[-1].after, self.order))
+        return found
+
+
+def _fields(whole: _Whole, start: int, above: str, depth: int = 0) -> Iterator[Element]:
+    """The fields of a struct whose matrix begins at `start`, those of structs in it as well."""
+    content, order = whole.content, whole.order
+    if depth >= _DEEPEST:
+        raise ValueError(f"{above} holds structs {depth} deep")
+    own = _matrix(content[start : start + _HEAD], len(content) - start, order)
+    if math.prod(own.shape) != 1:
+        return
+    # Flags, dimensions, name, bytes of each field's name, and these names.
+    *_, longest, listed = whole.tags(start, 5)
+    length = int.from_bytes(content[longest.start : longest.start + 4], order, signed=True)
+    if not 0 < length <= _HEAD or listed.length % length:
+        raise ValueError(f"the fields of {own.name or above} are damaged")
+    at = listed.after
+    for place in range(listed.start, listed.start + listed.length, length):
+        word = content[place : place + length].split(b"\0")[0].decode("latin-1")
+        name = f"{above or own.name}.{word}"
+        tag = _tag(content, at, order)
+        at = tag.start + tag.length
+        if tag.kind != _MATRIX or at > len(content):
+            raise ValueError(f"{name} is cut off")
+        if tag.length:
+            yield from _field(whole, tag, name, depth)
+
+
+def _field(whole: _Whole, tag: "_Tag", name: str, depth: int) -> Iterator[Element]:
+    head = whole.content[tag.start : min(tag.start + tag.length, tag.start + _HEAD)]
+    found = replace(_matrix(head, tag.length, whole.order), name=name)
+    kind = _class(head, whole.order)
+    if kind == _STRUCT_CLASS and math.prod(found.shape) == 1:
+        yield from _fields(whole, tag.start, name, depth + 1)
+    elif kind not in _NUMERIC_CLASSES:
+        yield replace(found, holds=_WORDS.get(kind, "no numbers"))
+    elif math.prod(found.shape):
+        data = whole.tags(tag.start, 4)[-1]
+        if data.start + data.length > tag.start + tag.length:
+            raise ValueError(f"{name} is cut off")
+        place = Place(
+            variable=whole.variable,
+            start=data.start,
+            length=data.length,
+            number=_NUMBERS[data.kind],
+        )
+        yield replace(found, place=place)
+
+
+def _class(content: bytes, order: Order) -> int:
+    """The class of the array of a matrix."""
+    flags = _tag(content, 0, order)
+    return int.from_bytes(content[flags.start : flags.start + 4], order) & 0xFF
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -53,7 +53,7 @@ def sentences(analysis: Analysis) -> list[str]:
         )
     if resting is not None and resting.slow_terms == "low band":
         said.append(
-            "B, K and R come from the likelihood of the lowest frequencies of the spectrum, which "
+            "B and K come from the likelihood of the lowest frequencies of the spectrum, which "
             "its multitaper levels bear out."
         )
     if analysis.per_gyro:
