@@ -76,7 +76,9 @@ def _warm_up_note(warm_up: WarmUp | None, sensor: Sensor) -> Note | None:
     return Note(
         name="warm-up",
         text=f"the rate settles by {warm_up.rate / unit.size:.3g} {unit} with a time "
-        f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer",
+        f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer, and stays "
+        f"in the curve; {{slice {warm_up.until_s:.0f}:}} leaves it out, {{covariates temperature}} "
+        "fits it if there is a column of temperature",
     )
 
 

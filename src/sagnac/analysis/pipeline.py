@@ -9,6 +9,7 @@ from threadpoolctl import ThreadpoolController
 from sagnac import series
 from sagnac.analysis.alone import Run, each_alone, gyros_alone
 from sagnac.analysis.averaged import Averaged, averaged
+from sagnac.analysis.covariates import without_temperature
 from sagnac.analysis.curves import (
     Curves,
     Points,
@@ -274,7 +275,11 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
         interval = settings.interval_on(turning=turns(recording))
         settings = replace(settings, gyros=gyros, interval=interval)
         require_sound(recording, gyros)
-        undithered = without_dither(recording, gyros, settings.method)
+        taken = Undithered(recording=recording)
+        if settings.covariates:
+            taken = without_temperature(recording, gyros)
+        undithered = without_dither(taken.recording, gyros, settings.method)
+        undithered = replace(undithered, notes=(*taken.notes, *undithered.notes))
         measured = measure(undithered.recording, gyros)
         points = points_at(measured.angle, rate, interval)
         if settings.method != "fris":

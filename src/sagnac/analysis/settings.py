@@ -14,6 +14,7 @@ from sagnac.specification.limits import Specification
 from sagnac.stability.names import Estimator
 from sagnac.table.turns import turns
 
+Covariate = Literal["temperature"]
 Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
 PUBLISHED: Final[tuple[Method, ...]] = ("fos-paper", "fos-korenberg")
 """Methods whose answer is the fit of the Allan curve (Step 4 of the paper)."""
@@ -61,6 +62,8 @@ class Settings:
     step_4
         How the paper's methods read their Step 4: which squares, and whether the noise that went
         with the lines is put back (`sagnac.coefficients.readings`).
+    covariates
+        What a drift at rest is fitted with and taken off by, before anything else is done.
 
     Raises
     ------
@@ -87,6 +90,7 @@ class Settings:
     specification: Specification | None = None
     published: PublishedSearch = FAIR
     step_4: Reading = PLAIN
+    covariates: tuple[Covariate, ...] = ()
 
     def __post_init__(self) -> None:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):
@@ -101,6 +105,13 @@ class Settings:
         object.__setattr__(self, "accepted", tuple(self.accepted))
         for name in self.accepted:
             _require_choice("accepted", name, FINDINGS)
+        if isinstance(self.covariates, str):
+            raise ValueError(
+                f"covariates is {quoted(self.covariates)}; give names, such as ('temperature',)"
+            )
+        object.__setattr__(self, "covariates", tuple(self.covariates))
+        for covariate in self.covariates:
+            _require_choice("covariates", covariate, get_args(Covariate))
         for estimator in self.estimators:
             _require_choice("estimators", estimator, get_args(Estimator))
         if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):

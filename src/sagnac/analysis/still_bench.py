@@ -136,6 +136,12 @@ def _with_gaps(
 ) -> AtRest:
     (name,) = settings.gyros
     gyro = recording.gyro(name)
+    if settings.covariates:
+        raise RecordingError(
+            "temperature cannot be fitted across gaps ({covariates})",
+            channel=name,
+            remedy="leave {covariates} out, or take a whole stretch with {slice START:STOP}",
+        )
     if settings.method != "none":
         raise RecordingError(
             f"lines cannot be removed across gaps ({{method {settings.method}}})",

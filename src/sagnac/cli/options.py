@@ -371,6 +371,16 @@ class Options(Reading):
             help="Refuse data in which a fault is found, be it one that the answer survives.",
         ),
     ] = False
+    covariates: Annotated[
+        tuple[Literal["temperature"], ...] | None,
+        one_argument(
+            names,
+            group=ANALYSIS,
+            metavar="temperature",
+            help="Drift at rest with a column of that name (or --columns temperature=NAME) is "
+            "fitted beside the noise, and taken off.",
+        ),
+    ] = None
     accept: Annotated[
         tuple[str, ...] | None,
         Parameter(
@@ -482,6 +492,9 @@ def statement_of(options: Reading) -> "Statement":
     """
     from sagnac.formats import Statement
 
+    columns = dict(options.columns or {})
+    for name in getattr(options, "covariates", None) or ():
+        columns.setdefault(name, name)
     try:
         return Statement(
             gyros=options.gyros,
@@ -491,7 +504,7 @@ def statement_of(options: Reading) -> "Statement":
             sample_rate=options.rate,
             time=options.time,
             table=options.table,
-            columns=options.columns or {},
+            columns=columns,
             span=options.slice,
             counter_bits=options.counter_bits,
             null_pulse=options.null_pulse,
@@ -528,6 +541,7 @@ def settings_of(
             estimators=estimators,
             strict=options.strict,
             accepted=options.accept or (),
+            covariates=options.covariates or (),
             specification=specification,
             step_4=READINGS[options.step_4 or "plain"],
         )

@@ -92,6 +92,7 @@ def assemble(
         table=made.table.channel if made.table else None,
         null_pulse=made.pulses.rising if made.pulses else None,
         pickoffs=made.pickoffs,
+        temperature=made.temperature,
         provenance=replace(provenance(), span_s=sliced),
         notes=(
             *notes,
@@ -249,6 +250,7 @@ class Channels:
     table: Taken | None
     pulses: Pulses | None
     pickoffs: tuple[Pickoff, ...] = ()
+    temperature: FloatArray | None = None
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -275,7 +277,8 @@ def channels_of(
     table = choice.table.column.key if choice.table is not None else None
     sensors = (*choice.gyros.values(), *choice.accelerometers.values())
     pickoffs = choice.pickoffs
-    keys = [column.key for column in (*sensors, *pickoffs.values())]
+    warm = [choice.temperature] if choice.temperature is not None else []
+    keys = [column.key for column in (*sensors, *pickoffs.values(), *warm)]
     columns = load_columns(stored, [*keys, table] if table is not None else keys, stretch)
     gyros = tuple(
         _gyro(name, columns.pop(column.key), scales.gyros[name], counter_bits)
@@ -304,6 +307,7 @@ def channels_of(
         pickoffs=tuple(
             Pickoff(gyro=name, values=columns.pop(column.key)) for name, column in pickoffs.items()
         ),
+        temperature=columns.pop(warm[0].key) if warm else None,
     )
 
 

@@ -8,7 +8,13 @@ from typing import Final, Literal
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
-from sagnac.recording.frames import GYRO_NAMES, NULL_PULSE_NAME, TABLE_NAMES, TIME_NAMES
+from sagnac.recording.frames import (
+    GYRO_NAMES,
+    NULL_PULSE_NAME,
+    TABLE_NAMES,
+    TEMPERATURE,
+    TIME_NAMES,
+)
 from sagnac.recording.pickoff import PICKOFF
 from sagnac.units import TIME_UNITS, canonical
 
@@ -45,11 +51,14 @@ class Choice:
         What was left out.
     pickoffs
         Name of a dithered gyro -> column of its pick-off.
+    temperature
+        None if none is stated.
     """
 
     gyros: Mapping[str, Column]
     accelerometers: Mapping[str, Column] = field(default_factory=dict)
     pickoffs: Mapping[str, Column] = field(default_factory=dict)
+    temperature: Column | None = None
     table: Placed | None
     time: Placed | None
     null_pulse: Column | None
@@ -71,7 +80,8 @@ class Choice:
         placed = [one.column for one in (self.table, self.time) if one is not None]
         pulse = [self.null_pulse] if self.null_pulse is not None else []
         sensed = (*self.gyros.values(), *self.accelerometers.values())
-        taken = (*sensed, *placed, *pulse, *self.pickoffs.values())
+        warm = [self.temperature] if self.temperature is not None else []
+        taken = (*sensed, *placed, *pulse, *self.pickoffs.values(), *warm)
         return tuple(column.key for column in taken)
 
 
@@ -173,6 +183,23 @@ def choose_pickoffs(
         if column is not None:
             found[gyro] = column
     return found
+
+
+def choose_temperature(columns: Sequence[Column], statements: Statements) -> Column | None:
+    """The column that is stated, or None: no name alone makes one the temperature of the unit.
+
+    Raises
+    ------
+    RecordingError
+        If it is not there.
+    """
+    stated = statements.column(TEMPERATURE)
+    if stated is None or stated == "none":
+        return None
+    column = find(columns, stated)
+    if column is None:
+        raise _missing(columns, stated, "{columns temperature=COLUMN}")
+    return column
 
 
 def choose_stated(
@@ -341,5 +368,6 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
         table=table,
         time=chosen_time.time,
         null_pulse=choose_null_pulse(columns, statements),
+        temperature=choose_temperature(columns, statements),
         notes=chosen_time.notes,
     )

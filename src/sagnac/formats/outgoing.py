@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.formats.statement import ROLES, vocabulary
-from sagnac.recording.frames import NULL_PULSE_NAME
+from sagnac.recording.frames import NULL_PULSE_NAME, TEMPERATURE
 from sagnac.recording.model import Kind, Recording
 from sagnac.recording.pickoff import PICKOFF
 
@@ -121,6 +121,8 @@ def outgoing(recording: Recording) -> Outgoing:
     if recording.null_pulse is not None:
         columns[NULL_PULSE_NAME] = recording.null_pulse
     columns.update({one.column: one.values for one in recording.pickoffs})
+    if recording.temperature is not None:
+        columns[TEMPERATURE] = recording.temperature
     return Outgoing(
         columns=columns,
         units=units,
@@ -140,7 +142,7 @@ def check_name(name: str) -> None:
         If it is empty, reserved, or holds a mark that files use.
     """
     reserved = name in ROLES or name in vocabulary()
-    reserved = reserved or name.startswith(PICKOFF)
+    reserved = reserved or name.startswith(PICKOFF) or name == TEMPERATURE
     odd = set(name) & set(",;=[]:\"'#%") or not name.isprintable() or name != name.strip()
     # A spreadsheet computes what begins with one of the last three.
     if not name or reserved or odd or name.startswith(("_", "+", "-", "@")):

@@ -19,6 +19,7 @@ from sagnac.formats.outgoing import MADE, Outgoing, Rows, check_name
 from sagnac.formats.registry import PARQUET
 from sagnac.formats.source import Source, Stored
 from sagnac.recording.channel import Kind, field_unit, quantity_of
+from sagnac.recording.frames import TEMPERATURE
 from sagnac.recording.pickoff import PICKOFF
 from sagnac.units import Sensor, unit_of
 
@@ -289,7 +290,7 @@ def write(path: Path, out: Outgoing) -> None:
         table="table" in out.columns,
         null_pulse="null_pulse" in out.columns,
         times="time" in out.columns,
-        pickoffs=[name for name in out.columns if name.startswith(PICKOFF)],
+        pickoffs=[name for name in out.columns if name.startswith(PICKOFF) or name == TEMPERATURE],
     ) as writer:
 
         def append(_: int, rows: Rows) -> None:

@@ -2,10 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 from sagnac.formats.statement import Statement, of_name
+from sagnac.recording.frames import TEMPERATURE
 from sagnac.recording.pickoff import PICKOFF
+
+# Names of columns that are no gyros.
+_PLACES: Final = ("table", "time", "null_pulse", TEMPERATURE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,8 +62,7 @@ class Statements:
             names = statement.gyros or tuple(
                 name
                 for name in statement.columns
-                if name not in ("table", "time", "null_pulse", *self.accelerometers)
-                and not name.startswith(PICKOFF)
+                if name not in (*_PLACES, *self.accelerometers) and not name.startswith(PICKOFF)
             )
             if names:
                 return names

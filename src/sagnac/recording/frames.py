@@ -16,6 +16,7 @@ ACCELEROMETER_NAMES: Final = ("ax", "ay", "az")
 TABLE_NAMES: Final = ("table", "alpha", "encoder")
 TIME_NAMES: Final = ("time", "t")
 NULL_PULSE_NAME: Final = "null_pulse"
+TEMPERATURE: Final = "temperature"
 
 _Text = TypeVar("_Text", bound=str)
 

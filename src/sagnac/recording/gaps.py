@@ -80,6 +80,9 @@ def with_gaps_marked(recording: Recording) -> Recording:
         pickoffs=tuple(
             replace(one, values=on_grid(one.values, times, grid)) for one in recording.pickoffs
         ),
+        temperature=None
+        if recording.temperature is None
+        else on_grid(recording.temperature, times, grid),
         sample_rate=grid.sample_rate,
         times=None,
         notes=(*recording.notes, Note(text=text, channel="time")),
@@ -189,6 +192,7 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
             for one in recording.pickoffs
             if one.gyro == name
         ),
+        temperature=None if recording.temperature is None else recording.temperature[first:after],
         times=times,
         table=None,
         null_pulse=None,

@@ -76,6 +76,8 @@ class Recording:
         Channels of accelerometers sampled with the gyros; empty if there are none.
     pickoffs
         Of the dithers, sampled with the gyros; empty if there are none.
+    temperature
+        (samples,) in the unit of its column, sampled with the gyros; None if there is none.
 
     Raises
     ------
@@ -111,6 +113,7 @@ class Recording:
     notes: tuple[Note, ...] = ()
     accelerometers: tuple[Channel, ...] = ()
     pickoffs: tuple[Pickoff, ...] = ()
+    temperature: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gyros", tuple(self.gyros))
@@ -140,6 +143,7 @@ class Recording:
             *((f"pick-off of gyro {p.gyro}", p.values, np.float64) for p in self.pickoffs),
             ("table", None if self.table is None else self.table.values, np.float64),
             ("times", self.times, np.float64),
+            ("temperature", self.temperature, np.float64),
             ("null_pulse", self.null_pulse, np.bool_),
         ):
             if values is None:
@@ -167,6 +171,7 @@ class Recording:
         null_pulse: ArrayLike | None = None,
         period: float | None = None,
         pickoffs: Mapping[str, ArrayLike] | None = None,
+        temperature: ArrayLike | None = None,
         **gyros: ArrayLike,
     ) -> Self:
         """A recording from columns in the units of the field, one keyword a gyro or accelerometer.
@@ -197,6 +202,8 @@ class Recording:
             if they never do.
         pickoffs
             Gyro name -> (samples,) what the pick-off of its dither shows, in any unit.
+        temperature
+            (samples,), in any unit.
         **gyros
             Name -> (samples,) values of gyros and accelerometers: lists, arrays, columns of a
             frame.
@@ -234,6 +241,9 @@ class Recording:
                 Pickoff(gyro=name, values=np.asarray(numbers(values, PICKOFF + name), np.float64))
                 for name, values in (pickoffs or {}).items()
             ),
+            temperature=None
+            if temperature is None
+            else np.asarray(numbers(temperature, "temperature"), np.float64),
             notes=(
                 *when.notes,
                 *(note for one in taken for note in one.notes),
@@ -420,7 +430,7 @@ class Recording:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Recording):
             return NotImplemented
-        series_of = {"times", "null_pulse"}
+        series_of = {"times", "null_pulse", "temperature"}
         return all(
             same_values(getattr(self, item.name), getattr(other, item.name))
             if item.name in series_of

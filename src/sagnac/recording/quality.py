@@ -169,6 +169,7 @@ def judged_remainder(
         null_pulse=None,
         accelerometers=(),
         pickoffs=(),
+        temperature=None,
     )
     profile = profile_of(left)
     # Steps of two readouts together are flat, and no soft limit.

@@ -1,0 +1,262 @@
+"""What temperature does to a sensor at rest: fitted beside its noise, and taken off.
+
+The means of the rate over some hundred stretches are fitted by ``b1 (T - T0) + b2 (T - T0)^2 +
+b3 dT/dt`` in white noise and a random walk, whose sizes are those of the highest restricted
+likelihood (Patterson and Thompson, *Biometrika* 58, 545, 1971): what the terms take up is not
+counted as missing noise. Terms that chance makes are left out.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+from scipy.linalg import cho_solve
+from scipy.optimize import minimize_scalar
+
+from sagnac import series
+from sagnac.analysis.dither import Undithered
+from sagnac.arrays import FloatArray
+from sagnac.errors import Note, RecordingError
+from sagnac.recording.channel import Channel
+from sagnac.recording.kinds import angle_of
+from sagnac.recording.model import Recording
+from sagnac.units import SENSED, UNITS, field_unit
+
+_MEANS: Final = 300
+_LEAST_SAMPLES: Final = 4 * _MEANS
+# Standard errors that a term has to have.
+_SEEN: Final = 3.5
+# Range of the variance of a step of the walk over that of the white noise of a mean.
+_RATIOS: Final = (math.log(1e-6), math.log(1e3))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ThermalDrift:
+    """The drift of one sensor with temperature.
+
+    Attributes
+    ----------
+    coefficients, errors
+        (3,) of ``T - T0``, of its square, and of ``dT/dt``, rad/s per unit of temperature, and
+        their standard errors; 0 for a term that is not seen.
+    temperature
+        T0, the mean.
+    walk, walk_before
+        K of the noise beside the terms, and as it would be without them, rad/s/sqrt(s).
+    rate
+        Spline of the drift over time from the first sample, rad/s.
+    deviation
+        Its standard deviation, rad/s.
+    """
+
+    coefficients: FloatArray
+    errors: FloatArray
+    temperature: float
+    walk: float
+    walk_before: float
+    rate: BSpline
+    deviation: float
+
+
+def without_temperature(recording: Recording, names: tuple[str, ...]) -> Undithered:
+    """Sensors without the drift that follows the temperature, and what it was.
+
+    Parameters
+    ----------
+    recording
+        At rest, with its temperature.
+    names
+        Of the gyros to correct.
+
+    Raises
+    ------
+    RecordingError
+        If it has no temperature, the temperature is not whole, the table turns, or the recording
+        is too short.
+    """
+    temperature = recording.temperature
+    if temperature is None:
+        raise RecordingError(
+            "has no column of temperature",
+            path=recording.path,
+            remedy="name it ({columns temperature=COLUMN}), or leave out {covariates}",
+        )
+    if recording.table is not None:
+        raise RecordingError(
+            "temperature cannot be told from the motion of a table in the rate of one gyro",
+            path=recording.path,
+            remedy="leave out {covariates}, or take a recording at rest",
+        )
+    if recording.samples < _LEAST_SAMPLES:
+        raise RecordingError(
+            f"{recording.samples} samples are too few for what temperature does",
+            path=recording.path,
+            remedy=f"give {_LEAST_SAMPLES} or more, or leave out {{covariates}}",
+        )
+    if not math.isfinite(series.mean(temperature)):
+        raise RecordingError(
+            "has samples that are missing or infinite",
+            path=recording.path,
+            channel="temperature",
+            remedy="leave out {covariates}, or take a whole stretch with {slice START:STOP}",
+        )
+    gyros, notes = [], []
+    for gyro in recording.gyros:
+        if gyro.name not in names:
+            gyros.append(gyro)
+            continue
+        drift = thermal_drift(gyro, temperature, recording.sample_rate)
+        notes.append(_note(gyro, drift, temperature))
+        gyros.append(gyro if drift is None else _corrected(gyro, drift, recording.sample_rate))
+    return Undithered(recording=replace(recording, gyros=tuple(gyros)), notes=tuple(notes))
+
+
+def thermal_drift(
+    gyro: Channel, temperature: FloatArray, sample_rate: float
+) -> ThermalDrift | None:
+    """The drift of a sensor with temperature; None if none is seen.
+
+    Parameters
+    ----------
+    gyro
+        A gyro or an accelerometer at rest.
+    temperature
+        (samples,), in any unit.
+    sample_rate
+        Hz.
+    """
+    size = (temperature.size - 1) // _MEANS
+    edges = size * np.arange(_MEANS + 1)
+    width = size / sample_rate
+    rates = np.diff(angle_of(gyro, sample_rate)[edges]) / width
+    means = np.array(
+        [float(np.mean(temperature[first + 1 : first + 1 + size])) for first in edges[:-1]]
+    )
+    centre = float(means.mean())
+    level = means - centre
+    if not np.ptp(level) > 0.0:
+        return None
+    columns = np.stack([level, level**2, np.gradient(level, width)], axis=1)
+    taken = _seen(rates, columns)
+    if not taken:
+        return None
+    found = _fitted(rates, columns[:, taken])
+    coefficients, errors = np.zeros(3), np.zeros(3)
+    coefficients[taken], errors[taken] = found.values, found.errors
+    drift = columns @ coefficients
+    times = (edges[:-1] + 0.5 * size + 0.5) / sample_rate
+    return ThermalDrift(
+        coefficients=coefficients,
+        errors=errors,
+        temperature=centre,
+        walk=found.walk / math.sqrt(width),
+        walk_before=_fitted(rates, columns[:, :0]).walk / math.sqrt(width),
+        rate=make_interp_spline(times, drift - drift.mean(), k=1),
+        deviation=float(drift.std()),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Fit:
+    """Terms beside a constant, and the root of the variance of a step of the walk."""
+
+    values: FloatArray
+    errors: FloatArray
+    walk: float
+    likelihood: float
+
+
+def _seen(rates: FloatArray, columns: FloatArray) -> list[int]:
+    """Which columns are seen: the least seen is left out until all are."""
+    taken = [place for place in range(columns.shape[1]) if np.ptp(columns[:, place]) > 0.0]
+    while taken:
+        found = _fitted(rates, columns[:, taken])
+        ratios = np.abs(found.values) / found.errors
+        if ratios.min() > _SEEN:
+            break
+        taken.pop(int(np.argmin(ratios)))
+    return taken
+
+
+def _fitted(rates: FloatArray, columns: FloatArray) -> _Fit:
+    """The fit in white noise and a walk of the highest restricted likelihood."""
+    scale = columns.std(axis=0)
+    basis = np.column_stack([np.ones(rates.size), columns / scale])
+    place = np.arange(rates.size, dtype=np.float64)
+    # Of means of a walk over stretches of one: i + 1/2 for i < j, and i + 1/3 of its own.
+    wandering = np.minimum(place, place[:, np.newaxis]) + 0.5 - np.eye(rates.size) / 6.0
+
+    def fit(logarithm: float) -> _Fit:
+        ratio = math.exp(logarithm)
+        factor = np.linalg.cholesky(np.eye(rates.size) + ratio * wandering)
+        weighed = cho_solve((factor, True), basis)
+        information = basis.T @ weighed
+        values = np.linalg.solve(information, weighed.T @ rates)
+        rest = rates - basis @ values
+        variance = float(rest @ cho_solve((factor, True), rest)) / (rates.size - basis.shape[1])
+        covariance = variance * np.linalg.inv(information)
+        likelihood = (
+            -(rates.size - basis.shape[1]) * math.log(variance)
+            - 2.0 * float(np.log(np.diag(factor)).sum())
+            - float(np.linalg.slogdet(information)[1])
+        )
+        return _Fit(
+            values=values[1:] / scale,
+            errors=np.sqrt(np.diag(covariance))[1:] / scale,
+            walk=math.sqrt(ratio * variance),
+            likelihood=likelihood,
+        )
+
+    best = minimize_scalar(
+        lambda logarithm: -fit(logarithm).likelihood, bounds=_RATIOS, method="bounded",
+        options={"xatol": 0.05},
+    )  # fmt: skip
+    return fit(float(best.x))
+
+
+def _corrected(gyro: Channel, drift: ThermalDrift, sample_rate: float) -> Channel:
+    """The same channel without the drift."""
+    turned = drift.rate.antiderivative()
+    values, step = gyro.values, 1.0 / sample_rate
+
+    def corrected(block: slice) -> FloatArray:
+        times = np.arange(block.start, block.stop) * step
+        if gyro.kind == "angle":
+            return np.asarray(values[block] - turned(times))
+        steps = turned(times) - turned(times - step)
+        return np.asarray(values[block] - (steps if gyro.kind == "increment" else steps / step))
+
+    return replace(gyro, values=series.made(corrected, values.size, values))
+
+
+def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) -> Note:
+    low, high = series.extent(temperature)
+    span = f"temperature from {low:.4g} to {high:.4g}"
+    if drift is None:
+        return Note(channel=gyro.name, text=f"{span}: no drift with it is seen, none is taken off")
+    sensed = SENSED[gyro.sensor]
+    unit, walk = UNITS[sensed.rate_unit], field_unit("rate_random_walk", gyro.sensor)
+    return Note(
+        channel=gyro.name,
+        text=f"{span}: a drift of {_in_words(drift, unit.size)} {unit.name}, "
+        f"{drift.deviation / unit.size:.3g} {unit.name} rms, was taken off; with it the slow noise "
+        f"would have been that of a {sensed.titles['rate_random_walk']} of "
+        f"{drift.walk_before / walk.size:.3g} instead of {drift.walk / walk.size:.3g} {walk.name}",
+    )
+
+
+def _in_words(drift: ThermalDrift, size: float) -> str:
+    names = (
+        f"(T - {drift.temperature:.4g})",
+        f"(T - {drift.temperature:.4g})^2",
+        "dT/dt per s",
+    )
+    shown: Sequence[str] = [
+        f"({value / size:.3g} +- {error / size:.1g}) {name}"
+        for value, error, name in zip(drift.coefficients, drift.errors, names, strict=True)
+        if error > 0.0
+    ]
+    return " + ".join(shown)

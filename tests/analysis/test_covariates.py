@@ -1,0 +1,134 @@
+"""Drift with temperature: fitted beside the noise and taken off, and nothing if there is none."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sagnac
+from sagnac.analysis.covariates import thermal_drift, without_temperature
+from sagnac.errors import RecordingError
+
+RATE, SECONDS = 10.0, 6000.0
+COUNT = int(RATE * SECONDS)
+TIME = np.arange(COUNT) / RATE
+WARM = 20.0 + 15.0 * -np.expm1(-TIME / 900.0) + 0.5 * np.sin(TIME / 200.0)
+WHITE = 1e-5
+LINEAR, SQUARE, RATE_OF = 4e-6, -4e-7, 3e-3  # rad/s per K, per K^2 and per K/s
+
+
+def noise(seed, walk=0.0):
+    random = np.random.default_rng(seed)
+    made = WHITE * math.sqrt(RATE) * random.standard_normal(COUNT)
+    return made + walk / math.sqrt(RATE) * np.cumsum(random.standard_normal(COUNT))
+
+
+def drift(*, square=SQUARE, rate_of=RATE_OF):
+    level = WARM - WARM.mean()
+    return LINEAR * level + square * level**2 + rate_of * np.gradient(WARM, 1.0 / RATE)
+
+
+def recorded(values, kind="rate", temperature=WARM, **more):
+    steps = values / RATE
+    shown = {"rate": values, "increment": steps, "angle": np.cumsum(steps)}[kind]
+    unit = "rad/s" if kind == "rate" else "rad"
+    return sagnac.Recording.from_arrays(
+        x=shown, kind=kind, unit=unit, sample_rate=RATE, temperature=temperature, **more
+    )
+
+
+def test_the_terms_put_in_come_out_with_their_errors():
+    found = []
+    for seed in range(12):
+        gyro = recorded(noise(seed) + drift()).gyro("x")
+        made = thermal_drift(gyro, WARM, RATE)
+        found.append((made.coefficients - [LINEAR, SQUARE, RATE_OF]) / made.errors)
+    # 36 deviations in standard errors: their mean square is 1 within 24 % (1 sigma).
+    assert np.mean(np.square(found)) == pytest.approx(1.0, abs=0.7)
+
+
+def test_a_walk_of_the_rate_widens_the_errors_and_is_kept():
+    walk = 6e-8
+    found, walks = [], []
+    for seed in range(8):
+        made = thermal_drift(recorded(noise(seed, walk) + drift(square=0.0)).gyro("x"), WARM, RATE)
+        found.append((made.coefficients[0] - LINEAR) / made.errors[0])
+        walks.append(made.walk)
+        assert made.walk_before > made.walk
+    assert np.mean(np.square(found)) < 2.5
+    # A walk is known to 30 % from one run; the mean of eight to 11 %.
+    assert np.mean(walks) == pytest.approx(walk, rel=0.3)
+
+
+@pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
+def test_what_is_left_is_the_noise(kind):
+    made = noise(3)
+    recording = recorded(made + drift(), kind)
+    left = without_temperature(recording, ("x",)).recording.gyro("x")
+    assert left.kind == kind
+    rates = {
+        "rate": left.values,
+        "increment": left.values * RATE,
+        "angle": np.diff(left.values, prepend=0.0) * RATE,
+    }[kind]
+    rest = rates - made
+    # Three terms fitted to 300 means are wrong by sqrt(3/300) of the noise of a mean of 20 s.
+    wanted = math.sqrt(3.0 / 300.0) * WHITE / math.sqrt(20.0)
+    assert (rest - rest.mean())[10:].std() < 2.0 * wanted
+    assert drift().std() > 20.0 * wanted
+
+
+def test_white_noise_beside_a_temperature_is_left_as_it_is():
+    found = without_temperature(recorded(noise(4)), ("x",))
+    np.testing.assert_array_equal(found.recording.gyro("x").values, noise(4))
+    (note,) = found.notes
+    assert "no drift with it is seen" in note.text
+
+
+def test_n_is_unchanged_and_slow_noise_gone():
+    def curve(values):
+        return sagnac.stability_curve(values, kind="rate", sample_rate=RATE)
+
+    recording = recorded(noise(5) + drift())
+    warmed = sagnac.analyze(recording, sagnac.Settings(covariates=("temperature",)))
+    assert warmed.angle_random_walk.low < WHITE < warmed.angle_random_walk.high
+    quiet, raw = curve(noise(5)), curve(noise(5) + drift())
+    for tau in (500.0, 1000.0):
+        at = np.argmin(np.abs(quiet.tau - tau))
+        left = np.interp(quiet.tau[at], warmed.curve.tau, warmed.curve.deviation)
+        assert left < 1.2 * quiet.deviation[at]
+        assert raw.deviation[at] > 5.0 * left
+    (said,) = (note.text for note in warmed.notes if "temperature" in note.text)
+    assert "was taken off" in said
+    assert "dT/dt" in said
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"temperature": None}, "has no column of temperature"),
+        ({"temperature": np.full(COUNT, np.nan)}, "missing or infinite"),
+        ({"table": np.zeros(COUNT)}, "motion of a table"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused(change, said):
+    recording = recorded(noise(6), **change)
+    with pytest.raises(RecordingError, match=said):
+        without_temperature(recording, ("x",))
+    with pytest.raises(ValueError, match="covariates is 'pressure'"):
+        sagnac.Settings(covariates=("pressure",))
+    with pytest.raises(ValueError, match="give names"):
+        sagnac.Settings(covariates="temperature")
+
+
+def test_a_temperature_is_of_the_length_of_the_gyros_and_stays_with_them(tmp_path):
+    with pytest.raises(ValueError, match="temperature has shape"):
+        recorded(noise(7), temperature=WARM[:-1])
+    recording = recorded(noise(7))
+    assert recording != replace(recording, temperature=None)
+    for name in ("run.csv", "run.parquet", "run.npz", "run.h5"):
+        sagnac.write(recording, tmp_path / name)
+        back = sagnac.read(tmp_path / name, columns={"temperature": "temperature"})
+        np.testing.assert_allclose(back.temperature, WARM, rtol=1e-12)
+        assert sagnac.read(tmp_path / name).temperature is None
