@@ -127,6 +127,7 @@ def test_a_temperature_is_of_the_length_of_the_gyros_and_stays_with_them(tmp_pat
         recorded(noise(7), temperature=WARM[:-1])
     recording = recorded(noise(7))
     assert recording != replace(recording, temperature=None)
+    np.testing.assert_array_equal(recording[100:200].temperature, WARM[100:200])
     for name in ("run.csv", "run.parquet", "run.npz", "run.h5"):
         sagnac.write(recording, tmp_path / name)
         back = sagnac.read(tmp_path / name, columns={"temperature": "temperature"})

@@ -33,10 +33,12 @@ UNIT = RigConfig(
 )
 
 
-def test_an_analysis_and_its_document_give_the_same_unit():
+def test_an_analysis_and_its_document_give_the_same_unit(tmp_path):
     made = analysis(gyros=("x",), table_rate=None)
     document = json.loads(to_json(analysis_document(made)))
     one, other = RigConfig.from_analysis(made), RigConfig.from_analysis(document)
+    made.to_json(tmp_path / "analysis.json")
+    assert RigConfig.from_analysis(sagnac.Analysis.from_json(tmp_path / "analysis.json")) == other
     assert one.gyro.arw_deg_per_sqrt_h == pytest.approx((2.5e-5,) * 3)
     assert one.gyro.angle_noise_arcsec == pytest.approx((3e-4,) * 3)
     # 1e-11 rad/s/sqrt(s) in deg/h/sqrt(h).

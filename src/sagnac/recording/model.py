@@ -368,6 +368,7 @@ class Recording:
             times=None if self.times is None else self.times[stretch] - self.times[start],
             null_pulse=None if self.null_pulse is None else self.null_pulse[stretch],
             pickoffs=tuple(replace(one, values=one.values[stretch]) for one in self.pickoffs),
+            temperature=None if self.temperature is None else self.temperature[stretch],
             provenance=None,
         )
 

@@ -1,5 +1,6 @@
 """The simulated rig as a user configures it: all sections together, and the presets."""
 
+import json
 import os
 import tomllib
 from collections.abc import Mapping
@@ -124,11 +125,9 @@ class RigConfig:
         ConfigurationError
             If a value is out of the range of its key.
         """
-        if isinstance(analysis, Mapping):
-            measured = Measured.of_document(analysis)
-        else:
-            measured = Measured.of_analysis(analysis)
-        return cls.from_mapping(measured.keys())
+        # The rig imports nothing of what estimates: an analysis is what its document states.
+        document = analysis if isinstance(analysis, Mapping) else json.loads(analysis.to_json())
+        return cls.from_mapping(Measured.of_document(document).keys())
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str], base: "RigConfig | None" = None) -> Self:

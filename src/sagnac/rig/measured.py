@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, Self
 
 from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
-from sagnac.units import DEGREE, SENSED, Sensor, field_unit
+from sagnac.units import SENSED, Sensor
 
 # By kind of sensor: the section, and coefficient -> its key, whose unit is the field's own.
 _KEYS: Final[Mapping[Sensor, Mapping[str, str]]] = {
@@ -56,34 +56,6 @@ class Measured:
             raise ValueError("gyros is empty; give an analysis of a gyro")
 
     @classmethod
-    def of_analysis(cls, analysis: Any) -> Self:
-        """The sensors of an `Analysis`, which is known by its attributes alone.
-
-        The rig imports nothing of what estimates, so that neither can take its faults from the
-        other.
-        """
-        gyros = {one.channel: _of_analysis(one, "gyro") for one in analysis.each}
-        if not analysis.gyros:
-            (pair,) = gyros.values()
-            # Of a triad on a table the other terms are of a pair, which stands for each.
-            size = field_unit("angle_random_walk").size
-            gyros = {
-                name: {**pair, "angle_random_walk": own.value / size}
-                for name, own in analysis.per_gyro.items()
-                if own.status == "estimated"
-            } or gyros
-        return cls(
-            gyros=gyros,
-            accelerometers={
-                name: _of_analysis(one, "accelerometer")
-                for name, one in analysis.accelerometers.items()
-            },
-            sample_rate=analysis.recording.sample_rate,
-            duration=analysis.recording.duration,
-            table_rate=(analysis.table_rate or 0.0) / DEGREE,
-        )
-
-    @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> Self:
         """The sensors of a document of schema ``sagnac.analysis/1``."""
         read = document["input"]
@@ -93,6 +65,7 @@ class Measured:
             for name, one in alone.items()
         }
         if not document.get("gyros"):
+            # Of a triad on a table the other terms are of a pair, which stands for each.
             (pair,) = gyros.values()
             gyros = {
                 name: {**pair, **_of_document({}, own, "gyro")}
@@ -162,23 +135,10 @@ def _three(
     return [found.get(name, first) for name in names]
 
 
-def _of_analysis(analysis: Any, kind: Sensor) -> dict[str, float]:
-    """Coefficients that were estimated, in the field's units: of the average, else of the fit."""
-    walk = analysis.angle_random_walk
-    fits = [one.coefficients for one in analysis.fits.values()]
-    beside = [one for one in fits if one.get("angle_random_walk") == walk]
-    found: Mapping[str, Any] = analysis.coefficients or next(iter(beside), {})
-    return {
-        name: one.value / field_unit(name, kind).size
-        for name, one in {**found, "angle_random_walk": walk}.items()
-        if one.status == "estimated"
-    }
-
-
 def _of_document(
     coefficients: Mapping[str, Any], walk: Mapping[str, Any], kind: Sensor
 ) -> dict[str, float]:
-    """The same of a document, which is in the field's units."""
+    """Coefficients that were estimated, in the field's units."""
     titles = SENSED[kind].titles
     stated = {name: coefficients.get(title.replace(" ", "_")) for name, title in titles.items()}
     stated["angle_random_walk"] = walk
