@@ -52,3 +52,10 @@ def test_damage_is_said_in_one_line(tmp_path, name):
             said = str(error)
         assert "\n" not in said
         assert set(tmp_path.iterdir()) == before
+
+
+def test_a_turning_table_whose_record_has_no_whole_row_is_too_short(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text("time[s],x[deg/s],table[deg]\n0,10.3,0\n0.01,10.8,0.4\n0.02,10.3")
+    with pytest.raises(RecordingError, match="samples are too few"):
+        read(path, kind="rate", time="none", sample_rate=100.0)

@@ -53,7 +53,7 @@ def clock_of(angle: FloatArray) -> Clock | None:
     Clock or None
         None as well if any reading is missing.
     """
-    if not np.isfinite(series.mean(angle)):
+    if angle.size < _FEWEST or not np.isfinite(series.mean(angle)):
         return None
     changes = _changes(angle)
     if changes.size < _FEWEST or changes.size > _MOST_CHANGES * angle.size:
