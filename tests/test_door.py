@@ -1,8 +1,10 @@
 """The one door: what it names, what it costs, and what it can do without."""
 
 import pickle
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -235,3 +237,19 @@ def test_a_stretch_and_a_channel_of_a_recording():
             _ = whole[wrong]
     with pytest.raises(KeyError, match="there are x, y, az"):
         _ = whole["z"]
+
+
+def test_the_page_of_the_library_runs_as_it_is_printed(tmp_path):
+    page = Path(__file__).parents[1] / "docs" / "library.md"
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) >= 9
+    script = tmp_path / "day.py"
+    lines = "\n".join(blocks).replace("\n", "\n    ")
+    script.write_text(f'if __name__ == "__main__":\n    {lines}\n')
+    done = subprocess.run(
+        [sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "unit 7" not in done.stderr
+    assert (tmp_path / "rack report" / "index.html").is_file()
