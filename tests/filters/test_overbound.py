@@ -6,7 +6,13 @@ from scipy import stats
 
 from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.errors import RecordingError
-from sagnac.filters.overbound import UpperLimit, overbound, upper_limit
+from sagnac.filters.overbound import (
+    UpperLimit,
+    common_time,
+    overbound,
+    upper_limit,
+    white_and_markov,
+)
 
 TAU = 2.0 ** np.arange(11)
 
@@ -74,3 +80,18 @@ def test_too_short_a_curve_is_refused():
         upper_limit(TAU, TAU**-0.5, 1e3 / TAU, confidence=95.0)
     with pytest.raises(ValueError, match="most_markov"):
         overbound(exact(1.0 / TAU), most_markov=3)
+
+
+def test_a_markov_rate_in_the_place_of_a_walk_forgets_nothing_that_was_measured():
+    # A rate of 30 s is seen in the curve: the least inflated time of all would be near it.
+    bent = exact(1.0 / TAU + markov_allan_variance(TAU, 0.3, 30.0))
+    time = common_time([bent])
+    assert TAU[-1] <= time <= 10.0 * TAU[-1]
+    model = white_and_markov(bent, time)
+    assert np.all(model.allan_deviation(TAU) >= bent.limit * (1.0 - 1e-9))
+    beyond = model.allan_deviation(np.array([TAU[-1], 1.5 * TAU[-1]]))
+    assert beyond[1] >= beyond[0]
+    walks = exact(1.0 / TAU + 1e-4 * TAU / 3.0)
+    assert common_time([walks]) == pytest.approx(10.0 * TAU[-1])
+    with pytest.raises(ValueError, match="limits is empty"):
+        common_time([])

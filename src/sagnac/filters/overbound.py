@@ -196,6 +196,10 @@ def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0
 def common_time(limits: Sequence[UpperLimit]) -> float:
     """The correlation time, s, with which `white_and_markov` inflates several curves least.
 
+    It is the longest cluster time or more, so that the Allan deviation of the Markov rate does not
+    fall before twice of that: a shorter time would promise of what was not measured that a bias is
+    forgotten.
+
     Raises
     ------
     ValueError
@@ -203,10 +207,9 @@ def common_time(limits: Sequence[UpperLimit]) -> float:
     """
     if not limits:
         raise ValueError("limits is empty; give one or more")
-    shortest = min(float(limit.tau[0]) for limit in limits)
     longest = max(float(limit.tau[-1]) for limit in limits)
     # Ten times the longest cluster time is as good as a walk.
-    times = np.geomspace(shortest, 10.0 * longest, 8 * _TIMES_PER_DECADE)
+    times = np.geomspace(longest, 10.0 * longest, 4 * _TIMES_PER_DECADE)
 
     def excess(time: float) -> float:
         models = [(limit, white_and_markov(limit, time)) for limit in limits]
