@@ -21,7 +21,10 @@ from sagnac.recording.encoder_mismatch import LEAST_SHARE, table_share
 from sagnac.recording.model import Recording
 from sagnac.table.turns import mean_rate
 
-WANDER: Final = 20e-6 / math.sqrt(1800.0)
+# Rms s by which the time of an encoder's readings may wander unseen in half an hour.
+_WANDERS: Final = 100e-6
+
+WANDER: Final = _WANDERS / math.sqrt(1800.0)
 """Random walk that the time of an encoder's readings may have unseen, s/sqrt(s)."""
 
 # Part of N that it may make up in an estimate.
@@ -51,6 +54,7 @@ def answer_of_one(
     table: TurningTable,
     *,
     masked: Sequence[tuple[float, float]],
+    levels: Estimate | None,
     pair: Callable[[str], Estimate],
 ) -> OneGyro:
     """The answer of one gyro with what its encoder may have added.
@@ -63,29 +67,29 @@ def answer_of_one(
         The gyro, its recording and the table.
     masked
         (low, high) bands of its lines, Hz.
+    levels
+        What the levels of its spectrum say of it; None if they are not to be trusted.
     pair
         Angle random walk per gyro of this gyro and another one, by that one's name.
     """
     other = _other(measured, recording)
     if other is None:
-        return _lone(headline, measured, table)
-    own = headline.estimate
+        return _lone(headline, measured, table, levels)
+    two = pair(other)
+    if two.status == "not observable":
+        return _lone(headline, measured, table, levels)
+    own, shown = headline.estimate, math.sqrt(2.0) * two.high
     shared = shared_walk(
         recording, (measured.gyros[0], other), table, masked=masked, confidence=own.confidence
     )
-    if own.status == "estimated" and shared is not None and not shared.is_present:
+    if own.status == "estimated" and own.low < shown and shared and not shared.is_present:
         low = math.sqrt(max(own.low**2 - max(shared.high, 0.0), 0.0))
         if low > 0.0:
             return OneGyro(
                 headline=replace(headline, estimate=replace(own, low=low)), by_encoder=False
             )
-    two = pair(other)
-    if two.status == "not observable":
-        return _lone(headline, measured, table)
     # All of what the two hold may be the noise of one, whose weight is one within their shares.
-    high = math.sqrt(2.0) * two.high
-    if own.status != "not observable":
-        high = min(high, own.high)
+    high = shown if own.status == "not observable" else min(shown, own.high)
     bound = replace(own, value=high, low=0.0, high=high, status="upper bound")
     name = measured.gyros[0]
     seen = shared is not None and shared.low > 0.0
@@ -112,8 +116,16 @@ def _other(measured: Measurement, recording: Recording) -> str | None:
     return None
 
 
-def _lone(headline: Headline, measured: Measurement, table: TurningTable) -> OneGyro:
+def _lone(
+    headline: Headline, measured: Measurement, table: TurningTable, levels: Estimate | None
+) -> OneGyro:
     """Without a second gyro: the wander that no one sees is part of the answer."""
+    own = headline.estimate
+    lowest = levels if levels is not None and levels.status == "upper bound" else own
+    if own.status == "upper bound" and lowest.value < own.value:
+        # The curve is of points, in each of which the noise of a reading stands in full.
+        source = f"the spectrum of {measured.channel} below its roll-off"
+        headline = replace(headline, estimate=lowest, source=source)
     own, name = headline.estimate, measured.gyros[0]
     known, estimate = table.known, table.estimate
     if known is None or estimate is None:
@@ -138,7 +150,8 @@ def _lone(headline: Headline, measured: Measurement, table: TurningTable) -> One
         channel=name,
         level="warning",
         text=f"what {name} shows beside the encoder may be the encoder's: readings whose time "
-        "wanders by 20 us in half an hour make as much, and no second gyro on the table tells; "
+        f"wanders by {1e6 * _WANDERS:g} us in half an hour make as much, and no second gyro on the "
+        "table tells; "
         f"only an upper bound is given (if the encoder adds nothing, {name} has "
         f"{own.to('deg/sqrt(h)')})",
     )

@@ -20,7 +20,7 @@ from sagnac.analysis.curves import (
     rounding_note,
 )
 from sagnac.analysis.dither import Undithered, without_dither
-from sagnac.analysis.fits import Coefficients, coefficients_of
+from sagnac.analysis.fits import Coefficients, coefficients_of, unobserved
 from sagnac.analysis.headline import Headline, headline_of
 from sagnac.analysis.measurement import (
     Measurement,
@@ -51,7 +51,7 @@ from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_c
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.coefficients.model_average import Resting
-from sagnac.errors import Note, rounded
+from sagnac.errors import Note, RecordingError, rounded
 from sagnac.kernels import cache_notes
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording
@@ -358,6 +358,9 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 prepared.undithered.recording,
                 prepared.table,
                 masked=left.removal.masked,
+                levels=None
+                if found is None or left.removal.unfinished is not None
+                else found.average.angle_random_walk,
                 pair=lambda other: _of_pair(prepared, other),
             )
             headline, by_encoder = own.headline, own.by_encoder
@@ -372,10 +375,13 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
 
 
 def _of_pair(prepared: _Prepared, other: str) -> Estimate:
-    """The angle random walk per gyro of the one that is analyzed and another."""
+    """The angle random walk per gyro of the one that is analyzed and another, if it is sound."""
     gyros = (*prepared.settings.gyros, other)
     settings = replace(prepared.settings, gyros=gyros, estimators=(), strict=False)
-    return answer_of(prepared.recording, settings).angle_random_walk
+    try:
+        return answer_of(prepared.recording, settings).angle_random_walk
+    except RecordingError:
+        return unobserved("angle_random_walk", settings.confidence)
 
 
 def _within_curve(
