@@ -22,6 +22,7 @@ from sagnac.analysis.curves import (
 from sagnac.analysis.dither import Undithered, without_dither
 from sagnac.analysis.fits import Coefficients, coefficients_of, unobserved
 from sagnac.analysis.headline import Headline, headline_of
+from sagnac.analysis.latch import with_latch_note
 from sagnac.analysis.measurement import (
     Measurement,
     measure,
@@ -364,7 +365,14 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 pair=lambda other: _of_pair(prepared, other),
             )
             headline, by_encoder = own.headline, own.by_encoder
-        headline = of_both_alike(prepared.followed, headline)
+        headline = with_latch_note(
+            of_both_alike(prepared.followed, headline),
+            headline.estimate,
+            found,
+            measured=measured,
+            followed=prepared.followed,
+            table=prepared.table,
+        )
     return _Answered(
         curves=curves,
         coefficients=coefficients,
