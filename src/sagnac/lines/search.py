@@ -176,10 +176,17 @@ def _without_table(
 def searched(state: State, report: Callable[[float], None]) -> State:
     """The state in which a search ends, with its `end`."""
     state = looked(state)
+    before: State | None = None
     while state.end is None:
         report(state.rounds / _ROUNDS)
-        state = next_round(state)
-        if state.end is None and state.rounds == _ROUNDS:
+        earlier, before, state = before, state, next_round(state)
+        if state.end is not None:
+            break
+        if earlier is not None and state.rounds > _PATIENT_ROUNDS and _same_lines(earlier, state):
+            # A line that comes and goes by turns: with it nothing more stands.
+            most = max(before, state, key=lambda one: one.components.size)
+            state = replace(most, end="nothing new stood")
+        elif state.rounds == _ROUNDS:
             state = replace(state, end="too many rounds")
     return state
 
