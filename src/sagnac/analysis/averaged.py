@@ -296,7 +296,7 @@ def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
 
     The average of every sample sees the lowest frequencies in a few levels only, and its band ends
     below a low-pass or a hump. The angles are taken so far apart, and the top of their band is left
-    out, that hardly anything above the band of the average folds into it. Q rules nothing there.
+    out, that hardly anything above the band of the average folds into it.
     """
     walk, resting = basis.average.angle_random_walk, basis.average.rests_on
     if walk.status != "estimated" or resting.member == "whole band":
@@ -306,6 +306,8 @@ def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
     step = math.ceil(rate / min(wanted, 0.5 * resting.band_hz[1]))
     edges = step * np.arange(increments.size // step + 1)
     sums = bin_sums(lambda span: increments[span], edges, increments)
+    # Fitted where it is not seen, Q would take from N what a low-pass takes.
+    quantization = tuple(name for name in resting.terms if name == "quantization")
     try:
         fit = likelihood_fit(
             sums,
@@ -313,8 +315,8 @@ def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
             sample_rate=rate / step,
             confidence=confidence,
             masked=masked,
-            band=(0.0, 0.4 * rate / step),
-            terms=("angle_random_walk", *SLOW_NAMES),
+            band=(0.0, 0.25 * rate / step),
+            terms=(*quantization, "angle_random_walk", *SLOW_NAMES),
         )
     except RecordingError:
         return basis
