@@ -10,7 +10,7 @@ import sagnac
 from sagnac.cli import main
 from sagnac.report.document import analysis_document, to_json
 from tests.cli.examples import STATED, one_line
-from tests.filters.examples import document, keys
+from tests.filters.examples import changed, document, keys
 
 
 def test_from_a_recording_to_imu_yaml(bare, capsys, tmp_path):
@@ -154,3 +154,26 @@ def test_a_data_sheet_alone(capsys, tmp_path):
 def test_an_empty_folder_is_one_line(capsys, tmp_path):
     assert main(["export", str(tmp_path), "-o", str(tmp_path / "imu.yaml")]) == 1
     assert "holds no analysis.json" in one_line(capsys)
+
+
+def test_a_campaign_is_covered_by_the_worst_of_each_axis(tmp_path):
+    for name, factor in (("first", 1.0), ("second", 3.0)):
+        folder = tmp_path / "reports" / name
+        folder.mkdir(parents=True)
+        path = document(folder, gyros=("x",))
+        stated = json.loads(path.read_text(encoding="utf-8"))
+        for key in ("deviation_deg_per_h", "low", "high"):
+            stated["curve"][key] = [factor * value for value in stated["curve"][key]]
+        changed(path, curve=stated["curve"])
+    both, one = tmp_path / "both.json", tmp_path / "one.json"
+    assert main(["export", str(tmp_path), "-o", str(both)]) == 0
+    worst = str(tmp_path / "reports" / "second" / "analysis.json")
+    assert main(["export", worst, "-o", str(one)]) == 0
+    made, alone = (json.loads(path.read_text(encoding="utf-8")) for path in (both, one))
+    # The units have one axis of one name, and the louder one is above the other everywhere.
+    assert list(made["sensors"]) == ["x"]
+    simple, other = (each["sensors"]["x"]["simple"]["continuous"] for each in (made, alone))
+    assert simple == other
+    full = made["sensors"]["x"]["full"]["continuous"]["white_rad_per_s_per_sqrt_hz"]
+    alone_full = alone["sensors"]["x"]["full"]["continuous"]["white_rad_per_s_per_sqrt_hz"]
+    assert full == pytest.approx(alone_full, rel=1e-6)
