@@ -8,6 +8,10 @@ import numpy as np
 from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.kernels import compiled
 
+# Shares of a span between two breaks at which panels of a quadrature begin and end.
+_PANELS = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
+_WHOLE = np.array([0.0, 1.0])
+
 
 @compiled()
 def _markov_structure(t: float, correlation: float, near: bool) -> float:
@@ -61,7 +65,8 @@ def second_difference_covariances(
     From the generalized autocovariance of the angle: a delta, -|t|/2, t^2 ln|t|/(2 pi) and
     |t|^3/12 for Q, N, B and K at one and a sample interval of one; then a Markov rate.
     """
-    out[:5] = 0.0
+    for p in range(5):
+        out[p] = 0.0
     near = abs(lag) + 2.0 * (first + second) < correlation
     for p in range(3):
         for q in range(3):
@@ -84,15 +89,14 @@ def second_difference_covariances(
 
 
 @compiled()
-def lag_breaks(first: int, second: int, angles: int) -> FloatArray:
-    """(27,) lags at which the covariance of two second differences, or its weight, breaks.
+def lag_breaks(first: int, second: int, angles: int, breaks: FloatArray) -> None:
+    """Lags at which the covariance of two second differences, or its weight, breaks, to (27,).
 
     Ascending, and some more than once: whole sums of the two clusters, the ends of the record,
     and beyond the clusters' own span places ever farther apart, to the last lag that counts.
     """
     first_terms, second_terms = angles - 2 * first, angles - 2 * second
     lowest, highest = -(second_terms - 1.0), first_terms - 1.0
-    breaks = np.empty(27)
     for p in range(3):
         for q in range(3):
             breaks[3 * p + q] = q * second - p * first
@@ -103,23 +107,28 @@ def lag_breaks(first: int, second: int, angles: int) -> FloatArray:
         breaks[13 + 2 * k] = 2.0 * second + (2.0 ** (k + 1) - 1.0) * reach
         breaks[14 + 2 * k] = -2.0 * first - (2.0 ** (k + 1) - 1.0) * reach
     # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
-    limit_low, limit_high = max(lowest, breaks[26]), min(highest, breaks[25])
-    return np.sort(np.minimum(np.maximum(breaks, limit_low), limit_high))
+    limit_low = lowest if lowest > breaks[26] else breaks[26]
+    limit_high = highest if highest < breaks[25] else breaks[25]
+    # Insertion by hand: a sort of numpy takes two seconds to compile.
+    for k in range(27):
+        value = breaks[k]
+        value = max(value, limit_low)
+        value = min(value, limit_high)
+        place = k
+        while place > 0 and breaks[place - 1] > value:
+            breaks[place] = breaks[place - 1]
+            place -= 1
+        breaks[place] = value
 
 
 @compiled()
 def panel_point(
-    number: int, lag: float, span: float, smooth: bool, nodes: FloatArray, weights: FloatArray
+    number: int, lag: float, span: float, panels: FloatArray, nodes: FloatArray, weights: FloatArray
 ) -> tuple[float, float]:
     """Lag and weight of a Gauss-Legendre point of the `span` lags after the break at `lag`.
 
-    Points are counted through seven panels that are finer towards the breaks at both ends, or
-    through one where all is `smooth`.
+    Points are counted through panels between the `panels`, shares of the span.
     """
-    if smooth:
-        panels = np.array([0.0, 1.0])
-    else:
-        panels = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
     panel, place = number // nodes.size, number % nodes.size
     start, stop = panels[panel], panels[panel + 1]
     half = 0.5 * span * (stop - start)
@@ -155,18 +164,26 @@ def summed_products(
     second: int,
     angles: int,
     correlation: float,
+    panels: FloatArray,
+    whole: FloatArray,
     nodes: FloatArray,
     weights: FloatArray,
-) -> FloatArray:
-    """(6, 6) sum over all lags of products of the covariances of two second differences.
+    ordered: FloatArray,
+    covariance: FloatArray,
+    total: FloatArray,
+) -> None:
+    """Sum over all lags of products of the covariances of two second differences, to (6, 6).
 
     The terms are Q, N, B, K, a Markov rate and the ramp. Between breaks up to 64 lags are
-    summed one by one; more go by Gauss-Legendre panels (`nodes` and `weights` on [-1, 1]).
+    summed one by one; more go by Gauss-Legendre panels (`nodes` and `weights` on [-1, 1]), finer
+    towards the breaks at both ends, or the `whole` where all is smooth. `ordered` (27,) and
+    `covariance` (6,) are room to work in.
     """
-    ordered = lag_breaks(first, second, angles)
-    covariance = np.empty(6)
+    lag_breaks(first, second, angles, ordered)
     covariance[5] = 1.0 * first * first * second * second
-    total = np.zeros((6, 6))
+    for a in range(6):
+        for b in range(6):
+            total[a, b] = 0.0
     for k in range(ordered.size):
         lag = ordered[k]
         last = k + 1 == ordered.size
@@ -180,14 +197,13 @@ def summed_products(
             continue
         # Beyond the clusters' own span all is smooth, and the breaks double.
         smooth = lag >= 2.0 * second or lag < -2.0 * first
-        for number in range((1 if smooth else 7) * nodes.size):
-            place, weight = panel_point(number, lag, span, smooth, nodes, weights)
+        cuts = whole if smooth else panels
+        for number in range((cuts.size - 1) * nodes.size):
+            place, weight = panel_point(number, lag, span, cuts, nodes, weights)
             add_products(place, weight, first, second, angles, correlation, covariance, total)
     total[5, 5] = 0.0  # a ramp does not vary
-    return total
 
 
-@compiled()
 def overlapped_covariances(
     factors: IntegerArray,
     angles: int,
@@ -201,16 +217,40 @@ def overlapped_covariances(
     `correlation` in samples (0: none) and the ramp R: contracted twice with the squared
     coefficients it is the covariance.
     """
+    out = np.zeros((6, 6, factors.size, factors.size))
+    _overlapped_covariances(
+        factors, int(angles), float(correlation), _PANELS, _WHOLE, nodes, weights, np.empty(27),
+        np.empty(6), np.empty((6, 6)), out,
+    )  # fmt: skip
+    return out
+
+
+@compiled()
+def _overlapped_covariances(
+    factors: IntegerArray,
+    angles: int,
+    correlation: float,
+    panels: FloatArray,
+    whole: FloatArray,
+    nodes: FloatArray,
+    weights: FloatArray,
+    ordered: FloatArray,
+    covariance: FloatArray,
+    total: FloatArray,
+    out: FloatArray,
+) -> None:
+    """The same into `out`; see `summed_products` for what is before it."""
     points = factors.size
-    out = np.zeros((6, 6, points, points))
     for i in range(points):
         for j in range(i, points):
             first, second = factors[i], factors[j]
             first_terms, second_terms = angles - 2 * first, angles - 2 * second
-            total = summed_products(first, second, angles, correlation, nodes, weights)
+            summed_products(
+                first, second, angles, correlation, panels, whole, nodes, weights, ordered,
+                covariance, total,
+            )  # fmt: skip
             scale = 0.5 / (1.0 * first * first * second * second * first_terms * second_terms)
             for a in range(6):
                 for b in range(6):
                     out[a, b, i, j] = scale * total[a, b]
                     out[a, b, j, i] = scale * total[a, b]
-    return out

@@ -88,13 +88,13 @@ def _gamma_information(
     fall: float,
     matrix: FloatArray,
     vector: FloatArray,
+    row: FloatArray,
 ) -> None:
     """Fisher information and what it is multiplied by the next squares to give.
 
     ``fall`` is c of ``m = sum / (1 + c r)``, whose derivative ``-r m / (1 + c r)`` is the last
     column, so that ``y + c dm/dc`` takes the place of y.
     """
-    row = np.empty(size)
     for c in range(size):
         vector[c] = 0.0
         for d in range(c + 1):
@@ -131,6 +131,7 @@ def _least_squares(
     mean: FloatArray,
     matrix: FloatArray,
     target: FloatArray,
+    row: FloatArray,
 ) -> float:
     """Squares by least squares on relative residuals; their deviance, infinite without any.
 
@@ -139,7 +140,7 @@ def _least_squares(
     for b in range(first, last):
         mean[b] = level[b]
     _gamma_information(
-        level, shape, laws, mean, first, last, columns, size, falls, 0.0, matrix, target
+        level, shape, laws, mean, first, last, columns, size, falls, 0.0, matrix, target, row
     )
     if not _solved(matrix, target, size):
         return np.inf
@@ -172,15 +173,18 @@ def _scoring(
     squares: FloatArray,
     mean: FloatArray,
     hopeless: float,
+    matrix: FloatArray,
+    target: FloatArray,
+    trial: FloatArray,
+    row: FloatArray,
 ) -> float:
     """Fisher scoring from least squares on relative residuals; the deviance at its end.
 
     It is infinite if the deviance stays above `hopeless` after a few steps: such a model has no
     weight, and scoring takes long if a law does not describe its bins.
     """
-    matrix, target, trial = np.empty((size, size)), np.empty(size), np.empty(size)
     deviance = _least_squares(
-        level, shape, laws, first, last, columns, size, falls, squares, mean, matrix, target
+        level, shape, laws, first, last, columns, size, falls, squares, mean, matrix, target, row
     )
     if not np.isfinite(deviance):
         return np.inf
@@ -189,7 +193,7 @@ def _scoring(
             return np.inf
         fall = squares[size - 1] if falls else 0.0
         _gamma_information(
-            level, shape, laws, mean, first, last, columns, size, falls, fall, matrix, target
+            level, shape, laws, mean, first, last, columns, size, falls, fall, matrix, target, row
         )
         if not _solved(matrix, target, size):
             return np.inf
@@ -228,14 +232,16 @@ def _gamma_covariance(
     size: int,
     falls: bool,
     fall: float,
-    covariance: FloatArray,
+    covariances: FloatArray,
+    place: int,
+    information: FloatArray,
+    matrix: FloatArray,
+    vector: FloatArray,
+    row: FloatArray,
 ) -> bool:
-    """Inverse of the Fisher information, into the rows and columns of its terms."""
-    information = np.empty((size, size))
-    matrix = np.empty((size, size))
-    vector = np.empty(size)
+    """Inverse of the Fisher information, into rows and columns of its terms; all or zeros."""
     _gamma_information(
-        level, shape, laws, mean, first, last, columns, size, falls, fall, information, vector
+        level, shape, laws, mean, first, last, columns, size, falls, fall, information, vector, row
     )
     for c in range(size):
         for d in range(size):
@@ -243,9 +249,12 @@ def _gamma_covariance(
             for e in range(d + 1):
                 matrix[d, e] = information[d, e]
         if not _solved(matrix, vector, size):
+            for d in range(size):
+                for e in range(size):
+                    covariances[place, columns[d], columns[e]] = 0.0
             return False
         for d in range(size):
-            covariance[columns[d], columns[c]] = vector[d]
+            covariances[place, columns[d], columns[c]] = vector[d]
     return True
 
 
@@ -294,7 +303,6 @@ def _stands(deviance: float, squares: FloatArray, size: int, depth: float) -> bo
     return positive and depth <= _DEEPEST
 
 
-@compiled(error_model="numpy")
 def every_model(
     level: FloatArray,
     shape: FloatArray,
@@ -320,40 +328,82 @@ def every_model(
         One column (places) or row a model. Its places are the first bin of its band, the one
         behind the last, its bit mask of terms, and the number of bins that the walk rules.
     """
+    # Arrays are made and cut here, which costs seconds of compilation in a loop.
     bins, terms = laws.shape
     most = (1 << terms) * bins * (bins + 1) // 2
     places, deviances = np.empty((4, most), dtype=np.int64), np.empty(most)
-    squares_of, covariance_of = np.zeros((most, terms)), np.zeros((most, terms, terms))
-    columns = np.empty(terms, dtype=np.int64)
-    squares, mean = np.empty(terms), np.empty(bins)
+    squares, covariances = np.zeros((most, terms)), np.zeros((most, terms, terms))
+    found = _fit_every_model(
+        level, shape, laws, walk, least, needed, barred, falls, float(lightest), places, deviances,
+        squares, covariances, np.empty(terms, dtype=np.int64), np.empty(terms), np.empty(bins),
+        np.empty((terms, terms)), np.empty((terms, terms)), np.empty(terms), np.empty(terms),
+        np.empty(terms),
+    )  # fmt: skip
+    return places[:, :found], deviances[:found], squares[:found], covariances[:found]
+
+
+@compiled(error_model="numpy")
+def _fit_every_model(
+    level: FloatArray,
+    shape: FloatArray,
+    laws: FloatArray,
+    walk: int,
+    least: int,
+    needed: int,
+    barred: int,
+    falls: bool,
+    lightest: float,
+    places: IntegerArray,
+    deviances: FloatArray,
+    squares_of: FloatArray,
+    covariance_of: FloatArray,
+    columns: IntegerArray,
+    squares: FloatArray,
+    mean: FloatArray,
+    matrix: FloatArray,
+    information: FloatArray,
+    target: FloatArray,
+    trial: FloatArray,
+    row: FloatArray,
+) -> int:
+    """Models into the arrays that `every_model` returns; their number.
+
+    What follows those is room to work in: (bins,) `mean`, (terms, terms) `matrix` and
+    `information`, (terms,) the others.
+    """
+    bins, terms = laws.shape
     found = 0
     for mask in range(1, 1 << terms):
         if mask & needed != needed or mask & barred != 0:
             continue
         size = _chosen(mask, columns)
+        fewest = least if least > size + 1 else size + 1
         for first in range(bins):
-            for last in range(first + max(least, size + 1), bins + 1):
+            for last in range(first + fewest, bins + 1):
                 left_out = bins - (last - first)
                 hopeless = lightest + 60.0 - 2.0 * left_out
                 if hopeless < 0.0:
                     continue
                 deviance = _scoring(
-                    level, shape, laws, first, last, columns, size, falls, squares, mean, hopeless
-                )
+                    level, shape, laws, first, last, columns, size, falls, squares, mean, hopeless,
+                    matrix, target, trial, row,
+                )  # fmt: skip
                 fall = squares[size - 1] if falls else 0.0
                 if not _stands(deviance, squares, size, fall * laws[last - 1, terms - 1]):
                     continue
-                lightest = min(lightest, deviance + 2.0 * (size + left_out))
-                covariance = covariance_of[found]
+                cost = deviance + 2.0 * (size + left_out)
+                lightest = min(lightest, cost)
                 if not _gamma_covariance(
-                    level, shape, laws, mean, first, last, columns, size, falls, fall, covariance
-                ):
-                    covariance[:] = 0.0
+                    level, shape, laws, mean, first, last, columns, size, falls, fall,
+                    covariance_of, found, information, matrix, target, row,
+                ):  # fmt: skip
                     continue
-                ruled = _ruled(laws, squares, mean, first, last, columns, size, falls, walk)
-                places[:, found] = first, last, mask, ruled
+                places[0, found], places[1, found], places[2, found] = first, last, mask
+                places[3, found] = _ruled(
+                    laws, squares, mean, first, last, columns, size, falls, walk
+                )
                 deviances[found] = deviance
                 for c in range(size):
                     squares_of[found, columns[c]] = squares[c]
                 found += 1
-    return places[:, :found], deviances[:found], squares_of[:found], covariance_of[:found]
+    return found
