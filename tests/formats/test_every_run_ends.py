@@ -7,6 +7,7 @@ and then. So each command is run again and again: a few times here, 200 times by
 import os
 import subprocess
 import sys
+import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -98,3 +99,30 @@ def test_a_few_runs_end_with_their_own_status(tmp_path):
 @pytest.mark.fuzz
 def test_two_hundred_runs_end_with_their_own_status(tmp_path):
     every_run_ends(tmp_path, 200)
+
+
+TRIAL = """
+import sys
+import time
+from pathlib import Path
+from sagnac.formats import hdf5_soundness
+hdf5_soundness.PATIENCE = 2.0
+hdf5_soundness.require_survivable(Path(sys.argv[1]), "HDF5")
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="asks Linux for its processes")
+def test_a_library_that_hangs_ends_though_nobody_waits_for_it(tmp_path):
+    """A pipe that nobody writes to hangs for ever; the run is killed while it tries it."""
+    os.mkfifo(tmp_path / "run.h5")
+    words = [sys.executable, "-c", TRIAL, str(tmp_path / "run.h5")]
+    with subprocess.Popen(words, env={**os.environ, "PYTHONPATH": str(ROOT)}) as run:
+        children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
+        until = time.monotonic() + 60.0
+        while not (found := children.read_text().split()):
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        run.kill()
+    while Path(f"/proc/{found[0]}").is_dir():
+        assert time.monotonic() < until
+        time.sleep(0.1)

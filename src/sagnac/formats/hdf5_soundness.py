@@ -11,15 +11,18 @@ import h5py
 from sagnac.errors import RecordingError, one_line
 from sagnac.formats.room import require_content
 
-# Reads the attributes of all datasets and groups, and nothing else.
+# Reads the attributes of all datasets and groups, and nothing else. It ends by itself if nobody is
+# left to end it.
 _TRIAL: Final = """
-import sys, h5py
+import faulthandler, sys
+faulthandler.dump_traceback_later(float(sys.argv[2]), exit=True)
+import h5py
 with h5py.File(sys.argv[1], "r") as file:
     list(file.attrs.values())
     file.visititems(lambda name, item: list(item.attrs.values()) and None)
 """
-# s after which it hangs.
-_PATIENCE: Final = 30.0
+PATIENCE: Final = 30.0
+"""Seconds after which a library that has not read the attributes of a file hangs."""
 
 
 def require_survivable(path: Path, name: str) -> None:
@@ -41,11 +44,11 @@ def require_survivable(path: Path, name: str) -> None:
     """
     try:
         tried = subprocess.run(
-            [sys.executable, "-I", "-c", _TRIAL, str(path.absolute())],
+            [sys.executable, "-I", "-c", _TRIAL, str(path.absolute()), str(2.0 * PATIENCE)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            timeout=_PATIENCE,
+            timeout=PATIENCE,
             check=False,
         )
         survived = tried.returncode >= 0
