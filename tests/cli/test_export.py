@@ -142,11 +142,18 @@ def test_a_stated_accelerometer_is_used_by_all_that_have_one(name, tmp_path):
 def test_a_data_sheet_alone(capsys, tmp_path):
     path = tmp_path / "imu.yaml"
     words = ["export", "--datasheet", "N=0.15deg/sqrt(h),B=3deg/h@100s", "-o", str(path)]
-    assert main(words) == 1
-    assert "--rate" in one_line(capsys)
+    assert main(words) == 0
+    text = path.read_text(encoding="utf-8")
+    assert "# update_rate:  # Hz: no recording states it" in text
+    assert "discrete" not in text
     assert main([*words, "--rate", "200"]) == 0
     assert "stated, not measured" in capsys.readouterr().out
-    assert "accelerometer_noise_density:  #" in path.read_text(encoding="utf-8")
+    text = path.read_text(encoding="utf-8")
+    assert "\nupdate_rate: 200  # Hz" in text
+    assert "accelerometer_noise_density:  #" in text
+    # What a discrete form needs is asked for.
+    assert main([*words[:-1], str(tmp_path / "imu.json")]) == 1
+    assert "--rate" in one_line(capsys)
     assert main(["export", "-o", str(tmp_path / "b.yaml")]) == 2
     assert "--datasheet" in one_line(capsys)
 

@@ -83,6 +83,11 @@ class Wanted:
         return (worst(self.accelerometers),)
 
     @property
+    def known_rate(self) -> float | None:
+        """Hz, if the export or a recording states it."""
+        return self.rate or self.settings[0].sample_rate
+
+    @property
     def update_rate(self) -> float:
         """Hz.
 
@@ -91,7 +96,7 @@ class Wanted:
         RecordingError
             If neither the export nor a recording states it.
         """
-        rate = self.rate or self.settings[0].sample_rate
+        rate = self.known_rate
         if rate is None:
             raise RecordingError(
                 "no recording states the sample rate", remedy="state it with {rate}"
@@ -202,8 +207,10 @@ _KALIBR: Final[Mapping[Sensor, tuple[str, str, str]]] = {
 def _kalibr_keys(
     gyro: FilterSetting, accelerometer: FilterSetting | None, wanted: Wanted
 ) -> list[str]:
-    rate = wanted.update_rate
-    lines = [f"rostopic: {wanted.topic}", f"update_rate: {rate:.9g}  # Hz"]
+    # The noise is continuous: a rate that nothing states is left to the reader.
+    rate = wanted.known_rate
+    known = "# update_rate:  # Hz: no recording states it, add it" if rate is None else ""
+    lines = [f"rostopic: {wanted.topic}", known or f"update_rate: {rate:.9g}  # Hz"]
     of_kind: dict[Sensor, FilterSetting | None] = {"gyro": gyro, "accelerometer": accelerometer}
     for kind, setting in of_kind.items():
         prefix, white, walk = _KALIBR[kind]
@@ -217,6 +224,8 @@ def _kalibr_keys(
             f"{key}: {value:.6e}  # {unit}, continuous{said}"
             for (key, unit), value in zip(keys, (model.white, model.walk), strict=True)
         ]
+        if rate is None:
+            continue
         lines.append(
             f"# discrete, at {rate:.9g} Hz: {model.white_per_sample(1.0 / rate):.6e} {sample} "
             f"white, {model.walk_per_sample(1.0 / rate):.6e} {sample} per step of the bias"
