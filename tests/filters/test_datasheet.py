@@ -54,7 +54,7 @@ def test_every_number_is_marked_as_stated_and_is_not_inflated():
     # A Markov bias of stationary deviation s and time T has its highest Allan deviation, 0.617 s.
     assert noise["gbstd"] == pytest.approx([3.0 / 0.6173] * 3, rel=2e-3)
     with pytest.raises(ValueError, match="states the sample rate"):
-        exported("kalibr", Wanted(settings=(gyro,)))
+        exported("json", Wanted(settings=(gyro,)))
 
 
 @pytest.mark.parametrize(
