@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,8 @@ from scipy import stats
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.recording.model import Recording
+from sagnac.rig.config import preset
+from sagnac.rig.simulate import simulate
 from tests import second_rig
 
 SECONDS, RATE = 900.0, 200.0
@@ -163,6 +165,75 @@ def test_jitter_of_the_latch_costs_a_pair_nothing():
     assert np.mean(lines) < LINES + 0.1
     # Robust levels, which no line moves, average the lower half of a bin's ordinates.
     assert max(widths.values()) < 1.65 * bound()
+
+
+def by_the_rig(seconds, jitter, rate, seed):
+    """A recording of the rig of the paper, and N of its pair, deg/sqrt(h)."""
+    base = preset("paper")
+    made = simulate(
+        replace(
+            base,
+            duration_s=seconds,
+            seed=seed,
+            table=replace(base.table, rate_deg_per_s=rate),
+            encoder=replace(base.encoder, latch_jitter_s=jitter),
+            platform=replace(base.platform, share_deviation=(0.001, 0.0, -0.001)),
+        )
+    )
+    return made.recording, made.truth.pairs["x-z"].arw_deg_per_sqrt_h
+
+
+def by_the_second_rig(seconds, jitter, rate, seed):
+    """The same of the simulator that shares nothing with it."""
+    made = second_rig.simulate(
+        second_rig.Bench(
+            seconds=seconds,
+            sample_rate=RATE,
+            walks=(WALK,) * 3,
+            shares=SHARES,
+            jitter=jitter,
+            rate=rate,
+            seed=seed,
+        )
+    )
+    recording = Recording.from_arrays(
+        **made.angles,
+        kind="angle",
+        unit="rad",
+        sample_rate=RATE,
+        table=made.table,
+        table_unit="rad",
+    )
+    return recording, WALK
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("made", [by_the_rig, by_the_second_rig])
+def test_half_an_hour_on_either_rig_is_the_same_at_any_jitter(made):
+    """A smaller grid: every recording is estimated, and no interval is wider for the jitter."""
+    seeds, rates = (41, 42, 43), (10.0, 40.0)
+    widths, held, runs = {}, 0, 0
+    for jitter in (0.0, 20e-6, 100e-6, 500e-6):
+        own = []
+        for seed in seeds:
+            for rate in rates:
+                recording, truth = made(1800.0, jitter, rate, seed)
+                begun = time.process_time()
+                estimate = analyze(recording, Settings(gyros=("x", "z"))).angle_random_walk
+                assert time.process_time() - begun < LONGEST
+                assert estimate.status == "estimated", (jitter, seed, rate)
+                walk = estimate.to("deg/sqrt(h)")
+                interval = (walk.low / truth, walk.high / truth)
+                own.append(0.5 * (interval[1] - interval[0]))
+                held, runs = held + holds(interval), runs + 1
+        widths[jitter] = float(np.mean(own))
+    text = ", ".join(
+        f"{1e6 * jitter:g} us {100.0 * width:.2f} %" for jitter, width in widths.items()
+    )
+    print(f"{made.__name__}: {held} of {runs} hold; mean half interval {text}")
+    draws = len(seeds) * len(rates)
+    assert held / runs >= stats.binom.ppf(0.01, draws, 0.93) / draws
+    assert max(widths.values()) < 1.1 * widths[0.0]
 
 
 @pytest.mark.statistics

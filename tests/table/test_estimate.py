@@ -1,9 +1,14 @@
 """The table's angle from gyros and encoder, against the true one of a second simulator."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sagnac import series
+from sagnac.recording.kinds import angle_of
+from sagnac.rig.config import preset
+from sagnac.rig.simulate import simulate as make_by_rig
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
 from tests.second_rig import ARCSECOND, DEGREE, Bench, Simulated, simulate
 
@@ -184,3 +189,14 @@ def test_gyros_of_another_length_are_refused():
         estimated_table([encoder[1:]], encoder, RATE)
     with pytest.raises(ValueError, match="gyros have shapes none"):
         estimated_table([], encoder, RATE)
+
+
+@pytest.mark.parametrize("seed", [41, 42])
+def test_no_delay_is_named_for_a_ripple_that_stands_between_two_groups_of_frequencies(seed):
+    # The rig: order 12 is 1.3333 Hz; of 18,000 averages a group ends at 1.3329 Hz.
+    base = preset("paper")
+    encoder = replace(base.encoder, latch_jitter_s=0.0)
+    config = replace(base, duration_s=1800.0, sample_rate_hz=200.0, seed=seed, encoder=encoder)
+    recording = make_by_rig(config).recording
+    angles = [angle_of(recording.gyro(name), 200.0) for name in "xz"]
+    assert estimated_table(angles, recording.table.values, 200.0).delay is None

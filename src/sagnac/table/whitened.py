@@ -160,16 +160,16 @@ class _Normals:
 
     @property
     def covariance(self) -> FloatArray:
-        """(columns, columns), that of leaving out one group at a time with that of the noise.
+        """(columns, columns), that of leaving out two neighbours at a time with that of the noise.
 
         A line that no column holds, at an order at which the table's rate has its ripple, looks
-        like a delay as long as that frequency is in (delete-a-group jackknife).
+        like a delay as long as that frequency is in (delete-a-group jackknife). It may stand on the
+        edge of two groups; each is left out twice.
         """
-        without = np.linalg.solve(
-            self.normal - self.of_groups, (self.right - self.rights)[..., np.newaxis]
-        )[..., 0]
-        apart = without - self.solution
-        jackknife = (1.0 - 1.0 / self.rights.shape[0]) * (apart.T @ apart)
+        pairs, rights = (both[1:] + both[:-1] for both in (self.of_groups, self.rights))
+        without = np.linalg.solve(self.normal - pairs, (self.right - rights)[..., np.newaxis])
+        apart = without[..., 0] - self.solution
+        jackknife = (0.5 - 1.0 / self.rights.shape[0]) * (apart.T @ apart)
         return np.asarray(jackknife + np.linalg.inv(self.normal))
 
 
