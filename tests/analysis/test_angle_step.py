@@ -9,16 +9,17 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.recording.model import Recording
 
 RATE, SECONDS = 100.0, 300.0
-WALK = 0.003  # deg/sqrt(h)
-STEP = 10.0  # arcsec
+# Above what the time of an encoder may wander unseen, so that one gyro alone has an estimate.
+WALK = 0.015  # deg/sqrt(h)
+STEP = 50.0  # arcsec
 
 
 def stepping(seed, gyros):
     """Gyros on a table at 40 deg/s whose rate ripples; the angle of x steps once."""
     random = np.random.default_rng(seed)
     samples = round(SECONDS * RATE)
-    table = 40.0 + 0.01 * np.sin(2.0 * np.pi * np.arange(samples) / RATE * 40.0 / 30.0)
-    table += 1e-3 * random.standard_normal(samples)
+    table = 40.0 + 0.05 * np.sin(2.0 * np.pi * np.arange(samples) / RATE * 40.0 / 30.0)
+    table += 5e-3 * random.standard_normal(samples)
     sigma = WALK * 60.0 * math.sqrt(RATE)
     angles = {
         name: np.cumsum(2077.0 * table + sigma * random.standard_normal(samples)) / RATE
