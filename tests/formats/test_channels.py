@@ -43,6 +43,28 @@ def test_counters_that_roll_over(tmp_path, bits):
     )
 
 
+def test_a_counter_of_any_modulus(tmp_path):
+    counts = np.rint(np.linspace(0.0, 5.3 * 36_000, SAMPLES)) + np.rint(10.0 * walk())
+    content = text("time[s],x", np.arange(SAMPLES) / 100, counts % 36_000)
+    path = save(tmp_path / "run.csv", content)
+    stated = {"kind": "angle", "unit": "counts", "scale": "36arcsec"}
+    (warning,) = [note for note in read(path, **stated, verify=False).notes if "leaps" in note.text]
+    assert "{counter-period 36000}" in warning.text
+    recording = read(path, **stated, counter_period=36_000)
+    values = recording.gyros[0].values / (36.0 * ARCSECOND)
+    np.testing.assert_allclose(values - values[0], counts - counts[0], atol=1e-3)
+    (said,) = [str(note) for note in recording.notes if "rolled over" in note.text]
+    assert said == "x: the counter of 36000 rolled over 5 times: unwrapped"
+    (tmp_path / "run.csv.toml").write_text("counter_period = 36000\n")
+    beside = read(path, **stated).gyros[0].values
+    np.testing.assert_array_equal(beside, recording.gyros[0].values)
+    with pytest.raises(ValueError, match="both given"):
+        read(path, **stated, counter_period=36_000, counter_bits=16)
+    for wrong in (1, 0.5, float("nan"), True, "1e4"):
+        with pytest.raises(ValueError, match="counter_period is"):
+            read(path, **stated, counter_period=wrong)
+
+
 def test_null_pulse_is_its_first_sample(tmp_path):
     pulse = (np.arange(SAMPLES) % 100 >= 97).astype(float)
     content = text("time[s],x[deg],null", np.arange(SAMPLES) / 100, walk(), pulse)
@@ -70,13 +92,15 @@ COUNTS = Scale(kind="angle", unit="2rad", factor=2.0)
 
 def test_a_counter_that_rolls_over_is_continuous_and_no_wider_than_its_bits():
     counts = np.arange(0.0, 2e5, 5e3)
-    made = gyro_channel("x", counts % 2**16, COUNTS, 16)
+    made = gyro_channel("x", counts % 2**16, COUNTS, 2.0**16)
     np.testing.assert_array_equal(made.channel.values, 2.0 * counts)
     (note,) = made.notes
     assert str(note) == "x: the 16 bit counter rolled over 2 times: unwrapped"
-    assert gyro_channel("x", np.arange(9.0), COUNTS, 16).notes == ()
-    with pytest.raises(RecordingError, match="x: it spans 195000 counts, more than 16 bits hold"):
-        gyro_channel("x", counts, COUNTS, 16)
+    assert gyro_channel("x", np.arange(9.0), COUNTS, 2.0**16).notes == ()
+    with pytest.raises(
+        RecordingError, match="spans 195000 counts, more than a counter of 65536 holds"
+    ):
+        gyro_channel("x", counts, COUNTS, 2.0**16)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +118,9 @@ def test_where_a_table_starts_over(reach, unit, bits, period):
     size = 0.01 if unit[0] == "0" else 1.0
     scale = Scale(kind="angle", unit=unit, factor=np.deg2rad(size))
     readings = np.concatenate([np.linspace(0.0, reach, 2000), np.linspace(0.0, 0.1 * reach, 200)])
-    angle = np.degrees(table_channel(readings.copy(), scale, bits).channel.values) / size
+    angle = (
+        np.degrees(table_channel(readings.copy(), scale, bits and 2.0**bits).channel.values) / size
+    )
     later = readings[2000:] + (period or 0.0)
     np.testing.assert_allclose(angle[2000:], later, rtol=1e-9, atol=1e-9)
 

@@ -244,6 +244,12 @@ class Reading:
         int | None,
         Parameter(group=READING, metavar="BITS", help="Width of counters that roll over."),
     ] = None
+    counter_period: Annotated[
+        float | None,
+        Parameter(
+            group=READING, metavar="COUNTS", help="Where counters start over that are of no bits."
+        ),
+    ] = None
     null_pulse: Annotated[
         str | None,
         Parameter(group=READING, metavar="COLUMN", help="Column that is not 0 at the null pulse."),
@@ -507,6 +513,7 @@ def statement_of(options: Reading) -> "Statement":
             columns=columns,
             span=options.slice,
             counter_bits=options.counter_bits,
+            counter_period=options.counter_period,
             null_pulse=options.null_pulse,
             layout=options.layout,
             accelerometers=options.accelerometers,

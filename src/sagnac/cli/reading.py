@@ -122,6 +122,9 @@ def stated_options(statement: "Statement") -> dict[str, str]:
         "table": statement.table,
         "slice": f"{start or ''}:{stop or ''}" if statement.span else None,
         "counter-bits": statement.counter_bits,
+        "counter-period": (
+            None if statement.counter_period is None else f"{statement.counter_period:.12g}"
+        ),
         "null-pulse": statement.null_pulse,
         "layout": statement.layout,
     }

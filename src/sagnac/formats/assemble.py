@@ -82,7 +82,7 @@ def assemble(
     check_lengths(stored.lengths)
     stretch = stretch_of(choice, scales, stored, statements)
     beside = unused_notes(source, choice, statements, stretch)
-    made = channels_of(choice, scales, stored, stretch, statements.counter_bits)
+    made = channels_of(choice, scales, stored, stretch, statements.counter_period)
     sliced = stretch.span_s if statements.caller.span is not None else None
     recording = Recording(
         gyros=tuple(gyro.channel for gyro in made.gyros),
@@ -265,7 +265,7 @@ def channels_of(
     scales: Scales,
     stored: Stored,
     stretch: Stretch,
-    counter_bits: int | None,
+    counter_period: float | None,
 ) -> Channels:
     """The samples that are taken, loaded and in SI.
 
@@ -281,7 +281,7 @@ def channels_of(
     keys = [column.key for column in (*sensors, *pickoffs.values(), *warm)]
     columns = load_columns(stored, [*keys, table] if table is not None else keys, stretch)
     gyros = tuple(
-        _gyro(name, columns.pop(column.key), scales.gyros[name], counter_bits)
+        _gyro(name, columns.pop(column.key), scales.gyros[name], counter_period)
         for name, column in choice.gyros.items()
     )
     accelerometers = tuple(
@@ -292,7 +292,7 @@ def channels_of(
     if table is not None and scales.table is not None and choice.table is not None:
         raw = columns.pop(table)
         doubts = table_counter_notes(choice.table.column.name, raw, scales.table)
-        made_table = table_channel(raw, scales.table, counter_bits)
+        made_table = table_channel(raw, scales.table, counter_period)
         made_table = replace(made_table, notes=(*doubts, *made_table.notes))
     pulses = None
     if choice.null_pulse is not None:
@@ -311,11 +311,11 @@ def channels_of(
     )
 
 
-def _gyro(name: str, raw: FloatArray, scale: Scale, counter_bits: int | None) -> Taken:
+def _gyro(name: str, raw: FloatArray, scale: Scale, counter_period: float | None) -> Taken:
     """A gyro, with what its numbers speak against."""
     # The channel is made in place: what the raw numbers tell has to be asked before.
-    doubts = counter_notes(name, raw, scale) if counter_bits is None else ()
-    taken = gyro_channel(name, raw, scale, counter_bits)
+    doubts = counter_notes(name, raw, scale) if counter_period is None else ()
+    taken = gyro_channel(name, raw, scale, counter_period)
     if scale.kind == "angle":
         doubts += rate_notes(name, taken.channel.values)
     return replace(taken, notes=(*doubts, *taken.notes))

@@ -1,5 +1,6 @@
 """Raw numbers of a column -> channel in SI: gyros, counters among them, and the table."""
 
+import math
 from dataclasses import replace
 
 from sagnac import series
@@ -15,7 +16,7 @@ from sagnac.recording.unwrapping import unwrapped
 from sagnac.units import unit_of
 
 
-def gyro_channel(name: str, raw: FloatArray, scale: Scale, counter_bits: int | None) -> Taken:
+def gyro_channel(name: str, raw: FloatArray, scale: Scale, counter_period: float | None) -> Taken:
     """A gyro.
 
     Parameters
@@ -26,34 +27,35 @@ def gyro_channel(name: str, raw: FloatArray, scale: Scale, counter_bits: int | N
         (samples,) as the file has them; written over.
     scale
         Kind, and size of one raw number.
-    counter_bits
-        Width of a counter that rolls over, or None.
+    counter_period
+        Counts after which a counter starts over, or None.
 
     Raises
     ------
     RecordingError
         If it cannot be such a counter: it is no angle, or spans more than that holds.
     """
-    if counter_bits is None:
+    if counter_period is None:
         return _in_si(name, scale, raw)
     if scale.kind != "angle":
         raise RecordingError(
             f"a counter that rolls over is an angle, not kind {scale.kind}",
             channel=name,
-            remedy="state {kind angle}, or leave out {counter-bits}",
+            remedy="state {kind angle}, or leave out {counter-bits} and {counter-period}",
         )
-    period = float(2**counter_bits)
     extent = finite_extent(raw)
-    if extent >= period:
+    if extent >= counter_period:
         raise RecordingError(
-            f"it spans {extent:.6g} counts, more than {counter_bits} bits hold",
+            f"it spans {extent:.6g} counts, more than a counter of {counter_period:.9g} holds",
             channel=name,
-            remedy="state the right {counter-bits}",
+            remedy="state the right {counter-bits} or {counter-period}",
         )
-    continuous, wraps = unwrapped(raw, period)
+    continuous, wraps = unwrapped(raw, counter_period)
     if not wraps:
         return _in_si(name, scale, continuous)
-    text = f"the {counter_bits} bit counter rolled over {counted(wraps, 'time')}: unwrapped"
+    bits = math.log2(counter_period)
+    what = f"{bits:g} bit counter" if bits.is_integer() else f"counter of {counter_period:.9g}"
+    text = f"the {what} rolled over {counted(wraps, 'time')}: unwrapped"
     return _in_si(name, scale, continuous, Note(channel=name, text=text))
 
 
@@ -66,7 +68,7 @@ def _in_si(name: str, scale: Scale, readings: FloatArray, *notes: Note) -> Taken
     return Taken(channel=channel, notes=notes)
 
 
-def table_channel(raw: FloatArray, scale: Scale, counter_bits: int | None) -> Taken:
+def table_channel(raw: FloatArray, scale: Scale, counter_period: float | None) -> Taken:
     """The table angle: missing samples filled in where they can be, and unwrapped.
 
     Parameters
@@ -75,15 +77,14 @@ def table_channel(raw: FloatArray, scale: Scale, counter_bits: int | None) -> Ta
         (samples,) as the file has them; written over.
     scale
         Size of one raw number.
-    counter_bits
-        Width of counters, or None. A table in a plain unit is none.
+    counter_period
+        Counts after which counters start over, or None. A table in a plain unit is none.
     """
-    is_counter = counter_bits is not None and not parsed_unit(scale.unit).is_plain
     taken = angle_of_readings(
         raw,
         # Notes show the unit as it is stated.
         replace(unit_of(scale.unit, "angle"), name=scale.unit),
-        counter_period=2.0**counter_bits if counter_bits is not None and is_counter else None,
+        counter_period=None if parsed_unit(scale.unit).is_plain else counter_period,
     )
     channel = Channel(name="table", kind="angle", shown_in=scale.unit, values=taken.angle)
     return Taken(channel=channel, notes=taken.notes)

@@ -28,6 +28,7 @@ _STATED: Final = frozenset(
         "time",
         "table",
         "counter_bits",
+        "counter_period",
         "null_pulse",
     }
 )

@@ -21,7 +21,16 @@ _NUMERIC: Final = frozenset(
     | {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
 )
 _STATED: Final = frozenset(
-    {"gyros", "accelerometers", "kind", "unit", "scale", "sample_rate", "counter_bits"}
+    {
+        "gyros",
+        "accelerometers",
+        "kind",
+        "unit",
+        "scale",
+        "sample_rate",
+        "counter_bits",
+        "counter_period",
+    }
 )
 
 # Bytes of a file that say in words what it is.

@@ -102,7 +102,7 @@ def _value(key: str, stated: Any) -> Any:
         return tuple(
             [name.strip() for name in stated.split(",")] if isinstance(stated, str) else stated
         )
-    if key == "sample_rate" and isinstance(stated, str):
+    if key in ("sample_rate", "counter_period") and isinstance(stated, str):
         return float(stated)
     if key == "counter_bits" and isinstance(stated, str):
         return int(stated)

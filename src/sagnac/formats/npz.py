@@ -18,7 +18,16 @@ from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vec
 
 _STATED: Final = frozenset(
     {"accelerometers"}
-    | {"gyros", "kind", "unit", "scale", "sample_rate", "counter_bits", "null_pulse"}
+    | {
+        "gyros",
+        "kind",
+        "unit",
+        "scale",
+        "sample_rate",
+        "counter_bits",
+        "counter_period",
+        "null_pulse",
+    }
 )
 
 # Bytes of a text that states something.

@@ -37,6 +37,7 @@ _KEYS: Final = frozenset(
         "time",
         "table",
         "counter_bits",
+        "counter_period",
         "null_pulse",
     }
 )

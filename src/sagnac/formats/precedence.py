@@ -44,10 +44,14 @@ class Statements:
         return scale
 
     @property
-    def counter_bits(self) -> int | None:
-        """Width of gyro counters, or None where none is stated."""
-        bits: int | None = self._first("counter_bits")
-        return bits
+    def counter_period(self) -> float | None:
+        """Counts after which gyro counters start over, or None where nothing is stated."""
+        for statement in self.in_order:
+            if statement.counter_period is not None:
+                return float(statement.counter_period)
+            if statement.counter_bits is not None:
+                return 2.0**statement.counter_bits
+        return None
 
     @property
     def layout(self) -> str | Mapping[str, Any] | None:

@@ -37,7 +37,7 @@ def read(
     **stated
         The fields of a `sagnac.formats.Statement`, by name, in place of `statement`: ``gyros``,
         ``kind``, ``unit``, ``scale``, ``sample_rate``, ``time``, ``table``, ``columns``,
-        ``span``, ``counter_bits``, ``null_pulse``, ``layout``.
+        ``span``, ``counter_bits``, ``counter_period``, ``null_pulse``, ``layout``.
 
     Returns
     -------

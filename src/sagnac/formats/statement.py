@@ -44,6 +44,8 @@ class Statement:
         Start and stop to take, s from the first sample; either may be None.
     counter_bits
         Width of gyro counters that roll over (kind ``angle``), 8 to 48.
+    counter_period
+        Counts after which they start over, if that is no power of two: 1296000. One of both.
     null_pulse
         Column that is nonzero at the null pulse.
     accelerometers
@@ -80,6 +82,7 @@ class Statement:
     columns: Mapping[str, str] = field(default_factory=dict)
     span: tuple[float | None, float | None] | None = None
     counter_bits: int | None = None
+    counter_period: float | None = None
     null_pulse: str | None = None
     layout: str | Mapping[str, Any] | None = None
     accelerometers: tuple[str, ...] | None = None
@@ -97,6 +100,16 @@ class Statement:
         _check_span(self.span)
         if self.counter_bits is not None and self.counter_bits not in COUNTER_BITS:
             raise ValueError(f"counter_bits is {quoted(self.counter_bits)}; give 8 to 48")
+        _check_counter_period(self.counter_period)
+        if self.counter_bits is not None and self.counter_period is not None:
+            raise ValueError("counter_bits and counter_period are both given; give one of them")
+
+
+def _check_counter_period(period: object) -> None:
+    if period is None:
+        return
+    if isinstance(period, bool) or not isinstance(period, int | float) or not 2.0 <= period < 1e15:
+        raise ValueError(f"counter_period is {quoted(period)}; give counts, 2 or more")
 
 
 def _check_texts(statement: Statement) -> None:

@@ -110,8 +110,8 @@ def _other_modulus(name: str, found: RollOvers) -> tuple[Note, ...]:
         return ()
     text = (
         f"leaps by about {_likely_period(found.period):.7g} counts {counted(found.count, 'time')}: "
-        "a counter that starts over there, which is no number of bits; make it continuous before "
-        "it is read, or in Python state {period}"
+        "a counter that starts over there, which is no number of bits; state "
+        f"{{counter-period {_likely_period(found.period):.12g}}}"
     )
     return (Note(level="warning", channel=name, text=text),)
 
