@@ -10,8 +10,8 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 def test_breaks_are_sorted_lags_inside_the_record():
     first, second, angles = 9, 130, 601
-    breaks = _kernels.lag_breaks(first, second, angles)
-    assert breaks.shape == (27,)
+    breaks, far = np.empty(27), np.empty(27)
+    _kernels.lag_breaks(first, second, angles, breaks)
     assert np.all(np.diff(breaks) >= 0.0)
     assert breaks[0] == -(angles - 2 * second - 1)
     assert breaks[-1] == angles - 2 * first - 1
@@ -19,16 +19,16 @@ def test_breaks_are_sorted_lags_inside_the_record():
         for q in range(3):
             assert q * second - p * first in breaks
     # In a long record far lags are left out.
-    far = _kernels.lag_breaks(1, 1, 1_000_001)
+    _kernels.lag_breaks(1, 1, 1_000_001, far)
     assert (far[0], far[-1]) == (-129.0, 129.0)
 
 
-@pytest.mark.parametrize("smooth", [True, False])
-def test_panel_points_sum_a_cubic_over_every_lag(smooth):
+@pytest.mark.parametrize("panels", [_kernels.PANELS, _kernels.WHOLE])
+def test_panel_points_sum_a_cubic_over_every_lag(panels):
     lag, span = 40.0, 900.0
-    count = (1 if smooth else 7) * NODES.size
+    count = (panels.size - 1) * NODES.size
     points = [
-        _kernels.panel_point(number, lag, span, smooth, NODES, WEIGHTS) for number in range(count)
+        _kernels.panel_point(number, lag, span, panels, NODES, WEIGHTS) for number in range(count)
     ]
     places, weights = np.array(points).T
     assert weights.sum() == pytest.approx(span)
@@ -50,7 +50,11 @@ def test_products_count_how_often_the_record_holds_a_lag():
 @pytest.mark.parametrize(("first", "second"), [(1, 1), (2, 9), (30, 7)])
 def test_summed_products_are_the_sum_over_every_lag(first, second):
     angles = 121
-    found = _kernels.summed_products(first, second, angles, 4.5, NODES, WEIGHTS)
+    found = np.full((6, 6), np.nan)
+    _kernels.summed_products(
+        first, second, angles, 4.5, _kernels.PANELS, _kernels.WHOLE, NODES, WEIGHTS, np.empty(27),
+        np.empty(6), found,
+    )  # fmt: skip
     covariance, total = np.empty(6), np.zeros((6, 6))
     covariance[5] = (first * second) ** 2
     reach = 129.0 * max(first, second)

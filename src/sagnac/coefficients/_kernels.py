@@ -9,8 +9,8 @@ from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.kernels import compiled
 
 # Shares of a span between two breaks at which panels of a quadrature begin and end.
-_PANELS = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
-_WHOLE = np.array([0.0, 1.0])
+PANELS = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
+WHOLE = np.array([0.0, 1.0])
 
 
 @compiled()
@@ -219,7 +219,7 @@ def overlapped_covariances(
     """
     out = np.zeros((6, 6, factors.size, factors.size))
     _overlapped_covariances(
-        factors, int(angles), float(correlation), _PANELS, _WHOLE, nodes, weights, np.empty(27),
+        factors, int(angles), float(correlation), PANELS, WHOLE, nodes, weights, np.empty(27),
         np.empty(6), np.empty((6, 6)), out,
     )  # fmt: skip
     return out
