@@ -1,5 +1,6 @@
 """The page as a PDF."""
 
+import warnings
 from pathlib import Path
 
 from sagnac.errors import MissingExtra, RecordingError
@@ -48,4 +49,8 @@ def write_pdf(page: str, path: Path) -> None:
     require_pdf()
     from weasyprint import HTML  # noqa: PLC0415
 
-    write_bytes(path, HTML(string=page).write_pdf())
+    with warnings.catch_warnings():
+        # Of what its later versions will need, which is nothing to the reader of this one.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        printed = HTML(string=page).write_pdf()
+    write_bytes(path, printed)
