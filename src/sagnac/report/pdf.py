@@ -18,7 +18,10 @@ def require_pdf() -> None:
         If the Pango library that it draws text with is not, which no Python package brings.
     """
     try:
-        import weasyprint  # noqa: F401, PLC0415
+        with warnings.catch_warnings():
+            # Of what its later versions will need, which is nothing to the reader of this one.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            import weasyprint  # noqa: F401, PLC0415
     except ImportError as error:
         raise MissingExtra("report.pdf", "weasyprint", "pdf") from error
     except OSError as error:
@@ -49,8 +52,4 @@ def write_pdf(page: str, path: Path) -> None:
     require_pdf()
     from weasyprint import HTML  # noqa: PLC0415
 
-    with warnings.catch_warnings():
-        # Of what its later versions will need, which is nothing to the reader of this one.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        printed = HTML(string=page).write_pdf()
-    write_bytes(path, printed)
+    write_bytes(path, HTML(string=page).write_pdf())
