@@ -38,6 +38,7 @@ def test_a_pdf_without_pango_says_what_to_install(monkeypatch, tmp_path):
 
 
 # An older system library than weasyprint would like; it takes fonts whole then.
+@pytest.mark.filterwarnings("ignore:HarfBuzz-Subset:DeprecationWarning")
 def test_a_pdf_is_the_page_on_a4(tmp_path):
     path = tmp_path / "report.pdf"
     html = page(analysis(), block=TitleBlock(title="Acceptance of RLG 7", serial="42"))

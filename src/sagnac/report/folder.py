@@ -8,8 +8,8 @@ from urllib.parse import quote
 from sagnac.analysis.result import Analysis
 from sagnac.formats.files import replacing_folder
 from sagnac.report import document, figures, page, tables
+from sagnac.report import pdf as printer
 from sagnac.report.files import folder_name, write_text
-from sagnac.report.pdf import write_pdf
 from sagnac.report.title_block import TitleBlock
 
 
@@ -158,5 +158,5 @@ def _printed(text: str, folder: Path, sheet: _Sheet) -> list[str]:
     """The page as a PDF, if that is wanted."""
     if not sheet.pdf:
         return []
-    write_pdf(text, folder / "report.pdf")
+    printer.write_pdf(text, folder / "report.pdf")
     return ["report.pdf"]

@@ -1,6 +1,5 @@
 """The page as a PDF."""
 
-import warnings
 from pathlib import Path
 
 from sagnac.errors import MissingExtra, RecordingError
@@ -18,10 +17,7 @@ def require_pdf() -> None:
         If the Pango library that it draws text with is not, which no Python package brings.
     """
     try:
-        with warnings.catch_warnings():
-            # Of what its later versions will need, which is nothing to the reader of this one.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            import weasyprint  # noqa: F401, PLC0415
+        import weasyprint  # noqa: F401, PLC0415
     except ImportError as error:
         raise MissingExtra("report.pdf", "weasyprint", "pdf") from error
     except OSError as error:
