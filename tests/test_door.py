@@ -4,6 +4,7 @@ import pickle
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -253,3 +254,24 @@ def test_the_page_of_the_library_runs_as_it_is_printed(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "unit 7" not in done.stderr
     assert (tmp_path / "rack report" / "index.html").is_file()
+
+
+def test_what_is_no_recording_and_no_specification_is_named(analyzed):
+    for call in (sagnac.analyze, sagnac.check):
+        for wrong in (np.ones(100), "run.csv"):
+            with pytest.raises(TypeError, match=r"read one with read\(path\)"):
+                call(wrong)
+    with pytest.raises(TypeError, match=r"specification is 0\.3"):
+        sagnac.judge(analyzed, 0.3)
+    with pytest.raises(ValueError, match="confidence is 95"):
+        sagnac.align(analyzed, confidence=95.0)
+    assert len(sagnac.plan(analyzed, within=0.02).plans[0].rows) == 1
+    status = analyzed.to_xarray()["bias_instability_status"].sel(channel="x").item()
+    assert status == analyzed.coefficients["bias_instability"].status
+
+
+def test_azimuth_is_foretold_with_the_loudest_gyro(analyzed):
+    quiet = sagnac.align(analyzed, latitude=0.8).prospect.noise
+    loud = replace(quiet, angle_random_walk=9.0 * quiet.angle_random_walk)
+    for triad in ((quiet, loud, quiet), (quiet, quiet, loud)):
+        assert sagnac.align(triad, latitude=0.8).prospect.noise is loud

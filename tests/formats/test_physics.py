@@ -153,8 +153,9 @@ def test_a_unit_turned_by_hand_is_no_bench(tmp_path):
     span = (float(start), float(stop.split()[0].split(";")[0]))
     assert span[1] - span[0] > 25.0
     assert said(tmp_path, {"x": hand_turned()}, **RATE, span=span) == []
-    # A large bias is no motion.
-    assert said(tmp_path, {"x": STILL.rates["x"] + 12.0}, **RATE) == []
+    # A large bias of a gyro that is as noisy is no motion.
+    cheap = bench(3, seconds=100.0, sample_rate=100.0, walk=0.3, bias=0.0)
+    assert said(tmp_path, {"x": cheap.rates["x"] + 12.0}, **RATE) == []
 
 
 def test_a_table_without_its_encoder_is_no_bench(tmp_path):
@@ -162,6 +163,16 @@ def test_a_table_without_its_encoder_is_no_bench(tmp_path):
     fast = turntable(4, seconds=100.0, sample_rate=100.0, table_rate=60.0)
     found = said(tmp_path, {**fast.angles, "alpha": fast.encoder}, **steady)
     assert any("turns steadily at 34.6" in one and "table" in one for one in found)
+    # Slower than the bias of the cheapest gyros, which are a hundred times as noisy.
+    slow = turntable(4, seconds=100.0, sample_rate=100.0, table_rate=30.0)
+    columns = {**slow.angles, "alpha": slow.encoder}
+    assert any("turns steadily at 17.3" in one for one in said(tmp_path, columns, **steady))
+    wrong = {**ANGLE, "table": "alpha:arcsec", "gyros": ("x",)}
+    found = said(tmp_path, columns, **wrong)
+    assert any(
+        "the encoder that is named does not: name its column and unit" in one for one in found
+    )
+    assert said(tmp_path, columns, **{**ANGLE, "gyros": ("x",)}) == []
     swinging = turntable(4, seconds=100.0, sample_rate=100.0, motion="reversing")
     columns = {**swinging.angles, "alpha": swinging.encoder}
     assert any("no still bench" in one for one in said(tmp_path, columns, **steady))

@@ -118,7 +118,7 @@ def align(
     tilt: float | None = None,
     bias: float | None = None,
     table_rate: float | None = None,
-    after: Sequence[float] = (60.0, 600.0, 3600.0),
+    after: float | Sequence[float] = (60.0, 600.0, 3600.0),
     confidence: float = 0.95,
     foretold: str = "",
 ) -> Foresight:
@@ -165,7 +165,12 @@ def align(
         raise ValueError("table_rate needs a latitude, since azimuth is found from Earth rate")
     if bias is not None and not bias >= 0.0:
         raise ValueError(f"bias is {quoted(bias)}; give zero or more")
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")
+    after = (after,) if isinstance(after, float | int) else after
     noises = _noises(source)
+    # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
+    loudest = max(noises, key=lambda one: one.angle_random_walk)
     begun = Start()
     start = Start(
         azimuth=begun.azimuth if azimuth is None else azimuth,
@@ -192,23 +197,23 @@ def align(
     if table_rate is not None:
         try:
             rotating = rotating_azimuth_error(
-                noises[0], latitude=latitude, times=np.array([rest]), table_rate=table_rate,
+                loudest, latitude=latitude, times=np.array([rest]), table_rate=table_rate,
                 bias=start.drift, confidence=confidence,
             )  # fmt: skip
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
-    filtered = aligned(noises[0], latitude=latitude, seconds=rest, start=start)
+    filtered = aligned(loudest, latitude=latitude, seconds=rest, start=start)
     times = np.geomspace(rest / 100.0, rest, 101)
     prospect = Prospect(
-        noise=noises[0],
+        noise=loudest,
         start=start,
         latitude=latitude,
-        compass=azimuth_error(noises[0], latitude=latitude, times=times, confidence=confidence),
+        compass=azimuth_error(loudest, latitude=latitude, times=times, confidence=confidence),
         filtered=filtered,
         rotating=rotating,
         foretold=foretold,
         position=position_error(
-            noises[0], latitude=latitude, covariance=filtered.covariance, seconds=max(after)
+            loudest, latitude=latitude, covariance=filtered.covariance, seconds=max(after)
         ),
     )
     return Foresight(unaided=unaided, prospect=prospect)

@@ -4,6 +4,7 @@ from sagnac.analysis.fits import unobserved
 from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
+from sagnac.errors import quoted
 from sagnac.specification.limits import Limit, Specification, specification_of
 from sagnac.specification.verdict import Judgement, Verdict, judged
 
@@ -51,6 +52,8 @@ def judge(
     """
     if isinstance(specification, str):
         specification = specification_of(specification, risk=risk)
+    if not isinstance(specification, Specification):
+        raise TypeError(f"specification is {quoted(specification)}; give '3e-4deg/sqrt(h)'")
     rows = [
         row
         for limit in specification.limits

@@ -55,7 +55,7 @@ from sagnac.coefficients.model_average import Resting
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.kernels import cache_notes
 from sagnac.lines.model import Line
-from sagnac.recording.model import Recording
+from sagnac.recording.model import Recording, require_recording
 from sagnac.recording.quality import accept, judged_remainder
 from sagnac.table.turns import mean_rate, turns
 
@@ -114,6 +114,7 @@ def analyze(
     >>> analyze(recording, confidence=0.9).settings.confidence
     0.9
     """
+    require_recording(recording)
     settings = replace(settings or Settings(), **choices)
     with _BLAS.limit(limits=1, user_api="blas"):
         found = _of_gyros(recording, settings, progress)

@@ -94,7 +94,7 @@ class Plans:
 def plan(
     source: Analysis | Recording,
     *,
-    within: Sequence[float] = WIDTHS,
+    within: float | Sequence[float] = WIDTHS,
     specification: Specification | str | None = None,
 ) -> Plans:
     """How long to record for an interval of N, or to decide a limit, from a short recording.
@@ -124,6 +124,7 @@ def plan(
     >>> 3.0 < narrow.hours / wide.hours < 6.0
     True
     """
+    within = (within,) if isinstance(within, float | int) else within
     for width in within:
         if not 0.0 < width < 1.0:
             raise ValueError(f"within is {quoted(width)}; give a half width such as 0.01")

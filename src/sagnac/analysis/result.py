@@ -361,8 +361,10 @@ class Analysis:
         -------
         xarray.Dataset
             A variable for each coefficient over ``channel`` and ``figure`` (value, low, high), in
-            the unit of the field, NaN if it was not observable; and over ``tau``, s, the
-            ``deviation`` of the first channel per gyro, ``deviation_low`` and ``deviation_high``.
+            the unit of the field, NaN if it was not observable, with its status, such as
+            ``angle_random_walk_status``: the value of an upper bound is the bound. Over ``tau``,
+            s, the ``deviation`` of the first channel per gyro, ``deviation_low`` and
+            ``deviation_high``.
 
         Raises
         ------
@@ -382,12 +384,15 @@ class Analysis:
             figures = [[row.get(one, math.nan) for one in _FIGURES] for row in found]
             unit = next(row["unit"] for row in found if row)
             variables[name] = (("channel", "figure"), figures, {"units": unit})
+            status = [row.get("status", "not observable") for row in found]
+            variables[f"{name}_status"] = (("channel",), status, {})
         curve = self.curve.per_gyro()
         for name, values in (
             ("deviation", curve.deviation), ("deviation_low", curve.low),
             ("deviation_high", curve.high),
         ):  # fmt: skip
-            variables[name] = (("tau",), values / DEGREE_PER_HOUR, {"units": "deg/h"})
+            beside = {"units": "deg/h", "channel": self.channel}
+            variables[name] = (("tau",), values / DEGREE_PER_HOUR, beside)
         return xarray.Dataset(
             variables,
             coords={

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.arrays import FloatArray
 from sagnac.dataframes import pandas_for
-from sagnac.errors import Note, RecordingError
+from sagnac.errors import Note, RecordingError, quoted
 from sagnac.recording.channel import Channel, Kind, numbers, require_rate, same_values
 from sagnac.recording.columns import Taken, gyro_of, pulses_of, seconds_of, table_of
 from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
@@ -448,6 +448,21 @@ class Recording:
         size = f"{self.samples} samples at {self.sample_rate:g} Hz"
         parts.append(f"{size}, {self.duration:g} s" if self.samples else size)
         return f"Recording({'; '.join([*parts, *([self.path] if self.path else [])])})"
+
+
+def require_recording(value: object) -> None:
+    """Refuse what is no recording.
+
+    Raises
+    ------
+    TypeError
+        With what makes one.
+    """
+    if not isinstance(value, Recording):
+        raise TypeError(
+            f"recording is {quoted(value)}; read one with read(path), or make one with "
+            "Recording.from_arrays(...)"
+        )
 
 
 def second_of(recording: Recording, index: int) -> float:

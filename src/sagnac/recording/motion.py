@@ -1,5 +1,6 @@
 """Gyros that move while nothing tells how: no bench."""
 
+import math
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,9 @@ from sagnac.units import DEGREE
 _SIGMAS: Final = 10.0
 # A rate that never changes is the bias of the cheapest gyros up to here, and a table beyond.
 _LARGEST_BIAS: Final = 25.0 * DEGREE
+# So is one beyond this many times the walk in a root second: 200 deg/s for 1 deg/sqrt(h). Of MEMS
+# units as they are sold it is 70 at most.
+_BIAS_OVER_WALK: Final = 12_000.0
 
 
 def motion_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
@@ -35,7 +39,8 @@ def motion_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple
     limit = max(TURNING_RATE, _SIGMAS * scale / np.sqrt(length))
     moves = np.flatnonzero(off > limit)
     if moves.size == 0:
-        return _turns_steadily(gyro, middle)
+        walk = scale / math.sqrt(recording.sample_rate)
+        return _turns_steadily(recording, gyro, middle, max(TURNING_RATE, _BIAS_OVER_WALK * walk))
     between = longest_between(rates.size, moves)
     edges = np.append(starts, recording.samples)
     still = type(between)(first=int(edges[between.first]), after=int(edges[between.after]))
@@ -48,11 +53,17 @@ def motion_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple
     return (Note(name="motion", level="error", channel=gyro.name, text=text),)
 
 
-def _turns_steadily(gyro: Channel, rate: float) -> tuple[Note, ...]:
-    if abs(rate) < _LARGEST_BIAS:
+def _turns_steadily(
+    recording: Recording, gyro: Channel, rate: float, largest: float
+) -> tuple[Note, ...]:
+    """A mean rate beyond the `largest` bias that a gyro of such noise has, rad/s: a warning."""
+    if abs(rate) < min(_LARGEST_BIAS, largest):
         return ()
+    why = "and no encoder is named: name it with {table}"
+    if recording.table is not None:
+        why = "and the encoder that is named does not: name its column and unit with {table}"
     text = (
-        f"turns steadily at {rate / DEGREE:.4g} deg/s, as on a table, and no encoder is named: "
-        "name it with {table}, or state the right {unit}"
+        f"turns steadily at {rate / DEGREE:.4g} deg/s, as on a table, {why}, or state the right "
+        "{unit}"
     )
     return (Note(name="motion", level="warning", channel=gyro.name, text=text),)

@@ -15,7 +15,7 @@ from sagnac.recording.encoder_mismatch import across_notes, table_notes
 from sagnac.recording.gaps import stamp_notes
 from sagnac.recording.interleaved import interleaved_notes
 from sagnac.recording.jumps import jump_notes
-from sagnac.recording.model import MINIMUM_SAMPLES, Recording
+from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
 from sagnac.recording.motion import motion_notes
 from sagnac.recording.not_finite import not_finite_notes
 from sagnac.recording.pairs import pair_notes
@@ -222,6 +222,7 @@ def check(recording: Recording, *, accepted: Container[str] = ()) -> tuple[Note,
     >>> [note.level for note in check(stuck)][:1]
     ['error']
     """
+    require_recording(recording)
     doubts = [note for note in recording.notes if note.level == "warning"]
     return ranked((*doubts, *accept(_findings(recording), accepted)))
 

@@ -161,12 +161,24 @@ def drift_notes(unaided: Unaided) -> list[str]:
         f"{TITLES[name]} was not observable, so that nothing of it is in here"  # type: ignore[index]
         for name in sorted(open_names)
     ]
+    bounded = {name for noise in unaided.noises for name in noise.bounds}
+    notes += [
+        f"{TITLES[name]} of {_who(unaided, name)} is zero here: only an upper bound is known"  # type: ignore[index]
+        for name in sorted(bounded)
+    ]
     if len({id(noise) for noise in unaided.noises}) == 1:
         notes.append("one gyro stands for all three axes")
     if not unaided.latitude_stated:
         notes.append("the latitude is not stated; it counts little over minutes")
     notes.append("accelerometers are ideal, and the vehicle stands still")
     return notes
+
+
+def _who(unaided: Unaided, name: str) -> str:
+    """The axes of whose gyros a coefficient is bounded only."""
+    axes = zip(("north", "east", "down"), unaided.noises, strict=True)
+    found = [axis for axis, noise in axes if name in noise.bounds]
+    return "all axes" if len(found) == len(unaided.noises) else " and ".join(found)
 
 
 def drift_figure(unaided: Unaided) -> Figure:
