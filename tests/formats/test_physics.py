@@ -172,6 +172,9 @@ def test_a_table_without_its_encoder_is_no_bench(tmp_path):
     assert any(
         "the encoder that is named does not: name its column and unit" in one for one in found
     )
+    # No bias of such a gyro: no figure may rest on it.
+    found = [note for note in check(read(tmp_path / "run.csv", **wrong)) if note.name == "motion"]
+    assert [note.level for note in found] == ["error"]
     assert said(tmp_path, columns, **{**ANGLE, "gyros": ("x",)}) == []
     swinging = turntable(4, seconds=100.0, sample_rate=100.0, motion="reversing")
     columns = {**swinging.angles, "alpha": swinging.encoder}

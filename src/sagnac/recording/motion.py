@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.errors import Note
+from sagnac.errors import Level, Note
 from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_mismatch import TURNING_RATE, block_rates
 from sagnac.recording.model import Recording, second_of
@@ -56,7 +56,8 @@ def motion_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple
 def _turns_steadily(
     recording: Recording, gyro: Channel, rate: float, largest: float
 ) -> tuple[Note, ...]:
-    """A mean rate beyond the `largest` bias that a gyro of such noise has, rad/s: a warning."""
+    """A mean rate beyond the bias of any gyro: a warning; or beyond the `largest`, rad/s, that one
+    of such noise has: an error, since what is read then is the error of the table."""
     if abs(rate) < min(_LARGEST_BIAS, largest):
         return ()
     why = "and no encoder is named: name it with {table}"
@@ -66,4 +67,5 @@ def _turns_steadily(
         f"turns steadily at {rate / DEGREE:.4g} deg/s, as on a table, {why}, or state the right "
         "{unit}"
     )
-    return (Note(name="motion", level="warning", channel=gyro.name, text=text),)
+    level: Level = "error" if abs(rate) >= largest else "warning"
+    return (Note(name="motion", level=level, channel=gyro.name, text=text),)
