@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import fastjsonschema
 
@@ -14,6 +14,14 @@ from sagnac.errors import RecordingError
 ANALYSIS: Final = "sagnac.analysis/1"
 ANALYSES: Final = "sagnac.analyses/1"
 _REMEDY: Final = "give the analysis.json that an analysis wrote, as it wrote it"
+
+
+class Documented(Protocol):
+    """What has a document of schema ``sagnac.analysis/1``: an analysis."""
+
+    def to_json(self) -> str:
+        """The document."""
+        ...
 
 
 def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:

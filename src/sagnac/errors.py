@@ -205,7 +205,7 @@ def one_line(text: str) -> str:
 
 
 def rounded(value: float, digits: int = 2) -> str:
-    """A number with so many digits that count, as a person writes it: without a power of ten.
+    """A number rounded to some significant digits, written as a person does: no power of ten.
 
     Examples
     --------

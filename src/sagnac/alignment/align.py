@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from sagnac.alignment.initial import Alignment, Start, aligned
 from sagnac.alignment.noise import GyroNoise
 from sagnac.alignment.position import PositionError, position_error
 from sagnac.alignment.rotating import rotating_azimuth_error
+from sagnac.documents import Documented
 from sagnac.errors import quoted
 from sagnac.units import DEGREE
 
@@ -23,14 +24,6 @@ _POINTS: Final = 41  # of a picture
 _SHORTEST: Final = 0.01  # of the longest time in it
 
 Triad = tuple[GyroNoise, GyroNoise, GyroNoise]
-
-
-class Documented(Protocol):
-    """What has a document of schema ``sagnac.analysis/1``: an analysis."""
-
-    def to_json(self) -> str:
-        """The document."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

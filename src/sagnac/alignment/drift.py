@@ -248,7 +248,7 @@ def _twice_integrated(lag: FloatArray) -> FloatArray:
 
 
 def _rest_variance(noise: GyroNoise, rest: float) -> float:
-    """Of the mean rate over a rest about the bias at its end, without flicker, (rad/s)^2."""
+    """Variance of the mean rate of a rest about the bias at its end, no flicker, (rad/s)^2."""
     return noise.angle_random_walk**2 / rest + noise.rate_random_walk**2 * rest / 3.0
 
 

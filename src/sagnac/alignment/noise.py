@@ -10,11 +10,16 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.arrays import FloatArray
+from sagnac.coefficients.laws import CoefficientName
 from sagnac.documents import read_analyses
 from sagnac.errors import RecordingError, quoted
 from sagnac.units import COEFFICIENT_UNITS
 
-NAMES: Final = ("angle_random_walk", "bias_instability", "rate_random_walk")
+NAMES: Final[tuple[CoefficientName, ...]] = (
+    "angle_random_walk",
+    "bias_instability",
+    "rate_random_walk",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -42,8 +47,8 @@ class GyroNoise:
     bias_instability: float = 0.0
     rate_random_walk: float = 0.0
     covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
-    unseen: tuple[str, ...] = ()
-    bounds: Mapping[str, float] = field(default_factory=dict)
+    unseen: tuple[CoefficientName, ...] = ()
+    bounds: Mapping[CoefficientName, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in NAMES:
@@ -131,7 +136,9 @@ class GyroNoise:
             If N is not observable.
         """
         stated = {**document["coefficients"], NAMES[0]: document["angle_random_walk"]}
-        values, unseen, bounds = [], [], {}
+        values: list[float] = []
+        unseen: list[CoefficientName] = []
+        bounds: dict[CoefficientName, float] = {}
         for name in NAMES:
             one = stated.get(name) or {"status": "not observable"}
             bounded = name == NAMES[0] and one["status"] == "upper bound"
@@ -157,7 +164,7 @@ class GyroNoise:
         )
 
 
-def _errors(stated: Mapping[str, Any], unseen: list[str]) -> list[float]:
+def _errors(stated: Mapping[str, Any], unseen: list[CoefficientName]) -> list[float]:
     """Standard errors of N, B and K in SI by their intervals; zeros for what was not estimated."""
     errors = []
     for name in NAMES:
@@ -172,7 +179,7 @@ def _errors(stated: Mapping[str, Any], unseen: list[str]) -> list[float]:
 
 
 def _covariance(
-    stated: Mapping[str, Any] | None, unseen: list[str], errors: list[float]
+    stated: Mapping[str, Any] | None, unseen: list[CoefficientName], errors: list[float]
 ) -> FloatArray:
     """(3, 3) of N, B and K in SI; of their errors alone if the document states none."""
     if stated is None:

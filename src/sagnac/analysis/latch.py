@@ -139,7 +139,7 @@ def white_noise(angle: FloatArray) -> float:
 
 
 def _share(followed: Measurement, table: TurningTable) -> float:
-    """Of the table's rate that what is measured senses."""
+    """Share of the table's rate that the measured channel senses."""
     shares = [table.shares.get(name, 0.0) for name in followed.gyros]
     if len(shares) == 1:
         return abs(shares[0])

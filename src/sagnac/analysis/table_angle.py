@@ -104,7 +104,7 @@ def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) 
 
 
 def _rms_rate(angle: FloatArray, sample_rate: float) -> float:
-    """Of a table that may turn back or stand, rad/s."""
+    """Root mean square rate of a table that may turn back or stand, rad/s."""
     block = max(1, round(sample_rate / KINEMATIC_RATE))
     return float(np.sqrt(np.mean(np.diff(averages_of(angle, block)) ** 2))) * sample_rate / block
 

@@ -205,7 +205,7 @@ def _slopes(cosine: CosineSpectrum, index: NDArray[np.int64], beside: FloatArray
 
 
 def _laws(cosine: CosineSpectrum, index: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """(laws, ordinates) expected squares but for a factor, and (laws,) weights before the data.
+    """Expected squares up to a factor, (laws, ordinates), and prior weights, (laws,).
 
     The index at which a slow term crosses the least slow one is evenly likely below the first, and
     evenly in its logarithm above.

@@ -1,8 +1,14 @@
-"""What each tool means by its noise parameters, where it says so, and what it has no place for."""
+"""Tools whose settings are written: how each defines its noise parameters, and which it lacks."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal
+
+ToolName = Literal[
+    "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
+    "imu-tools", "px4", "kf-gins", "psins", "toml", "json",
+]  # fmt: skip
+"""Whose settings are written."""
 
 Axes = Literal["one", "three", "any"]
 """How many noises a tool takes: one for all axes, one for each of x, y and z, or any number."""

@@ -4,11 +4,12 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal, Protocol
+from typing import Final, Literal
 
+from sagnac.documents import Documented
 from sagnac.errors import quoted
 from sagnac.filters.datasheet import datasheet_setting
-from sagnac.filters.definitions import definition_of
+from sagnac.filters.definitions import ToolName, definition_of
 from sagnac.filters.exports import Wanted, exported
 from sagnac.filters.sensors import sensors_in, sensors_of
 from sagnac.filters.settings import FilterSetting, setting_of
@@ -16,11 +17,6 @@ from sagnac.filters.state_space import FilterModel
 from sagnac.formats.files import replacing
 from sagnac.stability.names import check_choice
 from sagnac.version import __version__
-
-ToolName = Literal[
-    "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
-    "imu-tools", "px4", "kf-gins", "psins", "toml", "json",
-]  # fmt: skip
 
 _SUFFIXES: Final[Mapping[str, ToolName]] = {
     ".yaml": "kalibr",
@@ -31,14 +27,6 @@ _SUFFIXES: Final[Mapping[str, ToolName]] = {
     ".toml": "toml",
     ".json": "json",
 }
-
-
-class Documented(Protocol):
-    """What has a document of schema ``sagnac.analysis/1``: an analysis."""
-
-    def to_json(self) -> str:
-        """The document."""
-        ...
 
 
 Source = Documented | str | Path

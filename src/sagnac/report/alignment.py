@@ -133,7 +133,7 @@ def notes_of(prospect: Prospect) -> list[str]:
     unseen = prospect.noise.unseen
     notes = [prospect.foretold] if prospect.foretold else []
     notes += [
-        f"{TITLES[name]} was not estimated and is taken as zero"  # type: ignore[index]
+        f"{TITLES[name]} was not estimated and is taken as zero"
         + (", and as its upper bound in the second figure" if name in prospect.noise.bounds else "")
         for name in unseen
         if name != "angle_random_walk"

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from sagnac.alignment.align import Unaided
 from sagnac.alignment.drift import PARTS, Drift, Growth
+from sagnac.coefficients.laws import CoefficientName
 from sagnac.plot.frame import BLUE, INK, ORANGE, logarithmic
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.style import legend_above, styled
@@ -158,12 +159,13 @@ def drift_notes(unaided: Unaided) -> list[str]:
         if name != "angle_random_walk" and name not in noise.bounds
     }
     notes += [
-        f"{TITLES[name]} was not observable, so that nothing of it is in here"  # type: ignore[index]
+        f"{TITLES[name]} was not observable, so that nothing of it is in here"
         for name in sorted(open_names)
     ]
     bounded = {name for noise in unaided.noises for name in noise.bounds}
     notes += [
-        f"{TITLES[name]} of {_who(unaided, name)} is zero here: only an upper bound is known"  # type: ignore[index]
+        f"{TITLES[name]} of {_bounded_axes(unaided, name)} is zero here: "
+        "only an upper bound is known"
         for name in sorted(bounded)
     ]
     if len({id(noise) for noise in unaided.noises}) == 1:
@@ -174,7 +176,7 @@ def drift_notes(unaided: Unaided) -> list[str]:
     return notes
 
 
-def _who(unaided: Unaided, name: str) -> str:
+def _bounded_axes(unaided: Unaided, name: CoefficientName) -> str:
     """The axes of whose gyros a coefficient is bounded only."""
     axes = zip(("north", "east", "down"), unaided.noises, strict=True)
     found = [axis for axis, noise in axes if name in noise.bounds]

@@ -65,7 +65,7 @@ class Measured:
             for name, one in alone.items()
         }
         if not document.get("gyros"):
-            # Of a triad on a table the other terms are of a pair, which stands for each.
+            # A triad on a table has only N of each gyro; the other terms are those of the pair.
             (pair,) = gyros.values()
             gyros = {
                 name: {**pair, **_of_document({}, own, "gyro")}
@@ -128,7 +128,7 @@ class Measured:
 def _three(
     found: Mapping[str, Mapping[str, float]], names: tuple[str, str, str]
 ) -> list[Mapping[str, float]]:
-    """Of the three axes: three in their order if none has such a name, else each or the first."""
+    """Sensors for the three axes: by name, in order if no name fits, else the first for all."""
     if len(found) == 3 and not set(names) & set(found):
         return list(found.values())
     first = next(iter(found.values()))

@@ -10,12 +10,7 @@ from sagnac.cli.errors import UsageError
 from sagnac.cli.options import Debug, Force, names
 from sagnac.cli.output import print_paths, require_writable
 from sagnac.errors import one_line
-
-# As of `sagnac.filters.export.ToolName`, which --help does not wait for.
-ToolName = Literal[
-    "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
-    "imu-tools", "px4", "kf-gins", "psins", "toml", "json",
-]  # fmt: skip
+from sagnac.filters.definitions import ToolName
 
 
 def export(
