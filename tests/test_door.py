@@ -40,6 +40,7 @@ NAMES = {
     "analyze",
     "campaign",
     "check",
+    "deviation_at_every_tau",
     "export",
     "fast_orthogonal_search",
     "fit_coefficients",

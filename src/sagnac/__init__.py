@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from sagnac.specification.limits import Specification
     from sagnac.specification.verdict import Verdict
     from sagnac.stability.curve import StabilityCurve, stability_curve
+    from sagnac.stability.every_cluster import deviation_at_every_tau
 
 __all__ = [
     "Analysis",
@@ -85,6 +86,7 @@ __all__ = [
     "analyze",
     "campaign",
     "check",
+    "deviation_at_every_tau",
     "export",
     "fast_orthogonal_search",
     "fit_coefficients",
@@ -127,6 +129,7 @@ _HOME: Final = {
     "analyze": "sagnac.analysis.pipeline",
     "campaign": "sagnac.fleet.campaign",
     "check": "sagnac.recording.quality",
+    "deviation_at_every_tau": "sagnac.stability.every_cluster",
     "export": "sagnac.filters.export",
     "fast_orthogonal_search": "sagnac.lines.orthogonal_search",
     "fit_coefficients": "sagnac.coefficients.fit",
