@@ -12,8 +12,8 @@ takes O(M log^2 M).
 
 The angle of a random walk of the rate is large beside its differences over a small cluster, and
 the expansion would lose them to rounding. V(m) does not change if a straight line is taken from
-x; so clusters of like size are summed in stretches of eight of the longest, each without its own line,
-and what two stretches share is subtracted.
+x; so clusters of like size are summed in stretches of eight of the longest, each without its
+own line, and what two stretches share is subtracted.
 """
 
 from typing import Final
