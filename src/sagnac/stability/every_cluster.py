@@ -157,9 +157,7 @@ def _add_rectangles(sums: FloatArray, head: FloatArray, size: int) -> None:
     first = head[:, : count * size].reshape(-1, count, size)[:, :, :half]
     second = head.reshape(-1, count, 2 * size)[:, :, size:]
     period = 3 * half
-    spectrum = np.einsum(
-        "rcf,rcf->cf", np.conj(fft.rfft(first, period)), fft.rfft(second, period)
-    )
+    spectrum = np.einsum("rcf,rcf->cf", np.conj(fft.rfft(first, period)), fft.rfft(second, period))
     # Circular lags -(half - 1) .. size - 1 belong to m = b + size + lag.
     products = np.roll(fft.irfft(spectrum, period), half - 1, axis=1)
     for parity in (0, 1):
