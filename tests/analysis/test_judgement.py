@@ -6,6 +6,7 @@ import pytest
 
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.settings import Settings
+from sagnac.errors import Note
 from sagnac.specification.limits import specification_of
 from tests.handmade import N, analysis, estimate
 
@@ -46,3 +47,13 @@ def test_what_was_not_measured_of_a_gyro_is_undecided():
 )
 def test_bounds_and_what_is_not_observable(text, decision):
     assert judged(analysis(gyros=("x",)), text).decision == decision
+
+
+def test_a_unit_in_doubt_decides_nothing():
+    made = analysis(gyros=("x", "z"))
+    for channel, decision in (("time", "undecided"), ("x", "undecided"), ("ax, ay", "pass")):
+        doubt = Note(name="units", level="warning", channel=channel, text="looks wrong")
+        verdict = judged(replace(made, notes=(*made.notes, doubt)), "3e-5deg/sqrt(h)")
+        assert verdict.decision == decision
+    accepted = replace(doubt, channel="time", level="remark")
+    assert judged(replace(made, notes=(accepted,)), "3e-5deg/sqrt(h)").decision == "pass"

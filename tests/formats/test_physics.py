@@ -26,6 +26,14 @@ def table(**more: Floats) -> dict[str, Floats]:
     return {**TURNING.angles, "alpha": TURNING.encoder, **more}
 
 
+def turning_rates() -> dict[str, Floats]:
+    """Rates, arcsec/s, beside the encoder."""
+    rates = {name: np.diff(one, prepend=one[0]) * 100.0 for name, one in TURNING.angles.items()}
+    for one in rates.values():
+        one[0] = one[1]
+    return {**rates, "alpha": TURNING.encoder}
+
+
 def said(folder: Path, held: Mapping[str, Floats], **stated: Any) -> list[str]:
     """Every warning and error of a file read so."""
     path = folder / "run.csv"
@@ -71,6 +79,48 @@ STATED: dict[str, tuple[dict[str, Floats], dict[str, Any], dict[str, Any], tuple
         {"kind": "angle", "unit": "arcsec", "table": "alpha:deg", "time": "t:ms"},
         {"kind": "angle", "unit": "arcsec", "table": "alpha:deg", "time": "t:s"},
         ("the unit ms looks wrong", "time=t:s"),
+    ),
+    "milliseconds called seconds, still": (
+        {"t": 1e3 * STILL.times, **STILL.rates},
+        {"kind": "rate", "unit": "deg/s", "time": "t:s"},
+        {"kind": "rate", "unit": "deg/s", "time": "t:ms"},
+        ("1000 times too large", "those of 100 Hz", "time=COLUMN:ms"),
+    ),
+    "0.1 Hz for 100 Hz, still": (
+        STILL.rates,
+        {**RATE, "sample_rate": 0.1},
+        RATE,
+        ("1000 times too large", "rate=100"),
+    ),
+    "milliseconds called seconds, turning": (
+        {"t": 1e3 * TURNING.times, **table()},
+        {"kind": "angle", "unit": "arcsec", "table": "alpha:deg", "time": "t:s"},
+        {"kind": "angle", "unit": "arcsec", "table": "alpha:deg", "time": "t:ms"},
+        ("of Earth rate across a table", "1000 times", "rate=100"),
+    ),
+    "rates, milliseconds called seconds, turning": (
+        {"t": 1e3 * TURNING.times, **turning_rates()},
+        {"kind": "rate", "unit": "arcsec/s", "table": "alpha:deg", "time": "t:s"},
+        {"kind": "rate", "unit": "arcsec/s", "table": "alpha:deg", "time": "t:ms"},
+        ("1000 times too large", "does not follow gyro"),
+    ),
+    "deg called arcsec, turning": (
+        table(**{name: one / 3600.0 for name, one in TURNING.angles.items()}),
+        ANGLE,
+        {**ANGLE, "unit": "deg"},
+        ("in deg it would sense 57.7 %", "unit=deg"),
+    ),
+    "rad called deg, turning": (
+        table(**{name: one / 206264.8 for name, one in TURNING.angles.items()}),
+        {**ANGLE, "unit": "deg"},
+        {**ANGLE, "unit": "rad"},
+        ("in rad it would sense 57.7 %", "unit=rad"),
+    ),
+    "deg called rad, turning": (
+        table(**{name: one / 3600.0 for name, one in TURNING.angles.items()}),
+        {**ANGLE, "unit": "rad"},
+        {**ANGLE, "unit": "deg"},
+        ("times as fast as the table", "in deg it would sense 57.7 %", "unit=deg"),
     ),
     "deg/s called rad/s": (
         STILL.rates,
@@ -118,6 +168,29 @@ def test_what_is_stated_wrongly_is_named_with_what_would_be_right(tmp_path, case
     assert found
     assert all(any(word in one for one in found) for word in words), found
     assert said(tmp_path, columns, **right) == []
+
+
+@pytest.mark.parametrize(
+    "case", ["deg called arcsec, turning", "milliseconds called seconds, turning"]
+)
+def test_a_unit_that_the_table_contradicts_leaves_no_figure(tmp_path, case):
+    columns, wrong, *_ = STATED[case]
+    said(tmp_path, columns, **wrong)
+    found = judged(read(tmp_path / "run.csv", **wrong))
+    assert {note.level for note in found if note.channel in "xyz"} == {"error"}
+    # One gyro across the axis beside one that senses the table is no such case.
+    made = turntable(3, seconds=100.0, sample_rate=100.0, shares={"x": 1.6e-4, "z": 0.98})
+    said(tmp_path, {**made.angles, "alpha": made.encoder}, **ANGLE)
+    found = judged(read(tmp_path / "run.csv", **ANGLE))
+    assert {note.level for note in found} == {"warning"}
+
+
+def test_slow_readings_of_a_day_and_a_few_days_at_a_hertz_are_sound(tmp_path):
+    stated = {"kind": "rate", "unit": "deg/h"}
+    random = np.random.default_rng(6)
+    for apart, samples in ((10.0, 8640), (1.0, 3 * 86_400), (0.2, 86_400)):
+        columns = {"t": apart * np.arange(samples), "x": 2.0 + random.standard_normal(samples)}
+        assert said(tmp_path, columns, **stated, time="t:s") == []
 
 
 def test_accelerometers_in_g_read_as_gyros_are_named(tmp_path):

@@ -1,5 +1,7 @@
 """Whether the gyros of an analysis keep a specification."""
 
+from dataclasses import replace
+
 from sagnac.analysis.fits import unobserved
 from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.result import Analysis
@@ -15,7 +17,7 @@ def verdict_of(analysis: Analysis) -> Verdict | None:
     N of a triad is judged for each gyro, all else for what the curve is of: one gyro, or what the
     difference of two makes per gyro. A gyro of a triad that is not in that difference is undecided
     there, for nothing was measured of it. At rest each gyro is judged by its own analysis; one
-    that was refused is undecided.
+    that was refused is undecided. All are undecided if a unit is in doubt.
     """
     specification = analysis.settings.specification
     return None if specification is None else judge(analysis, specification)
@@ -60,6 +62,9 @@ def judge(
         for one in analysis.each
         for row in _rows(one, limit, specification)
     ]
+    doubt = _doubt(analysis)
+    if doubt:
+        rows = [replace(row, decision="undecided", reason=doubt) for row in rows]
     rows += [
         judged(name, limit, _unseen(analysis, limit), specification)
         for limit in specification.limits
@@ -67,6 +72,19 @@ def judge(
         if name in analysis.refused
     ]
     return Verdict(specification=specification, judgements=tuple(rows))
+
+
+def _doubt(analysis: Analysis) -> str:
+    """Why no figure decides: a unit of the gyros or of time looks wrong, and nobody accepted it."""
+    doubted = {
+        name
+        for one in (analysis, *analysis.each)
+        for note in one.findings
+        if note.name == "units" and note.level == "warning"
+        for name in note.channel.split(", ")
+    }
+    known = [name for name in ("time", *analysis.settings.gyros) if name in doubted]
+    return f"the unit of {', '.join(known)} is in doubt" if known else ""
 
 
 def _rows(analysis: Analysis, limit: Limit, specification: Specification) -> list[Judgement]:

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
-from sagnac.errors import Note, RecordingError, counted
+from sagnac.errors import Level, Note, RecordingError, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.soundness import remedy_of
 from sagnac.recording.stretches import Places, longest_between
-from sagnac.units import DEGREE, split_factor
+from sagnac.units import DEGREE, UNITS, split_factor
 
 # A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor.
 LARGEST_SHARE: Final = 1.1
@@ -28,6 +28,9 @@ LEAST_SHARE: Final = 0.05
 # leaves 0.017 of the whole. From the other on it senses the table.
 LEAST_SENSED: Final = 0.02
 _SENSES: Final = 0.2
+# Units that are taken for one another.
+_UNITS_OF_RATE: Final = ("deg/s", "rad/s", "deg/h")
+_UNITS_OF_ANGLE: Final = ("arcsec", "deg", "rad")
 # A gyro is said to turn above this rate: more than the bias of any gyro on a rate table, except
 # a MEMS gyro as it comes from the factory.
 TURNING_RATE: Final = 2.0 * DEGREE
@@ -125,9 +128,11 @@ def _encoder_error(recording: Recording, gyro: Channel) -> Note | None:
         )
         return Note(name="encoder", level="error", channel="table", text=text)
     if abs(share) > LARGEST_SHARE:
+        likely = _likely_unit(gyro, share, recording.sample_rate)
+        right = f"; {likely}" if likely else "; state {unit} and {kind}"
         text = (
-            f"turns {share:.3g} times as fast as the table: a unit or kind is wrong; "
-            "state {unit} and {kind}, or the table's with {table COLUMN:UNIT}"
+            f"turns {share:.3g} times as fast as the table: a unit or kind is wrong{right}, or the "
+            "table's with {table COLUMN:UNIT}"
         )
         return Note(name="encoder", level="error", channel=gyro.name, text=text)
     return _unfollowed_jump(recording, recording.table, gyro, share)
@@ -197,7 +202,8 @@ def table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
 def across_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     """A gyro that senses next to nothing of a table that turns: a warning.
 
-    It names the gyro that does, or the unit of the encoder in which this one would.
+    It names the gyro that does, or the unit in which this one would. If no gyro senses the table,
+    and in one other unit all of them would, that is an error: what is read is in the wrong unit.
     """
     table = recording.table
     if table is None:
@@ -211,6 +217,8 @@ def across_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     others = {one.name: _sensed(recording, one, table) for one in recording.gyros}
     best = max(others, key=lambda name: abs(others[name]))
     in_degrees = share / DEGREE
+    level: Level = "warning"
+    likely = {_likely_unit(one, others[one.name], recording.sample_rate) for one in recording.gyros}
     if abs(others[best]) > _SENSES:
         text += f", while gyro {best} senses {100.0 * others[best]:.3g} %: name that ({{gyros}})"
     elif split_factor(table.shown_in)[1] == "rad" and _SENSES < abs(in_degrees) < LARGEST_SHARE:
@@ -219,9 +227,49 @@ def across_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
             f"{100.0 * in_degrees:.3g} % of it if the encoder were in degrees: state "
             "{table COLUMN:deg}"
         )
+    elif "" not in likely:
+        level = "error"
+        own = _likely_unit(gyro, share, recording.sample_rate)
+        text = f"senses {100.0 * share:.2g} % of the table rate: {own}"
     else:
         text += ", or a unit or kind is wrong ({unit}, {kind}, {table COLUMN:UNIT})"
-    return (Note(name="encoder", level="warning", channel=gyro.name, text=text),)
+    return (Note(name="encoder", level=level, channel=gyro.name, text=text),)
+
+
+def _likely_unit(gyro: Channel, share: float, sample_rate: float) -> str:
+    """The unit, kind or unit of time in which a gyro would sense the table; empty if none is.
+
+    Parameters
+    ----------
+    gyro
+        As stated.
+    share
+        Of the table rate that it senses as stated.
+    sample_rate
+        Hz.
+    """
+    factor, stated = split_factor(gyro.shown_in)
+    said = "" if factor == 1.0 else f"{factor:g}"
+    units = _UNITS_OF_RATE if gyro.kind == "rate" else _UNITS_OF_ANGLE
+    found = [
+        (
+            share * UNITS[unit].size / UNITS[stated].size,
+            f"in {said}{unit}",
+            f"{{unit {said}{unit}}}",
+        )
+        for unit in units
+        if unit != stated and stated in UNITS
+    ]
+    if gyro.kind == "rate":
+        # The table's rate has the unit of time, and that of the gyro has its own.
+        for times, which in ((1e-3, "larger"), (1e3, "smaller")):
+            found.append(
+                (share * times, f"in a unit of time a thousand times {which}", "{time COLUMN:UNIT}")
+            )
+    for other, where, statement in found:
+        if _SENSES < abs(other) < LARGEST_SHARE:
+            return f"{where} it would sense {100.0 * other:.3g} %; state {statement}"
+    return ""
 
 
 def _sensed(recording: Recording, gyro: Channel, table: Channel) -> float:

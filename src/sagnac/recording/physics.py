@@ -1,17 +1,22 @@
-"""What sensors at rest have to show: gravity and Earth rate, which tell a wrong unit by name."""
+"""What sensors have to show: gravity and Earth rate, which tell a wrong unit by name."""
 
+import math
 from typing import Final
 
 import numpy as np
 
+from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.constants import EARTH_RATE
 from sagnac.errors import Note
 from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_mismatch import block_rates
+from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
+from sagnac.recording.wrong_unit import likely_time_factor
 from sagnac.units import (
     ACCELERATION_UNITS,
+    DEGREE,
     DEGREE_PER_HOUR,
     STANDARD_GRAVITY,
     UNITS,
@@ -33,6 +38,13 @@ _STEADY: Final = 0.02
 # Units that a rate is taken in by mistake, and those of an angle.
 _RATES: Final = ("deg/s", "rad/s", "deg/h")
 _ANGLES: Final = ("arcsec", "deg", "rad")
+# Earth rate across a table's axis, of Earth's: least and most of it that a table shows. Below lie
+# only the poles of the Earth, and tables whose axis points there.
+_ACROSS: Final = (0.02, 1.2)
+# Share from which on a gyro lies too near the axis to sense what is across it.
+_ALONG: Final = 0.9
+_TURNS: Final = 4.0
+_FITTED: Final = 20_000
 
 
 def gravity_notes(recording: Recording) -> tuple[Note, ...]:
@@ -139,3 +151,46 @@ def _mean_of(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray 
 
 def _is_near(value: float, wanted: float, within: float) -> bool:
     return wanted * (1.0 - within) <= value <= wanted * (1.0 + within)
+
+
+def earth_on_table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+    """A turning table that shows no Earth rate, and would in another unit of time: an error.
+
+    Across its axis Earth rate is a cosine of the table's angle. In a gyro's angle it has the
+    amplitude of that rate over the table's, whatever the unit of time that both were stated in.
+
+    Parameters
+    ----------
+    recording
+        With a table; its sample rate may be the doubtful one.
+    gyro
+        Of angles or increments: a rate in a wrong unit of time contradicts the table's.
+    """
+    factor = likely_time_factor(recording)
+    table = recording.table
+    if factor is None or table is None or gyro.kind == "rate":
+        return ()
+    every = max(1, recording.samples // _FITTED)
+    angle = series.every(table.values, every)
+    turned = abs(float(angle[-1] - angle[0]))
+    if turned < _TURNS * 2.0 * math.pi:
+        return ()
+    columns = np.stack([np.ones_like(angle), angle, np.cos(angle), np.sin(angle)], axis=1)
+    values = series.every(angle_of(gyro, recording.sample_rate), every)
+    _, share, cosine, sine = np.linalg.lstsq(columns, values, rcond=None)[0]
+    if not abs(share) < _ALONG:
+        return ()
+    across = math.hypot(cosine, sine) * turned / recording.duration / math.sqrt(1.0 - share**2)
+    if not (across < _ACROSS[0] * EARTH_RATE and _is_across(across * factor)):
+        return ()
+    text = (
+        f"shows {across / DEGREE_PER_HOUR:.3g} deg/h of Earth rate across a table at "
+        f"{turned / recording.duration / DEGREE:.3g} deg/s; if the unit of time is {factor:g} "
+        f"times smaller, it shows {factor:g} times as much, as it may: state the right "
+        f"{{time COLUMN:UNIT}} or {{rate {recording.sample_rate * factor:.6g}}}"
+    )
+    return (Note(name="units", level="error", channel=gyro.name, text=text),)
+
+
+def _is_across(rate: float) -> bool:
+    return _ACROSS[0] * EARTH_RATE < rate < _ACROSS[1] * EARTH_RATE

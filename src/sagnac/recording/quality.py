@@ -19,7 +19,7 @@ from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
 from sagnac.recording.motion import motion_notes
 from sagnac.recording.not_finite import not_finite_notes
 from sagnac.recording.pairs import pair_notes
-from sagnac.recording.physics import earth_notes, gravity_notes
+from sagnac.recording.physics import earth_notes, earth_on_table_notes, gravity_notes
 from sagnac.recording.profile import Profile, profile_of
 from sagnac.recording.repeats import repeat_notes
 from sagnac.recording.resolution import resolution_notes
@@ -29,7 +29,7 @@ from sagnac.recording.stuck import stuck_notes
 from sagnac.recording.twice import twice_notes
 from sagnac.recording.unsteady import step_notes, unsteady_notes
 from sagnac.recording.wraps import wrap_notes
-from sagnac.recording.wrong_unit import wrong_unit_notes
+from sagnac.recording.wrong_unit import rate_doubts, wrong_unit_notes
 
 # A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
 _AT_REST: Final = math.radians(1.0)
@@ -87,7 +87,7 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     chosen = [recording.gyro(name) for name in gyros] if gyros else list(recording.gyros)
     turns = recording.table is not None and _turned(recording.table) > _AT_REST
     profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
-    notes: list[Note] = [] if turns else list(earth_notes(recording))
+    notes = [*rate_doubts(recording), *(() if turns else earth_notes(recording))]
     for gyro in chosen:
         notes += wrong_unit_notes(recording, gyro)
         notes += _of_samples(recording, gyro, profiles[gyro.name], standing=not turns)
@@ -96,6 +96,7 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
         notes += jump_notes(recording, recording.table)
         for gyro in chosen:
             notes += across_notes(recording, gyro)
+            notes += earth_on_table_notes(recording, gyro)
     return ranked(notes)
 
 
