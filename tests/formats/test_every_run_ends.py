@@ -27,8 +27,9 @@ ROWS = 60_000
 
 @contextmanager
 def busy_processes(count: int) -> Iterator[None]:
-    """Processes that do nothing but take the processor."""
-    loop = [sys.executable, "-c", "while True: pass"]
+    """Processes that do nothing but take the processor, and end with this one however it ends."""
+    code = "import os, sys\nwhile os.getppid() == int(sys.argv[1]): pass"
+    loop = [sys.executable, "-c", code, str(os.getpid())]
     running = [subprocess.Popen(loop) for _ in range(count)]
     try:
         yield
