@@ -9,10 +9,9 @@ counted as missing noise. Terms that chance makes are left out.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
 from scipy.linalg import cho_solve
 from scipy.optimize import minimize_scalar
 
@@ -24,6 +23,9 @@ from sagnac.recording.channel import Channel
 from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.units import SENSED, UNITS, field_unit
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 _MEANS: Final = 300
 _LEAST_SAMPLES: Final = 4 * _MEANS
@@ -57,7 +59,7 @@ class ThermalDrift:
     temperature: float
     walk: float
     walk_before: float
-    rate: BSpline
+    rate: "BSpline"
     deviation: float
 
 
@@ -139,6 +141,9 @@ def thermal_drift(
     level = means - centre
     if not np.ptp(level) > 0.0:
         return None
+    # Imported here: it takes a sixth of a second that an analysis without it need not wait for.
+    from scipy.interpolate import make_interp_spline  # noqa: PLC0415
+
     columns = np.stack([level, level**2, np.gradient(level, width)], axis=1)
     taken = _seen(rates, columns)
     if not taken:

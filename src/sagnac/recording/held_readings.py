@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
@@ -90,6 +89,9 @@ def between_ticks(angle: FloatArray, clock: Clock) -> FloatArray:
     ticks = np.arange(clock.first, angle.size - 1.0, clock.period)
     # A reading stands from the first sample behind its tick to the next tick: half-way is safe.
     places = np.minimum(np.floor(ticks + 0.5 * clock.period).astype(np.int64), angle.size - 1)
+    # Imported here: it takes a sixth of a second that other recordings need not wait for.
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+
     spline = CubicSpline(ticks, series.at(angle, places))
 
     def read(span: slice) -> FloatArray:

@@ -21,7 +21,7 @@ from typing import Final
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
-from scipy import fft, signal
+from scipy import fft
 
 from sagnac.arrays import FloatArray
 from sagnac.recording.model import Kind
@@ -119,8 +119,10 @@ def _sums_up_to(angle: FloatArray, longest: int) -> FloatArray:
 
 def _sums_in_rows(rows: FloatArray, longest: int) -> FloatArray:
     """(longest,) V(m), added over the rows, (rows, angles), each a record of its own."""
-    rows = signal.detrend(rows, axis=1)
     length = rows.shape[1]
+    place = np.arange(length) - 0.5 * (length - 1)
+    slopes = rows @ place / (place @ place)
+    rows = rows - rows.mean(axis=1, keepdims=True) - slopes[:, None] * place
     m = np.arange(1, longest + 1)
     squares = np.concatenate([[0.0], np.cumsum((rows**2).sum(axis=0))])
     ends = squares[length] - squares[2 * m] + squares[length - 2 * m]

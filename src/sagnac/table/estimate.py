@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from typing import Final, Self
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -481,6 +480,9 @@ class _Fit:
 
     def guide(self, corner: float) -> FloatArray:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
+        # Imported here: it takes half a second that a bench at rest need not wait for.
+        from scipy.signal import butter, sosfiltfilt  # noqa: PLC0415
+
         # The share's error goes with the motion, which no corner may smooth.
         plain = [0, *range(_FIRST_ORDER, _FIRST_DELAY)]
         fitted = self.fit.values[plain] @ self.columns[plain]
