@@ -56,6 +56,7 @@ def answer_of_one(
     masked: Sequence[tuple[float, float]],
     levels: Estimate | None,
     pair: Callable[[str], Estimate],
+    doubted: bool = False,
 ) -> OneGyro:
     """The answer of one gyro with what its encoder may have added.
 
@@ -71,13 +72,15 @@ def answer_of_one(
         What the levels of its spectrum say of it; None if they are not to be trusted.
     pair
         Angle random walk per gyro of this gyro and another one, by that one's name.
+    doubted
+        Whether a finding says that the encoder errs by more than noise.
     """
     other = _other(measured, recording)
     if other is None:
-        return _lone(headline, measured, table, levels)
+        return _lone(headline, measured, table, levels, doubted=doubted)
     two = pair(other)
     if two.status == "not observable":
-        return _lone(headline, measured, table, levels)
+        return _lone(headline, measured, table, levels, doubted=doubted)
     own, shown = headline.estimate, math.sqrt(2.0) * two.high
     shared = shared_walk(
         recording, (measured.gyros[0], other), table, masked=masked, confidence=own.confidence
@@ -117,7 +120,12 @@ def _other(measured: Measurement, recording: Recording) -> str | None:
 
 
 def _lone(
-    headline: Headline, measured: Measurement, table: TurningTable, levels: Estimate | None
+    headline: Headline,
+    measured: Measurement,
+    table: TurningTable,
+    levels: Estimate | None,
+    *,
+    doubted: bool,
 ) -> OneGyro:
     """Without a second gyro: the wander that no one sees is part of the answer."""
     own = headline.estimate
@@ -141,6 +149,9 @@ def _lone(
             "gyros",
         )
         return OneGyro(headline=replace(headline, notes=(*headline.notes, note)), by_encoder=True)
+    if doubted:
+        bound = replace(own, value=own.high, low=0.0, status="upper bound")
+        return OneGyro(headline=replace(headline, estimate=bound), by_encoder=True)
     unseen = abs(table.shares[name] * mean_rate(known, measured.sample_rate)) * WANDER
     if unseen < _UNSEEN * own.low:
         low = math.sqrt(own.low**2 - unseen**2)

@@ -364,6 +364,10 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 if found is None or left.removal.unfinished is not None
                 else found.average.angle_random_walk,
                 pair=lambda other: _of_pair(prepared, other),
+                doubted=any(
+                    (one.name, one.channel, one.level) == ("encoder", "table", "warning")
+                    for one in prepared.findings
+                ),
             )
             headline, by_encoder = own.headline, own.by_encoder
         headline = with_latch_note(

@@ -52,6 +52,8 @@ _AT_ONCE: Final = 2**14
 # A table that moves by more than this part of the range between two samples may have gone either
 # way round.
 _IN_DOUBT: Final = 0.25
+# Readings that go beyond a turn by no more than this start over there all the same.
+_BEYOND: Final = 1.001
 _NONE: Final[IntegerArray] = np.empty(0, dtype=np.int64)
 
 
@@ -132,7 +134,7 @@ def angle_of_readings(
     notes = [] if clock else _marked_notes(mark_missing(readings, turn), unit)
     period = turn
     extent = finite_extent(readings)
-    if extent > turn * (1.0 + 1e-9):
+    if extent > turn * (1.0 + 1e-9) and not _leaps_back(readings, turn, extent):
         period = counter_period if counter_period and extent < counter_period else math.inf
     filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / unit.size)
     notes += _filled_notes(filled, unit)
@@ -154,6 +156,11 @@ def angle_of_readings(
         )
         notes.append(_about_table(text))
     return TableAngle(angle=series.scale(running, unit.size), notes=tuple(notes))
+
+
+def _leaps_back(readings: FloatArray, turn: float, extent: float) -> bool:
+    """Whether readings that go a little beyond a turn start over there."""
+    return extent < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
 
 
 def _about_table(text: str, *, warning: bool = False) -> Note:

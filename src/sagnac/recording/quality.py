@@ -12,6 +12,7 @@ from sagnac.recording.channel import Channel
 from sagnac.recording.distribution import distribution_notes, flat_notes, heavy_notes
 from sagnac.recording.dropouts import dropout_notes
 from sagnac.recording.encoder_mismatch import across_notes, table_notes
+from sagnac.recording.encoder_turn import turn_notes
 from sagnac.recording.gaps import stamp_notes
 from sagnac.recording.interleaved import interleaved_notes
 from sagnac.recording.jumps import jump_notes
@@ -94,6 +95,7 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     notes += pair_notes(recording, profiles)
     if recording.table is not None and turns:
         notes += jump_notes(recording, recording.table)
+        notes += turn_notes(recording)
         for gyro in chosen:
             notes += across_notes(recording, gyro)
             notes += earth_on_table_notes(recording, gyro)

@@ -1,0 +1,71 @@
+"""Encoders whose readings start over elsewhere than at a full turn of the stated unit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.pipeline import analyze
+from sagnac.recording.model import Recording
+from sagnac.recording.quality import judged
+from tests.instruments import Readout, turntable
+
+
+def recorded(scale: float, *, running: bool = False, lowest: float = 0.0, **how) -> Recording:
+    """Two gyros beside an encoder that counts a turn as `scale` times 360, from `lowest` on."""
+    made = turntable(
+        7,
+        seconds=120.0,
+        sample_rate=50.0,
+        walk=0.02,
+        jitter=5e-5,
+        readout=Readout(step=1e-4),
+        **how,
+    )
+    encoder = np.mod(made.encoder - lowest, 360.0) + lowest
+    encoder = scale * (np.unwrap(encoder, period=360.0) if running else encoder)
+    return Recording.from_arrays(
+        **{name: made.angles[name] for name in "xz"},
+        table=encoder,
+        kind="angle",
+        unit="arcsec",
+        sample_rate=50.0,
+    )
+
+
+def leaps(recording: Recording) -> list[str]:
+    return [note.text for note in judged(recording) if "start over" in note.text]
+
+
+@pytest.mark.parametrize("motion", ["steady", "reversing", "dwelling"])
+@pytest.mark.parametrize("scale", [0.9999, 0.99998, 1.0001])
+def test_a_turn_of_other_counts_is_named_with_its_unit(scale, motion):
+    (text,) = leaps(recorded(scale, table_rate=40.0, motion=motion))
+    assert ("short of" if scale < 1.0 else "beyond") in text
+    right = float(text.split("COLUMN:")[1].split("deg")[0])
+    assert right == pytest.approx(1.0 / scale, abs=2e-6)
+
+
+@pytest.mark.parametrize("motion", ["steady", "reversing", "dwelling"])
+def test_a_turn_that_closes_is_sound(motion):
+    assert leaps(recorded(1.0, table_rate=40.0, motion=motion)) == []
+    assert leaps(recorded(1.0, table_rate=40.0, motion=motion, lowest=-180.0)) == []
+    # A running angle has no place at which it starts over.
+    assert leaps(recorded(0.9999, table_rate=40.0, motion=motion, running=True)) == []
+
+
+def test_an_encoder_that_starts_over_in_the_middle_is_seen_there():
+    (text,) = leaps(recorded(0.9999, table_rate=40.0, lowest=-180.0))
+    assert "short of" in text
+
+
+def test_one_gyro_beside_such_an_encoder_has_a_bound_and_a_pair_its_noise():
+    bad, sound = (recorded(scale, table_rate=40.0) for scale in (0.9999, 1.0))
+    alone = [
+        analyze(replace(one, gyros=one.gyros[:1]), interval=0.1).angle_random_walk
+        for one in (bad, sound)
+    ]
+    assert [one.status for one in alone] == ["upper bound", "estimated"]
+    assert alone[0].to("deg/sqrt(h)").high > 0.02
+    pair = analyze(bad, interval=0.1).angle_random_walk.to("deg/sqrt(h)")
+    assert pair.low < 0.02 < pair.high
