@@ -4,6 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.gallery import (
+    Gyro,
+    common_pair,
+    five_terms,
+    low_passed,
+    resonant,
+    spiked,
+    stepping,
+    warming,
+)
 
 from sagnac.analysis import averaged
 from sagnac.analysis.curves import Points
@@ -15,16 +25,6 @@ from sagnac.analysis.still_bench import at_rest
 from sagnac.coefficients.whole_band import WholeBand
 from sagnac.recording.model import Recording
 from sagnac.report.document import analysis_document
-from sagnac.rig.gallery import (
-    Gyro,
-    common_pair,
-    five_terms,
-    low_passed,
-    resonant,
-    spiked,
-    stepping,
-    warming,
-)
 
 RATE = 50.0
 SAMPLES = 40_000

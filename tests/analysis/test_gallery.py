@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from benchmarks.gallery import GALLERY
 from scipy.stats import binom
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.coefficients.estimates import Estimate
 from sagnac.recording.model import Recording
-from sagnac.rig.gallery import GALLERY
 
 SEED = 20261122
 RECORDINGS = 200

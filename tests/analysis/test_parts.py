@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.gallery import Gyro, low_passed
 
 from sagnac.analysis.parts import Reading, over_parts, reading_in_band
 from sagnac.analysis.pipeline import analyze
@@ -12,7 +13,6 @@ from sagnac.coefficients.band_models import BandModel
 from sagnac.coefficients.mixture import Interval
 from sagnac.coefficients.model_average import Resting
 from sagnac.recording.model import Recording
-from sagnac.rig.gallery import Gyro, low_passed
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from benchmarks.gallery import Gyro, warming
 
 from sagnac.analysis.warm_up import find_warm_up, without_warm_up
-from sagnac.rig.gallery import Gyro, warming
 
 RATE = 100.0
 

@@ -1,9 +1,9 @@
 """What two gyros share."""
 
 import numpy as np
+from benchmarks.gallery import Gyro, common_pair
 
 from sagnac.coefficients.common_noise import band_cells
-from sagnac.rig.gallery import Gyro, common_pair
 
 RATE = 100.0
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.gallery import Gyro, five_terms, low_passed
 from scipy.signal import iirpeak, lfilter
 
 from sagnac.coefficients import model_average
@@ -14,7 +15,6 @@ from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.coefficients.model_average import average, with_slow_terms
 from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.coefficients.whole_band import WholeBand
-from sagnac.rig.gallery import Gyro, five_terms, low_passed
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from benchmarks.gallery import Gyro, shaken
 
 from sagnac.lines.components import no_components
 from sagnac.lines.crowding import (
@@ -13,7 +14,6 @@ from sagnac.lines.crowding import (
 )
 from sagnac.lines.peaks import Peaks
 from sagnac.lines.search import remove_lines
-from sagnac.rig.gallery import Gyro, shaken
 
 BINS = 50_001
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from benchmarks.gallery import Gyro, low_passed
 from matplotlib import pyplot
 from matplotlib.figure import Figure
 
@@ -13,7 +14,6 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.settings import Settings
 from sagnac.recording.model import Recording
-from sagnac.rig.gallery import Gyro, low_passed
 from tests.handmade import N, analysis
 from tests.report.examples import CASES
 

@@ -9,13 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.gallery import GALLERY
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.recording.model import Recording
 from sagnac.recording.quality import integrity, judged
 from sagnac.rig.config import preset
-from sagnac.rig.gallery import GALLERY
 from sagnac.rig.simulate import simulate
 
 SEED = 20261212

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from benchmarks.gallery import Gyro, spiked
 
 from sagnac.recording.spikes import find_spikes, without_spikes
-from sagnac.rig.gallery import Gyro, spiked
 
 RATE = 100.0
 

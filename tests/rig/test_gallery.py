@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from sagnac.rig.gallery import GALLERY, Gyro
+from benchmarks.gallery import GALLERY, Gyro
 
 RATE = 100.0
 
