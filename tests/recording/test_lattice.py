@@ -64,6 +64,20 @@ def test_a_table_that_reverses_at_once_has_the_step_of_its_readout(motion):
     assert joint.step < 0.05 * ARCSECOND
 
 
+@pytest.mark.parametrize("part", [1, 20])
+def test_a_table_that_turns_round_evenly_has_no_step_of_its_own(part):
+    times = np.arange(120_000) / 200.0
+    rate = 30.0 * np.clip(25.0 * np.sin(2.0 * np.pi * times / 150.0), -1.0, 1.0)
+    noise = np.cumsum(2e-4 * np.random.default_rng(4).standard_normal(times.size))
+    angle = np.cumsum(0.577 * rate) / 200.0 + noise
+    coarse = np.rint(angle / 0.1) * 0.1
+    stated = {"kind": "angle", "unit": "deg", "sample_rate": 200.0}
+    fine = Recording.from_arrays(x=angle, **stated)
+    assert joint_readout(fine, ("x",), 200.0 / part).notes == ()
+    found = joint_readout(Recording.from_arrays(x=coarse, **stated), ("x",), 200.0 / part)
+    assert found.step == pytest.approx(np.radians(0.1), rel=0.02)
+
+
 def test_reversals_of_a_readout_that_nothing_dithers_dither_nothing():
     turned = np.abs(np.mod(np.arange(100_000) * 0.25, 2000.0) - 1000.0)
     assert readout_of(np.floor(turned)).every != 1

@@ -22,6 +22,11 @@ _LEAST_SHARE: Final = 0.01
 # Largest sizes that are looked at, in steps, and how near to whole steps half of them lie.
 _WITHIN: Final = 6.0
 _NEAR: Final = 0.12
+# A motion that speeds up or slows down evenly makes sizes as well: what it changes by in one sample
+# and, behind its first samples, in two; and the changes go on growing or falling. Steps of a
+# readout come and go, or are of more sizes. Shares of the samples.
+_GOES_ON: Final = 0.6
+_FEW_SIZES: Final = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,11 +106,17 @@ def _whole_step(changes: FloatArray, least: float) -> float | None:
     """The step of sizes from `least` on; None if they are not whole numbers of it."""
 
     def within(block: slice) -> FloatArray:
+        """Sizes, and whether the changes go on the same way before and behind."""
         sizes = _off(changes, block)
-        return np.asarray(sizes[(sizes >= least) & (sizes < _WITHIN * least)])
+        steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
+        taken = (sizes >= least) & (sizes < _WITHIN * least)
+        return np.stack([sizes[taken], (steps[1:] * steps[:-1] > 0.0)[taken]])
 
-    sizes = np.concatenate(series.map(within, changes.size - 2 * _SIDE, changes))
+    parts = series.map(within, changes.size - 2 * _SIDE, changes)
+    sizes, goes_on = np.concatenate(parts, axis=1)
     if sizes.size < _LEAST_SHARE * changes.size:
+        return None
+    if np.mean(sizes < 2.5 * least) > _FEW_SIZES and goes_on.mean() > _GOES_ON:
         return None
     step = float(np.median(sizes[sizes < 1.5 * least]))
     off = np.abs(sizes / step - np.rint(sizes / step))
