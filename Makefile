@@ -1,13 +1,15 @@
 # Two commands on a machine with only python3 (3.11+, venv) and make:
 #   make demo   sets up, simulates the paper's two-hour run, analyzes it, writes the report
 #   make test   sets up, checks style, types and layers, runs the tests
+# and
+#   make docs   sets up, runs every page of the docs, writes the site to docs/_build/html
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= demo
 
 .DELETE_ON_ERROR:
-.PHONY: demo test lint check-style test-statistics test-fuzz benchmark clean
+.PHONY: demo test lint check-style test-statistics test-fuzz benchmark docs clean
 
 $(VENV)/runtime.stamp: requirements/runtime.txt requirements/build.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -22,6 +24,10 @@ $(VENV)/dev.stamp: requirements/dev.txt $(VENV)/runtime.stamp
 
 $(VENV)/bench.stamp: requirements/bench.txt $(VENV)/dev.stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/bench.txt
+	touch $@
+
+$(VENV)/docs.stamp: requirements/docs.txt $(VENV)/dev.stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/docs.txt
 	touch $@
 
 demo: $(VENV)/runtime.stamp
@@ -48,5 +54,9 @@ test-fuzz: $(VENV)/dev.stamp
 benchmark: $(VENV)/bench.stamp
 	$(BIN)/python -m benchmarks
 
+# Pages are executed as they are built, their commands with the `sagnac` of this environment.
+docs: $(VENV)/docs.stamp
+	PATH="$(CURDIR)/$(BIN):$$PATH" OPENBLAS_NUM_THREADS=1 $(BIN)/sphinx-build -W --keep-going -q docs docs/_build/html
+
 clean:
-	rm -rf $(VENV) $(OUT) .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) $(OUT) docs/_build docs/gallery docs/api .pytest_cache .mypy_cache .ruff_cache

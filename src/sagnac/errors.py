@@ -73,6 +73,12 @@ class Note:
     ------
     ValueError
         If the level is none of these, or the effect is negative.
+
+    Examples
+    --------
+    >>> note = Note(level="warning", channel="x", name="clipping", text="is saturated", effect=0.9)
+    >>> str(note)
+    'x: is saturated'
     """
 
     text: str
@@ -109,6 +115,14 @@ class RecordingError(ValueError):
         Gyro name, ``table``, ``time``, or empty where it is about the whole.
     remedy
         What to do, one line, or empty.
+
+    Examples
+    --------
+    >>> try:
+    ...     raise RecordingError("has 3 gaps", path="run.csv", channel="time", remedy="use {slice}")
+    ... except RecordingError as error:
+    ...     print(error)
+    run.csv: time: has 3 gaps; use slice
     """
 
     def __init__(

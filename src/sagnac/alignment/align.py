@@ -96,6 +96,13 @@ class Foresight:
         Heading, attitude and position without aiding.
     prospect
         Azimuth found at rest; None without a latitude.
+
+    Examples
+    --------
+    >>> noise = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
+    >>> ahead = align((noise, noise, noise), latitude=0.8, after=[60.0, 600.0])
+    >>> ahead.unaided.drift.heading.deviation().shape
+    (2,)
     """
 
     unaided: Unaided

@@ -65,6 +65,15 @@ class Plans:
         One for each gyro that was taken alone, or for the pair; one or more.
     refused
         Why there is none of a gyro, by name.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rate = np.random.default_rng(1).standard_normal(6000)
+    >>> short = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> answer = plan(short, within=0.01)
+    >>> answer.to_frame().half_width.tolist(), dict(answer.refused)
+    ([0.01], {})
     """
 
     plans: tuple[Plan, ...]

@@ -131,6 +131,20 @@ class Analysis:
     stored
         The document that the analysis was read from (`from_json`), else None. Such an analysis has
         no `recording`, no spectra, no curve from before the removal and no residual.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac import Recording, analyze
+    >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> analysis = analyze(still)
+    >>> analysis.angle_random_walk.status, analysis.angle_random_walk.confidence
+    ('estimated', 0.95)
+    >>> analysis.angle_random_walk.low < 1e-6 < analysis.angle_random_walk.high
+    True
+    >>> analysis.coefficients["rate_ramp"].status
+    'upper bound'
     """
 
     recording: Recording

@@ -322,6 +322,16 @@ class Fit:
     ------
     ValueError
         If the method or a coefficient is not known, or `departure` is negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac import fit_coefficients, stability_curve
+    >>> rate = np.random.default_rng(1).standard_normal(3000)
+    >>> curve = stability_curve(rate, kind="rate", sample_rate=1.0)
+    >>> fit = fit_coefficients(curve, method="weighted")
+    >>> fit.method, fit.coefficients["angle_random_walk"].status
+    ('weighted', 'estimated')
     """
 
     method: FitName

@@ -44,6 +44,12 @@ class Exported:
         Of its file.
     settings
         The models in it, of gyros and then of accelerometers.
+
+    Examples
+    --------
+    >>> made = export(tool="kalibr", datasheet=["N=0.004deg/s/sqrt(Hz),B=2deg/h@100s"], rate=200.0)
+    >>> made.tool, made.text.splitlines()[-1].startswith("#")
+    ('kalibr', True)
     """
 
     tool: ToolName

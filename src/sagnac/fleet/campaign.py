@@ -30,6 +30,14 @@ class CampaignReport:
         Of the table: N, its interval and its status for each gyro of each recording.
     paths
         Page and tables.
+
+    Examples
+    --------
+    That of no recordings; `campaign` makes one of some.
+
+    >>> report = CampaignReport(campaign=Campaign(rows=(), computed=0), lines=(), paths=())
+    >>> report.to_frame().empty, report.campaign.failed
+    (True, ())
     """
 
     campaign: Campaign
@@ -100,6 +108,22 @@ def campaign(
         If a choice cannot be.
     TypeError
         If a choice is a field of neither.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from sagnac import Recording, write
+    >>> random = np.random.default_rng(1)
+    >>> with TemporaryDirectory() as place:
+    ...     rack = Path(place) / "rack"
+    ...     rack.mkdir()
+    ...     rate = random.standard_normal(3000)
+    ...     still = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    ...     path = write(still, rack / "A.npz")
+    ...     report = campaign(rack, Path(place) / "report", workers=1, method="none")
+    >>> [(Path(line.file).name, line.state, line.gyros) for line in report.lines]
+    [('A.npz', 'done', 'x')]
     """
     listed = [sources] if isinstance(sources, str | Path) else sources
     paths = [Path(source) for source in listed]

@@ -212,6 +212,18 @@ def write(recording: Recording, path: Path | str) -> Path:
         If the format is not known or the file cannot be written.
     ValueError
         If a gyro has a name that cannot stand in a file.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> rate = np.random.default_rng(1).standard_normal(1000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> with TemporaryDirectory() as place:
+    ...     path = write(still, Path(place) / "still.parquet")
+    ...     back = read(path)
+    >>> path.name, back.samples, back.sample_rate
+    ('still.parquet', 1000, 10.0)
     """
     path = Path(path)
     with about(path):

@@ -40,6 +40,20 @@ class Line:
     ------
     ValueError
         If the scale is none of these, or the amplitude is below zero.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac import remove_lines
+    >>> random = np.random.default_rng(1)
+    >>> tone = 1e-6 * np.cos(2.0 * np.pi * 7.3 * np.arange(4000) / 100.0)
+    >>> angle = np.cumsum(1e-8 * random.standard_normal(4000)) + tone
+    >>> removal = remove_lines(angle, None, 100.0, channel="x")
+    >>> (line,) = removal.lines
+    >>> line.scale, round(line.frequency, 3)
+    ('time', 7.3)
+    >>> abs(line.amplitude - 1e-6) < 4.0 * line.amplitude_error
+    True
     """
 
     scale: Scale
@@ -86,6 +100,17 @@ class Removal:
     ------
     ValueError
         If an array has another shape, or a band ends before it begins.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac import remove_lines
+    >>> random = np.random.default_rng(1)
+    >>> tone = 1e-6 * np.cos(2.0 * np.pi * 7.3 * np.arange(4000) / 100.0)
+    >>> angle = np.cumsum(1e-8 * random.standard_normal(4000)) + tone
+    >>> removal = remove_lines(angle, None, 100.0, channel="x")
+    >>> len(removal.lines), removal.residual.shape, bool(removal.residual.std() < angle.std())
+    (1, (4000,), True)
     """
 
     residual: FloatArray

@@ -61,6 +61,16 @@ class OrthogonalSearch:
     ------
     ValueError
         If the sizes do not agree.
+
+    Examples
+    --------
+    >>> time = np.arange(1000) / 100.0
+    >>> signal = 2.0 + 0.5 * np.cos(3.0 * time)
+    >>> found = fast_orthogonal_search(time, signal, spacing=1.0, candidates=8, most_terms=1)
+    >>> found.frequencies, found.cosine.round(3)
+    (array([3.]), array([0.5]))
+    >>> bool(np.allclose(found.series(time), signal))
+    True
     """
 
     constant: float

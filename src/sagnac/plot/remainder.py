@@ -92,6 +92,16 @@ def residual(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     ------
     ValueError
         If the analysis kept no residual.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import Recording, analyze, plot
+    >>> rate = np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> plot.residual(analyze(still), ax=Figure().add_subplot()).get_ylabel()
+    'left (°/h)'
     """
     axes, kept = axes_of(ax), _residual(analysis)
     long = float(kept.time[-1]) > _LONG_S
@@ -113,6 +123,15 @@ def residual_by_angle(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     ------
     ValueError
         If the analysis kept none.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import RigConfig, analyze, plot, simulate
+    >>> turning = simulate(RigConfig(duration_s=60.0, sample_rate_hz=50.0)).recording
+    >>> found = analyze(turning, gyros=("x", "z"))
+    >>> plot.residual_by_angle(found, ax=Figure().add_subplot()).get_xlabel()
+    'table angle (°)'
     """
     axes, turn = axes_of(ax), _by_angle(analysis)
     axes.plot(np.degrees(turn.angle), turn.after / DEGREE_PER_HOUR, color=BLUE)
@@ -135,6 +154,15 @@ def orders(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     ------
     ValueError
         If the analysis kept none.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import RigConfig, analyze, plot, simulate
+    >>> turning = simulate(RigConfig(duration_s=60.0, sample_rate_hz=50.0)).recording
+    >>> found = analyze(turning, gyros=("x", "z"))
+    >>> plot.orders(found, ax=Figure().add_subplot()).get_xlabel()
+    'order of the table angle'
     """
     axes, turn = axes_of(ax), _by_angle(analysis)
     for amplitude, color, marker, label in (

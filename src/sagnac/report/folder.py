@@ -15,7 +15,20 @@ from sagnac.report.title_block import TitleBlock
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
-    """An analysis with the time that its report took, and the files of the report."""
+    """An analysis with the time that its report took, and the files of the report.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from sagnac import Recording, analyze
+    >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> with TemporaryDirectory() as place:
+    ...     report = write_report(analyze(still), Path(place) / "unit 7")
+    >>> [path.name for path in report.paths][:2]
+    ['report.html', 'analysis.json']
+    """
 
     analysis: Analysis
     paths: tuple[Path, ...]

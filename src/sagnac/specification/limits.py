@@ -89,6 +89,12 @@ class Specification:
     ------
     ValueError
         If there is no limit, a coefficient has two, or the risk is not between 0 and 0.5.
+
+    Examples
+    --------
+    >>> limits = specification_of("N=0.003deg/sqrt(h),B=0.01deg/h", risk=0.05).limits
+    >>> [limit.coefficient for limit in limits]
+    ['angle_random_walk', 'bias_instability']
     """
 
     limits: tuple[Limit, ...]

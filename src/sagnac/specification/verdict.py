@@ -50,6 +50,16 @@ class Verdict:
         What was asked.
     judgements
         One or more.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac import Recording, analyze, judge
+    >>> rate = np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> verdict = judge(analyze(still), "1deg/sqrt(h)")
+    >>> verdict.decision, verdict.by_gyro
+    ('pass', {'x': 'pass'})
     """
 
     specification: Specification

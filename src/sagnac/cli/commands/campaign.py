@@ -140,7 +140,7 @@ def _print(report: "CampaignReport", output: Path, choices: "Choices") -> None:
     for (method, gyros), group in groups_of(lines).items():
         done = [line for line in group if line.state == "done"]
         scatter = scatter_of(done, choices.settings.confidence)
-        print(f"{gyros}, {method}: {len(done)} of {len(group)} recordings analyzed")
+        print(f"{gyros or 'no gyro'}, {method}: {len(done)} of {len(group)} recordings analyzed")
         if scatter.found is None:
             continue
         mean = scatter.found.mean
