@@ -25,7 +25,7 @@ class Documented(Protocol):
 
 
 def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:
-    """The analyses in an ``analysis.json``, or in a document of several.
+    """The analyses in an ``analysis.json``, in a document of several, or in a folder of such files.
 
     Returns
     -------
@@ -38,6 +38,8 @@ def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:
     RecordingError
         If the file cannot be read, is no JSON, or breaks the schema: where, and what is expected.
     """
+    if path.is_dir():
+        return tuple(one for file in documents_of(path) for one in read_analyses(file))
     content = _json(path)
     schema = content.get("schema") if isinstance(content, dict) else None
     if schema == ANALYSES:
@@ -51,6 +53,27 @@ def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:
     if schema != ANALYSIS:
         raise RecordingError(f"is no document of schema {ANALYSIS}", path=str(path), remedy=_REMEDY)
     return (_checked(content, path),)
+
+
+def documents_of(path: Path) -> tuple[Path, ...]:
+    """A file itself; of a folder its ``analysis.json``, else those of its gyros or recordings.
+
+    Raises
+    ------
+    RecordingError
+        If a folder holds none.
+    """
+    if not path.is_dir():
+        return (path,)
+    for pattern in ("analysis.json", "*/analysis.json", "reports/*/analysis.json"):
+        found = tuple(sorted(path.glob(pattern)))
+        if found:
+            return found
+    raise RecordingError(
+        "holds no analysis.json",
+        path=str(path),
+        remedy="give the folder that an analysis wrote, or that of a campaign",
+    )
 
 
 def check_analysis(document: object) -> None:

@@ -10,6 +10,7 @@ import re
 import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, Literal, Self, get_args
 
 Level = Literal["error", "warning", "remark"]
@@ -149,6 +150,34 @@ class RecordingError(ValueError):
 
     def __str__(self) -> str:
         return self.line()
+
+
+class WouldOverwrite(RecordingError):
+    """A file is there that would be lost.
+
+    Parameters
+    ----------
+    path
+        The file.
+    problem
+        Why it is not written over.
+    """
+
+    def __init__(self, path: Path, problem: str) -> None:
+        super().__init__(
+            problem,
+            path=str(path),
+            remedy="choose another output, or state {force} to write over it",
+        )
+
+    def at(self, path: str) -> Self:
+        """The same error; it names its file."""
+        del path
+        return self
+
+    def __reduce__(self) -> tuple[type[Self], tuple[Path, str]]:
+        # An error that crosses to another process is made there from its parts.
+        return type(self), (Path(self.path), self.problem)
 
 
 class MissingExtra(ImportError):

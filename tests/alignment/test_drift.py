@@ -90,6 +90,14 @@ def test_bounds_are_a_second_line_and_errors_an_interval():
     assert found.highest > found.deviation()
 
 
+def test_slow_noise_is_counted_once_though_b_and_k_are_both_bounded():
+    b, k = {"bias_instability": 3e-7}, {"rate_random_walk": 1e-8}
+    alone = [heading(GyroNoise(angle_random_walk=1e-6, bounds=bounds)).highest for bounds in (b, k)]
+    both = heading(GyroNoise(angle_random_walk=1e-6, bounds={**b, **k})).highest
+    assert both == pytest.approx(np.maximum(*alone))
+    assert both < np.hypot(*alone)
+
+
 def test_each_axis_has_its_own_gyro():
     loud, quiet = GyroNoise(angle_random_walk=1e-4), GyroNoise(angle_random_walk=1e-6)
     found = drift((loud, loud, quiet), latitude=LATITUDE, times=MINUTE)

@@ -2,9 +2,11 @@
 
 import json
 import math
+import re
 
 import pytest
 
+import sagnac
 from sagnac.cli import main
 from tests.cli.examples import one_line
 from tests.filters.examples import N, changed, document
@@ -49,14 +51,14 @@ def test_priors_are_printed_and_taken(capsys, tmp_path):
     assert made["priors"]["tilt_deg"] == pytest.approx(0.25)
     assert main(["align", str(path), "--after", "60s", *words]) == 0
     shown = capsys.readouterr().out
-    assert "with the upper bounds" not in shown  # B's is far below what N makes in a minute
+    assert "with the worst upper bound" not in shown  # B's is far below what N makes in a minute
     coefficients = json.loads(path.read_text(encoding="utf-8"))["coefficients"]
     coefficients["bias_instability"] |= {"value": 1e-2, "high": 1e-2}
     changed(path, coefficients=coefficients)
     assert main(["align", str(path), "--after", "60s", *words]) == 0
     shown = capsys.readouterr().out
     assert "priors, 1 σ: azimuth 1.00 × 10⁻⁴°, tilt 0.250°, bias from 600 s at rest" in shown
-    assert "with the upper bounds" in shown
+    assert "with the worst upper bound" in shown
     # g t^2/2 times the tilt, of north and east.
     position = made["position_unaided"][0]["by"]["misalignment"]
     assert position == pytest.approx(9.80665 * 1800.0 * 0.25 * DEGREE * math.sqrt(2.0), rel=0.01)
@@ -71,7 +73,7 @@ def test_a_filter_that_finds_no_azimuth_says_so_and_one_that_does_says_nothing(c
     assert good["gyrocompass"]["floor_arcmin"] == 0.0
     assert good["gyrocompass"]["highest_floor_arcmin"] == pytest.approx(60.0 * floor / DEGREE)
     assert main(["align", str(path), "--latitude", "32"]) == 0
-    assert "with the upper bounds  " in capsys.readouterr().out
+    assert "with the worst upper bound  " in capsys.readouterr().out
     assert not any(said in note for note in good["notes"])
     assert good["gyrocompass"]["azimuth_arcmin"][-1] > 0.0
     document_of = json.loads(path.read_text(encoding="utf-8"))
@@ -100,12 +102,37 @@ def test_each_axis_of_a_triad_counts(capsys, tmp_path):
         (["--azimuth", "2"], "2deg"),
         (["--tilt", "0deg"], "2deg"),
         (["--bias", "-1"], "zero or more"),
+        (["--bias", "3deg"], "such as 3deg/h"),
+        (["--bias", "deg/h"], "such as 3deg/h"),
         (["--table-rate", "40"], "--latitude"),
     ],
 )
 def test_wrong_usage_is_one_line(words, said, capsys, tmp_path):
     assert main(["align", str(document(tmp_path)), *words]) == 2
     assert said in one_line(capsys)
+
+
+@pytest.mark.parametrize("typed", ["3", "3deg/h", "3 °/h", "1.4544410433e-5rad/s"])
+def test_a_bias_is_in_its_unit_or_in_degrees_an_hour(typed, capsys, tmp_path):
+    made = found(capsys, document(tmp_path), "--bias", typed)
+    assert made["priors"]["bias_deg_per_h"] == pytest.approx(3.0)
+
+
+def test_the_folder_of_a_report_stands_for_its_analysis(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    assert found(capsys, tmp_path) == found(capsys, path)
+    (tmp_path / "none").mkdir()
+    assert main(["align", str(tmp_path / "none")]) == 1
+    assert "none: holds no analysis.json; give the folder" in one_line(capsys)
+
+
+def test_what_is_foreseen_is_said_in_a_few_words(tmp_path):
+    said = str(sagnac.align(document(tmp_path, gyros=("x",)), after=[60.0, 600.0], latitude=0.5))
+    assert re.fullmatch(
+        r"<Foresight, 1 sigma: after 60 s heading drift \S+ deg, attitude \S+ deg, position \S+ m; "
+        r"after 600 s heading drift .*; azimuth found to \S+ deg by a gyrocompass>",
+        said,
+    )
 
 
 def test_a_picture_goes_beside_the_document(capsys, tmp_path):

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import sagnac
 from sagnac.cli import main
-from sagnac.cli.outputs import kind_of
 from sagnac.documents import check_analysis
 from sagnac.formats import read
+from sagnac.overwriting import kind_of
 from tests.cli.examples import STATED, one_line, one_line_among
 
 SIMULATED = ("--duration", "20", "--table-rate", "0", "--preset", "quiet")
@@ -73,6 +74,46 @@ def test_only_what_the_same_run_made_is_written_over(name, analysis, still, plac
     # Once made, it may be made again.
     assert main(words) == 0
     assert all(Path(file).exists() for file in files)
+
+
+# What Python writes, and the file that is there.
+DOOR = {
+    "write": (lambda one, **how: sagnac.write(one.recording, "made.npz", **how), "made.npz"),
+    "write toml": (
+        lambda one, **how: sagnac.write(one.recording, "made.csv", **how),
+        "made.csv.toml",
+    ),
+    "to_json": (lambda one, **how: one.to_json("my.json", **how), "my.json"),
+    "export": (lambda one, **how: sagnac.export(one, "imu.yaml", **how), "imu.yaml"),
+    "write_report": (lambda one, **how: sagnac.write_report(one, "out", **how), "out/psd.csv"),
+    "write_report of a gyro": (
+        lambda one, **how: sagnac.write_report(one, "out", **how),
+        "out/x/stability.csv",
+    ),
+    "campaign": (
+        lambda one, **how: sagnac.campaign(one.recording.provenance.path, "out", **how),
+        "out/index.html",
+    ),
+}
+LONG = ("write_report", "write_report of a gyro", "campaign")
+
+
+@pytest.fixture(scope="module")
+def analyzed(still) -> sagnac.Analysis:
+    return sagnac.analyze(sagnac.read(still), method="none")
+
+
+@pytest.mark.parametrize("name", DOOR)
+def test_python_writes_over_its_own_and_nothing_else_unless_told_so(name, analyzed, place):
+    made, file = DOOR[name]
+    Path(file).parent.mkdir(parents=True, exist_ok=True)
+    Path(file).write_text(MINE)
+    with pytest.raises(sagnac.RecordingError, match=rf"{file}: .* state force to write over it"):
+        made(analyzed)
+    assert Path(file).read_text() == MINE
+    if name not in LONG:
+        made(analyzed, force=True)
+        made(analyzed)
 
 
 @pytest.mark.parametrize(

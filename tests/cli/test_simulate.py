@@ -70,6 +70,7 @@ def test_a_unit_like_its_analysis(capsys, tmp_path):
         "--kind",
         "rate",
     ]
+    words[2] = str(tmp_path)  # the folder of a report stands for its analysis
     assert main(words) == 0
     shown = capsys.readouterr().out
     assert "x: without bias instability, rate ramp, not estimated" in shown

@@ -194,6 +194,38 @@ def test_psins_is_called_with_the_units_of_its_own():
             assert np.all(variance <= one.limit.limit**2 * 1.1), kind
 
 
+# What the line of a sensor above the body says: N, the Markov bias, its time.
+SAID = r"^[#%] (\w+): N (\S+) (\S+) .*?, Markov bias (\S+) (\S+) over (\S+) s, (\S+) of the Allan"
+
+
+@pytest.mark.parametrize("each", [False, True])
+@pytest.mark.parametrize("name", ["kf-gins", "psins"])
+def test_the_lines_above_a_markov_bias_are_of_the_model_below_them(name, each):
+    text = exported(name, Wanted(settings=TRIAD, accelerometers=FORCES, each=each))
+    said = {found[0]: found[1:] for found in re.findall(SAID, text, re.MULTILINE)}
+    assert list(said) == ([one.name for one in TRIAD + FORCES] if each else ["y", "az"])
+    if name == "kf-gins":
+        body = yaml.safe_load(text)["imunoise"]
+        time = [3600.0 * body["corrtime"]] * 2
+        white, bias = body["arw"], body["gbstd"]
+    else:
+        read = dict(re.findall(r"^(\w+) = \[?([^\]=]*?)\]?;$", text, re.MULTILINE))
+        time = [float(read["TauG"]), float(read["TauA"])]
+        white, bias = ([float(one) for one in read[key].split("; ")] for key in ("web", "sqrtR0G"))
+    for place, gyro in enumerate(TRIAD if each else (TRIAD[1],)):
+        n, n_unit, deviation, rate, tau, inflation = said[gyro.name]
+        assert (n_unit, rate) == ("deg/sqrt(h)", "deg/h")
+        assert float(n) == pytest.approx(white[place], rel=1e-3)
+        assert float(deviation) == pytest.approx(bias[place], rel=1e-3)
+        assert float(tau) == pytest.approx(time[0], rel=1e-3)
+        variance = walk_as_markov(
+            math.radians(white[place]) / 60.0, math.radians(bias[place]) / 3600.0, time[0], TAU
+        )
+        median = np.median(np.sqrt(variance) / gyro.limit.deviation)
+        assert float(inflation) == pytest.approx(median, abs=1e-3)
+    assert float(said["az"][4]) == pytest.approx(time[1], rel=1e-3)
+
+
 def test_the_filter_of_madgwick_by_its_equations():
     read = yaml.safe_load(exported("imu-tools", Wanted(settings=TRIAD, rate=100.0)))
     made = read["imu_filter_madgwick"]["ros__parameters"]
@@ -275,7 +307,7 @@ def test_a_setting_lies_above_the_curve_and_above_the_answer(tmp_path):
     (sensor,) = sensors_in(document(tmp_path))
     made = setting_of(sensor)
     sound = sensor.edf >= 10.0
-    for model in (made.simple, made.full, made.with_time(100.0)):
+    for model in (made.simple, made.full, made.as_markov(100.0).simple):
         assert np.all(model.allan_deviation(sensor.tau[sound]) >= sensor.deviation[sound])
         assert model.white >= sensor.white_high
     assert made.simple.walk > 0.0

@@ -114,3 +114,34 @@ def test_the_unit_of_time():
 def test_a_scale_has_a_size():
     with pytest.raises(ValueError, match=r"factor is 0\.0"):
         Scale(kind="angle", unit="deg", factor=0.0)
+
+
+def test_one_unit_for_the_gyros_stands_beside_one_for_the_accelerometers(tmp_path):
+    x = walk()
+    path = save(tmp_path / "run.csv", text("x,y,ax", x, x, x))
+    stated = {"kind": "rate", "sample_rate": 100.0, "accelerometers": ("ax",)}
+    found = read(path, **stated, unit={"gyros": "deg/s", "y": "deg/h", "accelerometers": "g"})
+    assert [one.shown_in for one in found.gyros] == ["deg/s", "deg/h"]
+    assert [one.shown_in for one in found.accelerometers] == ["g"]
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ({"unit": {"gyro": "deg/s", "x": "deg/h"}}, "gyro: its unit is stated, .*x, gyros, "),
+        ({"unit": {"x": "deg/h", "accelerometer": "g"}}, "accelerometer: its unit is stated"),
+        ({"unit": {"x": "deg/h", "w_x": "deg/s"}}, "w_x: its unit is stated"),
+        ({"unit": "deg/h", "kind": {"x": "rate", "table": "angle"}}, "table: its kind is stated"),
+    ],
+)
+def test_a_unit_of_nothing_is_refused(stated, said, tmp_path):
+    path = save(tmp_path / "run.csv", text("w_x,y", walk(), walk()))
+    given = {"kind": "rate", "sample_rate": 100.0, "columns": {"x": "w_x"}, **stated}
+    with pytest.raises(RecordingError, match=said):
+        read(path, **given)
+
+
+def test_a_unit_of_a_column_that_is_not_taken_now_is_borne(tmp_path):
+    path = save(tmp_path / "run.csv", text("x,y", walk(), walk()))
+    units = {"x": "deg/h", "y": "deg/s", "table": "deg", "time": "s", "accelerometers": "g"}
+    assert len(read(path, kind="rate", sample_rate=100.0, gyros=("x",), unit=units).gyros) == 1

@@ -86,7 +86,7 @@ class Prospect:
     foretold: str = ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Foresight:
     """What `align` answers.
 
@@ -108,6 +108,23 @@ class Foresight:
     unaided: Unaided
     prospect: Prospect | None
 
+    def __repr__(self) -> str:
+        found = self.unaided.drift
+        heading, attitude = (
+            one / DEGREE
+            for one in (found.heading.deviation(misaligned=False), found.attitude.deviation())
+        )
+        rows = zip(found.heading.times, heading, attitude, found.position.deviation(), strict=True)
+        said = [
+            f"after {time:g} s heading drift {turned:.3g} deg, attitude {tilted:.3g} deg, "
+            f"position {moved:.3g} m"
+            for time, turned, tilted, moved in rows
+        ]
+        if self.prospect is not None:
+            azimuth = self.prospect.compass.deviation[-1] / DEGREE
+            said.append(f"azimuth found to {azimuth:.3g} deg by a gyrocompass")
+        return f"<Foresight, 1 sigma: {'; '.join(said)}>"
+
 
 def align(
     source: Documented | str | Path | Triad,
@@ -127,7 +144,8 @@ def align(
     Parameters
     ----------
     source
-        An analysis; the path of its ``analysis.json``; or the noises about north, east and down.
+        An analysis; the path of its ``analysis.json`` or of the folder of its report; or the noises
+        about north, east and down.
     latitude
         rad; without it no azimuth is found.
     rest

@@ -91,8 +91,8 @@ class Growth:
     reach
         (times,) half of the interval of the logarithm of their sum, from the errors of N, B and K.
     highest
-        (times,) standard deviation without misalignment, with the upper bounds of what was not
-        estimated in the place of zero.
+        (times,) standard deviation without misalignment, with the upper bound of what was not
+        estimated in the place of zero, the worst of `GyroNoise.bounded`.
     """
 
     times: FloatArray
@@ -255,16 +255,24 @@ def _rest_variance(noise: GyroNoise, rest: float) -> float:
 def _parts(noises: Sequence[GyroNoise], row: _Weights, priors: Priors) -> FloatArray:
     """(5,) variances of `PARTS`."""
     squares = np.array([noise.values**2 for noise in noises])
-    initial = np.array(
-        [
-            noise_bias**2
-            if (noise_bias := priors.bias) is not None and priors.bias_is_prior(noise)
-            else _rest_variance(noise, priors.rest)
-            for noise in noises
-        ]
-    )
+    initial = np.array([_initial(noise, priors) for noise in noises])
     return np.array(
         [*(row.terms * squares).sum(axis=0), float(row.total @ initial), row.misaligned]
+    )
+
+
+def _initial(noise: GyroNoise, priors: Priors) -> float:
+    """Variance of the bias of a gyro at the start, (rad/s)^2."""
+    if priors.bias is not None and priors.bias_is_prior(noise):
+        return priors.bias**2
+    return _rest_variance(noise, priors.rest)
+
+
+def _highest(noises: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
+    """Variance with the worst of the upper bounds of each gyro."""
+    return sum(
+        max(float(terms @ one.values**2 + total * _initial(one, priors)) for one in noise.bounded)
+        for noise, terms, total in zip(noises, row.terms, row.total, strict=True)
     )
 
 
@@ -275,15 +283,14 @@ def _growth(
     priors: Priors,
     deviations: float,
 ) -> Growth:
-    bounds = [noise.highest for noise in noises]
     variances = np.array([_parts(noises, row, priors) for row in rows])
-    highest = np.array([_parts(bounds, row, priors) for row in rows])
+    highest = np.array([_highest(noises, row, priors) for row in rows])
     errors = np.array([_error(noises, row, priors) for row in rows])
     return Growth(
         times=times,
         variances=variances,
         reach=deviations * errors / np.maximum(variances[:, :-1].sum(axis=1), 1e-300),
-        highest=np.sqrt(highest[:, :-1].sum(axis=1)),
+        highest=np.sqrt(highest),
     )
 
 

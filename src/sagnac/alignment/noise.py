@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -64,10 +64,17 @@ class GyroNoise:
         return np.array([getattr(self, name) for name in NAMES])
 
     @property
-    def highest(self) -> "GyroNoise":
-        """The same with the upper bounds of what was not estimated in the place of zero."""
-        values = {name: self.bounds.get(name, getattr(self, name)) for name in NAMES}
-        return GyroNoise(**values, covariance=self.covariance, unseen=self.unseen)
+    def bounded(self) -> "tuple[GyroNoise, ...]":
+        """The same with one upper bound after the other in the place of zero.
+
+        The bounds of B and K are both of the slow noise that the curve leaves room for, which is
+        there once.
+        """
+        found = []
+        for name, bound in self.bounds.items():
+            raised: dict[str, Any] = {name: bound}
+            found.append(replace(self, **raised))
+        return tuple(found) or (self,)
 
     @classmethod
     def from_json(cls, path: Path) -> "GyroNoise":

@@ -20,6 +20,7 @@ from sagnac.coefficients.model_average import Resting
 from sagnac.dataframes import pandas_for, xarray_for
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
+from sagnac.overwriting import Outputs, require_free
 from sagnac.recording.model import Recording
 from sagnac.stability.curve import StabilityCurve
 from sagnac.units import DEGREE_PER_HOUR, Sensor
@@ -84,7 +85,8 @@ class Analysis:
     table_rate
         Mean table rate, rad/s, or None at rest.
     angle_random_walk
-        The answer, SI (rad/sqrt(s)), with the fit it rests on in `source`.
+        The answer, SI (rad/sqrt(s)), with the fit it rests on in `source`. Of several gyros at rest
+        it is that of the first: `gyros` holds each.
     source
         What the answer rests on, in words.
     fits
@@ -222,18 +224,24 @@ class Analysis:
         read: Analysis = import_module("sagnac.report.stored").read_analysis(path)
         return read
 
-    def to_json(self, path: str | Path | None = None) -> str:
+    def to_json(self, path: str | Path | None = None, *, force: bool = False) -> str:
         """The document of schema ``sagnac.analysis/1``, also written to `path` if that is given.
+
+        An earlier document at `path` is replaced; with `force` any other file, too.
 
         Raises
         ------
         RecordingError
             If the file cannot be written.
+        WouldOverwrite
+            If another file is at `path`, and `force` is not set.
         """
         # The document is the report's, which rests on this room: loaded at use, as by the door.
         document = import_module("sagnac.report.document")
         text: str = document.to_json(self.stored or document.analysis_document(self))
         if path is not None:
+            made = Outputs(paths=(Path(path),), mark=Path(path), kind="analysis")
+            require_free(made, force=force)
             import_module("sagnac.report.files").write_text(Path(path), text + "\n")
         return text
 
@@ -312,6 +320,14 @@ class Analysis:
         return tuple(note for note in self.notes if note.name)
 
     def __repr__(self) -> str:
+        if self.gyros:
+            each = ", ".join(
+                f"{name} {one.angle_random_walk!r}" for name, one in self.gyros.items()
+            )
+            return (
+                f"<Analysis of {len(self.gyros)} gyros, each alone in .gyros: {each}; all else is "
+                f"of {self.channel}, {len(self.notes)} notes>"
+            )
         return (
             f"<Analysis of {self.channel}: {self.angle_random_walk!r}, {len(self.lines)} lines, "
             f"{len(self.notes)} notes>"
@@ -319,11 +335,12 @@ class Analysis:
 
     def _repr_html_(self) -> str:
         notes = "".join(f"<li>{escape(str(note))}</li>" for note in self.notes)
-        return (
-            f"<p>Angle random walk of {escape(self.channel)}: "
-            f"<b>{escape(repr(self.angle_random_walk))}</b><br>{escape(self.source)}</p>"
-            f"<ul>{notes}</ul>"
+        answers = "".join(
+            f"<p>Angle random walk of {escape(one.channel)}: "
+            f"<b>{escape(repr(one.angle_random_walk))}</b><br>{escape(one.source)}</p>"
+            for one in self.each
         )
+        return f"{answers}<ul>{notes}</ul>"
 
     @property
     def sensor(self) -> Sensor:

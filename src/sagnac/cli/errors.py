@@ -29,12 +29,13 @@ def explain(error: Exception) -> int:
         The exit status it means.
     """
     # Not before something has gone wrong: --help and a wrong option need none of it.
-    from sagnac.errors import MissingExtra, RecordingError
+    from sagnac.errors import MissingExtra, RecordingError, WouldOverwrite
     from sagnac.report.command_line import as_typed, error_text
 
     status = DATA_ERROR
     if isinstance(error, RecordingError):
         said = error_text(error)
+        status = USAGE_ERROR if isinstance(error, WouldOverwrite) else DATA_ERROR
     elif isinstance(error, UsageError) or type(error) is ValueError:
         said, status = as_typed(str(error)), USAGE_ERROR
     elif isinstance(error, MissingExtra):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar, get_a
 from cyclopts import Group, Parameter, Token
 
 from sagnac.cli.errors import UsageError
-from sagnac.units import unit_of
+from sagnac.units import RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method, Settings
@@ -131,6 +131,23 @@ def angle(text: str) -> float:
         return unit_of(_numbered(text.strip()), "angle").size
     except ValueError:
         raise ValueError(f"{text!r}; give an angle above zero such as 2deg or 30arcmin") from None
+
+
+def turn_rate(text: str) -> float:
+    """``3deg/h`` or ``1e-6rad/s`` in rad/s; a number alone is in deg/h.
+
+    Raises
+    ------
+    ValueError
+        If it is no rate, zero or above.
+    """
+    try:
+        stripped = _numbered(text.strip())
+        bare = stripped.replace(".", "", 1).isdigit()
+        value, unit = (float(stripped), "deg/h") if bare else split_factor(stripped)
+        return value * RATE_UNITS[unit]
+    except (KeyError, ValueError):
+        raise ValueError(f"{text!r}; give a rate, zero or more, such as 3deg/h") from None
 
 
 def memory_size(text: str) -> int:

@@ -2,7 +2,7 @@
 
 import shlex
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,17 +67,13 @@ def command_for(file: Path, statement: "Statement") -> str:
     return _command(file, options)
 
 
-def command_with_accelerometers(
-    file: Path, statement: "Statement", gyros: Sequence[str]
-) -> str | None:
+def command_with_accelerometers(file: Path, statement: "Statement") -> str | None:
     """The command that reads the accelerometers of a file, too; None if that needs no option more.
 
     Parameters
     ----------
     file, statement
         A file that can be read, and what is stated of it.
-    gyros
-        Those that are read, by name.
 
     Raises
     ------
@@ -94,7 +90,7 @@ def command_with_accelerometers(
         before = options.get(name)
         if name == "unit" and before is not None and "=" not in before:
             # One unit for all gyros cannot stand beside one for the accelerometers.
-            before = ",".join(f"{gyro}={before}" for gyro in gyros)
+            before = f"gyros={before}"
         options[name] = value if before is None else f"{before},{value}"
     return _command(file, options)
 

@@ -1,13 +1,14 @@
-"""The options of a run as a TOML that repeats it."""
+"""The options of a run as a TOML that repeats it, and the files that it reads."""
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any, Final
 
 from sagnac.cli.errors import UsageError
-from sagnac.cli.options import NO_OPTIONS, Options, span
+from sagnac.cli.options import NO_OPTIONS, Options, Reading, span
 
 # What belongs to one run alone.
 _LEFT_OUT: Final = ("debug", "as_json", "settings", "memory")
@@ -63,3 +64,15 @@ def _read(name: str, value: Any) -> Any:
         except ValueError as error:
             raise UsageError(f"--settings: slice is {error}") from None
     return tuple(value) if isinstance(value, list) else value
+
+
+def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:
+    """What a run reads: recordings, the TOML beside each, and what its options name."""
+    stated = [getattr(options, name, None) for name in ("settings", "spec", "layout")]
+    named = [Path(one) for one in (*stated, *more) if one is not None]
+    beside = [
+        place
+        for file in files
+        for place in (file, file.with_name(f"{file.name}.toml"), file.with_suffix(".toml"))
+    ]
+    return [*beside, *named]

@@ -10,11 +10,12 @@ from sagnac.documents import Documented
 from sagnac.errors import quoted
 from sagnac.filters.datasheet import datasheet_setting
 from sagnac.filters.definitions import ToolName, definition_of
-from sagnac.filters.exports import Wanted, exported
+from sagnac.filters.exports import Wanted, exported, settings_in
 from sagnac.filters.sensors import sensors_in, sensors_of
 from sagnac.filters.settings import FilterSetting, setting_of
 from sagnac.filters.state_space import FilterModel
 from sagnac.formats.files import replacing
+from sagnac.overwriting import of_export, require_free
 from sagnac.stability.names import check_choice
 from sagnac.version import __version__
 
@@ -112,6 +113,7 @@ def export(
     topic: str | None = None,
     accelerometer: tuple[float, float] | None = None,
     datasheet: Sequence[str] = (),
+    force: bool = False,
 ) -> Exported:
     """Filter settings of analyses: a model that lies above the upper limit of each curve.
 
@@ -120,7 +122,7 @@ def export(
     source
         An analysis, the path of an ``analysis.json`` or of a folder that holds some, or several.
     path
-        File to write; none is written without it.
+        File to write; none is written without it. Settings that this package wrote are replaced.
     tool
         Whose settings; by the name of `path` unless stated.
     axes
@@ -138,6 +140,8 @@ def export(
         not measured.
     datasheet
         What data sheets state, a text for gyros and one for accelerometers (`datasheet_setting`).
+    force
+        Replace any other file at `path`, too.
 
     Raises
     ------
@@ -145,6 +149,8 @@ def export(
         If the tool is not known, or cannot use an option, or there is no gyro.
     RecordingError
         If a source holds no analysis, or the file cannot be written.
+    WouldOverwrite
+        If another file is at `path`, and `force` is not set.
 
     Examples
     --------
@@ -183,16 +189,20 @@ def export(
     )
     text = exported(tool, wanted)
     if path is not None:
+        require_free(of_export(Path(path), tool), _paths(source), force=force)
         with replacing(Path(path)) as temporary:
             temporary.write_text(text, encoding="utf-8")
-    forces = () if "accelerometer" in definition_of(tool).unused else wanted.forces
-    return Exported(tool=tool, text=text, settings=(*wanted.chosen, *forces))
+    return Exported(tool=tool, text=text, settings=settings_in(tool, wanted))
 
 
 def _several(source: Source | Sequence[Source]) -> Sequence[Source]:
     if isinstance(source, str | Path):
         return (source,)
     return source if isinstance(source, Sequence) else (source,)
+
+
+def _paths(source: Source | Sequence[Source]) -> list[Path]:
+    return [Path(one) for one in _several(source) if isinstance(one, str | Path)]
 
 
 def _takes_each(tool: ToolName) -> bool:

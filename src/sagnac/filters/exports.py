@@ -132,6 +132,15 @@ def exported(format_name: str, wanted: Wanted) -> str:
     return FORMATS[format_name](format_name, wanted)
 
 
+def settings_in(format_name: str, wanted: Wanted) -> tuple[FilterSetting, ...]:
+    """The models as the file of a tool has them: of gyros, then of accelerometers it takes."""
+    holds = "accelerometer" not in definition_of(format_name).unused
+    shown = (*wanted.chosen, *(wanted.forces if holds else ()))
+    if format_name not in _COMMON_TIME:
+        return shown
+    return tuple(one.as_markov(_markov_times(format_name, wanted)[one.kind]) for one in shown)
+
+
 # ---- what the files share ------------------------------------------------------------
 
 
@@ -139,7 +148,7 @@ def _heading(name: str, wanted: Wanted, *, in_words: bool = True, mark: str = "#
     """Comment on what is in the file, by what definition, and from what."""
     definition = definition_of(name)
     holds = "accelerometer" not in definition.unused
-    shown = (*wanted.chosen, *(wanted.forces if holds else ()))
+    shown = settings_in(name, wanted)
     lines = [
         f"{definition.tool}: noise of {', '.join(one.name for one in shown)}, "
         f"made by sagnac {wanted.version}",
@@ -348,16 +357,28 @@ def _px4(name: str, wanted: Wanted) -> str:
     return text
 
 
+# Tools of Markov biases, and whether gyros and accelerometers have one correlation time.
+_COMMON_TIME: Final[Mapping[str, bool]] = {"kf-gins": True, "psins": False}
+
+
+def _markov_times(name: str, wanted: Wanted) -> dict[Sensor, float]:
+    """The correlation time that serves the sensors of each kind best, s."""
+    three = _three(wanted)
+    every = tuple(one for axes in three.values() for one in axes)
+    return {
+        kind: _markov_time(wanted, every if _COMMON_TIME[name] else axes)
+        for kind, axes in three.items()
+    }
+
+
 def _markov_time(wanted: Wanted, settings: Sequence[FilterSetting]) -> float:
-    """The correlation time that serves several sensors best, s."""
     limits = [one.limit for one in settings if one.limit is not None]
     stated = [rate.correlation_time for one in wanted.settings for rate in one.full.markov]
     return common_time(limits) if limits or not stated else stated[0]
 
 
 def _kf_gins(name: str, wanted: Wanted) -> str:
-    three = _three(wanted)
-    time = _markov_time(wanted, [one for axes in three.values() for one in axes])
+    three, times = _three(wanted), _markov_times(name, wanted)
     keys: Mapping[Sensor, tuple[tuple[str, float, str], tuple[str, float, str]]] = {
         "gyro": (
             ("arw", DEGREE_PER_ROOT_HOUR, "deg/sqrt(hr)"),
@@ -372,16 +393,16 @@ def _kf_gins(name: str, wanted: Wanted) -> str:
                 f"  # {key}:  # {unit}: not measured, add it\n" for key, _, unit in units
             )
             continue
-        models = [one.with_time(time) for one in three[kind]]
+        models = [one.as_markov(times[kind]).simple for one in three[kind]]
         numbers = [one.white for one in models], [one.markov[0].deviation for one in models]
         for (key, size, unit), values in zip(units, numbers, strict=True):
             text += f"  {key}: {_listed([value / size for value in values])}  # {unit}\n"
-    text += f"  corrtime: {time / HOUR:.6e}  # hr\n"
+    text += f"  corrtime: {times['gyro'] / HOUR:.6e}  # hr\n"
     return text + "  # gsstd, asstd:  # ppm: not measured here, keep your own\n"
 
 
 def _psins(name: str, wanted: Wanted) -> str:
-    three = _three(wanted)
+    three, times = _three(wanted), _markov_times(name, wanted)
     units: Mapping[Sensor, tuple[str, str, str, float, float]] = {
         "gyro": ("web", "sqrtR0G", "TauG", DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR),
         "accelerometer": ("wdb", "sqrtR0A", "TauA", _MICRO_G, _MICRO_G),
@@ -393,14 +414,13 @@ def _psins(name: str, wanted: Wanted) -> str:
         if kind not in three:
             text += f"{white} = 0; {deviation} = 0; {tau} = 1;  % not measured, set them\n"
             continue
-        time = _markov_time(wanted, three[kind])
-        models = [one.with_time(time) for one in three[kind]]
+        models = [one.as_markov(times[kind]).simple for one in three[kind]]
         for key, values in (
             (white, [one.white / size for one in models]),
             (deviation, [one.markov[0].deviation / rate_size for one in models]),
         ):
             text += f"{key} = [{'; '.join(f'{value:.6e}' for value in values)}];\n"
-        text += f"{tau} = {time:.6e};\n"
+        text += f"{tau} = {times[kind]:.6e};\n"
     return text + "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);\n"
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.documents import read_analyses
+from sagnac.documents import documents_of, read_analyses
 from sagnac.errors import RecordingError
 from sagnac.units import (
     ARCSECOND,
@@ -86,27 +86,6 @@ def sensors_in(path: Path) -> tuple[Sensor, ...]:
         If it holds no such document.
     """
     return tuple(sensor for file in documents_of(path) for sensor in _sensors_of(file))
-
-
-def documents_of(path: Path) -> tuple[Path, ...]:
-    """A file itself; of a folder its ``analysis.json``, else those of its gyros or recordings.
-
-    Raises
-    ------
-    RecordingError
-        If a folder holds none.
-    """
-    if not path.is_dir():
-        return (path,)
-    for pattern in ("analysis.json", "*/analysis.json", "reports/*/analysis.json"):
-        found = tuple(sorted(path.glob(pattern)))
-        if found:
-            return found
-    raise RecordingError(
-        "holds no analysis.json",
-        path=str(path),
-        remedy="give the folder that an analysis wrote, or that of a campaign",
-    )
 
 
 def _sensors_of(path: Path) -> list[Sensor]:

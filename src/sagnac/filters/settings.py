@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from sagnac.filters.overbound import (
 )
 from sagnac.filters.sensors import Sensor
 from sagnac.filters.state_space import FilterModel, Markov
-from sagnac.units import SENSORS, field_unit
+from sagnac.units import SENSED, SENSORS, UNITS, field_unit
 from sagnac.units import Sensor as SensorKind
 
 
@@ -33,7 +33,8 @@ class FilterSetting:
     kind
         ``gyro`` or ``accelerometer``.
     simple
-        White noise and a random walk, all that most tools take.
+        White noise and a random walk, all that most tools take; one Markov rate in the place of
+        the walk for tools that take that (`as_markov`).
     full
         With Markov rates, and white angle noise if the recording shows it.
     source
@@ -76,8 +77,11 @@ class FilterSetting:
             return None
         return float(np.median(model.allan_deviation(self.limit.tau) / self.limit.deviation))
 
-    def with_time(self, time: float) -> FilterModel:
-        """White noise and one Markov rate of this correlation time, s, in the place of the walk."""
+    def as_markov(self, time: float) -> Self:
+        """The same with one Markov rate of this correlation time, s, in the place of the walk."""
+        return replace(self, simple=self._with_time(time))
+
+    def _with_time(self, time: float) -> FilterModel:
         if self.limit is not None:
             least = min(self.simple.white, self.full.white)
             return white_and_markov(self.limit, time, least_white=least)
@@ -94,6 +98,13 @@ class FilterSetting:
         model = self.simple
         white = field_unit("angle_random_walk", self.kind)
         walk = field_unit("rate_random_walk", self.kind)
+        rate = UNITS[SENSED[self.kind].rate_unit]
+        bias = f"K {model.walk / walk.size:.4g} {walk.name}"
+        for one in model.markov:
+            bias = (
+                f"Markov bias {one.deviation / rate.size:.4g} {rate.name} over "
+                f"{one.correlation_time:.4g} s"
+            )
         seen = (
             "not estimated"
             if math.isnan(self.estimate)
@@ -109,7 +120,7 @@ class FilterSetting:
         return (
             f"{self.name}: N {model.white / white.size:.4g} {white.name}"
             f"{'' if inflation is None else f' ({seen})'}, "
-            f"K {model.walk / walk.size:.4g} {walk.name}{rest}{more}"
+            f"{bias}{rest}{more}"
         )
 
 

@@ -15,6 +15,7 @@ from sagnac.fleet.runner import Campaign, Completed, run
 from sagnac.fleet.table import Line, lines_of, write_tables
 from sagnac.fleet.tasks import Task
 from sagnac.formats.statement import Statement
+from sagnac.overwriting import of_campaign, require_free
 from sagnac.processes import Standing, means_of
 
 
@@ -67,6 +68,7 @@ def campaign(
     memory: float | None = None,
     scheduler: str | None = None,
     told: Callable[[Standing], None] | None = None,
+    force: bool = False,
     **choices: Any,
 ) -> CampaignReport:
     """Analyze many recordings, and put them together in one table and on one page.
@@ -91,6 +93,8 @@ def campaign(
         Address of a Dask cluster to work on instead, ``tcp://host:8786``.
     told
         Called with where it stands after each recording.
+    force
+        Replace a table or page there that no campaign made, too.
     **choices
         Fields of `Settings` and of `sagnac.formats.Statement`, for all recordings:
         ``method="none"``, ``kind="rate"``, ``unit="deg/h"``, ``sample_rate=100.0``.
@@ -104,6 +108,8 @@ def campaign(
     ------
     RecordingError
         If a source is not there, the folder cannot be written to, or there are no workers.
+    WouldOverwrite
+        If a table or page is there that no campaign made, and `force` is not set.
     ValueError
         If a choice cannot be.
     TypeError
@@ -135,6 +141,7 @@ def campaign(
         title=title_of(paths, tasks),
         span=span,
         told=told,
+        force=force,
     )
 
 
@@ -146,6 +153,7 @@ def carried_out(
     title: str,
     span: float | None = None,
     told: Callable[[Standing], None] | None = None,
+    force: bool = False,
 ) -> CampaignReport:
     """The tasks of a campaign done, and its table and page written.
 
@@ -155,12 +163,17 @@ def carried_out(
         As of `sagnac.fleet.runner.run`.
     title
         Of the page.
+    force
+        As of `campaign`.
 
     Raises
     ------
     RecordingError
         If the folder cannot be written to, or there are no workers.
+    WouldOverwrite
+        As of `campaign`.
     """
+    require_free(of_campaign(folder), [Path(task.path) for task in tasks], force=force)
     made = run(tasks, folder, completed, span=span, told=told)
     lines = tuple(lines_of(made.each))
     tables = write_tables(lines, folder)

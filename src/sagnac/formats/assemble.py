@@ -23,6 +23,7 @@ from sagnac.formats.scales import (
     Scale,
     accelerometer_scale,
     gyro_scale,
+    require_known,
     table_scale,
     time_unit,
 )
@@ -77,6 +78,7 @@ def assemble(
     """
     require_readable(source, statements)
     choice = choose(source.columns, statements)
+    require_known(choice, source.columns, statements)
     scales = scales_of(choice, statements)
     stored = source.load(choice.keys)
     check_lengths(stored.lengths)

@@ -1,4 +1,4 @@
-"""Statements in text: a TOML beside the file, attributes within it."""
+"""Statements in text: a TOML beside the file, attributes within it; which files go with which."""
 
 import tomllib
 from collections.abc import Mapping
@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from sagnac.errors import Note, RecordingError
+from sagnac.formats.registry import CSV
 from sagnac.formats.statement import Statement, vocabulary
+from sagnac.overwriting import Outputs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,3 +118,23 @@ def _pair(item: str) -> tuple[str, str]:
     if not equals:
         raise ValueError(f"{item.strip()!r} is not NAME=VALUE")
     return name.strip(), value.strip()
+
+
+def of_simulation(path: Path) -> Outputs:
+    """A simulated recording, its truth, and the TOML that a text needs."""
+    truth = path.with_name(path.name + ".truth.json")
+    return Outputs(paths=(path, truth, *_toml_of(path)), mark=truth, kind="truth")
+
+
+def of_conversion(path: Path) -> Outputs:
+    """A recording in another format, and the TOML that a text needs."""
+    truth, beside = path.with_name(path.name + ".truth.json"), _toml_of(path)
+    # One that a simulation made has its truth beside it, which would be of another recording.
+    mark = truth if truth.exists() else (*beside, path)[0]
+    return Outputs(paths=(path, *beside), mark=mark, kind="recording")
+
+
+def _toml_of(path: Path) -> tuple[Path, ...]:
+    """The TOML that says of a text what its columns are."""
+    is_text = path.suffix.lower() in CSV.suffixes
+    return (path.with_name(path.name + ".toml"),) if is_text else ()

@@ -9,13 +9,14 @@ from typing import Any
 from sagnac.errors import MissingExtra, RecordingError
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about
-from sagnac.formats.metadata import beside, require_no_other
+from sagnac.formats.metadata import beside, of_conversion, require_no_other
 from sagnac.formats.outgoing import outgoing
 from sagnac.formats.precedence import Statements
 from sagnac.formats.registry import BINARY, CSV, ROSBAG, Format, formats
 from sagnac.formats.source import Source
 from sagnac.formats.statement import Statement, one_statement
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
+from sagnac.overwriting import require_free
 from sagnac.recording.model import Provenance, Recording
 
 
@@ -195,11 +196,20 @@ def _opened(path: Path | str, caller: Statement) -> tuple[Source, Statements]:
         return source, Statements(caller=caller, beside=by_toml, file=source.stated)
 
 
-def write(recording: Recording, path: Path | str) -> Path:
+def write(recording: Recording, path: Path | str, *, force: bool = False) -> Path:
     """Write a recording in the format that the suffix names; `read` needs no option for it.
 
     Values are in the unit they came in if that is a plain one, else in arcsec, deg/h
     and, for the table, deg. A CSV gets a TOML beside it for kind and rate.
+
+    Parameters
+    ----------
+    recording
+        What is written.
+    path
+        Its suffix says the format. A recording that this package wrote is replaced.
+    force
+        Replace any other file, too.
 
     Returns
     -------
@@ -210,6 +220,8 @@ def write(recording: Recording, path: Path | str) -> Path:
     ------
     RecordingError
         If the format is not known or the file cannot be written.
+    WouldOverwrite
+        If another file is there, and `force` is not set.
     ValueError
         If a gyro has a name that cannot stand in a file.
 
@@ -237,6 +249,7 @@ def write(recording: Recording, path: Path | str) -> Path:
             )
         if known is not CSV:
             require_no_other(path)
+        require_free(of_conversion(path), force=force)
         _module(known, "writing").write(path, outgoing(recording))
     return path
 

@@ -1,10 +1,11 @@
 """Kind and unit of every column that is taken, and the SI size of one raw number."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from sagnac.errors import Note, RecordingError
-from sagnac.formats.choice import Placed
+from sagnac.formats.choice import Choice, Placed
 from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
 from sagnac.formats.statement import of_name
@@ -57,6 +58,31 @@ class Scale:
     def __post_init__(self) -> None:
         if not self.factor > 0.0:
             raise ValueError(f"factor is {self.factor!r}; give the SI size of {self.unit}")
+
+
+def require_known(choice: Choice, columns: Sequence[Column], statements: Statements) -> None:
+    """Refuse a kind or unit of a name that is no channel and no column of the file.
+
+    Raises
+    ------
+    RecordingError
+        If caller or TOML state one, which would be heard by nobody.
+    """
+    channels = (*choice.gyros, *choice.accelerometers)
+    taken = {column.key for column in (*choice.gyros.values(), *choice.accelerometers.values())}
+    others = {one.name for one in columns if one.key not in taken}
+    others |= {name for one in statements.in_order for name in one.columns}
+    for quantity, roles in (("kind", ()), ("unit", ("table", "time"))):
+        known = dict.fromkeys((*channels, "gyros", "accelerometers", *roles))
+        for statement in (statements.caller, statements.beside):
+            stated = getattr(statement, quantity)
+            for name in stated if isinstance(stated, Mapping) else ():
+                if name not in known and name not in others:
+                    raise RecordingError(
+                        f"its {quantity} is stated, and there is no such channel",
+                        channel=name,
+                        remedy=f"state {{{quantity}}} of {', '.join(known)}",
+                    )
 
 
 def gyro_kind(name: str, column: Column, statements: Statements) -> Kind:

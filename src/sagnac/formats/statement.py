@@ -26,9 +26,10 @@ class Statement:
     gyros
         Names of the gyros wanted, or None for all there are.
     kind
-        ``angle``, ``increment`` or ``rate``; one for all gyros, or by gyro name.
+        ``angle``, ``increment`` or ``rate``; one for all gyros, or by gyro name (``gyros`` for
+        all that have none of their own).
     unit
-        Unit of the gyros, or unit by name (``table`` and ``time`` may stand there too).
+        Unit of the gyros, or unit by name (``gyros``, ``table`` and ``time`` may stand there too).
         ``counts`` asks for `scale`; ``0.1arcsec`` states both at once.
     scale
         Size of one count: ``0.1arcsec``.
@@ -223,7 +224,7 @@ def vocabulary() -> frozenset[str]:
 
 
 def of_name(stated: str | Mapping[str, str] | None, name: str) -> str | None:
-    """What a statement says for gyro `name`: its own entry, or the one for all."""
+    """What a statement says for gyro `name`: its own entry, or the one for all (``gyros``)."""
     if stated is None or isinstance(stated, str):
         return stated
-    return stated.get(name)
+    return stated.get(name, stated.get("gyros"))

@@ -1,5 +1,6 @@
 """What an alignment comes to, as a figure, as text and as data."""
 
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -200,13 +201,18 @@ def _turning(prospect: Prospect) -> dict[str, Any]:
 
 
 def _highest(prospect: Prospect) -> AzimuthError:
-    """The gyrocompass with the upper bounds of what was not estimated in the place of zero."""
-    return azimuth_error(
-        prospect.noise.highest,
-        latitude=prospect.latitude,
-        times=prospect.compass.times,
-        confidence=prospect.compass.confidence,
-    )
+    """The gyrocompass with the worst upper bound of what was not estimated in the place of zero."""
+    found = [
+        azimuth_error(
+            noise,
+            latitude=prospect.latitude,
+            times=prospect.compass.times,
+            confidence=prospect.compass.confidence,
+        )
+        for noise in prospect.noise.bounded
+    ]
+    worst = max(found, key=lambda one: float(one.deviation[-1]))
+    return replace(worst, floor=max(one.floor for one in found))
 
 
 def _at_most(prospect: Prospect) -> list[str]:
@@ -215,7 +221,7 @@ def _at_most(prospect: Prospect) -> list[str]:
         return []
     highest = _highest(prospect)
     return [
-        f"    with the upper bounds       {number(highest.deviation[-1] / ARCMINUTE)}′, "
+        f"    with the worst upper bound  {number(highest.deviation[-1] / ARCMINUTE)}′, "
         f"floor {number(highest.floor / ARCMINUTE)}′"
     ]
 

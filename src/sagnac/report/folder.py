@@ -7,6 +7,7 @@ from urllib.parse import quote
 
 from sagnac.analysis.result import Analysis
 from sagnac.formats.files import replacing_folder
+from sagnac.overwriting import of_report, require_free
 from sagnac.report import document, figures, page, tables
 from sagnac.report import pdf as printer
 from sagnac.report.files import folder_name, write_text
@@ -42,6 +43,7 @@ def write_report(
     settings: str = "",
     pdf: bool = False,
     with_forces: bool = True,
+    force: bool = False,
 ) -> Report:
     """Page, document, tables and figures of one analysis, into a folder that is made for them.
 
@@ -62,11 +64,15 @@ def write_report(
         Also write the page as a PDF.
     with_forces
         Whether the page shows the accelerometers; the document holds them either way.
+    force
+        Replace what no report of this package left there, too.
 
     Raises
     ------
     RecordingError
         If the folder cannot be written to; nothing of it is changed then.
+    WouldOverwrite
+        If a file is there that no report left, and `force` is not set.
     MissingExtra
         If a PDF is asked for and nothing that makes one is installed.
 
@@ -83,6 +89,8 @@ def write_report(
     'report.html'
     """
     folder = Path(folder)
+    for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
+        require_free(of_report(place), force=force)
     sheet = _Sheet(block=block, settings=settings, pdf=pdf, with_forces=with_forces)
     # All of it or nothing: new figures beside an old document would be believed.
     with replacing_folder(folder) as new:

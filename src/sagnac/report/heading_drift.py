@@ -136,7 +136,7 @@ def _at_most(found: Drift, row: int) -> list[str]:
         if growth.highest[row] > _RAISED * growth.deviation(misaligned=False)[row]:
             gap = "" if unit == "°" else " "
             shown.append(f"{name} {number(growth.highest[row] / size)}{gap}{unit}")
-    return [f"    by the gyros with the upper bounds: {', '.join(shown)}"] if shown else []
+    return [f"    by the gyros with the worst upper bound: {', '.join(shown)}"] if shown else []
 
 
 def drift_notes(unaided: Unaided) -> list[str]:
@@ -204,7 +204,8 @@ def drift_figure(unaided: Unaided) -> Figure:
                 )  # fmt: skip
         if np.any(heading.highest / DEGREE > _RAISED * sigma):
             axes.plot(
-                heading.times, heading.highest / DEGREE, color=ORANGE, label="with upper bounds"
+                heading.times, heading.highest / DEGREE, color=ORANGE,
+                label="with the worst upper bound",
             )  # fmt: skip
         logarithmic(axes, "time without aiding (s)", "heading drift, 1 σ (°)")
         legend_above(axes, columns=3)

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from sagnac import overwriting
 from sagnac.cli import output as results
-from sagnac.cli import outputs
 from sagnac.cli.errors import DONE, UsageError
 from sagnac.cli.options import (
     OUTPUT,
@@ -17,6 +17,7 @@ from sagnac.cli.options import (
     one_argument,
     seconds,
     several_seconds,
+    turn_rate,
 )
 
 if TYPE_CHECKING:
@@ -27,8 +28,9 @@ def align(
     source: Annotated[
         Path,
         Parameter(
-            name="ANALYSIS.json|CAMPAIGN",
-            help="Of an analysis; or a campaign (its folder or campaign.csv), which foretells N.",
+            name="ANALYSIS.json|DIR",
+            help="An analysis.json or the folder of its report; or a campaign (its folder or "
+            "campaign.csv), which foretells N.",
         ),
     ],
     /,
@@ -58,8 +60,9 @@ def align(
     ] = None,
     bias: Annotated[
         float | None,
-        Parameter(
-            metavar="DEG/H",
+        one_argument(
+            turn_rate,
+            metavar="3deg/h",
             help="What is not known of a gyro's bias, 1 sigma: unless stated what the rest leaves, "
             "and 0 for gyrocompass and filter.",
         ),
@@ -96,14 +99,12 @@ def align(
     del debug
     if table_rate is not None and latitude is None:
         raise UsageError("--table-rate needs --latitude, since azimuth is found from Earth rate")
-    if bias is not None and not bias >= 0.0:
-        raise UsageError(f"--bias {bias:g}: give zero or more")
     results.require_writable(output)
     if output is not None:
-        outputs.require_free(outputs.of_alignment(output), [source], force=force)
+        overwriting.require_free(overwriting.of_alignment(output), [source], force=force)
     results.ready_to_draw()
     from sagnac.alignment.align import align as foreseen
-    from sagnac.units import DEGREE, DEGREE_PER_HOUR
+    from sagnac.units import DEGREE
 
     noises, words = _noises(source, confidence)
     found = foreseen(
@@ -112,7 +113,7 @@ def align(
         rest=time,
         azimuth=azimuth,
         tilt=tilt,
-        bias=None if bias is None else bias * DEGREE_PER_HOUR,
+        bias=bias,
         table_rate=None if table_rate is None else table_rate * DEGREE,
         after=after,
         confidence=confidence,
@@ -124,7 +125,7 @@ def align(
 
 def _noises(source: Path, confidence: float) -> "tuple[Triad, str]":
     """N, B and K of an analysis; or N that a campaign foretells, and in words from what."""
-    if source.is_dir() or source.suffix.lower() == ".csv":
+    if (source / "campaign.csv").exists() or source.suffix.lower() == ".csv":
         from sagnac.fleet.prior import prior_of
 
         prior = prior_of(source, confidence=confidence)

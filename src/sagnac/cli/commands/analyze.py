@@ -1,11 +1,10 @@
 """``sagnac analyze``: recordings in, reports out."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from sagnac import overwriting
 from sagnac.cli import output as results
-from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, explain
 from sagnac.cli.options import (
@@ -22,7 +21,7 @@ from sagnac.cli.options import (
     title_block_of,
 )
 from sagnac.cli.reading import naming, read_file
-from sagnac.cli.settings_file import settings_text, with_settings
+from sagnac.cli.settings_file import inputs, settings_text, with_settings
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -55,10 +54,11 @@ def analyze(
     statement = statement_of(options)
     settings = settings_of(options)
     folders = results.folders_of(files, output, as_json=options.as_json)
-    reads = outputs.inputs(files, options, heading.heading)
+    reads = inputs(files, options, heading.heading)
     for folder in folders:
         results.require_writable(folder)
-        _require_free(folder, (), reads, force=force)
+        if folder is not None:
+            overwriting.require_free(overwriting.of_report(folder), reads, force=force)
     several = len(files) > 1
     done: list[Analysis] = []
     named: list[tuple[str, Analysis]] = []
@@ -72,8 +72,9 @@ def analyze(
                 stage_of=file.name * several,
                 memory=options.memory,
             )
-            _require_free(folder, tuple(analysis.gyros), reads, force=force)
-            one = _reported(analysis, folder, block, settings_text(options), pdf=heading.pdf)
+            one = _reported(
+                analysis, folder, block, settings_text(options), pdf=heading.pdf, force=force
+            )
         except Exception as error:
             if not several or options.debug:
                 raise
@@ -90,18 +91,6 @@ def analyze(
     if options.as_json and done:
         results.print_documents(done, single=not several)
     return failed or results.verdict_status(done)
-
-
-def _require_free(
-    folder: Path | None, names: Sequence[str], reads: Sequence[Path], *, force: bool
-) -> None:
-    """Refuse a folder in which something would be lost, or in which that of a gyro has it."""
-    if folder is None:
-        return
-    from sagnac.report.files import folder_name
-
-    for place in (folder, *(folder / folder_name(name) for name in names)):
-        outputs.require_free(outputs.of_report(place), reads, force=force)
 
 
 def _analyzed(
@@ -122,7 +111,13 @@ def _analyzed(
 
 
 def _reported(
-    analysis: "Analysis", folder: Path | None, block: "TitleBlock", settings: str, *, pdf: bool
+    analysis: "Analysis",
+    folder: Path | None,
+    block: "TitleBlock",
+    settings: str,
+    *,
+    pdf: bool,
+    force: bool,
 ) -> "Report":
     """The analysis with its report in `folder`, unless that is None."""
     results.ready_to_draw()
@@ -132,7 +127,7 @@ def _reported(
         return Report(analysis=analysis, paths=())
     with progresses.shown() as progress:
         progress("report", 0.0)
-        return write_report(analysis, folder, block=block, settings=settings, pdf=pdf)
+        return write_report(analysis, folder, block=block, settings=settings, pdf=pdf, force=force)
 
 
 def _print(one: "Report", *, curve: bool, end: str) -> None:

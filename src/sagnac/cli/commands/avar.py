@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import Parameter
 
+from sagnac import overwriting
 from sagnac.cli import output as results
-from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.options import (
     ANALYSIS,
@@ -28,7 +28,7 @@ from sagnac.cli.options import (
 )
 from sagnac.cli.progress import Progress
 from sagnac.cli.reading import ReadFile, naming, read_file
-from sagnac.cli.settings_file import settings_text, with_settings
+from sagnac.cli.settings_file import inputs, settings_text, with_settings
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -78,9 +78,9 @@ def avar(
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
         if output is not None:
-            reads = outputs.inputs([file], options, heading.heading)
+            reads = inputs([file], options, heading.heading)
             for one in _outputs(read, settings, output):
-                outputs.require_free(one, reads, force=force)
+                overwriting.require_free(one, reads, force=force)
         with naming(file, read.recording):
             if gaps == "omit":
                 from sagnac.recording.gaps import with_gaps_marked
@@ -90,8 +90,9 @@ def avar(
             paths: list[Path] = []
             if output is not None:
                 made, paths = _reported(
-                    made, output, progress, block, settings_text(options), pdf=heading.pdf
-                )
+                    made, output, progress, block, settings_text(options), pdf=heading.pdf,
+                    force=force,
+                )  # fmt: skip
     if options.as_json:
         analyses = made.analysis.each
         single = not made.analysis.gyros
@@ -149,16 +150,16 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
     return _Made(analysis=analysis.with_accelerometers(forces), benches=benches)
 
 
-def _outputs(read: ReadFile, settings: "Settings", output: Path) -> list[outputs.Outputs]:
+def _outputs(read: ReadFile, settings: "Settings", output: Path) -> list[overwriting.Outputs]:
     """What will be written: a folder for each gyro beside the page of all, and the forces'."""
     names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
     from sagnac.report.files import folder_name
 
-    made = [outputs.of_report(output / folder_name(name)) for name in names]
+    made = [overwriting.of_report(output / folder_name(name)) for name in names]
     if len(names) > 1:
-        made.append(outputs.of_report(output))
+        made.append(overwriting.of_report(output))
     if read.recording.accelerometers:
-        made.append(outputs.of_accelerometers(output / _ACCELEROMETERS))
+        made.append(overwriting.of_accelerometers(output / _ACCELEROMETERS))
     return made
 
 
@@ -170,6 +171,7 @@ def _reported(
     settings: str,
     *,
     pdf: bool,
+    force: bool,
 ) -> tuple[_Made, list[Path]]:
     """The benches with the time of their reports, and every file written.
 
@@ -185,7 +187,7 @@ def _reported(
         place = output / folder_name(analysis.channel)
     progress("report", 0.0)
     written = write_report(
-        analysis, place, block=block, settings=settings, pdf=pdf, with_forces=False
+        analysis, place, block=block, settings=settings, pdf=pdf, with_forces=False, force=force
     )
     paths = list(written.paths)
     if analysis.accelerometers:

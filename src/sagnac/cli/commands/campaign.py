@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 
 from sagnac.cli import output as results
-from sagnac.cli import outputs
 from sagnac.cli.errors import DATA_ERROR, DONE, UsageError, complain
 from sagnac.cli.options import (
     NO_OPTIONS,
@@ -90,10 +89,9 @@ def campaign(
         raise UsageError(f"--{error}") from error
     tasks = tasks_of(sources, choices)
     results.require_writable(output)
-    reads = outputs.inputs([*sources, *(Path(task.path) for task in tasks)], options)
-    outputs.require_free(outputs.of_campaign(output), reads, force=force)
     completed = _completed(scheduler, workers, options.memory)
-    made = _done(tasks, results.made(output).absolute(), completed, span, title_of(sources, tasks))
+    folder, title = results.made(output).absolute(), title_of(sources, tasks)
+    made = _done(tasks, folder, completed, span, title, force=force)
     _print(made, output, choices)
     failed = made.campaign.failed
     for row in failed:
@@ -117,13 +115,21 @@ def _completed(scheduler: str | None, workers: int | None, memory: float | None)
 
 
 def _done(
-    tasks: "Sequence[Task]", folder: Path, completed: "Completed", span: float | None, title: str
+    tasks: "Sequence[Task]",
+    folder: Path,
+    completed: "Completed",
+    span: float | None,
+    title: str,
+    *,
+    force: bool,
 ) -> "CampaignReport":
     results.ready_to_draw()
     from sagnac.fleet.campaign import carried_out
 
     try:
-        return carried_out(tasks, folder, completed, title=title, span=span, told=standings())
+        return carried_out(
+            tasks, folder, completed, title=title, span=span, told=standings(), force=force
+        )
     except KeyboardInterrupt:
         complain(f"stopped; start the same campaign again, and it goes on ({folder})")
         raise

@@ -61,8 +61,7 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             f"read with: {command_for(file, statement)}",
             sep="\n\n",
         )
-        gyros = [gyro.name for gyro in recording.gyros]
-        if (command := command_with_accelerometers(file, statement, gyros)) is not None:
+        if (command := command_with_accelerometers(file, statement)) is not None:
             print(f"with its accelerometers: {command}")
     refused = ("error", "warning") if settings.strict else ("error",)
     errors = [finding for finding in findings if finding.level in refused]

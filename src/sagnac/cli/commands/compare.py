@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+from sagnac import overwriting
 from sagnac.cli import output as results
-from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.options import NO_OPTIONS, File, Folder, Force, Options, settings_of, statement_of
 from sagnac.cli.progress import Progress
 from sagnac.cli.reading import ReadFile, naming, read_file
-from sagnac.cli.settings_file import with_settings
+from sagnac.cli.settings_file import inputs, with_settings
 
 if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
@@ -49,8 +49,8 @@ def compare(
     settings = settings_of(options)
     results.require_writable(output)
     if output is not None:
-        reads = outputs.inputs([file], options)
-        outputs.require_free(outputs.of_comparison(output), reads, force=force)
+        reads = inputs([file], options)
+        overwriting.require_free(overwriting.of_comparison(output), reads, force=force)
     methods = (options.method,) if options.method else METHODS
     with progresses.shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)

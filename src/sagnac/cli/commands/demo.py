@@ -8,8 +8,8 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
+from sagnac import overwriting
 from sagnac.cli import output as results
-from sagnac.cli import outputs
 from sagnac.cli import progress as progresses
 from sagnac.cli.commands.simulate import changed
 from sagnac.cli.errors import DONE
@@ -34,6 +34,7 @@ def demo(
     from sagnac.analysis.pipeline import analyze
     from sagnac.analysis.settings import Settings
     from sagnac.formats import read
+    from sagnac.formats.metadata import of_simulation
     from sagnac.report import text
     from sagnac.rig.config import preset
     from sagnac.rig.sections import GYRO_NAMES
@@ -44,8 +45,8 @@ def demo(
         config = replace(config, duration_s=QUICK_S)
     folder = output or Path("demo")
     results.require_writable(folder)
-    for made in (outputs.of_simulation(folder / RECORDING), outputs.of_report(folder)):
-        outputs.require_free(made, force=force)
+    for made in (of_simulation(folder / RECORDING), overwriting.of_report(folder)):
+        overwriting.require_free(made, force=force)
     results.made(folder)
     began = time.perf_counter()
     with progresses.shown() as progress:
@@ -62,7 +63,7 @@ def demo(
         results.ready_to_draw()
         from sagnac.report.folder import write_report
 
-        written = write_report(analysis, folder)
+        written = write_report(analysis, folder, force=force)
     truth = json.loads(truth_path.read_text(encoding="utf-8"))
     put_in = float(truth["pairs"][analysis.channel]["arw_deg_per_sqrt_h"])
     print(text.answer(analysis))

@@ -5,7 +5,6 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from sagnac.cli import outputs
 from sagnac.cli.errors import UsageError
 from sagnac.cli.options import Debug, Force, names
 from sagnac.cli.output import print_paths, require_writable
@@ -101,10 +100,9 @@ def export(
     if not analyses and stated is None and not datasheet:
         raise UsageError("give an analysis.json, or what a data sheet states with --datasheet")
     require_writable(output.parent)
-    outputs.require_free(outputs.of_export(output, chosen), analyses or (), force=force)
     made = made_of(
         analyses or (), output, tool=chosen, axes=axes, rate=rate, confidence=confidence,
-        markov=markov, topic=topic, accelerometer=stated, datasheet=datasheet or (),
+        markov=markov, topic=topic, accelerometer=stated, datasheet=datasheet or (), force=force,
     )  # fmt: skip
     for setting in made.settings:
         print(one_line(setting.in_words()))

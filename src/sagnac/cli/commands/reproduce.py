@@ -5,8 +5,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from sagnac import overwriting
 from sagnac.cli import output as results
-from sagnac.cli import outputs
 from sagnac.cli.errors import DONE, UsageError, complain
 from sagnac.cli.options import Debug, Folder, Force, Workers
 from sagnac.cli.progress import standings
@@ -30,7 +30,7 @@ def reproduce(
     del debug
     folder = output or Path("reproduction")
     results.require_writable(folder)
-    outputs.require_free(outputs.of_reproduction(folder), force=force)
+    overwriting.require_free(overwriting.of_reproduction(folder), force=force)
     results.ready_to_draw()
     from sagnac.paper.plan import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from sagnac.cli import outputs
+from sagnac import overwriting
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DONE, UsageError
 from sagnac.cli.options import OUTPUT, Debug, Duration, Force
@@ -31,7 +31,7 @@ def simulate(
     like: Annotated[
         Path | None,
         Parameter(
-            metavar="ANALYSIS.json",
+            metavar="ANALYSIS.json|DIR",
             help="A unit with the Q, N, B, K and R that were measured; CONFIG.toml goes over it.",
         ),
     ] = None,
@@ -56,8 +56,10 @@ def simulate(
     chosen = _config(config, preset or "paper") if like is None else _like(like, config)
     if table_rate is not None and chosen.table.profile:
         raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
+    from sagnac.formats.metadata import of_simulation
+
     reads = [path for path in (config, like) if path is not None]
-    outputs.require_free(outputs.of_simulation(output), reads, force=force)
+    overwriting.require_free(of_simulation(output), reads, force=force)
     chosen = changed(chosen, seed=seed, duration=duration, table_rate=table_rate)
     if kind is not None:
         chosen = replace(chosen, kind=kind)

@@ -1,4 +1,4 @@
-"""What a command may write over: nothing that it reads, and nothing that it did not make.
+"""What may be written over: nothing that a run reads, and nothing that this package did not make.
 
 What the package writes says so itself: a document by its schema, a page by its generator, a
 recording and the settings of a filter by a mark. Files that are written together are of one make
@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from sagnac.cli.errors import UsageError
-from sagnac.cli.options import Reading
+from sagnac.errors import WouldOverwrite
 
 # Where the words of a file about itself stand.
 _HEAD: Final = 1 << 13
@@ -68,36 +67,21 @@ def require_free(outputs: Outputs, reads: Iterable[Path] = (), *, force: bool = 
     reads
         What the run reads.
     force
-        Whether the user said that it may.
+        Whether it was said that it may.
 
     Raises
     ------
-    UsageError
+    WouldOverwrite
         If a file is there that would be lost.
     """
     there = [path for path in outputs.paths if path.is_symlink() or path.exists()]
     if force or not there:
         return
-    remedy = "choose another output (-o), or write over it with --force"
     for path in there:
         if any(one.exists() and path.exists() and path.samefile(one) for one in reads):
-            raise UsageError(f"{path}: is read by this run, and would be lost; {remedy}")
+            raise WouldOverwrite(path, "is read by this run, and would be lost")
     if kind_of(outputs.mark) != outputs.kind:
-        raise UsageError(
-            f"{there[0]}: is there, and no such run made it, so it would be lost; {remedy}"
-        )
-
-
-def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:
-    """What a run reads: recordings, the TOML beside each, and what its options name."""
-    stated = [getattr(options, name, None) for name in ("settings", "spec", "layout")]
-    named = [Path(one) for one in (*stated, *more) if one is not None]
-    beside = [
-        place
-        for file in files
-        for place in (file, file.with_name(f"{file.name}.toml"), file.with_suffix(".toml"))
-    ]
-    return [*beside, *named]
+        raise WouldOverwrite(there[0], "is there, and no such run made it, so it would be lost")
 
 
 def of_report(folder: Path) -> Outputs:
@@ -145,20 +129,6 @@ def of_reproduction(folder: Path) -> Outputs:
     return _in(folder, names, "reproduction.html", "page")
 
 
-def of_simulation(path: Path) -> Outputs:
-    """A simulated recording, its truth, and the TOML that a text needs."""
-    truth = path.with_name(path.name + ".truth.json")
-    return Outputs(paths=(path, truth, *_toml_of(path)), mark=truth, kind="truth")
-
-
-def of_conversion(path: Path) -> Outputs:
-    """A recording in another format, and the TOML that a text needs."""
-    truth, beside = path.with_name(path.name + ".truth.json"), _toml_of(path)
-    # One that a simulation made has its truth beside it, which would be of another recording.
-    mark = truth if truth.exists() else (*beside, path)[0]
-    return Outputs(paths=(path, *beside), mark=mark, kind="recording")
-
-
 def of_export(path: Path, format_name: str) -> Outputs:
     """The settings of a filter."""
     return Outputs(paths=(path,), mark=path, kind="filter" if format_name == "json" else "settings")
@@ -166,11 +136,3 @@ def of_export(path: Path, format_name: str) -> Outputs:
 
 def _in(folder: Path, names: Iterable[str], mark: str, kind: str) -> Outputs:
     return Outputs(paths=tuple(folder / name for name in names), mark=folder / mark, kind=kind)
-
-
-def _toml_of(path: Path) -> tuple[Path, ...]:
-    """The TOML that says of a text what its columns are."""
-    from sagnac.formats.registry import CSV
-
-    is_text = path.suffix.lower() in CSV.suffixes
-    return (path.with_name(path.name + ".toml"),) if is_text else ()
