@@ -5,6 +5,7 @@ import shlex
 
 import numpy as np
 import pytest
+import scipy.io
 
 from sagnac.cli import main
 from tests.cli.examples import STATED, one_line_among, strict
@@ -88,3 +89,55 @@ def test_a_log_of_psins_has_accelerometers_to_ask_for(tmp_path, capsys):
     assert main(["check", str(path)]) == 0
     said = capsys.readouterr().out.splitlines()[-1]
     assert said == f"with its accelerometers: sagnac avar {path} --accelerometers ax,ay,az"
+
+
+def rows(header, cut=0):
+    """A text of noise under a header, its end cut off by some characters."""
+    noise = np.random.default_rng(1).normal(size=(400, header.count(",") + 1))
+    lines = "".join(",".join(f"{value:.6f}" for value in row) + "\n" for row in noise)
+    text = f"{header}\n{lines}"
+    return text[: len(text) - cut]
+
+
+def test_a_command_is_offered_only_if_it_says_more(tmp_path, capsys):
+    """That of a file that is cut off or lacks nothing would fail as the one before it did."""
+    path = tmp_path / "run.csv"
+    words = ["check", str(path), "--rate", "100"]
+    path.write_text(rows("x[deg/s],y[deg/s],z[deg/s]"))
+    assert main(words) == 1
+    shown = capsys.readouterr()
+    assert "This reads it:\n\n    sagnac avar" in shown.out
+    assert "--kind rate" in shown.out
+    path.write_text(rows("x[deg/s],y[deg/s],z[deg/s]", cut=15))
+    assert main(words) == 1
+    shown = capsys.readouterr()
+    assert "Even with what is missing stated it cannot be read" in shown.out
+    assert "the last line, 401, is cut off" in shown.out
+    assert main([*words, "--kind", "rate"]) == 1
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "the last line, 401, is cut off" in one_line_among(shown.err)
+
+
+def test_arrays_of_a_mat_file_are_offered_in_their_order(tmp_path, capsys):
+    path = tmp_path / "run.mat"
+    rng = np.random.default_rng(2)
+    gyro, force = rng.normal(size=(400, 3)), rng.normal(size=(400, 3))
+    scipy.io.savemat(path, {"gyro": gyro, "acc": force})
+    stated = ["--kind", "rate", "--unit", "deg/s", "--rate", "100"]
+    assert main(["check", str(path), *stated]) == 1
+    (line,) = (one for one in capsys.readouterr().out.splitlines() if "sagnac avar" in one)
+    words = ["check", *shlex.split(line)[2:]]
+    assert main(words) == 0
+    (line,) = (one for one in capsys.readouterr().out.splitlines() if "with its acc" in one)
+    # Without the unit of the accelerometers a command is offered that asks for it.
+    words = ["check", *shlex.split(line.partition(": ")[2])[2:]]
+    place = words.index("--unit") + 1
+    words[place] = "deg/s"
+    assert main(words) == 1
+    shown = capsys.readouterr()
+    assert "--unit gyros=deg/s,accelerometers=g" in one_line_among(shown.err)
+    (line,) = (one for one in shown.out.splitlines() if "sagnac avar" in one)
+    words = ["check", *shlex.split(line.replace("=UNIT", "=m/s^2"))[2:]]
+    assert main(words) == 0
+    assert "accelerometer az" in capsys.readouterr().out

@@ -49,17 +49,11 @@ def read_file(
     return ReadFile(recording=recording, seconds={"read": time.perf_counter() - began})
 
 
-def command_for(file: Path, statement: "Statement") -> str:
-    """The command that would read a file, with what is stated and what is missing.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be opened.
-    """
-    from sagnac.formats import missing
-
-    lacking = missing(file, statement)
+def command_for(
+    file: Path, statement: "Statement", lacking: Mapping[str, str] | None = None
+) -> str:
+    """The command that would read a file, with what is stated and, as options, what is missing."""
+    lacking = lacking or {}
     options = {**stated_options(statement), **lacking}
     if "columns" in lacking:
         # They name the gyros, too.

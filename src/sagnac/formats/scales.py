@@ -159,7 +159,7 @@ def accelerometer_scale(name: str, column: Column, statements: Statements) -> Sc
         )
     kind: Kind = stated
     unit = statements.of_accelerometer("unit", name) or column.unit
-    remedy = f"state {{unit {name}=m/s^2}}, g or mg, or {{unit accelerometers=g}} for all"
+    remedy = f"state {{unit {name}=m/s^2}}, g or mg, or {{unit gyros=deg/s,accelerometers=g}}"
     if unit is None:
         raise RecordingError("its unit is not stated", channel=name, remedy=remedy)
     factor, plain = split_factor(unit)

@@ -9,6 +9,7 @@ import numpy as np
 from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
 from sagnac.formats.choice import (
+    choose_accelerometers,
     choose_gyros,
     choose_table,
     choose_time,
@@ -71,6 +72,7 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
     missing: dict[str, str] = {}
     gyros = _gyros(source, statements, missing)
     _kind_and_unit(gyros, statements, missing)
+    _unit_of_forces(source.columns, statements, missing)
     taken = frozenset(column.key for column in gyros.values())
     _table(source.columns, statements, taken, missing)
     _sampling(source, statements, taken, missing)
@@ -99,6 +101,10 @@ def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, st
         for name, axis in zip(ACCELEROMETER_NAMES, "xyz", strict=True)
         if (column := _force(source.columns, name, axis)) is not None
     }
+    numbered = [one for one in source.columns if _may_be_force(one)]
+    if not found and len(numbered) == len(ACCELEROMETER_NAMES):
+        # Columns of one array, such as acc.1, acc.2 and acc.3.
+        found = dict(zip(ACCELEROMETER_NAMES, numbered, strict=True))
     if not found:
         return {}
     inputs = {"accelerometers": ",".join(found)}
@@ -166,6 +172,10 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
     if not gyros:
         rates = [one for one in columns if one.unit and parsed_unit(one.unit).name in RATE_UNITS]
         gyros = dict(zip("xyz", rates, strict=False))
+    if not gyros:
+        # Columns of one array, such as gyro.1, gyro.2 and gyro.3.
+        numbered = [one for one in columns if _GYRO.search(one.name) and _may_be_gyro(one)]
+        gyros = dict(zip("xyz", numbered, strict=True)) if len(numbered) == 3 else {}
     possible = () if gyros else candidates(source, statements)
     if len(possible) == 1 or (possible and columns[0].key == "1"):
         gyros = dict(zip("xyz", possible, strict=False))
@@ -238,6 +248,22 @@ def _kind_and_unit(
             missing[quantity] = values.pop()
         elif found:
             missing[quantity] = ",".join(f"{name}={value}" for name, value in found.items())
+
+
+def _unit_of_forces(
+    columns: Sequence[Column], statements: Statements, missing: dict[str, str]
+) -> None:
+    """A unit of the accelerometers that are stated, beside that of the gyros."""
+    forces = choose_accelerometers(columns, statements)
+    if all(one.unit or statements.of_accelerometer("unit", name) for name, one in forces.items()):
+        return
+    of_gyros = missing.get("unit", statements.caller.unit)
+    if isinstance(of_gyros, Mapping):
+        of_gyros = ",".join(f"{name}={unit}" for name, unit in of_gyros.items())
+    if of_gyros is not None and "=" not in of_gyros:
+        of_gyros = f"gyros={of_gyros}"
+    of_forces = f"accelerometers={UNIT}"
+    missing["unit"] = of_forces if of_gyros is None else f"{of_gyros},{of_forces}"
 
 
 def _table(

@@ -2,13 +2,14 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from sagnac.cli import progress as progresses
 from sagnac.cli.errors import DATA_ERROR, DONE, complain
-from sagnac.cli.options import NO_OPTIONS, File, Options, settings_of, statement_of
+from sagnac.cli.options import NO_OPTIONS, File, Options, one_or_by_name, settings_of, statement_of
 from sagnac.cli.reading import (
     command_for,
     command_with_accelerometers,
@@ -76,18 +77,43 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
 
 def _suggest(file: Path, statement: "Statement") -> None:
     """Print the command that would read a file that states too little; nothing if it is wrong."""
+    from sagnac.formats import missing
+
     try:
-        command = command_for(file, statement)
+        lacking = missing(file, statement)
     except RecordingError:
         return
+    if not lacking:
+        return
+    command = command_for(file, statement, lacking)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
-    said = "To read it, put in what stands in capitals" if words else "This may read it"
+    said = "To read it, put in what stands in capitals"
+    if not words:
+        said = _outcome(file, statement, lacking)
     print(f"{said}:\n\n    {command}\n")
     if "COLUMN" in words:
         from sagnac.formats import gyros_in
 
         if found := gyros_in(file, statement):
             print(f"COLUMN may be any of {', '.join(found)}\n")
+
+
+def _outcome(file: Path, statement: "Statement", lacking: Mapping[str, str]) -> str:
+    """What comes of a file once what is lacking is stated, in words."""
+    from sagnac.formats import read
+    from sagnac.report.command_line import error_text
+
+    parsed: dict[str, Any] = {
+        name: one_or_by_name(value) if name in ("columns", "kind", "unit") else value
+        for name, value in lacking.items()
+    }
+    if "columns" in lacking:
+        parsed["gyros"] = None
+    try:
+        read(file, replace(statement, **parsed), verify=False)
+    except RecordingError as error:
+        return f"Even with what is missing stated it cannot be read: {error_text(error)}"
+    return "This reads it"
 
 
 def _document(file: Path, recording: "Recording", findings: "Sequence[Note]") -> dict[str, Any]:
