@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 from sagnac.formats import Statement, read
 from sagnac.formats.scales import Scale
 from sagnac.formats.suspicions import (
     counter_notes,
+    increment_notes,
     rate_notes,
     roll_overs,
     stamp_unit_notes,
@@ -93,6 +95,32 @@ def test_a_rate_called_an_angle_is_noticed_and_an_angle_is_not():
     assert rate_notes("x", 15.0 * seconds + noise) == ()
     # A table that swings to and fro.
     assert rate_notes("x", 90.0 * np.sin(seconds) + 0.01 * noise) == ()
+
+
+@pytest.mark.parametrize("corner", [10.0, 40.0])
+def test_a_rate_behind_a_low_pass_is_none_the_less_a_rate(corner):
+    """Samples at 200 Hz that go on from one to the next, and yet do not add up."""
+    generator = np.random.default_rng(5)
+    rate = lfilter(*butter(2, corner / 100.0), generator.normal(size=120_000))
+    (note,) = rate_notes("x", 3.0 + rate)
+    assert "{kind rate}" in note.text
+    assert rate_notes("x", np.cumsum(rate)) == ()
+    seconds = np.arange(rate.size) / 200.0
+    for swing in (np.sin(seconds), np.sin(20.0 * seconds), np.sin(100.0 * seconds)):
+        assert rate_notes("x", 90.0 * swing + 1e-3 * np.cumsum(rate)) == ()
+
+
+@pytest.mark.parametrize("corner", [None, 40.0])
+def test_rates_called_increments_are_louder_than_any_gyro(corner):
+    """A sensor of 0.2 deg/sqrt(h) at 200 Hz; a loud one of 6 deg/sqrt(h) in increments."""
+    walk = np.deg2rad(0.2) / 60.0
+    rate = walk * np.sqrt(200.0) * np.random.default_rng(6).normal(size=120_000)
+    if corner is not None:
+        rate = lfilter(*butter(2, corner / 100.0), rate)
+    (note,) = increment_notes("x", rate, 200.0)
+    said = float(note.text.partition("would be ")[2].partition(" ")[0])
+    assert said == pytest.approx(0.2 * 200.0, rel=0.1)
+    assert increment_notes("x", 30.0 * rate / 200.0, 200.0) == ()
 
 
 def test_what_is_noticed_stands_in_the_recording(tmp_path):

@@ -30,6 +30,7 @@ from sagnac.formats.scales import (
 from sagnac.formats.source import Source, Stored
 from sagnac.formats.suspicions import (
     counter_notes,
+    increment_notes,
     rate_notes,
     stamp_unit_notes,
     table_counter_notes,
@@ -283,7 +284,13 @@ def channels_of(
     keys = [column.key for column in (*sensors, *pickoffs.values(), *warm)]
     columns = load_columns(stored, [*keys, table] if table is not None else keys, stretch)
     gyros = tuple(
-        _gyro(name, columns.pop(column.key), scales.gyros[name], counter_period)
+        _gyro(
+            name,
+            columns.pop(column.key),
+            scales.gyros[name],
+            counter_period,
+            stretch.sampling.sample_rate,
+        )
         for name, column in choice.gyros.items()
     )
     accelerometers = tuple(
@@ -313,13 +320,17 @@ def channels_of(
     )
 
 
-def _gyro(name: str, raw: FloatArray, scale: Scale, counter_period: float | None) -> Taken:
+def _gyro(
+    name: str, raw: FloatArray, scale: Scale, counter_period: float | None, sample_rate: float
+) -> Taken:
     """A gyro, with what its numbers speak against."""
     # The channel is made in place: what the raw numbers tell has to be asked before.
     doubts = counter_notes(name, raw, scale) if counter_period is None else ()
     taken = gyro_channel(name, raw, scale, counter_period)
     if scale.kind == "angle":
         doubts += rate_notes(name, taken.channel.values)
+    if scale.kind == "increment":
+        doubts += increment_notes(name, taken.channel.values, sample_rate)
     return replace(taken, notes=(*doubts, *taken.notes))
 
 

@@ -2,9 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from scipy.fft import rfft
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -12,7 +14,7 @@ from sagnac.errors import Note, counted
 from sagnac.formats.scales import Scale
 from sagnac.formats.statement import COUNTER_BITS
 from sagnac.recording.kinds import finite_extent
-from sagnac.units import TIME_UNITS, canonical
+from sagnac.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical
 
 # A step is a roll-over if it covers more than this part of the range, and the usual ones less than
 # that: no gyro turns through most of its range from one sample to the next.
@@ -25,6 +27,12 @@ _FASTEST: Final = 1e6
 _USUAL_RATES: Final = (1.0, 2e4)
 _COMMON: Final = 200.0
 _BLOCKS: Final = 64
+# Bands of ordinates of such a block that are level to this factor if its low frequencies are white:
+# those of a random walk differ twentyfold.
+_BANDS: Final = (2, 5, 11, 24)
+_LEVEL: Final = 1.5
+# No gyro has more white noise: the worst have 6 deg/sqrt(h).
+_LOUDEST: Final = 10.0 * DEGREE_PER_ROOT_HOUR
 _LEAST_SAMPLES: Final = 10 * _BLOCKS
 # How nearly leaps are those of a width.
 _SAME_PERIOD: Final = 0.05
@@ -187,8 +195,9 @@ def likely_time_unit(step: float) -> str | None:
 def rate_notes(name: str, values: FloatArray) -> tuple[Note, ...]:
     """An angle that scatters about one value as a rate does and never adds up: a warning.
 
-    A rate's samples are nearly independent, and means over blocks of them agree; an angle is the
-    sum of what was turned, and goes on from sample to sample.
+    A rate's samples are nearly independent, also behind a low-pass if they lie far enough apart,
+    and means over blocks of them agree; an angle is the sum of what was turned, and goes on from
+    sample to sample.
 
     Parameters
     ----------
@@ -199,16 +208,66 @@ def rate_notes(name: str, values: FloatArray) -> tuple[Note, ...]:
     """
     if values.size < _LEAST_SAMPLES:
         return ()
-    length = min(values.size // _BLOCKS, _LOOKED_AT // _BLOCKS)
-    starts = np.linspace(0, values.size - length, _BLOCKS).astype(int)
-    blocks = np.array([values[start : start + length] for start in starts])
+    blocks = _blocks(values)
     within = math.sqrt(float(np.mean(np.var(blocks, axis=1))))
     step = math.sqrt(float(np.mean(np.square(np.diff(blocks, axis=1)))))
     between = float(np.std(np.mean(blocks, axis=1)))
-    if not (step > within > 0.0 and between < 0.5 * within):
+    if not (within > 0.0 and between < 0.5 * within):
         return ()
+    if not step > within:
+        # Behind a low-pass: what scatters is no more than the level at low frequency makes.
+        level = _flat_level(blocks)
+        if level is None or not within**2 < _LEVEL * level:
+            return ()
     text = (
         "stays about one value and scatters from sample to sample as a rate does; if it is one, "
         "state {kind rate} with its {unit}"
     )
     return (Note(level="warning", channel=name, text=text),)
+
+
+def increment_notes(name: str, values: FloatArray, sample_rate: float) -> tuple[Note, ...]:
+    """Increments whose white noise is above that of any gyro: a warning.
+
+    Rates that are called increments have noise that is the sample rate times too large.
+
+    Parameters
+    ----------
+    name
+        Of the gyro.
+    values
+        (samples,) of kind ``increment``, rad.
+    sample_rate
+        Hz.
+    """
+    level = _flat_level(_blocks(values)) if values.size >= _LEAST_SAMPLES else None
+    if level is None or not level * sample_rate > _LOUDEST**2:
+        return ()
+    walk = math.sqrt(level * sample_rate) / DEGREE_PER_ROOT_HOUR
+    text = (
+        f"its white noise would be {walk:.3g} deg/sqrt(h), more than that of any gyro; if the "
+        "numbers are rates, state {kind rate} with their {unit}"
+    )
+    return (Note(level="warning", channel=name, text=text),)
+
+
+def _blocks(values: FloatArray) -> FloatArray:
+    """(64, samples) of equal length from all over a record."""
+    length = min(values.size // _BLOCKS, _LOOKED_AT // _BLOCKS)
+    starts = np.linspace(0, values.size - length, _BLOCKS).astype(int)
+    return np.array([values[start : start + length] for start in starts])
+
+
+def _flat_level(blocks: FloatArray) -> float | None:
+    """Variance that white noise of the level at low frequency has; None if that is not level."""
+    if blocks.shape[1] < 2 * _BANDS[-1]:
+        return None
+    window = np.hanning(blocks.shape[1])
+    with np.errstate(over="ignore", invalid="ignore"):
+        # What is not finite is named elsewhere.
+        spectra = rfft((blocks - blocks.mean(axis=1)[:, np.newaxis]) * window)
+        power = np.mean(np.abs(spectra) ** 2, axis=0)
+    levels = [float(power[low:high].mean()) for low, high in pairwise(_BANDS)]
+    if not max(levels) < _LEVEL * min(levels):
+        return None
+    return float(np.mean(levels)) / float(np.sum(window**2))
