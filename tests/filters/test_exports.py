@@ -5,6 +5,7 @@ import json
 import math
 import re
 import tomllib
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -192,6 +193,69 @@ def test_psins_is_called_with_the_units_of_its_own():
             variance = walk_as_markov(level, bias, float(read[time]), TAU)
             assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-5)), kind
             assert np.all(variance <= one.limit.limit**2 * 1.1), kind
+
+
+def test_imu_sensor_by_the_algorithm_of_its_page():
+    """Single-sided: sample NoiseDensity sqrt(Fs), step of the walk RandomWalk/sqrt(Fs)."""
+    text = exported("imu-sensor", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    assert "imu.SampleRate = 400;" in text
+    for sensor, group in (("gyro", TRIAD), ("accel", FORCES)):
+        (body,) = re.findall(rf"= {sensor}params\((.*?)\);", text, re.DOTALL)
+        assert "'NoiseType', 'single-sided'" in body
+        white, walk = (
+            [float(one) for one in re.search(rf"'{key}', \[(.*?)\]", body)[1].split(",")]
+            for key in ("NoiseDensity", "RandomWalk")
+        )
+        for axis, one in enumerate(group):
+            sample, step = white[axis] * math.sqrt(400.0), walk[axis] / math.sqrt(400.0)
+            assert sample == pytest.approx(one.simple.white_per_sample(1 / 400.0))
+            assert step == pytest.approx(one.simple.walk_per_sample(1 / 400.0))
+
+
+def test_gazebo_by_the_recursion_of_its_noise_model():
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=100.0)
+    root = ElementTree.fromstring(exported("gazebo", wanted))
+    assert float(root.findtext("update_rate")) == 100.0
+    for element, group in (("angular_velocity", TRIAD), ("linear_acceleration", FORCES)):
+        for axis, one in zip("xyz", group, strict=True):
+            noise = root.find(f"imu/{element}/{axis}/noise")
+            assert noise.get("type") == "gaussian"
+            sample, drive, time = (
+                float(noise.findtext(key))
+                for key in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+            )
+            # GaussianNoiseModel.cc: what a step of dt adds, and the decay that it meets.
+            dt = 0.01
+            added = math.sqrt(-(drive**2) * time / 2.0 * math.expm1(-2.0 * dt / time))
+            stationary = added / math.sqrt(1.0 - math.exp(-dt / time) ** 2)
+            variance = walk_as_markov(sample * math.sqrt(dt), stationary, time, TAU)
+            assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-5))
+            assert np.all(variance <= one.limit.limit**2 * 1.1)
+
+
+def test_gnss_ins_sim_by_its_equations():
+    text = exported("gnss-ins-sim", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    names: dict = {}
+    exec(text, names)
+    found = names["imu_err"]
+    for sensor, walk, group, size, rate in (
+        ("gyro", "arw", TRIAD, math.radians(1.0) / 60.0, math.radians(1.0) / 3600.0),
+        ("accel", "vrw", FORCES, 1.0 / 60.0, 1.0),
+    ):
+        assert not found[f"{sensor}_b"].any()
+        for axis, one in enumerate(group):
+            time = found[f"{sensor}_b_corr"][axis]
+            deviation = found[f"{sensor}_b_stability"][axis] * rate
+            # bias_drift: a = 1 - dt/T and b = deviation sqrt(1 - exp(-2 dt/T)).
+            dt = 1e-3
+            step = deviation * math.sqrt(1.0 - math.exp(-2.0 * dt / time))
+            stationary = step / math.sqrt(1.0 - (1.0 - dt / time) ** 2)
+            white = found[f"{sensor}_{walk}"][axis] * size
+            variance = walk_as_markov(white, stationary, time, TAU)
+            assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-3))
+            assert np.all(variance <= one.limit.limit**2 * 1.1)
+    alone = exported("gnss-ins-sim", Wanted(settings=TRIAD))
+    assert alone.count("# not measured, set it") == 4
 
 
 # What the line of a sensor above the body says: N, the Markov bias, its time.

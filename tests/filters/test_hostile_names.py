@@ -4,6 +4,7 @@ import ast
 import json
 import tomllib
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import pytest
 import yaml
@@ -20,6 +21,7 @@ HOSTILE = (
     'x"\n[sensors]\n"""\n\'\'\'',
     "x]\n[sensors.y",
     "x: {a: [1, 2]} # $HOME `id` ${IFS} %s {0}",
+    "--> <sensor> <!-- & ]]> </sensor>",
     "x\x1b[2J\x07\x7f\x00",
     "x\udcff\ufffe",
     "λ · 陀螺 😀",
@@ -79,6 +81,20 @@ def test_a_name_stays_text_in_every_format(name):
             assert [row.partition(" ")[0] for row in rows] == [
                 "eb", "web", "sqrtR0G", "TauG", "wdb", "imuerr",
             ]  # fmt: skip
+        elif tool == "imu-sensor":
+            rows = [line for line in text.splitlines() if line[:1] != "%"]
+            assert [row.partition(" ")[0] for row in rows if row[:1] != " "] == [
+                "imu", "imu.SampleRate", "imu.Gyroscope",
+            ]  # fmt: skip
+        elif tool == "gazebo":
+            root = ElementTree.fromstring(text)
+            assert [one.tag for one in root.iter()][:4] == [
+                "sensor", "update_rate", "imu", "angular_velocity",
+            ]  # fmt: skip
+        elif tool == "gnss-ins-sim":
+            space: dict[str, object] = {}
+            exec(text, space)
+            assert set(space) == {"__builtins__", "numpy", "imu_err"}
         else:
             read = {"json": json.loads, "toml": tomllib.loads}.get(tool, yaml.safe_load)
             found = read(text.removeprefix("%YAML:1.0\n"))

@@ -6,7 +6,7 @@ from typing import Final, Literal
 
 ToolName = Literal[
     "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
-    "imu-tools", "px4", "kf-gins", "psins", "toml", "json",
+    "imu-tools", "px4", "kf-gins", "psins", "imu-sensor", "gazebo", "gnss-ins-sim", "toml", "json",
 ]  # fmt: skip
 """Whose settings are written."""
 
@@ -136,6 +136,31 @@ DEFINITIONS: Final[Mapping[str, Definition]] = {
         reference="PSINS, imuerrset.m",
         text="web and wdb are N; sqrtR0G, TauG, sqrtR0A and TauA are deviation and correlation "
         "time of first-order Markov biases; eb and db are constant biases",
+        axes="three",
+        unused=_TOPIC | _CONTINUOUS_RATE | _MARKOV,
+    ),
+    "imu-sensor": Definition(
+        tool="imuSensor of MATLAB",
+        reference="MathWorks, imuSensor (Algorithms), gyroparams and accelparams, NoiseType of "
+        "R2023b and later; example 'Inertial Sensor Noise Analysis Using Allan Variance'",
+        text="single-sided: a sample has NoiseDensity sqrt(Fs) of white noise, and a step of the "
+        "drift RandomWalk/sqrt(Fs), so that they are N and K",
+        axes="three",
+        unused=_TOPIC | _CONTINUOUS_RATE | _WALK,
+    ),
+    "gazebo": Definition(
+        tool="Gazebo, SDF",
+        reference="SDFormat, sensor/imu, noise; gz-sensors, GaussianNoiseModel.cc",
+        text="stddev of a sample; a bias decays by exp(-dt/T) at a step and is given "
+        "s sqrt(T/2 (1 - exp(-2 dt/T))), where s is dynamic_bias_stddev and T its correlation time",
+        axes="three",
+        unused=_TOPIC | _MARKOV,
+    ),
+    "gnss-ins-sim": Definition(
+        tool="gnss-ins-sim",
+        reference="gnss-ins-sim, imu_model.py and pathgen.py (gyro_gen, acc_gen, bias_drift)",
+        text="arw and vrw are N; b_stability and b_corr are deviation and correlation time of a "
+        "first-order Markov bias",
         axes="three",
         unused=_TOPIC | _CONTINUOUS_RATE | _MARKOV,
     ),

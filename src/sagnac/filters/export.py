@@ -25,6 +25,7 @@ _SUFFIXES: Final[Mapping[str, ToolName]] = {
     ".py": "gtsam",
     ".m": "psins",
     ".params": "px4",
+    ".sdf": "gazebo",
     ".toml": "toml",
     ".json": "json",
 }

@@ -358,7 +358,12 @@ def _px4(name: str, wanted: Wanted) -> str:
 
 
 # Tools of Markov biases, and whether gyros and accelerometers have one correlation time.
-_COMMON_TIME: Final[Mapping[str, bool]] = {"kf-gins": True, "psins": False}
+_COMMON_TIME: Final[Mapping[str, bool]] = {
+    "kf-gins": True,
+    "psins": False,
+    "gazebo": False,
+    "gnss-ins-sim": False,
+}
 
 
 def _markov_times(name: str, wanted: Wanted) -> dict[Sensor, float]:
@@ -424,6 +429,76 @@ def _psins(name: str, wanted: Wanted) -> str:
     return text + "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);\n"
 
 
+def _imu_sensor(name: str, wanted: Wanted) -> str:
+    text = _heading(name, wanted, mark="%") + "imu = imuSensor('accel-gyro');\n"
+    if (rate := wanted.known_rate) is not None:
+        text += f"imu.SampleRate = {rate:.9g};  % Hz\n"
+    for kind, axes in _three(wanted).items():
+        prefix = "gyro" if kind == "gyro" else "accel"
+        white, walk = (
+            _listed(values)
+            for values in ([one.simple.white for one in axes], [one.simple.walk for one in axes])
+        )
+        text += (
+            f"imu.{'Gyroscope' if kind == 'gyro' else 'Accelerometer'} = {prefix}params("
+            f"'NoiseType', 'single-sided', ...\n    'NoiseDensity', {white}, ...\n"
+            f"    'RandomWalk', {walk});\n"
+        )
+    return text
+
+
+# Elements of SDF.
+_SDF: Final[Mapping[Sensor, str]] = {
+    "gyro": "angular_velocity",
+    "accelerometer": "linear_acceleration",
+}
+
+
+def _gazebo(name: str, wanted: Wanted) -> str:
+    rate, three, times = wanted.update_rate, _three(wanted), _markov_times(name, wanted)
+    # A comment of XML holds no two hyphens.
+    said = _heading(name, wanted, mark=" ").replace("--", "- -")
+    text = f"<!--\n{said}-->\n<sensor name='imu' type='imu'>\n  <update_rate>{rate:.9g}"
+    text += "</update_rate>\n  <imu>\n"
+    for kind, axes in three.items():
+        text += f"    <{_SDF[kind]}>\n"
+        for axis, one in zip("xyz", axes, strict=True):
+            model = one.as_markov(times[kind]).simple
+            noise = {
+                "mean": 0.0,
+                "stddev": model.white_per_sample(1.0 / rate),
+                "dynamic_bias_stddev": model.markov[0].driving_noise,
+                "dynamic_bias_correlation_time": times[kind],
+            }
+            inside = "".join(f"<{key}>{value:.9e}</{key}>" for key, value in noise.items())
+            text += f"      <{axis}><noise type='gaussian'>{inside}</noise></{axis}>\n"
+        text += f"    </{_SDF[kind]}>\n"
+    return f"{text}  </imu>\n</sensor>\n"
+
+
+def _gnss_ins_sim(name: str, wanted: Wanted) -> str:
+    three, times = _three(wanted), _markov_times(name, wanted)
+    units: Mapping[Sensor, tuple[str, str, float, float]] = {
+        "gyro": ("gyro", "arw", DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR),
+        "accelerometer": ("accel", "vrw", _VELOCITY_WALK, 1.0),
+    }
+    text = _heading(name, wanted) + "\nimport numpy\n\n"
+    text += "# deg/h, deg/sqrt(h), m/s^2, m/s/sqrt(h) and s; of x, y and z\nimu_err = {\n"
+    for kind, (sensor, walk, white_size, bias_size) in units.items():
+        values = {"b": [0.0] * 3, walk: [0.0] * 3, "b_stability": [0.0] * 3, "b_corr": [1.0] * 3}
+        if kind in three:
+            models = [one.as_markov(times[kind]).simple for one in three[kind]]
+            values[walk] = [one.white / white_size for one in models]
+            values["b_stability"] = [one.markov[0].deviation / bias_size for one in models]
+            values["b_corr"] = [times[kind]] * 3
+        said = "" if kind in three else "  # not measured, set it"
+        text += "".join(
+            f'    "{sensor}_{key}": numpy.array({_listed(value)}),{said}\n'
+            for key, value in values.items()
+        )
+    return text + "}\n"
+
+
 def _json(name: str, wanted: Wanted) -> str:
     del name
     return json.dumps(_plain(wanted), allow_nan=False, indent=1) + "\n"
@@ -450,6 +525,9 @@ FORMATS: Final[Mapping[str, Callable[[str, Wanted], str]]] = {
     "px4": _px4,
     "kf-gins": _kf_gins,
     "psins": _psins,
+    "imu-sensor": _imu_sensor,
+    "gazebo": _gazebo,
+    "gnss-ins-sim": _gnss_ins_sim,
     "toml": _toml,
     "json": _json,
 }

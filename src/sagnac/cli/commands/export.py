@@ -30,7 +30,7 @@ def export(
         Parameter(
             name="--format",
             help="Tool; by the file's name unless stated: .yaml kalibr, .py gtsam, .m psins, "
-            ".params px4, .toml, .json.",
+            ".params px4, .sdf gazebo, .toml, .json.",
         ),
     ] = None,
     axes: Annotated[
