@@ -17,5 +17,5 @@ def test_they_are_counted_with_the_first_and_the_remedy():
         "3 samples NaN or infinite, the first at 3.000 s; take the sound stretch with {slice 9.01:}"
     )
     (of_table,) = not_finite_notes(recording, "table", values)
-    assert "more than can be interpolated (4 in a row, 1 % of all)" in of_table.text
+    assert "more than can be interpolated (4 in a row, or as long as a gyro" in of_table.text
     assert not_finite_notes(recording, "x", noise(1.0)) == ()

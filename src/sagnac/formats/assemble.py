@@ -38,6 +38,7 @@ from sagnac.formats.suspicions import (
 from sagnac.formats.unused import unused_notes
 from sagnac.recording.columns import Pulses, Taken, pulses_of
 from sagnac.recording.frames import GYRO_NAMES
+from sagnac.recording.lost_readings import with_lost_readings
 from sagnac.recording.model import Provenance, Recording
 from sagnac.recording.pickoff import Pickoff
 from sagnac.recording.quality import integrity
@@ -303,6 +304,8 @@ def channels_of(
         doubts = table_counter_notes(choice.table.column.name, raw, scales.table)
         made_table = table_channel(raw, scales.table, counter_period)
         made_table = replace(made_table, notes=(*doubts, *made_table.notes))
+        turning = [gyro.channel for gyro in gyros]
+        made_table = with_lost_readings(made_table, turning, stretch.sampling.sample_rate)
     pulses = None
     if choice.null_pulse is not None:
         # Loaded by itself: it shrinks to an eighth before the next is in memory.

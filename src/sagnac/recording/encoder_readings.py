@@ -23,10 +23,10 @@ from sagnac.recording.unwrapping import unwrapped
 from sagnac.units import ARCSECOND, Unit
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
-# during a longer run is a guess. If more than this share is missing, the gaps come close to one
-# another, and it is no recording but what is left of one.
+# during a longer run is a guess, unless a gyro tells it. If more than this share is missing, the
+# gaps come close to one another, and it is no recording but what is left of one.
 MOST_MISSING_IN_A_ROW: Final = int(GAP_STEPS) - 1
-LARGEST_SHARE_MISSING: Final = 0.01
+LARGEST_SHARE_MISSING: Final = 0.05
 # Twice the periodic error that an encoder may have: what an interpolated reading may be off by.
 ENCODER_ACCURACY: Final = 10.0 * ARCSECOND
 # A reading is off the path if it leaves by more than this many usual steps, and than this part of
@@ -270,7 +270,7 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
         or np.isinf(values[missing]).any()
     ):
         return nothing
-    firsts, lengths = _runs(missing)
+    firsts, lengths = runs(missing)
     filled, longest, error = 0, 0, float("nan")
     for length in range(1, MOST_MISSING_IN_A_ROW + 1):
         starts = firsts[lengths == length]
@@ -332,7 +332,7 @@ def _found(
     return np.concatenate([_NONE, *found])
 
 
-def _runs(samples: IntegerArray) -> tuple[IntegerArray, IntegerArray]:
+def runs(samples: IntegerArray) -> tuple[IntegerArray, IntegerArray]:
     """First sample and length of every run of consecutive ones among `samples`, ascending."""
     edges = np.flatnonzero(np.diff(samples) > 1) + 1
     starts = np.concatenate([[0], edges]).astype(np.int64)[: samples.size]
@@ -418,7 +418,7 @@ def _reading_alike(values: FloatArray, reading: float) -> IntegerArray:
 
     def alike(block: slice) -> IntegerArray:
         places = block.start + np.flatnonzero(values[block] == reading)
-        _, lengths = _runs(places)
+        _, lengths = runs(places)
         return np.asarray(places[np.repeat(lengths <= MOST_MISSING_IN_A_ROW, lengths)])
 
     return np.concatenate([_NONE, *series.map(alike, values.size, values)])
@@ -450,29 +450,45 @@ def _held_steps(steps: FloatArray, least: int, turn: float) -> IntegerArray:
     # The step that makes up for it, and the last one before it that was none.
     moving = steps != 0.0
     late = 1 + np.flatnonzero(moving[1:] & ~moving[:-1])
-    late = late[(late >= least) & (late < steps.size - _STEPS_LOOKED_AT)]
+    late = late[late >= least]
     if late.size == 0:
         return _NONE
     number = np.arange(steps.size)
     before = np.maximum.accumulate(np.where(moving, number, -1))[late - 1]
     ahead = np.arange(1, _STEPS_LOOKED_AT + 1)
-    rows = _folded(steps[late[:, np.newaxis] + ahead], turn)
-    typical = np.median(rows, axis=1)
-    even = np.abs(rows - typical[:, np.newaxis]) < _EVEN * np.abs(typical)[:, np.newaxis]
+    typical, agree = _typical(steps, late[:, np.newaxis] + ahead, turn)
+    # Where more readings are held ahead, or the record ends, those behind may tell.
+    typical_behind, agree_behind = _typical(steps, before[:, np.newaxis] + 1 - ahead, turn)
+    typical = np.where(agree_behind > agree, typical_behind, typical)
+    agree = np.maximum(agree, agree_behind)
     due = (late - before) * typical
-    made_up = np.abs(_folded(steps[late], turn) - due) < _EVEN * np.abs(due)
+    made_up = np.abs(_folded(steps[late] - due, turn)) < _EVEN * np.minimum(np.abs(due), turn)
     # A table slower than some counts a sample repeats its readings anyway, and often.
     changes = np.abs(_steps(steps))
     count = changes[changes > _ROUNDING * turn].min(initial=turn)
     still = np.concatenate([[0], np.cumsum(~moving)])
     earlier = still[before + 1] - still[np.maximum(before + 1 - _HELD_LOOK_BACK, 0)]
     made_up &= (_EVEN * np.abs(typical) > count) | (earlier < _OFTEN * _HELD_LOOK_BACK)
-    held = (before >= 0) & made_up & (even.sum(axis=1) >= _STEPS_THAT_AGREE)
+    held = (before >= 0) & made_up & (agree >= _STEPS_THAT_AGREE)
     # Step n leads from sample n to the next.
     runs = [
         np.arange(start + 2, stop + 1) for start, stop in zip(before[held], late[held], strict=True)
     ]
     return np.concatenate([_NONE, *runs])
+
+
+def _typical(
+    steps: FloatArray, places: IntegerArray, turn: float
+) -> tuple[FloatArray, IntegerArray]:
+    """(rows,) median of the steps at (rows, some) places, and how many of them are about that.
+
+    None are if a place lies outside the steps.
+    """
+    inside = (places >= 0).all(axis=1) & (places < steps.size).all(axis=1)
+    rows = _folded(steps[np.where(inside.reshape(-1, 1), places, 0)], turn)
+    typical = np.asarray(np.median(rows, axis=1))
+    even = np.abs(rows - typical.reshape(-1, 1)) < _EVEN * np.abs(typical.reshape(-1, 1))
+    return typical, np.asarray(even.sum(axis=1) * inside)
 
 
 def _neighbours(

@@ -14,6 +14,7 @@ from sagnac.errors import Note, RecordingError, quoted
 from sagnac.recording.channel import Channel, Kind, numbers, require_rate, same_values
 from sagnac.recording.columns import Taken, gyro_of, pulses_of, seconds_of, table_of
 from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
+from sagnac.recording.lost_readings import with_lost_readings
 from sagnac.recording.pickoff import PICKOFF, Pickoff
 from sagnac.recording.stamps import Sampling, sampling
 
@@ -230,6 +231,8 @@ class Recording:
         sensors = [one.channel for one in taken]
         forces = tuple(one for one in sensors if one.sensor == "accelerometer")
         turning = tuple(one for one in sensors if one.sensor == "gyro")
+        if of_table is not None:
+            of_table = with_lost_readings(of_table, turning, when.sample_rate)
         return cls(
             gyros=turning or forces,
             accelerometers=forces if turning else (),

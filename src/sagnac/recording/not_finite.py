@@ -33,8 +33,8 @@ def not_finite_notes(recording: Recording, name: str, values: FloatArray) -> tup
     what = "NaN or infinite" if not_finite == bad.count else f"NaN, infinite or beyond {_LARGEST:g}"
     # Reading has interpolated what it could of a table.
     beyond = (
-        f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, "
-        f"{100.0 * LARGEST_SHARE_MISSING:g} % of all)"
+        f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, or as long as a gyro "
+        f"tells the turn; {100.0 * LARGEST_SHARE_MISSING:g} % of all)"
         if name == "table"
         else ""
     )
