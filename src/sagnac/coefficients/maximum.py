@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
+from scipy.optimize import brentq, nnls
 from scipy.special import chdtrc
 
 from sagnac.arrays import FloatArray
@@ -26,6 +26,9 @@ from sagnac.errors import Note, rounded
 # A bin this many times the terms, that chance (one in ten million) does not put there, is
 # something else. Less is taken for a departure of the terms.
 _STANDS_OUT: Final = 1.5
+# Relative departures between which that of the bins is looked for.
+_LEAST_DEPARTURE: Final = 1e-4
+_MOST_DEPARTURE: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,8 +125,11 @@ def _newton_move(spectrum: Ordinates, columns: FloatArray, place: _Place) -> Flo
     gradient = columns.T @ (expected * (place.mean - spectrum.power))
     observed = expected * (2.0 * spectrum.power / place.mean - 1.0)
     curvature = columns.T @ (observed[:, np.newaxis] * columns)
-    if not _is_positive(curvature):
-        curvature = columns.T @ (expected[:, np.newaxis] * columns)
+    scale = _positive_scale(curvature)
+    if scale is not None:
+        scaled = curvature * scale * scale[:, np.newaxis]
+        return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
+    curvature = columns.T @ (expected[:, np.newaxis] * columns)
     return solve_normal(curvature, curvature @ place.squares - gradient) - place.squares
 
 
@@ -155,17 +161,18 @@ def _joined(squares: FloatArray, free: NDArray[np.bool_], held: Held | None) -> 
     return whole
 
 
-def _is_positive(matrix: FloatArray) -> bool:
-    diagonal = np.diag(matrix)
+def _positive_scale(matrix: FloatArray) -> FloatArray | None:
+    """(terms,) that make the diagonal one, or None if the matrix is not positive definite."""
+    diagonal = matrix.diagonal()
     if not diagonal.min() > 0.0:
-        return False
+        return None
     scale = 1.0 / np.sqrt(diagonal)
     try:
         # With room for rounding: nearly collinear terms are not a direction to trust.
         np.linalg.cholesky(matrix * scale * scale[:, np.newaxis] - 1e-9 * np.eye(scale.size))
     except np.linalg.LinAlgError:
-        return False
-    return True
+        return None
+    return scale
 
 
 def solve_normal(matrix: FloatArray, vector: FloatArray) -> FloatArray:
@@ -218,7 +225,8 @@ def with_departure(spectrum: Ordinates) -> Weighed:
     """
     if np.count_nonzero(spectrum.count >= 8.0) < 3 * LEAST_BINS:
         return Weighed(spectrum=spectrum)
-    trial, departure = _departure(spectrum)
+    start = maximize(spectrum).squares
+    trial, departure = _departure(spectrum, start)
     standing = np.zeros(spectrum.power.size, dtype=np.bool_)
     while departure > 0.0:
         more = ~standing & _stand_out(spectrum, maximize(trial))
@@ -226,7 +234,7 @@ def with_departure(spectrum: Ordinates) -> Weighed:
             break
         standing |= more
         trial, departure = _departure(
-            replace(spectrum, weight=np.where(standing, 0.0, spectrum.weight))
+            replace(spectrum, weight=np.where(standing, 0.0, spectrum.weight)), start
         )
     notes = []
     if standing.any():
@@ -264,30 +272,38 @@ def _departure_note(spectrum: Ordinates, departure: float) -> Note:
     )
 
 
-def _departure(spectrum: Ordinates) -> tuple[Ordinates, float]:
-    """Weights with the relative departure of the bins that explains their scatter, or 0."""
+def _departure(spectrum: Ordinates, start: FloatArray) -> tuple[Ordinates, float]:
+    """Weights with the relative departure of the bins that explains their scatter, or 0.
+
+    The squares are searched for from `start` on.
+    """
     used = (spectrum.count >= 8.0) & (spectrum.weight > 0.0)
     freedom = max(1, np.count_nonzero(used) - spectrum.basis.shape[1])
 
     def weighted(departure: float) -> tuple[Ordinates, float]:
+        """With these weights, and chi-square over its degrees of freedom."""
+        nonlocal start
         weight = np.where(
             spectrum.weight > 0.0, 1.0 / (1.0 / spectrum.count + 0.5 * departure**2), 0.0
         )
         trial = replace(spectrum, weight=weight)
-        ratio = spectrum.power / maximize(trial).mean - 1.0
-        return trial, float(0.5 * weight[used] @ ratio[used] ** 2) - freedom
+        best = maximize(trial, start=start)
+        start = best.squares
+        ratio = spectrum.power / best.mean - 1.0
+        return trial, 0.5 * float(weight[used] @ ratio[used] ** 2) / freedom
 
-    trial, surplus = weighted(0.0)
-    if surplus < 5.0 * math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[used])):
+    def excess(log_departure: float) -> float:
+        # In proportion to 1 / departure^2 far out: almost a line, on which brentq is at home.
+        return math.log(max(weighted(math.exp(log_departure))[1], 1e-9))
+
+    trial, chi_squared = weighted(0.0)
+    chance = 5.0 * math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[used]))
+    if (chi_squared - 1.0) * freedom < chance:
         return trial, 0.0
-    low, high = math.log(1e-4), math.log(10.0)
-    for _ in range(12):
-        trial, surplus = weighted(math.exp(0.5 * (low + high)))
-        if surplus > 0.0:
-            low = 0.5 * (low + high)
-        else:
-            high = 0.5 * (low + high)
-    departure = math.exp(high)
+    departure = _MOST_DEPARTURE
+    if excess(math.log(departure)) < 0.0:
+        least = math.log(_LEAST_DEPARTURE)
+        departure = math.exp(brentq(excess, least, math.log(departure), xtol=1e-3))
     return weighted(departure)[0], departure
 
 
