@@ -9,7 +9,7 @@ BIN    := $(VENV)/bin
 OUT    ?= demo
 
 .DELETE_ON_ERROR:
-.PHONY: demo test lint check-style test-statistics test-fuzz benchmark docs clean
+.PHONY: demo test lint check-style test-statistics test-fuzz test-browser benchmark docs clean
 
 $(VENV)/runtime.stamp: requirements/runtime.txt requirements/build.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -20,6 +20,10 @@ $(VENV)/runtime.stamp: requirements/runtime.txt requirements/build.txt pyproject
 
 $(VENV)/dev.stamp: requirements/dev.txt $(VENV)/runtime.stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	touch $@
+
+$(VENV)/browser.stamp: requirements/browser.txt $(VENV)/dev.stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/browser.txt
 	touch $@
 
 $(VENV)/bench.stamp: requirements/bench.txt $(VENV)/dev.stamp
@@ -50,6 +54,12 @@ test-statistics: $(VENV)/dev.stamp
 # Two processes here as well. 200 runs beside busy processes take a quarter of an hour alone.
 test-fuzz: $(VENV)/dev.stamp
 	timeout 3600 $(BIN)/python -m pytest -m fuzz -n 2 tests/fuzz tests/formats/test_every_run_ends.py
+
+# The page, clicked in a Chromium that is installed with its driver; elsewhere it says so.
+test-browser: $(VENV)/browser.stamp
+	@if command -v chromium >/dev/null && command -v chromedriver >/dev/null; then \
+	  $(BIN)/python -m pytest -m browser tests/app; \
+	else echo "the tests in a browser are left out: chromium and chromedriver are not installed"; fi
 
 benchmark: $(VENV)/bench.stamp
 	$(BIN)/python -m benchmarks

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from sagnac.errors import MissingExtra, Note, RecordingError
     from sagnac.filters.export import Exported, export
     from sagnac.fleet.campaign import CampaignReport, campaign
-    from sagnac.formats import Statement, read, write
+    from sagnac.formats import Statement, columns, missing, read, write
     from sagnac.lines.model import Line, Removal
     from sagnac.lines.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
     from sagnac.lines.search import remove_lines
@@ -86,11 +86,13 @@ __all__ = [
     "analyze",
     "campaign",
     "check",
+    "columns",
     "deviation_at_every_tau",
     "export",
     "fast_orthogonal_search",
     "fit_coefficients",
     "judge",
+    "missing",
     "plan",
     "plot",
     "read",
@@ -129,11 +131,13 @@ _HOME: Final = {
     "analyze": "sagnac.analysis.pipeline",
     "campaign": "sagnac.fleet.campaign",
     "check": "sagnac.recording.quality",
+    "columns": "sagnac.formats",
     "deviation_at_every_tau": "sagnac.stability.every_cluster",
     "export": "sagnac.filters.export",
     "fast_orthogonal_search": "sagnac.lines.orthogonal_search",
     "fit_coefficients": "sagnac.coefficients.fit",
     "judge": "sagnac.analysis.judgement",
+    "missing": "sagnac.formats",
     "read": "sagnac.formats",
     "remove_lines": "sagnac.lines.search",
     "simulate": "sagnac.rig.simulate",

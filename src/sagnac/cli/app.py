@@ -21,6 +21,7 @@ from cyclopts import App, CycloptsError
 
 from sagnac.cli.commands.align import align
 from sagnac.cli.commands.analyze import analyze
+from sagnac.cli.commands.app import app as page
 from sagnac.cli.commands.avar import avar
 from sagnac.cli.commands.campaign import campaign
 from sagnac.cli.commands.check import check
@@ -63,6 +64,7 @@ for _command in (
     reproduce,
 ):
     app.command(_command)
+app.command(page, name="app")
 
 
 class Stopped(BaseException):

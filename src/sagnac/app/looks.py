@@ -1,0 +1,435 @@
+"""A recording before anything is asked: as it is, its spectrum, its histogram, and what it shows.
+
+Written beside it stands what gives a wrong unit, kind, rate or axis away: gravity, the Earth's
+rate, the rate of the table, the stamps.
+"""
+
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+import sagnac
+from sagnac.app import stated
+from sagnac.app.pyramid import Pyramid
+
+FloatArray = NDArray[np.float64]
+
+EARTH_RATE: Final = 15.041
+"""Of the Earth to the stars, deg/h."""
+GRAVITY: Final = 9.80665
+"""Standard gravity, m/s^2."""
+
+_PER_HOUR: Final = math.degrees(3600.0)
+# Rates beyond this, deg/h, are shown in deg/s.
+_FAST: Final = 1800.0
+# What stands in for words that no file tells: numbers then come as they are written.
+_STAND_INS: Final = (("rate", "rad/s"), ("angle", "rad"), ("increment", "rad"))
+_MOST_COLUMNS: Final = 6
+_LIKE_GYRO: Final = re.compile("gyr|omega|rate", re.IGNORECASE)
+# Segments of the spectrum, samples of one at most, and bins that are drawn.
+_SEGMENTS: Final = 48
+_SEGMENT: Final = 2**16
+_BINS: Final = 400
+# Samples that a histogram is of, about, and its bars.
+_COUNTED: Final = 2**18
+_BARS: Final = 96
+_TIME: Final = re.compile(r"\b(?:at|from) (\d+(?:\.\d+)?) s\b(?: (?:on|to (\d+(?:\.\d+)?) s))?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shown:
+    """A channel as it is drawn.
+
+    Attributes
+    ----------
+    name, unit
+        Of the channel; the unit is empty if nobody has stated one.
+    pyramid
+        In that unit; of an angle or of increments the rate.
+    of
+        ``gyro``, ``accelerometer`` or ``table``.
+    mean, deviation
+        In that unit.
+    """
+
+    name: str
+    unit: str
+    pyramid: Pyramid
+    of: str
+    mean: float
+    deviation: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Look:
+    """A recording that was opened.
+
+    Attributes
+    ----------
+    path
+        Of the file.
+    texts
+        What was stated of it: option -> text.
+    recording
+        With numbers as they are written if too little is stated.
+    lacking
+        Inputs that are still to be stated: option -> guess; empty if nothing is missing.
+    refusal
+        Why it cannot be read as it is stated; empty if it can.
+    shown
+        What is drawn.
+    """
+
+    path: Path
+    texts: stated.Texts
+    recording: sagnac.Recording
+    lacking: dict[str, str] = field(default_factory=dict)
+    refusal: str = ""
+    shown: tuple[Shown, ...] = ()
+
+    @property
+    def is_raw(self) -> bool:
+        """Whether numbers stand as they are written, since nobody stated what they are."""
+        return bool(self.refusal)
+
+
+def look(path: Path, texts: stated.Texts) -> Look:
+    """Open a recording.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    texts
+        What is stated: option -> text. If that is too little, numbers come as they are written.
+
+    Raises
+    ------
+    sagnac.RecordingError
+        If the file cannot be read at all.
+    ValueError
+        If a text is none of its option.
+    """
+    statement = sagnac.Statement(**stated.reads(texts, {}))
+    lacking: dict[str, str] = {}
+    refusal = ""
+    try:
+        recording = sagnac.read(path, statement, verify=False)
+    except sagnac.RecordingError as error:
+        lacking = sagnac.missing(path, statement)
+        refusal = error.line(lambda name, value: f"{name} {value}".strip())
+        if not lacking:
+            raise
+        recording = _as_written(path, texts, lacking, error)
+    if not recording.samples:
+        raise sagnac.RecordingError("holds no sample", path=str(path), remedy="check the file")
+    return Look(
+        path=path,
+        texts=texts,
+        recording=recording,
+        lacking=lacking,
+        refusal=refusal,
+        shown=_shown(recording, raw=bool(refusal)),
+    )
+
+
+def _as_written(
+    path: Path, texts: stated.Texts, lacking: dict[str, str], refusal: sagnac.RecordingError
+) -> sagnac.Recording:
+    """The numbers of a file of which too little is stated, one a second."""
+    columns = lacking.get("columns", "")
+    if "COLUMN" in columns:
+        taken = {lacking.get(name, "").rpartition(":")[0] for name in ("time", "table")}
+        names = [one for one in sagnac.columns(path) if not ({one} & taken or set(one) & set("=,"))]
+        names.sort(key=lambda one: _LIKE_GYRO.search(one) is None)
+        columns = ",".join(f"{name}={name}" for name in names[:_MOST_COLUMNS])
+    for kind, unit in _STAND_INS:
+        words = {"KIND": kind, "UNIT": unit, "HZ": "1", "SIZE": f"1{unit}"}
+
+        def filled(text: str, words: dict[str, str] = words) -> str:
+            return re.sub(r"\b(KIND|UNIT|HZ|SIZE)\b", lambda found: words[found[0]], text)
+
+        given = {**texts, **{name: filled(text) for name, text in lacking.items()}}
+        if columns:
+            given["columns"] = columns
+        if "table" in lacking:
+            given["table"] = lacking["table"].replace("UNIT", "deg")
+        if "time" in lacking:
+            given["time"] = lacking["time"].replace("UNIT", "s")
+        try:
+            return sagnac.read(path, verify=False, **stated.reads(given, {}))
+        except (sagnac.RecordingError, ValueError):
+            continue
+    raise refusal
+
+
+def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[Shown, ...]:
+    sensors = (*recording.gyros, *recording.accelerometers)
+    channels: list[tuple[sagnac.Channel, str]] = [(one, one.sensor) for one in sensors]
+    if recording.table is not None:
+        channels.append((recording.table, "table"))
+    return tuple(
+        _drawn(one, of, recording.sample_rate, raw=raw and of != "table") for one, of in channels
+    )
+
+
+def _drawn(channel: sagnac.Channel, of: str, rate: float, *, raw: bool) -> Shown:
+    factor = 1.0 if channel.kind == "rate" else rate
+    unit = "m/s²"
+    few = Pyramid(
+        values=channel.values, factor=factor, differenced=channel.kind == "angle", layers=()
+    )
+    mean, deviation = _moments(few)
+    if raw:
+        factor, unit = (1.0 if channel.kind == "rate" else factor), ""
+    elif of != "accelerometer":
+        fast = max(abs(mean), deviation) * _PER_HOUR > _FAST
+        unit = "°/s" if fast else "°/h"
+        factor *= math.degrees(1.0) if fast else _PER_HOUR
+    scale = factor / few.factor
+    return Shown(
+        name=channel.name,
+        unit=unit,
+        pyramid=Pyramid.of(channel.values, factor=factor, differenced=few.differenced),
+        of=of,
+        mean=scale * mean,
+        deviation=scale * deviation,
+    )
+
+
+def _moments(series: Pyramid) -> tuple[float, float]:
+    """Mean and standard deviation of what is drawn; NaN if there is no number."""
+    count = total = squares = 0.0
+    offset = None
+    for start in range(0, series.values.size, 2**20):
+        part = series.samples(start, min(start + 2**20, series.values.size))
+        part = part[np.isfinite(part)]
+        if not part.size:
+            continue
+        offset = float(part.mean()) if offset is None else offset
+        away = part - offset
+        count += part.size
+        total += float(away.sum())
+        squares += float(away @ away)
+    if offset is None:
+        return math.nan, math.nan
+    return offset + total / count, math.sqrt(max(squares / count - (total / count) ** 2, 0.0))
+
+
+def facts(look: Look) -> dict[str, Any]:
+    """What is written beside a recording, as plain data; lines of it say what gives itself away."""
+    recording = look.recording
+    return {
+        "path": str(look.path),
+        "name": look.path.name,
+        "samples": recording.samples,
+        "rate": recording.sample_rate,
+        "duration": recording.duration,
+        "raw": look.is_raw,
+        "refusal": look.refusal,
+        "lacking": look.lacking,
+        "texts": dict(look.texts),
+        "columns": list(sagnac.columns(look.path)),
+        "format": recording.provenance.format if recording.provenance else "",
+        "sha256": recording.provenance.sha256 if recording.provenance else "",
+        "channels": [
+            {
+                "name": one.name, "unit": one.unit, "of": one.of,
+                "mean": _plain(one.mean), "deviation": _plain(one.deviation),
+            }
+            for one in look.shown
+        ],
+        "beside": _beside(look),
+        "notes": [str(note) for note in recording.notes],
+    }  # fmt: skip
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _beside(look: Look) -> list[dict[str, str]]:
+    """Lines beside the trace: what is measured, what physics wants, and whether they agree."""
+    if look.is_raw:
+        return []
+    lines: list[dict[str, str]] = []
+
+    def add(what: str, found: str, wanted: str = "", agrees: bool | None = None) -> None:
+        verdict = "" if agrees is None else "agrees" if agrees else "differs"
+        lines.append({"what": what, "found": found, "wanted": wanted, "verdict": verdict})
+
+    def in_hours(one: Shown) -> float:
+        return one.mean * (3600.0 if one.unit == "°/s" else 1.0)
+
+    gyros = [one for one in look.shown if one.of == "gyro"]
+    forces = [one for one in look.shown if one.of == "accelerometer"]
+    table = next((one for one in look.shown if one.of == "table"), None)
+    turning = table is not None and abs(in_hours(table)) > 10.0 * EARTH_RATE
+    if len(gyros) > 1 and not turning:
+        size = math.hypot(*(in_hours(one) for one in gyros))
+        away = f"{size / EARTH_RATE:.3g} times" if math.isfinite(size) else "no number"
+        add(
+            f"mean rate of {', '.join(one.name for one in gyros)} together",
+            f"{size:.4g} °/h",
+            f"Earth rate {EARTH_RATE:.2f} °/h ({away})",
+            (abs(size / EARTH_RATE - 1.0) < 0.1 if len(gyros) == 3 else size < 1.1 * EARTH_RATE),
+        )
+    if table is not None and turning:
+        add("table rate", f"{in_hours(table) / 3600.0:.5g} °/s")
+        for one in gyros:
+            share = in_hours(one) / in_hours(table)
+            add(f"{one.name} over table rate", f"{share:.4g}", "at most 1", abs(share) < 1.02)
+    if len(forces) > 1:
+        size = math.hypot(*(one.mean for one in forces))
+        add(
+            f"mean of {', '.join(one.name for one in forces)} together",
+            f"{size:.4g} m/s²",
+            f"gravity {GRAVITY:.2f} m/s²",
+            abs(size / GRAVITY - 1.0) < 0.05 if len(forces) == 3 else None,
+        )
+    lines.append(_stamps(look.recording))
+    return lines
+
+
+def _stamps(recording: sagnac.Recording) -> dict[str, str]:
+    found, verdict, wanted = "uniform, or none", "", ""
+    if recording.times is not None:
+        steps = np.diff(recording.times)
+        steps = steps[np.isfinite(steps)]
+        if steps.size:
+            middle = float(np.median(steps))
+            gaps = int(np.count_nonzero(steps > 1.5 * middle))
+            found = f"median step {1e3 * middle:.5g} ms, longest {1e3 * float(steps.max()):.5g} ms"
+            wanted = f"{gaps} longer than 1.5 steps"
+            verdict = "differs" if gaps or float(steps.min()) <= 0.0 else "agrees"
+    return {"what": "time stamps", "found": found, "wanted": wanted, "verdict": verdict}
+
+
+def window(look: Look, start: float, stop: float, pixels: int) -> list[dict[str, Any]]:
+    """Lowest and highest values of every channel between two times, s from the first sample.
+
+    Raises
+    ------
+    ValueError
+        If the span or the number of pixels makes no sense.
+    """
+    if not (math.isfinite(start) and math.isfinite(stop) and 1 <= pixels <= 10_000):
+        raise ValueError(f"span {start}:{stop} on {pixels} pixels; give seconds and pixels")
+    rate = look.recording.sample_rate
+    first = math.floor(max(start, 0.0) * rate)
+    last = math.ceil(min(stop, look.recording.duration) * rate) + 1
+    drawn = []
+    for one in look.shown:
+        found = one.pyramid.window(first, last, pixels)
+        times = found.first / rate
+        drawn.append(
+            {
+                "name": one.name, "unit": one.unit, "of": one.of,
+                "time": numbers(times), "low": numbers(found.low), "high": numbers(found.high),
+            }
+        )  # fmt: skip
+    return drawn
+
+
+def spectra(look: Look) -> list[dict[str, Any]]:
+    """Root density of each channel as it stands: Hann segments spread over the record."""
+    return [
+        {"name": one.name, "unit": one.unit, "of": one.of, **_spectrum(one, look)}
+        for one in look.shown
+        if one.of != "table"
+    ]
+
+
+def _spectrum(one: Shown, look: Look) -> dict[str, Any]:
+    size = one.pyramid.values.size
+    length = min(_SEGMENT, 2 ** max(int(math.log2(max(size, 2))), 1))
+    hann = np.hanning(length)
+    starts = np.unique(np.linspace(0, size - length, _SEGMENTS).astype(np.int64))
+    starts = starts[: max(1, 2 * size // length)]
+    total = np.zeros(length // 2 + 1)
+    used = 0
+    for start in starts.tolist():
+        part = one.pyramid.samples(start, start + length)
+        if np.isfinite(part).all():
+            total += np.abs(np.fft.rfft(hann * (part - part.mean()))) ** 2
+            used += 1
+    rate = look.recording.sample_rate
+    density = 2.0 * total / (max(used, 1) * rate * float(hann @ hann))
+    frequency = np.fft.rfftfreq(length, 1.0 / rate)
+    # The two lowest hold what the window spreads of the mean.
+    frequency, density = frequency[2:], density[2:]
+    if not used or frequency.size < 2:
+        return {"frequency": [], "low": [], "high": []}
+    edges = np.geomspace(frequency[0], frequency[-1], _BINS)
+    start_of = np.unique(np.searchsorted(frequency, edges))
+    return {
+        "frequency": numbers(frequency[start_of]),
+        "low": numbers(np.sqrt(np.minimum.reduceat(density, start_of))),
+        "high": numbers(np.sqrt(np.maximum.reduceat(density, start_of))),
+    }
+
+
+def histograms(look: Look) -> list[dict[str, Any]]:
+    """Counts of every channel, and the normal law of its mean and deviation."""
+    found = []
+    for one in look.shown:
+        if one.of == "table":
+            continue
+        size = one.pyramid.values.size
+        parts = max(1, min(_COUNTED, size) // 4096)
+        starts = np.linspace(0, max(size - 4096, 0), parts).astype(np.int64).tolist()
+        if size <= _COUNTED:
+            starts = list(range(0, size, 4096))
+        values = np.concatenate(
+            [one.pyramid.samples(start, min(start + 4096, size)) for start in starts]
+        )
+        values = values[np.isfinite(values)]
+        counts, edges = np.zeros(0, dtype=np.int64), np.zeros(1)
+        if values.size:
+            counts, edges = np.histogram(values, bins=_bars(values))
+        found.append(
+            {
+                "name": one.name, "unit": one.unit, "of": one.of,
+                "count": counts.tolist(), "edge": numbers(edges),
+            }
+        )  # fmt: skip
+    return found
+
+
+def _bars(values: FloatArray) -> FloatArray:
+    """Edges of bars of a whole number of readout steps, if there are few steps."""
+    low, high = float(values.min()), float(values.max())
+    steps = np.diff(np.unique(values))
+    step = float(steps[steps > 1e-9 * (high - low)].min(initial=np.inf))
+    if (high - low) / step > 20.0 * _BARS or high == low:
+        return np.linspace(low, high if high > low else low + 1.0, _BARS + 1)
+    width = step * max(1, math.ceil((high - low) / step / _BARS))
+    edges = width * np.arange(math.ceil((high - low + step) / width) + 1)
+    return np.asarray(low - 0.5 * step + edges)
+
+
+def findings(look: Look) -> list[dict[str, Any]]:
+    """What `sagnac.check` finds, each with the spans that it names, s."""
+    return [noted(note) for note in sagnac.check(look.recording)]
+
+
+def noted(note: sagnac.Note) -> dict[str, Any]:
+    """A note as plain data; `spans` are the times that its text names, s from the first sample."""
+    spans = [[float(found[1]), float(found[2] or found[1])] for found in _TIME.finditer(note.text)]
+    return {
+        "level": note.level,
+        "channel": note.channel,
+        "text": str(note),
+        "name": note.name,
+        "spans": spans,
+    }
+
+
+def numbers(values: NDArray[Any]) -> list[float | None]:
+    """Numbers as JSON takes them, seven digits, None for those that are not finite."""
+    return [float(f"{one:.7g}") if math.isfinite(one) else None for one in values.tolist()]

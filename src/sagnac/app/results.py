@@ -1,0 +1,217 @@
+"""An analysis as plain data: its figures as the report draws them, its answer, its lines."""
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+import sagnac
+from sagnac.app.looks import noted, numbers
+
+_PER_HOUR: Final = math.degrees(3600.0)
+_FIGURES: Final[dict[str, Callable[..., Axes]]] = {
+    "stability": sagnac.plot.stability,
+    "spectrum": sagnac.plot.spectrum,
+    "parts": sagnac.plot.parts,
+    "residual": sagnac.plot.residual,
+    "angle": sagnac.plot.residual_by_angle,
+    "orders": sagnac.plot.orders,
+}
+_UNITS: Final = {
+    "quantization": ("arcsec", "m/s"),
+    "angle_random_walk": ("deg/sqrt(h)", "m/s/sqrt(h)"),
+    "bias_instability": ("deg/h", "m/s^2"),
+    "rate_random_walk": ("deg/h/sqrt(h)", "m/s^2/sqrt(h)"),
+    "rate_ramp": ("deg/h/h", "m/s^2/h"),
+}
+
+
+def result(analysis: sagnac.Analysis, specification: str = "") -> dict[str, Any]:
+    """Everything that the page shows of an analysis: a part for each gyro and accelerometer."""
+    channels = [_channel(one, "gyro") for one in analysis.each]
+    channels += [_channel(one, "accelerometer") for one in analysis.accelerometers.values()]
+    return {
+        "channels": channels,
+        "refused": [f"{name}: {error.problem}" for name, error in analysis.refused.items()],
+        "per_gyro": {name: _estimate(one) for name, one in analysis.per_gyro.items()},
+        "notes": [noted(note) for note in analysis.notes],
+        "seconds": dict(analysis.seconds),
+        "verdict": verdict(analysis, specification) if specification else [],
+    }
+
+
+def verdict(analysis: sagnac.Analysis, specification: str) -> list[dict[str, str]]:
+    """Every limit beside every gyro.
+
+    Raises
+    ------
+    ValueError
+        If the text states no limits.
+    """
+    found = sagnac.judge(analysis, specification)
+    return [
+        {"gyro": one.gyro, "decision": one.decision, "reason": one.reason}
+        for one in found.judgements
+    ]
+
+
+def _channel(analysis: sagnac.Analysis, sensor: str) -> dict[str, Any]:
+    return {
+        "name": analysis.channel,
+        "sensor": sensor,
+        "source": analysis.source,
+        "answer": _estimate(analysis.angle_random_walk),
+        "coefficients": {name: _estimate(one, name) for name, one in analysis.coefficients.items()},
+        "lines": lines(analysis),
+        "figures": figures(analysis),
+        "curve": curve(analysis.curve.per_gyro()),
+    }
+
+
+def lines(analysis: sagnac.Analysis) -> list[dict[str, Any]]:
+    """The lines that were removed, strongest first, where they stand in Hz."""
+    turning = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)
+    return [
+        {
+            "scale": one.scale,
+            "frequency": one.frequency,
+            "hz": one.frequency * (turning if one.scale == "angle" else 1.0),
+            "amplitude": math.degrees(3600.0 * one.amplitude),
+            "error": math.degrees(3600.0 * one.amplitude_error),
+            "significance": one.significance,
+            "channel": one.channel,
+            "name": one.name,
+        }
+        for one in analysis.lines
+    ]
+
+
+def curve(found: sagnac.StabilityCurve) -> dict[str, Any]:
+    """A curve of one gyro in deg/h."""
+    return {
+        "tau": numbers(found.tau),
+        "deviation": numbers(_PER_HOUR * found.deviation),
+        "low": numbers(_PER_HOUR * found.low),
+        "high": numbers(_PER_HOUR * found.high),
+    }
+
+
+def _estimate(one: sagnac.Estimate, name: str = "angle_random_walk") -> dict[str, Any]:
+    unit = _UNITS[name][one.sensor == "accelerometer"]
+    shown = one.to(unit)
+    value, low, high = numbers(np.array([shown.value, shown.low, shown.high]))
+    return {
+        "text": format(shown), "unit": unit, "status": one.status, "value": value, "low": low,
+        "high": high, "confidence": one.confidence,
+    }  # fmt: skip
+
+
+def figures(analysis: sagnac.Analysis) -> dict[str, Any]:
+    """The figures of the report as plain data; one that the analysis has not is not among them."""
+    residual = analysis.residual
+    has = {
+        "stability": True,
+        "spectrum": True,
+        "parts": sum(part.shows for part in analysis.parts) > 1,
+        "residual": residual is not None and residual.time.size > 1,
+        "angle": residual is not None and residual.by_angle is not None,
+        "orders": residual is not None and residual.by_angle is not None,
+    }
+    return {name: drawn(draw, analysis) for name, draw in _FIGURES.items() if has[name]}
+
+
+def drawn(draw: Callable[..., Axes], *given: Any) -> dict[str, Any]:
+    """What a function of `sagnac.plot` draws, as lines, bands and texts.
+
+    Parameters
+    ----------
+    draw
+        Takes `given` and an axis.
+    """
+    figure = Figure(figsize=(9.0, 4.5))
+    axes = draw(*given, ax=figure.add_subplot())
+    across, up = axes.get_xlim(), axes.get_ylim()
+    return {
+        "x": {"label": axes.get_xlabel(), "log": axes.get_xscale() == "log", "range": list(across)},
+        "y": {"label": axes.get_ylabel(), "log": axes.get_yscale() == "log", "range": list(up)},
+        "lines": [
+            one for one in (_line(each, axes) for each in axes.get_lines()) if one["x"]
+        ]
+        + [segment for container in axes.containers for segment in _bars(container)],
+        "bands": [_band(one) for one in axes.collections if isinstance(one, PolyCollection)]
+        + [_span(one, axes) for one in axes.patches if isinstance(one, Rectangle)],
+        "texts": [
+            {"x": numbers(np.array([one.xy[0]]))[0], "y": numbers(np.array([one.xy[1]]))[0],
+             "text": one.get_text()}
+            for one in axes.texts if hasattr(one, "xy")
+        ],
+    }  # fmt: skip
+
+
+def _line(one: Any, axes: Axes) -> dict[str, Any]:
+    x, y = (np.asarray(each, dtype=np.float64) for each in one.get_data())
+    # Spans from edge to edge stand in shares of the axis.
+    if one.get_transform() == axes.get_yaxis_transform(which="grid"):
+        x = np.array(axes.get_xlim())
+    elif one.get_transform() == axes.get_xaxis_transform():
+        low, high = axes.get_ylim()
+        y = low * (high / low) ** y if axes.get_yscale() == "log" else low + (high - low) * y
+    label = str(one.get_label())
+    marker = one.get_marker()
+    return {
+        "x": numbers(x),
+        "y": numbers(y),
+        "color": to_hex(one.get_color()),
+        "width": float(one.get_linewidth()) if one.get_linestyle() != "None" else 0.0,
+        "dash": one.get_linestyle() not in ("-", "None"),
+        "marker": "" if marker in ("None", None, "") else str(marker),
+        "size": float(one.get_markersize()),
+        "alpha": float(one.get_alpha() or 1.0),
+        "label": "" if label.startswith("_") else label,
+    }
+
+
+def _bars(container: Any) -> list[dict[str, Any]]:
+    """The bars of a point with its errors, as lines of two points each."""
+    found = []
+    for group in container[2] if len(container) == 3 else ():
+        color = to_hex(group.get_color()[0])
+        for segment in group.get_segments():
+            x, y = np.asarray(segment, dtype=np.float64).T
+            found.append(
+                {"x": numbers(x), "y": numbers(y), "color": color, "width": 0.9, "dash": False,
+                 "marker": "", "size": 0.0, "alpha": 1.0, "label": ""}
+            )  # fmt: skip
+    return found
+
+
+def _band(one: PolyCollection) -> dict[str, Any]:
+    corners = np.asarray(one.get_paths()[0].vertices, dtype=np.float64)
+    return _filled(corners, one)
+
+
+def _span(one: Rectangle, axes: Axes) -> dict[str, Any]:
+    corners = np.asarray(one.get_patch_transform().transform(one.get_path().vertices)).copy()
+    if one.get_transform() == one.get_patch_transform() + axes.get_xaxis_transform(which="grid"):
+        corners[:, 1] = np.asarray(axes.get_ylim())[corners[:, 1].astype(int)]
+    else:
+        corners[:, 0] = np.asarray(axes.get_xlim())[corners[:, 0].astype(int)]
+    return _filled(corners, one)
+
+
+def _filled(corners: Any, one: Any) -> dict[str, Any]:
+    label = str(one.get_label())
+    color = one.get_facecolor()
+    return {
+        "x": numbers(corners[:, 0]),
+        "y": numbers(corners[:, 1]),
+        "color": to_hex(color[0] if np.ndim(color) > 1 else color),
+        "alpha": float(one.get_alpha() or 1.0),
+        "label": "" if label.startswith("_") else label,
+    }

@@ -1,0 +1,474 @@
+"""The server: bound to this machine, behind a token, for its own page only.
+
+Every address begins with the token. A request of another host name, of another origin or with a
+wrong token is refused before anything is looked at. Pages hear of their runs by a stream of events,
+which browsers open again by themselves after a sleep.
+"""
+
+import asyncio
+import contextlib
+import hmac
+import json
+import logging
+import secrets
+import shutil
+import signal
+import socket
+import tempfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+import sagnac
+from sagnac.app import looks, stated
+from sagnac.app.folders import Room
+from sagnac.app.runs import Task
+from sagnac.app.sessions import Session, Sessions, campaign_table
+
+try:
+    from tornado import web
+    from tornado.httpserver import HTTPServer
+    from tornado.iostream import StreamClosedError
+except ImportError as error:
+    raise sagnac.MissingExtra("the page", "tornado", "app") from error
+
+HOST: Final = "127.0.0.1"
+_STATIC: Final = Path(__file__).parent / "static"
+_SCRIPTS: Final = ("bokeh.min.js", "bokeh-api.min.js")
+_HEADERS: Final = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+        "img-src 'self' data: blob:; connect-src 'self'; font-src 'self' data:; base-uri 'none'; "
+        "form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+    "Server": "sagnac",
+}
+_TYPES: Final = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
+# Seconds between two signs of life, by which a closed page is noticed.
+_BEAT: Final = 15.0
+_LARGEST_REQUEST: Final = 2**20
+_LARGEST_DROP: Final = 8 * 2**30
+
+
+@dataclass(slots=True, kw_only=True, eq=False)
+class State:
+    """What all requests share.
+
+    Attributes
+    ----------
+    token, port
+        Of the address.
+    room
+        Where files may lie.
+    first
+        Path of the file to open at once, as the page names it; empty for none.
+    """
+
+    token: str
+    port: int
+    room: Room
+    first: str = ""
+    sessions: Sessions = field(default_factory=Sessions)
+    threads: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(4, "sagnac-app"))
+
+    @property
+    def address(self) -> str:
+        """What is typed into the browser."""
+        return f"http://{HOST}:{self.port}/{self.token}/"
+
+
+class _Handler(web.RequestHandler):
+    """What holds for every request."""
+
+    def initialize(self, state: State) -> None:
+        self.state = state
+
+    def set_default_headers(self) -> None:
+        for name, value in _HEADERS.items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        own = (f"{HOST}:{self.state.port}", f"localhost:{self.state.port}")
+        origin = self.request.headers.get("Origin")
+        site = self.request.headers.get("Sec-Fetch-Site", "none")
+        if self.request.host not in own:
+            raise web.HTTPError(403, reason="Another host")
+        if origin is not None and origin != f"http://{self.request.host}":
+            raise web.HTTPError(403, reason="Another origin")
+        if site not in ("none", "same-origin"):
+            raise web.HTTPError(403, reason="Another origin")
+        if not hmac.compare_digest(self.path_args[0].encode(), self.state.token.encode()):
+            raise web.HTTPError(403, reason="Wrong token")
+        if self.request.method == "POST" and origin is None:
+            raise web.HTTPError(403, reason="No origin")
+
+    def write_error(self, status_code: int, **_: Any) -> None:
+        """One line, whatever went wrong."""
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish(f"{self._reason}\n")
+
+    def session(self) -> Session:
+        """That of the page which asks."""
+        name = self.request.headers.get("X-Page") or self.get_query_argument("page", "")
+        return self.state.sessions.of(name, asyncio.get_running_loop())
+
+
+class _File(_Handler):
+    """The page, its script and style, and the scripts of the plotting library."""
+
+    def get(self, _token: str, name: str) -> None:
+        name = name or "page.html"
+        path = _STATIC / name
+        if name in _SCRIPTS:
+            path = bokeh_scripts() / name
+        elif name not in {one.name for one in _STATIC.iterdir()}:
+            raise web.HTTPError(404, reason="No such file")
+        self.set_header("Content-Type", f"{_TYPES[path.suffix]}; charset=utf-8")
+        self.finish(path.read_bytes())
+
+
+class _Call(_Handler):
+    """One question of the page and its answer, both JSON; what is wrong is one line."""
+
+    async def post(self, _token: str, name: str) -> None:
+        answer = _ANSWERS.get(name)
+        if answer is None:
+            raise web.HTTPError(404, reason="No such question")
+        try:
+            asked = json.loads(self.request.body or b"{}")
+            if not isinstance(asked, dict):
+                raise ValueError("a question is a table of its arguments")
+            session = self.session()
+            loop = asyncio.get_running_loop()
+            found = await loop.run_in_executor(
+                self.state.threads, _guarded, answer, self.state, session, asked
+            )
+        except (ValueError, OSError) as error:
+            found = {"error": _line(error)}
+        self.set_header("Content-Type", "application/json; charset=utf-8")
+        self.finish(json.dumps(found, allow_nan=False, separators=(",", ":")))
+
+
+def _guarded(
+    answer: "Answer", state: State, session: Session, asked: dict[str, Any]
+) -> dict[str, Any]:
+    """An answer, or in one line why there is none."""
+    try:
+        return answer(state, session, asked)
+    except (ValueError, TypeError, KeyError, OSError, MemoryError, ImportError) as error:
+        return {"error": _line(error)}
+
+
+def _line(error: BaseException) -> str:
+    if isinstance(error, sagnac.RecordingError):
+        return error.line(lambda name, value: f"{name} {value}".strip())
+    if isinstance(error, KeyError):
+        return f"{error.args[0]} is missing, or no longer open; load the page again"
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+class _Events(_Handler):
+    """What happens to the runs of a page, as it happens."""
+
+    async def get(self, _token: str) -> None:
+        try:
+            session = self.session()
+        except ValueError as error:
+            raise web.HTTPError(403, reason="No page") from error
+        self.set_header("Content-Type", "text/event-stream; charset=utf-8")
+        queue = session.listen()
+        try:
+            await self._send("retry: 1000\n\n")
+            while True:
+                try:
+                    event = await asyncio.wait_for(queue.get(), _BEAT)
+                    await self._send(f"data: {json.dumps(event, allow_nan=False)}\n\n")
+                except TimeoutError:
+                    await self._send(": beat\n\n")
+        except StreamClosedError:
+            pass
+        finally:
+            session.leave(queue)
+
+    async def _send(self, text: str) -> None:
+        self.write(text)
+        await self.flush()
+
+
+@web.stream_request_body
+class _Drop(_Handler):
+    """A file that was dropped on the page, written to a folder that goes with the server."""
+
+    def prepare(self) -> None:
+        super().prepare()
+        name = Path(self.get_query_argument("name", "")).name.lstrip(".")
+        if not name or len(name) > 200 or not name.isprintable():
+            raise web.HTTPError(400, reason="No name of a file")
+        self.session()
+        self.request.connection.set_max_body_size(_LARGEST_DROP)  # type: ignore[union-attr]
+        self.folder = Path(tempfile.mkdtemp(dir=self.state.room.dropped))
+        self.file = (self.folder / name).open("wb")
+
+    def data_received(self, chunk: bytes) -> None:
+        self.file.write(chunk)
+
+    def post(self, _token: str) -> None:
+        self.file.close()
+        self.finish({"path": self.file.name})
+
+    def on_connection_close(self) -> None:
+        self.file.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+Answer = Callable[[State, Session, dict[str, Any]], dict[str, Any]]
+
+
+def _start(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    return {"first": state.first, "version": sagnac.__version__, **state.room.listing(".")}
+
+
+def _list(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    return state.room.listing(asked["folder"])
+
+
+def _open(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    texts = stated.cleaned(asked["texts"], stated.READING)
+    found = looks.look(state.room.path(asked["path"]), texts)
+    return {"look": session.keep(found), **looks.facts(found)}
+
+
+def _window(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    found = session.looks[asked["look"]]
+    span = float(asked["start"]), float(asked["stop"])
+    return {"channels": looks.window(found, *span, int(asked["pixels"]))}
+
+
+def _spectra(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    found = session.looks[asked["look"]]
+    return {"spectra": looks.spectra(found), "histograms": looks.histograms(found)}
+
+
+def _check(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    found = session.looks[asked["look"]]
+    return {"findings": [] if found.is_raw else looks.findings(found)}
+
+
+def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    path = state.room.path(asked["path"])
+    reading = stated.cleaned(asked["texts"], stated.READING)
+    analysis = stated.cleaned(asked["analysis"], stated.ANALYSIS)
+    named = path.name if state.room.dropped in path.parents else str(path)
+    return {
+        "command": stated.command(named, reading, analysis),
+        "script": stated.script(named, reading, analysis),
+        "toml": stated.toml(reading, analysis),
+    }
+
+
+def _analyze(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    reading = stated.cleaned(asked["texts"], stated.READING)
+    analysis = stated.cleaned(asked["analysis"], stated.ANALYSIS)
+    # A wrong value is told before a process is started.
+    sagnac.Statement(**stated.reads(reading, analysis))
+    sagnac.Settings(**stated.choices(analysis))
+    task = Task(path=state.room.path(asked["path"]), reading=reading, analysis=analysis)
+    return {"run": session.start(task)}
+
+
+def _cancel(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    return {"cancelled": session.cancel(int(asked["run"]))}
+
+
+def _ask(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    request = dict(asked["request"])
+    if request["ask"] == "save":
+        target = state.room.path(request["target"], write=True)
+        _require_free(target, request["what"])
+        request["target"] = str(target)
+    session.runs[asked["run"]].ask(request)
+    return {"asked": True}
+
+
+def _require_free(target: Path, what: str) -> None:
+    """Refuse to write over what no report made."""
+    if not target.parent.is_dir():
+        raise ValueError(f"{target.parent} is no folder; make it first")
+    made = what == "report" and (target / "analysis.json").is_file()
+    if target.exists() and not made and not (target.is_dir() and not any(target.iterdir())):
+        raise ValueError(f"{target} is there already; give another name")
+
+
+def _campaign(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    return campaign_table(state.room.path(asked["folder"]))
+
+
+_ANSWERS: Final[dict[str, Answer]] = {
+    "start": _start,
+    "list": _list,
+    "open": _open,
+    "window": _window,
+    "spectra": _spectra,
+    "check": _check,
+    "repeat": _repeat,
+    "analyze": _analyze,
+    "cancel": _cancel,
+    "ask": _ask,
+    "campaign": _campaign,
+}
+
+
+class _Bye(_Handler):
+    """A page was closed."""
+
+    async def post(self, _token: str) -> None:
+        name = self.get_query_argument("page", "")
+        loop = asyncio.get_running_loop()
+        await loop.run_in_executor(self.state.threads, self.state.sessions.close, name)
+        self.finish()
+
+
+class _Nothing(_Handler):
+    """Any other address."""
+
+    def prepare(self) -> None:
+        self.path_args = [self.request.path.split("/")[1]]
+        super().prepare()
+        raise web.HTTPError(404, reason="No such page")
+
+
+def bokeh_scripts() -> Path:
+    """The folder of the scripts that the plotting library brings.
+
+    Raises
+    ------
+    MissingExtra
+        If it is not installed.
+    """
+    found = find_spec("bokeh")
+    if found is None or found.origin is None:
+        raise sagnac.MissingExtra("the page", "bokeh", "app")
+    return Path(found.origin).parent / "server" / "static" / "js"
+
+
+def application(state: State) -> web.Application:
+    """The addresses and what answers them."""
+    given = {"state": state}
+    return web.Application(
+        [
+            (r"/([^/]+)/events", _Events, given),
+            (r"/([^/]+)/drop", _Drop, given),
+            (r"/([^/]+)/bye", _Bye, given),
+            (r"/([^/]+)/call/([a-z]+)", _Call, given),
+            (r"/([^/]+)/([a-z.-]*)", _File, given),
+        ],
+        default_handler_class=_Nothing,
+        default_handler_args=given,
+        log_function=lambda handler: None,
+    )
+
+
+@contextlib.contextmanager
+def _room(file: Path | None) -> Iterator[tuple[Room, str]]:
+    """The room of a file, of a folder or of the current folder, and the file's name in it."""
+    place = Path.cwd() if file is None else file.resolve()
+    first = "" if file is None or place.is_dir() else place.name
+    root = place if place.is_dir() else place.parent
+    if not root.is_dir():
+        raise sagnac.RecordingError("no such folder", path=str(root), remedy="check the path")
+    dropped = Path(tempfile.mkdtemp(prefix="sagnac-app-")).resolve()
+    try:
+        yield Room(root=root.resolve(), dropped=dropped), first
+    finally:
+        shutil.rmtree(dropped, ignore_errors=True)
+
+
+def serve(file: Path | None, *, port: int = 0, opened: Callable[[str], None]) -> None:
+    """Serve the page until a signal ends it; then raise that signal.
+
+    Parameters
+    ----------
+    file
+        To open, or the folder to work in; None for the current one.
+    port
+        To listen on; 0 for any that is free.
+    opened
+        Called with the address when the page can be loaded.
+
+    Raises
+    ------
+    MissingExtra
+        If what the page needs is not installed.
+    RecordingError
+        If the port is taken, or the folder is none.
+    """
+    bokeh_scripts()
+    # What a page does wrong it is told itself; the terminal holds the address.
+    logging.getLogger("tornado").setLevel(logging.CRITICAL)
+    with _room(file) as (room, first):
+        ended = asyncio.run(_served(room, first, port, opened))
+    if ended:
+        signal.raise_signal(ended)
+
+
+async def _served(room: Room, first: str, port: int, opened: Callable[[str], None]) -> int:
+    """Serve until a signal; its number."""
+    try:
+        listening = socket.create_server((HOST, port))
+    except OSError as error:
+        raise sagnac.RecordingError(
+            f"port {port} cannot be listened on ({error.strerror})",
+            remedy="give another, or none ({port})",
+        ) from None
+    state = State(
+        token=secrets.token_urlsafe(32), port=listening.getsockname()[1], room=room, first=first
+    )
+    server = HTTPServer(application(state), max_body_size=_LARGEST_REQUEST)
+    listening.setblocking(False)
+    server.add_socket(listening)
+    with _signals() as ended:
+        try:
+            opened(state.address)
+            while not ended.done():
+                await asyncio.wait([ended], timeout=30.0)
+                await asyncio.to_thread(state.sessions.forget_left)
+        finally:
+            server.stop()
+            state.sessions.end()
+            state.threads.shutdown(wait=False, cancel_futures=True)
+            await server.close_all_connections()
+    return ended.result()
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator["asyncio.Future[int]"]:
+    """A future that a signal to end sets to its number; afterwards signals are as they were."""
+    loop = asyncio.get_running_loop()
+    ended: asyncio.Future[int] = loop.create_future()
+    before = {}
+
+    def end(number: int) -> None:
+        if not ended.done():
+            ended.set_result(number)
+
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None:
+            handler = signal.getsignal(number)
+            with contextlib.suppress(NotImplementedError, ValueError, RuntimeError):
+                loop.add_signal_handler(number, end, number)
+                before[number] = handler
+    try:
+        yield ended
+    finally:
+        for number, handler in before.items():
+            loop.remove_signal_handler(number)
+            signal.signal(number, handler)

@@ -1,0 +1,152 @@
+"""What is stated of a file, as the page holds it: option -> text, in the words of the command line.
+
+The same texts become a `sagnac.Statement`, a command, lines of Python and a TOML.
+"""
+
+import json
+import shlex
+from collections.abc import Mapping
+from typing import Any, Final
+
+READING: Final = (
+    "gyros", "columns", "kind", "unit", "scale", "rate", "time", "table", "slice",
+    "counter_bits", "counter_period", "null_pulse", "accelerometers", "layout",
+)  # fmt: skip
+"""Options that say how a file is read."""
+
+ANALYSIS: Final = (
+    "method", "interval", "confidence", "covariates", "accept", "spec", "mask", "leave_in",
+)  # fmt: skip
+"""Options that say how a recording is analyzed."""
+
+Texts = Mapping[str, str]
+
+# What the library calls otherwise than the command line does.
+_LIBRARY: Final = {
+    "rate": "sample_rate",
+    "slice": "span",
+    "accept": "accepted",
+    "mask": "masked",
+    "leave_in": "left_in",
+}
+_SEVERAL: Final = ("gyros", "accelerometers", "covariates", "accept", "mask", "leave_in")
+_NUMBERS: Final = ("rate", "counter_period", "confidence", "interval")
+
+
+def cleaned(texts: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, str]:
+    """The texts that are not empty.
+
+    Raises
+    ------
+    ValueError
+        If there is an option of another name, or a value is no text.
+    """
+    for name, text in texts.items():
+        if name not in known or not isinstance(text, str):
+            raise ValueError(f"{name!r} is nothing to state; use one of {', '.join(known)}")
+    return {name: texts[name].strip() for name in known if texts.get(name, "").strip()}
+
+
+def reads(reading: Texts, analysis: Texts) -> dict[str, Any]:
+    """The keywords of `sagnac.read`; a covariate is a column of its name.
+
+    Raises
+    ------
+    ValueError
+        If a text is none of its option.
+    """
+    found = {_LIBRARY.get(name, name): _value(name, text) for name, text in reading.items()}
+    for one in choices(analysis).get("covariates", ()):
+        found["columns"] = {one: one, **found.get("columns", {})}
+    return found
+
+
+def choices(texts: Texts) -> dict[str, Any]:
+    """The keywords of `sagnac.analyze`; a specification is not among them: `sagnac.judge` takes it.
+
+    Raises
+    ------
+    ValueError
+        If a value cannot be.
+    """
+    return {
+        _LIBRARY.get(name, name): _value(name, text)
+        for name, text in texts.items()
+        if name != "spec"
+    }
+
+
+def _value(name: str, text: str) -> Any:
+    if name in _SEVERAL:
+        several = tuple(one.strip() for one in text.split(","))
+        return tuple(_span(one) for one in several) if name == "mask" else several
+    if name == "columns" or (name in ("kind", "unit") and "=" in text):
+        pairs = [one.partition("=") for one in text.split(",")]
+        if any(not key.strip() or not value.strip() for key, _, value in pairs):
+            raise ValueError(f"{name} is {text!r}; give NAME=VALUE with commas between")
+        return {key.strip(): value.strip() for key, _, value in pairs}
+    if name == "slice":
+        return _span(text)
+    if name == "counter_bits":
+        return int(_number(name, text))
+    return _number(name, text) if name in _NUMBERS else text
+
+
+def _span(text: str) -> tuple[float | None, float | None]:
+    start, colon, stop = text.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        return (float(start) if start.strip() else None, float(stop) if stop.strip() else None)
+    except ValueError:
+        raise ValueError(f"{text!r} is no span; give START:STOP, such as 630:930") from None
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text.removesuffix("s") if name == "interval" else text)
+    except ValueError:
+        raise ValueError(f"{name} is {text!r}; give a number") from None
+
+
+def command(path: str, reading: Texts, analysis: Texts) -> str:
+    """The command that repeats a run."""
+    words = ["sagnac", "analyze", shlex.quote(path)]
+    for name, text in {**reading, **analysis}.items():
+        words += [f"--{name.replace('_', '-')}", shlex.quote(text)]
+    return " ".join([*words, "-o", "report"])
+
+
+def script(path: str, reading: Texts, analysis: Texts) -> str:
+    """The Python that repeats a run."""
+
+    def keywords(found: Mapping[str, Any]) -> str:
+        return "".join(f", {name}={value!r}" for name, value in found.items())
+
+    lines = [
+        "import sagnac",
+        "",
+        f"recording = sagnac.read({path!r}{keywords(reads(reading, analysis))})",
+        f"analysis = sagnac.analyze(recording{keywords(choices(analysis))})",
+        'print(analysis.angle_random_walk.to("deg/sqrt(h)"))',
+    ]
+    if "spec" in analysis:
+        lines.append(f"print(sagnac.judge(analysis, {analysis['spec']!r}).by_gyro)")
+    lines.append('sagnac.write_report(analysis, "report")')
+    return "\n".join(lines) + "\n"
+
+
+def toml(reading: Texts, analysis: Texts) -> str:
+    """The TOML that ``sagnac analyze FILE --settings`` takes."""
+    lines = []
+    for name, text in {**reading, **analysis}.items():
+        value = text if name in ("slice", "spec", "mask") else _value(name, text)
+        lines.append(f"{name} = {_written(value)}\n")
+    return "".join(lines)
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, Mapping):
+        pairs = (f"{json.dumps(key)} = {json.dumps(item)}" for key, item in value.items())
+        return "{" + ", ".join(pairs) + "}"
+    return json.dumps(list(value) if isinstance(value, tuple) else value, ensure_ascii=False)

@@ -1,0 +1,42 @@
+"""``sagnac app``: a page to work in."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from sagnac.cli.errors import DONE
+from sagnac.cli.options import OUTPUT, Debug
+
+
+def app(
+    file: Annotated[
+        Path | None, Parameter(name="FILE", help="A recording, or a folder of recordings.")
+    ] = None,
+    /,
+    *,
+    port: Annotated[
+        int, Parameter(group=OUTPUT, metavar="N", help="To listen on; any that is free.")
+    ] = 0,
+    no_browser: Annotated[
+        bool, Parameter(group=OUTPUT, negative="", help="Print the address, open nothing.")
+    ] = False,
+    debug: Debug = False,
+) -> int:
+    """A page to work in, for this machine alone: open, understand and analyze a recording.
+
+    Prints its address, which holds a token, on one line, and serves it until it is interrupted.
+    Files are opened and written below the folder of FILE, else the current one.
+    """
+    from sagnac.app.server import serve
+
+    def opened(address: str) -> None:
+        print(address, flush=True)
+        if not no_browser:
+            import threading
+            import webbrowser
+
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+
+    serve(file, port=port, opened=opened)
+    return DONE

@@ -1,0 +1,370 @@
+"""Every address of the server over the loopback: what it answers, and whom it refuses."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import sagnac
+from sagnac.app.server import HOST
+from sagnac.app.sessions import Sessions
+from sagnac.cli import main
+
+OTHER = "fedcba9876543210"
+
+
+def ended(process_id):
+    """Whether a process is gone within five seconds."""
+    for _ in range(100):
+        try:
+            os.kill(process_id, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def until(events, *names):
+    """The next event of some names."""
+    for event in events:
+        if event["event"] in names:
+            return event
+    raise AssertionError(f"the stream ended before {names}")
+
+
+# ---- whom it refuses ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "path", ["/", "/wrong/", "/wrong/page.js", "/wrong/call/start", "/a/b/c/d"]
+)
+@pytest.mark.parametrize("method", ["GET", "POST"])
+def test_a_wrong_token_is_refused_at_every_address(server, method, path):
+    status, text, _ = server.request(method, path, "{}" if method == "POST" else None)
+    assert status in (403, 405)
+    assert "still" not in text
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "http://example.org"},
+        {"Origin": "null"},
+        {"Origin": "http://127.0.0.1:1"},
+        {"Host": "example.org"},
+        {"Host": "127.0.0.1.example.org"},
+        {"Sec_Fetch_Site": "cross-site"},
+        {"Sec_Fetch_Site": "same-site"},
+    ],
+)
+@pytest.mark.parametrize(
+    ("method", "name"), [("GET", ""), ("GET", "events"), ("POST", "call/start"), ("POST", "bye")]
+)
+def test_another_origin_and_another_host_are_refused(server, headers, method, name):
+    path = f"/{server.state.token}/{name}?page={OTHER}"
+    status, _, _ = server.request(method, path, "{}" if method == "POST" else None, **headers)
+    assert status == 403
+    assert OTHER not in server.state.sessions.open
+
+
+def test_a_question_without_an_origin_is_refused(server):
+    status, _, _ = server.request("POST", f"/{server.state.token}/call/start", "{}", Origin=None)
+    assert status == 403
+
+
+def test_the_page_and_all_that_it_loads_come_from_here(server):
+    status, text, headers = server.request("GET", f"/{server.state.token}/")
+    assert status == 200
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+    assert "http" not in headers["Content-Security-Policy"]
+    assert headers["Referrer-Policy"] == "no-referrer"
+    loaded = re.findall(r'(?:src|href)="([^"#]+)"', text)
+    assert len(loaded) == 5
+    for name in loaded:
+        if not name.startswith("data:"):
+            found, script, _ = server.request("GET", f"/{server.state.token}/{name}")
+            assert found == 200
+            assert name.startswith("bokeh") or not re.search(r"https?://", script)
+
+
+@pytest.mark.parametrize("name", ["server.py", "..", "page.jsx", "%2e%2e/server.py", "call/none"])
+def test_other_files_are_not_there(server, name):
+    status, _, _ = server.request("GET", f"/{server.state.token}/{name}")
+    assert status in (403, 404, 405)
+
+
+# ---- files -------------------------------------------------------------------------------------
+
+
+def test_a_folder_is_listed(server, still):
+    (server.folder / "sub").mkdir(exist_ok=True)
+    (server.folder / "notes.docx").write_text("no recording")
+    found = server.call("list", folder=".")
+    names = [(one["name"], one["kind"]) for one in found["entries"]]
+    assert ("still.parquet", "file") in names
+    assert ("sub", "folder") in names
+    assert "notes.docx" not in [name for name, _ in names]
+
+
+@pytest.mark.parametrize("path", ["/etc/passwd", "../x.csv", "sub/../../x.csv", "", "link", "a\0b"])
+def test_a_path_outside_the_folder_is_refused(server, path):
+    if not (server.folder / "link").is_symlink():
+        (server.folder / "link").symlink_to("/etc")
+    for name, asked in (
+        ("open", {"path": path, "texts": {}}),
+        ("list", {"folder": path}),
+        ("analyze", {"path": path, "texts": {}, "analysis": {}}),
+    ):
+        assert re.search("lies outside|no path", server.call(name, **asked)["error"])
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("empty.csv", b""),
+        ("words.csv", b"these are words\nand more words\n"),
+        ("cut.parquet", b"PAR1\0\0\0"),
+        ("none.mat", b"MATLAB 5.0 MAT-file"),
+        ("short.csv", b"x[deg/h]\n1\n2\n"),
+    ],
+)
+def test_a_file_that_is_none_is_one_clear_line(server, name, content):
+    (server.folder / name).write_bytes(content)
+    error = server.opened(name, kind="rate", unit="deg/h", rate="10").get("error", "")
+    if name == "short.csv":
+        assert not error
+        return
+    assert name in error
+    assert "\n" not in error
+    assert "Traceback" not in error
+
+
+@pytest.mark.parametrize(
+    ("texts", "said"),
+    [
+        ({"kind": "angel"}, "angel"),
+        ({"rate": "fast"}, "number"),
+        ({"slice": "5"}, "START:STOP"),
+        ({"wheel": "4"}, "wheel"),
+        ({"columns": "x"}, "NAME=VALUE"),
+        ({"unit": "furlong"}, "furlong"),
+    ],
+)
+def test_a_text_that_states_nothing_is_one_clear_line(server, still, texts, said):
+    assert said in server.opened(still, **texts)["error"]
+
+
+def test_what_a_page_sends_wrong_is_one_clear_line(server, still):
+    number = server.opened(still)["look"]
+    for asked in (
+        {"look": 10**6, "start": 0, "stop": 1, "pixels": 10},
+        {"look": number, "start": 5, "stop": 5000, "pixels": 0},
+        {"look": number, "start": "x", "stop": 5, "pixels": 9},
+        {"look": number, "start": 9000, "stop": 9001, "pixels": 9},
+    ):
+        assert server.call("window", **asked)["error"]
+    status, text, _ = server.request("POST", f"/{server.state.token}/call/open", "[1")
+    assert (status, list(json.loads(text))) == (200, ["error"])
+    assert "name of its own" in server.call("start", page="x")["error"]
+
+
+# ---- a recording -------------------------------------------------------------------------------
+
+
+def test_what_physics_wants_stands_beside_a_recording(server, still):
+    beside = {one["what"]: one for one in server.opened(still)["beside"]}
+    assert beside["mean rate of x, y, z together"]["verdict"] == "agrees"
+
+
+def test_a_wrong_unit_stands_out(server):
+    random = np.random.default_rng(3)
+    rows = np.array([9.0, 2.0, 11.88]) + random.standard_normal((3000, 3))
+    np.savetxt(server.folder / "bare.csv", rows, delimiter=",", header="x,y,z", comments="")
+    right, wrong = (
+        server.opened("bare.csv", kind="rate", unit=unit, rate="10")["beside"][0]
+        for unit in ("deg/h", "deg/s")
+    )
+    assert (right["verdict"], wrong["verdict"]) == ("agrees", "differs")
+
+
+def test_numbers_are_drawn_before_anything_is_stated(server):
+    values = np.arange(60.0).reshape(-1, 2) % 7
+    np.savetxt(server.folder / "raw.csv", values, delimiter=",", header="x,y", comments="")
+    found = server.opened("raw.csv")
+    assert found["raw"]
+    assert found["lacking"] == {"kind": "KIND", "unit": "UNIT", "rate": "HZ"}
+    drawn = server.call("window", look=found["look"], start=0, stop=30, pixels=100)["channels"]
+    assert [one["low"] for one in drawn] == values.T.tolist()
+    assert drawn[0]["unit"] == ""
+    assert server.call("check", look=found["look"])["findings"] == []
+
+
+def test_a_window_is_that_of_the_samples(server, still):
+    found = server.opened(still)
+    values = np.degrees(sagnac.read(still)["x"].values) * 3600.0
+    drawn = server.call("window", look=found["look"], start=10.0, stop=11.0, pixels=500)
+    x = next(one for one in drawn["channels"] if one["name"] == "x")
+    first = round(x["time"][0] * 100.0)
+    np.testing.assert_allclose(x["low"], values[first : first + len(x["low"])], rtol=1e-6)
+    whole = server.call("window", look=found["look"], start=0.0, stop=600.0, pixels=400)
+    assert max(whole["channels"][0]["high"]) == pytest.approx(values.max(), rel=1e-6)
+
+
+def test_the_spectrum_as_recorded_has_the_level_of_the_noise(server, still):
+    found = server.call("spectra", look=server.opened(still)["look"])
+    y = next(one for one in found["spectra"] if one["name"] == "y")
+    level = 0.5 * (np.array(y["low"]) + np.array(y["high"]))
+    # One-sided density of 0.003 deg/sqrt(h): sqrt(2) * 60 * N in deg/h/sqrt(Hz).
+    assert np.median(level) == pytest.approx(np.sqrt(2.0) * 60.0 * 0.003, rel=0.1)
+    x = found["spectra"][0]
+    assert x["frequency"][int(np.argmax(x["high"]))] == pytest.approx(7.0, rel=0.03)
+    counts = found["histograms"][0]
+    assert sum(counts["count"]) == 60_000
+    assert len(counts["edge"]) == len(counts["count"]) + 1
+
+
+def test_a_finding_is_marked_at_its_time(server):
+    random = np.random.default_rng(1)
+    rate = random.standard_normal(6000)
+    rate[2000:3000] = rate[2000]
+    path = server.folder / "stuck.parquet"
+    sagnac.write(
+        sagnac.Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0), path
+    )
+    found = server.call("check", look=server.opened(path)["look"])["findings"]
+    assert found[0]["level"] == "error"
+    assert 190.0 < found[0]["spans"][0][0] < 210.0
+
+
+def test_a_dropped_file_is_opened_and_goes_with_the_server(server, still):
+    status, text, _ = server.request(
+        "POST", f"/{server.state.token}/drop?name=../still.parquet", still.read_bytes()
+    )
+    assert status == 200
+    path = json.loads(text)["path"]
+    assert str(server.state.room.dropped) in path
+    assert server.opened(path)["samples"] == 60_000
+
+
+def test_a_campaign_is_a_table(server):
+    folder = server.folder / "rack"
+    folder.mkdir(exist_ok=True)
+    (folder / "campaign.csv").write_text("unit,n\nA,1\nB,2\n")
+    assert {"name": "rack", "kind": "campaign", "size": 0} in server.call("list", folder=".")[
+        "entries"
+    ]
+    assert server.call("campaign", folder="rack")["rows"] == [["A", "1"], ["B", "2"]]
+    assert "campaign.csv" in server.call("campaign", folder="sub")["error"]
+
+
+# ---- runs --------------------------------------------------------------------------------------
+
+
+def test_an_analysis_tells_how_far_it_is_answers_and_is_saved(server, still):
+    stream = server.events()
+    asked = {"path": "still.parquet", "texts": {"gyros": "x"}, "analysis": {"spec": "1deg/sqrt(h)"}}
+    number = server.call("analyze", **asked)["run"]
+    assert until(stream, "progress", "failed")["stage"] == "start"
+    done = until(stream, "done", "failed")
+    (channel,) = done["result"]["channels"]
+    assert channel["answer"]["low"] < 0.003 < channel["answer"]["high"]
+    assert [round(one["hz"]) for one in channel["lines"]] == [7]
+    assert done["result"]["verdict"][0]["decision"] == "pass"
+    figures = channel["figures"]
+    assert {"stability", "spectrum", "parts", "residual"} <= set(figures)
+    assert any(one["label"].startswith("fit") for one in figures["stability"]["lines"])
+    assert any("interval" in one["label"] for one in figures["stability"]["bands"])
+    assert any("band" in one["label"] for one in figures["spectrum"]["bands"])
+
+    # A page that comes back is told again.
+    again = until(server.events(), "done")
+    assert again["run"] == number
+
+    stream = server.events()
+    server.call("ask", run=number, request={"ask": "verdict", "spec": "1e-9deg/sqrt(h)"})
+    assert until(stream, "verdict")["verdict"][0]["decision"] == "fail"
+    for what, name in (("report", "unit 7"), ("json", "unit 7.json"), ("toml", "unit 7.toml")):
+        request = {"ask": "save", "what": what, "target": name}
+        assert server.call("ask", run=number, request=request) == {"asked": True}
+        assert until(stream, "saved", "failed")["event"] == "saved"
+        assert (
+            what == "report"
+            or "already" in server.call("ask", run=number, request=request)["error"]
+        )
+    outside = {"ask": "save", "what": "json", "target": "../x.json"}
+    assert "lies outside" in server.call("ask", run=number, request=outside)["error"]
+    assert (server.folder / "unit 7" / "report.html").is_file()
+    kept = sagnac.Analysis.from_json(server.folder / "unit 7.json")
+    assert kept.angle_random_walk.to("deg/sqrt(h)").value == pytest.approx(
+        channel["answer"]["value"], rel=1e-6
+    )
+    repeated = server.call("repeat", **asked)
+    assert (server.folder / "unit 7.toml").read_text() == repeated["toml"]
+    assert "--gyros x --spec '1deg/sqrt(h)'" in repeated["command"]
+    process = server.state.sessions.open["abcdef0123456789"].runs[number].process
+    server.request("POST", f"/{server.state.token}/bye?page=abcdef0123456789", "")
+    assert ended(process.pid)
+
+
+def test_cancel_ends_the_process_and_the_other_page_keeps_its_own(server, still):
+    asked = {"path": "still.parquet", "texts": {}, "analysis": {}}
+    mine = server.call("analyze", **asked)["run"]
+    other = server.call("analyze", page=OTHER, **asked)["run"]
+    of = server.state.sessions.open
+    processes = [of["abcdef0123456789"].runs[mine].process, of[OTHER].runs[other].process]
+    assert server.call("cancel", page=OTHER, run=mine + 100) == {"cancelled": False}
+    assert server.call("cancel", run=mine) == {"cancelled": True}
+    assert ended(processes[0].pid)
+    assert processes[1].is_alive()
+    assert "no longer open" in server.call("ask", run=mine, request={"ask": "verdict"})["error"]
+    server.request("POST", f"/{server.state.token}/bye?page={OTHER}", "")
+    assert ended(processes[1].pid)
+    assert OTHER not in of
+
+
+def test_a_page_that_was_left_counts_as_closed_after_a_while(server):
+    server.call("start", page=OTHER)
+    sessions: Sessions = server.state.sessions
+    sessions.forget_left()
+    assert OTHER in sessions.open
+    sessions.forget_left(lambda: time.monotonic() + sessions.patience + 1.0)
+    assert OTHER not in sessions.open
+
+
+def test_a_wrong_choice_starts_no_process(server, still):
+    asked = {"path": "still.parquet", "texts": {}}
+    for analysis in ({"method": "fft"}, {"confidence": "2"}, {"wheel": "1"}):
+        assert server.call("analyze", analysis=analysis, **asked)["error"]
+
+
+# ---- the command -------------------------------------------------------------------------------
+
+
+def test_the_command_prints_one_address_and_leaves_no_process(tmp_path, still):
+    command = [sys.executable, "-m", "sagnac", "app", str(still), "--no-browser"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        address = process.stdout.readline()
+        assert re.fullmatch(rf"http://{re.escape(HOST)}:\d+/[\w-]{{43}}/\n", address)
+        process.send_signal(signal.SIGTERM)
+        rest, said = process.communicate(timeout=20)
+    finally:
+        process.kill()
+    assert (rest, said, process.returncode) == ("", "sagnac: stopped by SIGTERM\n", 143)
+
+
+def test_without_the_extra_one_line_names_it(monkeypatch, capsys):
+    monkeypatch.setattr("sagnac.app.server.find_spec", lambda name: None)
+    assert main(["app", "--no-browser"]) == 1
+    assert "pip install 'sagnac[app]'" in capsys.readouterr().err
+
+
+def test_a_port_that_is_taken_is_one_clear_line(server, capsys):
+    assert main(["app", "--no-browser", "--port", str(server.state.port)]) == 1
+    assert "cannot be listened on" in capsys.readouterr().err
