@@ -17,7 +17,7 @@ _REMEDY: Final = "give the analysis.json that an analysis wrote, as it wrote it"
 
 
 class Documented(Protocol):
-    """What has a document of schema ``sagnac.analysis/1``: an analysis."""
+    """Anything with a document of schema ``sagnac.analysis/1``: an analysis."""
 
     def to_json(self) -> str:
         """The document."""

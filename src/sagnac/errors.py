@@ -1,4 +1,4 @@
-"""What can be wrong with a recording and what was noticed of it, as data: who, what, what to do.
+"""Errors in a recording and notes on it, as data: who, what, what to do.
 
 Nothing here is worded for one place of use. A text may name an input of the package in braces,
 ``{slice 30:90}`` or ``{method fos}``: `worded` writes it as the reader would give it, the command
@@ -134,7 +134,7 @@ class RecordingError(ValueError):
 
     @classmethod
     def of(cls, note: Note, path: str = "") -> Self:
-        """What is said by a note of level ``error``."""
+        """Text of a note of level ``error``."""
         return cls(note.text, path=path, channel=note.channel)
 
     def at(self, path: str) -> Self:

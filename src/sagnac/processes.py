@@ -23,7 +23,7 @@ GIBIBYTE: Final = 2**30
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Means:
-    """What jobs may take of this machine.
+    """Share of this machine that jobs may take.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Standing:
 
 
 def means_of(workers: int | None = None, memory: float | None = None) -> Means:
-    """What is stated; else a worker for each core, and the memory that is free now."""
+    """The share that is stated; else a worker for each core, and the memory that is free now."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return Means(
         workers=workers if workers is not None else (cores or 1),

@@ -183,7 +183,7 @@ FORCE_COEFFICIENT_UNITS: Final[dict[str, dict[str, float]]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensed:
-    """What a kind of sensor measures, and what its coefficients are called and written in.
+    """Quantity that a kind of sensor measures, names and units of its coefficients.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the noise of a unit means for navigation: heading without aiding, and azimuth found."""
+"""Navigation with the noise of a unit: heading without aiding, and azimuth found."""
 
 import json
 from collections.abc import Sequence
@@ -56,7 +56,7 @@ class Unaided:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Prospect:
-    """What the noise of a gyro means for finding heading.
+    """Heading found with a gyro of some noise.
 
     Attributes
     ----------
@@ -88,7 +88,7 @@ class Prospect:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Foresight:
-    """What `align` answers.
+    """Answer of `align`.
 
     Attributes
     ----------

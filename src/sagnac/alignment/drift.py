@@ -30,7 +30,7 @@ PARTS: Final = (
     "initial_bias",
     "misalignment",
 )
-"""What an error is made of."""
+"""Parts of an error."""
 
 _STATES: Final = DRIFTS.start  # those before the drifts of the gyros
 _OUTPUTS: Final = ("heading", "attitude", "position")
@@ -41,7 +41,7 @@ _MOST_CELLS: Final = 4000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Priors:
-    """What is known when the aiding ends.
+    """State of knowledge when the aiding ends.
 
     Attributes
     ----------

@@ -16,7 +16,7 @@ from sagnac.recording.quality import accept
 
 
 class Run(Protocol):
-    """What analyzes a recording."""
+    """A function that analyzes a recording."""
 
     def __call__(
         self, recording: Recording, settings: Settings, /, *, progress: Progress | None = None
@@ -101,7 +101,7 @@ def _without_notes_of_others(analysis: Analysis, name: str) -> Analysis:
 
 
 def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> tuple[Note, ...]:
-    """What gyros say of each other; at rest it spoils no answer, since each is taken alone."""
+    """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone."""
     profiles = {name: profile_of(recording.gyro(name)) for name in names}
     return tuple(
         replace(

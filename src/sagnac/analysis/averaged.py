@@ -266,7 +266,7 @@ def _basis(
 def _by_whole_band(
     basis: _Basis, fine: Points, masked: Bands, confidence: float, whole_band: WholeBand
 ) -> _Basis:
-    """What a fit of fewer angles adds to the average of every sample.
+    """Basis with a fit of fewer angles beside the average of every sample.
 
     If their levels bear it out and its interval is narrower, it is the answer. If they neither
     bear it out nor reject it, and it is narrower, the interval holds both. Of fewer angles what

@@ -1,4 +1,4 @@
-"""What temperature does to a sensor at rest: fitted beside its noise, and taken off.
+"""Drift of a sensor at rest with temperature: fitted beside its noise, and taken off.
 
 The means of the rate over some hundred stretches are fitted by ``b1 (T - T0) + b2 (T - T0)^2 +
 b3 dT/dt`` in white noise and a random walk, whose sizes are those of the highest restricted

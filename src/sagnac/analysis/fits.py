@@ -28,7 +28,7 @@ _FINER = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coefficients:
-    """What the fits say, and what they were made of.
+    """Results of the fits, and their input.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the headline rests on: the average over bands and terms, or a bound."""
+"""Basis of the headline: the average over bands and terms, or a bound."""
 
 from dataclasses import dataclass, replace
 from typing import Final

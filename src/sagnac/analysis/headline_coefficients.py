@@ -24,7 +24,7 @@ def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estima
 
 
 def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
-    """What was estimated or bounded beside the answer, else the answer alone."""
+    """Coefficients estimated or bounded beside the answer, else the answer alone."""
     estimates = headline_coefficients(analysis) or {"angle_random_walk": analysis.angle_random_walk}
     return {
         name: estimates[name]

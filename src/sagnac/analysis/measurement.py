@@ -1,4 +1,4 @@
-"""What is measured: one gyro or the difference of two."""
+"""The measurement: one gyro or the difference of two."""
 
 from dataclasses import dataclass, replace
 from typing import Final, Self

@@ -20,7 +20,7 @@ _ADDS: float = 0.05
 def noticed(
     channel: str, found: Averaged, gyros_differenced: int, sensor: Sensor = "gyro"
 ) -> tuple[Note, ...]:
-    """What an average noticed of its record.
+    """Notes of an average on its record.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """What the spectrum of a part says.
+    """Estimate by the spectrum of a part.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ class Parts:
 
 
 def reading_in_band(levels: Levels, resting: Resting, confidence: float) -> Reading | None:
-    """What the levels of a part say over the band and with the terms that an average rests on.
+    """Estimate by the levels of a part over the band and with the terms of an average.
 
     With share s of N in the law of the whole, N squared larger by a factor exp(c) lifts the
     logarithm of a level by about s c: c is the mean of the logarithms of level over law, each

@@ -224,7 +224,7 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Prepared:
-    """What is measured, and what the data are worth."""
+    """The measurement, and the quality of its data."""
 
     recording: Recording
     settings: Settings
@@ -238,7 +238,7 @@ class _Prepared:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Removed:
-    """What removal leaves of what is measured, and of a second pair of three gyros."""
+    """The measurement after removal, and a second pair of three gyros."""
 
     left: Remainder
     second: Remainder | None
@@ -262,7 +262,7 @@ class _Answered:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Spectra:
-    """What is drawn of what is measured, and of what is left of it."""
+    """Spectra that are drawn, before removal and after."""
 
     before: Spectrum
     spectrum: Spectrum

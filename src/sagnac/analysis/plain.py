@@ -1,4 +1,4 @@
-"""What the answer rests on as plain data, in the units of the field."""
+"""Basis of the answer as plain data, in the units of the field."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, field_unit
 
 
 def resting_data(analysis: Analysis) -> dict[str, Any]:
-    """What the answer rests on.
+    """Basis of the answer.
 
     ``band_hz`` [low, high], ``terms``, ``share``, ``member`` and ``slow_terms``. If the member is
     ``both``, the value is of the likelihood of the whole band, and band, terms and share are of the
@@ -57,7 +57,7 @@ def parts_data(analysis: Analysis) -> list[dict[str, Any]]:
 
 
 def shares_data(analysis: Analysis) -> dict[str, Any]:
-    """What each gyro shows of the table's rate: ``share``, ``bias_deg_per_h``, ``asymmetry``.
+    """Share of each gyro in the table's rate: ``share``, ``bias_deg_per_h``, ``asymmetry``.
 
     Returns
     -------

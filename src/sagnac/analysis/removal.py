@@ -26,7 +26,7 @@ Fraction = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remainder:
-    """What a method leaves of an angle.
+    """An angle after a method removed its lines.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ def remainder_of(
     settings: Settings,
     progress: Fraction,
 ) -> Remainder:
-    """What the chosen method leaves of what is measured.
+    """Removes lines from what is measured by the chosen method.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def remainder_of(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asked:
-    """What a method may need beside the angle.
+    """Input of a method beside the angle.
 
     Attributes
     ----------

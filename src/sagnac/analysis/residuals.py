@@ -1,4 +1,4 @@
-"""What removal leaves, against time and against the table angle, and its spectrum in orders."""
+"""The residual against time and against the table angle, and its spectrum in orders."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -48,7 +48,7 @@ class ByAngle:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Residual:
-    """What removal leaves.
+    """The residual of a measurement.
 
     Attributes
     ----------

@@ -50,7 +50,7 @@ class Covariance:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Answer:
-    """What a recording answers, without what a report shows beside it.
+    """The answer of a recording, without what a report shows beside it.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the caller chooses."""
+"""Choices of the caller."""
 
 import math
 from collections.abc import Callable
@@ -28,7 +28,7 @@ _ON_TABLE: Final = 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """What the caller chose.
+    """Choices of the caller.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Share:
-    """What one gyro shows of the table's rate.
+    """Share of one gyro in the table's rate.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Triad:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableTold:
-    """What a turning table tells of the gyros on it; nothing where it tells nothing."""
+    """Shares of the gyros on a turning table; none if it tells nothing."""
 
     shares: Mapping[str, Share] = field(default_factory=dict)
     triad: Triad | None = None
@@ -201,7 +201,7 @@ class _Design:
 
 
 def _design(table: FloatArray, rates: FloatArray) -> _Design:
-    """What the rates of a gyro are fitted with."""
+    """Design that the rates of a gyro are fitted with."""
     fastest = float(np.abs(rates).max())
     ahead, back = rates > _TURNING * fastest, rates < -_TURNING * fastest
     both_ways = min(np.mean(ahead), np.mean(back)) > _EACH_WAY

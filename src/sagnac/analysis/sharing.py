@@ -33,7 +33,7 @@ _MATTERS: Final = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sharing:
-    """What two gyros on one table share.
+    """Noise that two gyros on one table share.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ def sharing_of(
     table: TurningTable,
     confidence: float,
 ) -> Sharing:
-    """What the cross spectrum of gyros on a turning table says, motion and orders taken out.
+    """Shared noise by the cross spectrum of gyros on a turning table, motion and orders taken out.
 
     What the encoder adds to every gyro looks like the gyros' own, but not like an angle random
     walk (`coefficients.common_walk`), unless it wanders.

@@ -165,7 +165,7 @@ def settled(table: TurningTable, measured: Measurement) -> TurningTable:
 
 
 def followed(measured: Measurement, recording: Recording, table: TurningTable) -> Measurement:
-    """What is measured, without what the encoder's readings say beside the estimated angle.
+    """The measurement without what the encoder's readings say beside the estimated angle.
 
     Two gyros take the table out by themselves: each is weighted by the other's share, so that
     no error of the encoder is left. One gyro alone has the readings taken off, since

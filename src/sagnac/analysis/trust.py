@@ -66,7 +66,7 @@ def merged(found: Iterable[Note], noticed: Iterable[Note]) -> tuple[Note, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trust:
-    """What findings leave of the estimates.
+    """Trust that findings leave in the estimates.
 
     Attributes
     ----------
@@ -85,7 +85,7 @@ class Trust:
 
     @classmethod
     def of(cls, findings: Iterable[Note], *, over_parts: bool = False) -> "Trust":
-        """What those of level ``error`` leave, and the known effects of warnings.
+        """The estimate after findings of level ``error``, and the known effects of warnings.
 
         Parameters
         ----------

@@ -162,7 +162,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _unshown(*_: object, **__: object) -> None:
-    """What a library warns of is shown nowhere."""
+    """Warnings of libraries are shown nowhere."""
 
 
 def _prepare_process() -> None:

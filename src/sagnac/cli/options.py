@@ -205,7 +205,7 @@ def _each(_hint: object, tokens: Sequence[Token]) -> tuple[str, ...]:
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """What is stated of a file from outside."""
+    """Statements about a file from outside."""
 
     gyros: Annotated[
         tuple[str, ...] | None,
@@ -306,7 +306,7 @@ class Reading:
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heading:
-    """What stands on top of a report."""
+    """Top of a report."""
 
     title: Annotated[
         str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Title of the report.")
@@ -506,7 +506,7 @@ Duration = Annotated[
 
 
 def statement_of(options: Reading) -> "Statement":
-    """What the options state of the file.
+    """Statement that the options make about the file.
 
     Raises
     ------
@@ -545,7 +545,7 @@ def settings_of(
     method: "Method" = "fos",
     estimators: "tuple[Estimator, ...]" = (),
 ) -> "Settings":
-    """What the options choose, with a command's own defaults for what was not typed.
+    """Settings that the options choose, with a command's own defaults for what was not typed.
 
     Raises
     ------
@@ -574,7 +574,7 @@ def settings_of(
 
 
 def title_block_of(heading: Heading) -> "TitleBlock":
-    """What the options say of the top of a report; what is typed goes before the file.
+    """Top of a report by the options; what is typed goes before the file.
 
     Raises
     ------
@@ -637,7 +637,7 @@ def estimators_of(stated: Sequence[str] | None) -> "tuple[Estimator, ...]":
 
 
 def _of_option(error: ValueError) -> str:
-    """What an error says of an argument of the library, said of the option that gave it."""
+    """An error in an argument of the library, worded for the option that gave it."""
     argument, space, said = str(error).partition(" ")
     option = _OPTION_OF.get(argument, argument)
     if option not in {field.name for field in fields(Options)}:

@@ -145,7 +145,7 @@ def print_documents(
 
 
 def in_brief(analysis: "Analysis", others: "Sequence[Analysis]" = ()) -> tuple[str, ...]:
-    """What a screen shows below the answer and the verdict."""
+    """Part of a screen below the answer and the verdict."""
     from sagnac.report import brief
 
     return brief.coefficients(analysis), brief.lines(analysis), brief.notes(analysis, others)

@@ -98,7 +98,7 @@ def _command(file: Path, options: Mapping[str, str]) -> str:
 
 
 def stated_options(statement: "Statement") -> dict[str, str]:
-    """What a caller states, as options: name -> value."""
+    """Statements of a caller as options: name -> value."""
     start, stop = statement.span or (None, None)
     values: dict[str, Any] = {
         "gyros": ",".join(statement.gyros) if statement.gyros else None,

@@ -16,7 +16,7 @@ _NAMES: Final = tuple(field.name for field in fields(Options) if field.name not 
 
 
 def settings_text(options: Options) -> str:
-    """What was stated, as TOML; empty if nothing was."""
+    """Options that were typed, as TOML; empty if none was."""
     stated = {name: getattr(options, name) for name in _NAMES}
     typed = {name: value for name, value in stated.items() if value != getattr(NO_OPTIONS, name)}
     return "".join(f"{name} = {_written(name, value)}\n" for name, value in typed.items())
@@ -67,7 +67,7 @@ def _read(name: str, value: Any) -> Any:
 
 
 def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:
-    """What a run reads: recordings, the TOML beside each, and what its options name."""
+    """Files that a run reads: recordings, the TOML beside each, and what its options name."""
     stated = [getattr(options, name, None) for name in ("settings", "spec", "layout")]
     named = [Path(one) for one in (*stated, *more) if one is not None]
     beside = [

@@ -73,7 +73,7 @@ class BandModel:
         return np.asarray(laws / self.divisor(frequency))
 
     def divisor(self, frequency: FloatArray) -> FloatArray:
-        """What the low-pass divides the terms by at frequencies (points,), Hz."""
+        """Divisor of the terms by the low-pass at frequencies (points,), Hz."""
         return np.asarray(1.0 + self.fall * frequency ** (2.0 * self.order))
 
     def times(self, factor: float) -> "BandModel":

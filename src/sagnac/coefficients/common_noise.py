@@ -1,4 +1,4 @@
-"""What gyros share: the cross spectra over the band of N.
+"""Noise that gyros share: the cross spectra over the band of N.
 
 Two gyros with a common part (drive, temperature, table) read low when differenced: it cancels.
 The real part of their cross spectrum over the band of N is the common part, with the sign that

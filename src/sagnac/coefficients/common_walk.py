@@ -62,7 +62,7 @@ class CommonWalk:
 
 
 def differenced_factor(shared: float, walk: float) -> float:
-    """What differencing makes of N per gyro, as a factor: ``sqrt(n^2 / (n^2 + c))``.
+    """Factor that differencing puts on N per gyro: ``sqrt(n^2 / (n^2 + c))``.
 
     Parameters
     ----------

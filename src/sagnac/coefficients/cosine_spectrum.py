@@ -44,7 +44,7 @@ class RemovedSinusoid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CosineSpectrum:
-    """What `spectrum_fit` fits: the increments in the basis that it fits them in.
+    """The increments in the basis in which `spectrum_fit` fits them.
 
     Attributes
     ----------

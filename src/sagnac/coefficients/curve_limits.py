@@ -1,4 +1,4 @@
-"""What the Allan curve allows of Q, B, K and R, and slow noise in it that no term has.
+"""Limits that the Allan curve sets on Q, B, K and R, and slow noise in it that no term has.
 
 Every noise adds to the Allan variance, so that no term can make more than the curve shows at any
 cluster time. A fit of a spectrum that its terms do not describe may ask for more.

@@ -26,7 +26,7 @@ Metric = Literal["covariance", "relative", "plain"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CurvePoints:
-    """What a fit needs of a curve.
+    """Points of a curve as a fit needs them.
 
     Attributes
     ----------

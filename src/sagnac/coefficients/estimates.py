@@ -1,4 +1,4 @@
-"""What a fit says of Q, N, B, K and R: value, interval, status and units."""
+"""Estimates of Q, N, B, K and R: value, interval, status and units."""
 
 import math
 from collections.abc import Mapping
@@ -141,7 +141,7 @@ class Estimate:
             raise ValueError(f"{figures}: give low <= value <= high")
 
     def _key(self) -> tuple[object, ...]:
-        """What makes two estimates equal; NaN, which equals nothing, goes by the status."""
+        """Fields that make two estimates equal; NaN, which equals nothing, goes by the status."""
         figures = () if self.status == "not observable" else (self.value, self.low, self.high)
         return (*figures, self.confidence, self.status, self.name, self.sensor)
 
@@ -233,7 +233,7 @@ class SquaredEstimate:
 
     @classmethod
     def unseen(cls) -> "SquaredEstimate":
-        """What cannot be observed."""
+        """A square that cannot be observed."""
         return cls(value=math.nan, low=math.nan, high=math.nan, status="not observable")
 
     def per(self, unit: float) -> "SquaredEstimate":

@@ -87,7 +87,7 @@ class Elsewhere:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resting:
-    """What an average rests on.
+    """Basis of an average.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class Resting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Average:
-    """What the average gives, and what it rests on.
+    """Result of the average, and its basis.
 
     Attributes
     ----------
@@ -216,7 +216,7 @@ class Average:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Sought:
-    """What all steps of an average look at."""
+    """Input that all steps of an average look at."""
 
     levels: Levels
     laws: FloatArray

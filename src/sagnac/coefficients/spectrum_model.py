@@ -1,4 +1,4 @@
-"""What the terms make of a cosine spectrum, in the bins of a fit."""
+"""Cosine spectrum of the terms, in the bins of a fit."""
 
 import math
 from collections.abc import Sequence
@@ -91,7 +91,7 @@ class SpectrumModel:
         )
 
     def ordinates(self, rate: MarkovRate | None = None) -> Ordinates:
-        """What a fit takes, with what the slope took of each term if one was taken off."""
+        """Ordinates of a fit, with what the slope took of each term if one was taken off."""
         starts, stops = self.bins.starts, self.bins.stops
         spectrum = Ordinates(
             basis=bin_means(self.bins, lambda index: self.expected(index, rate)),

@@ -34,7 +34,7 @@ _ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What a file is to hold.
+    """Contents of a file.
 
     Attributes
     ----------

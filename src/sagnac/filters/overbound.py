@@ -38,7 +38,7 @@ _ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UpperLimit:
-    """What an Allan deviation lies below, at all its cluster times together.
+    """Bound on an Allan deviation, at all its cluster times together.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ _FORCE: Final = FORCE_COEFFICIENT_UNITS
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sensor:
-    """What an analysis says of one gyro or accelerometer, which has m where a gyro has rad.
+    """Measurement of one gyro, or of one accelerometer with m for rad.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a filter is set to: models above each sensor's curve, or those stated."""
+"""Settings of a filter: models above each sensor's curve, or those stated."""
 
 import math
 from collections.abc import Mapping, Sequence

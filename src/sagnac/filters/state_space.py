@@ -67,7 +67,7 @@ class Markov:
         return cls(driving_noise=deviation / (_PEAK * math.sqrt(time)), correlation_time=time)
 
     def decay(self, interval: float) -> float:
-        """What is left of the rate after a step of `interval` s."""
+        """Fraction of the rate that is left after a step of `interval` s."""
         return math.exp(-interval / self.correlation_time)
 
     def step(self, interval: float) -> float:

@@ -182,7 +182,7 @@ def carried_out(
 
 
 def title_of(sources: Sequence[Path], tasks: Sequence[Task]) -> str:
-    """What the page of a campaign is called."""
+    """Title of the page of a campaign."""
     return sources[0].stem if len(sources) == 1 else f"{len(tasks)} recordings"
 
 

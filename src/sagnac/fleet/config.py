@@ -35,7 +35,7 @@ _REMEDY: Final = "see docs/campaign.md for the keys of a campaign"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
-    """What holds for all recordings of a campaign unless its TOML says otherwise.
+    """Choices for all recordings of a campaign unless its TOML says otherwise.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Choices:
             )
 
     def labels_of(self, path: Path) -> dict[str, str]:
-        """What the path of a file says of unit, day and rate."""
+        """Unit, day and rate by the path of a file."""
         found = re.search(self.pattern, path.as_posix()) if self.pattern else None
         if found is None:
             return {}
@@ -183,7 +183,7 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
 
 
 def _specification(content: Mapping[str, Any], folder: Path) -> Specification | None:
-    """What ``spec`` and ``risk`` state; a TOML of limits is looked for beside the campaign's."""
+    """Limits of ``spec`` and ``risk``; a TOML of limits is looked for beside the campaign's."""
     if "spec" not in content:
         if "risk" in content:
             raise ValueError("risk is stated without spec; state the limit that it is of")

@@ -65,7 +65,7 @@ def curve_panels(rows: Sequence[Row], lines: Sequence[Line]) -> Figure:
 
 
 def panel_title(line: Line) -> str:
-    """What a panel is of: unit and rate, the file's name where the unit is not known."""
+    """Subject of a panel: unit and rate, or the file's name if the unit is not known."""
     unit = line.unit or line.file.rpartition("/")[2].partition(".")[0]
     return f"{unit}, {line.rate_deg_per_s:g} °/s"
 

@@ -170,7 +170,7 @@ def _scatter_words(scatter: Scatter) -> dict[str, Any]:
 
 
 def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:
-    """What makes N scatter, its standard deviation and the interval of that."""
+    """Components of the scatter of N: standard deviation and its interval."""
     words = [
         (
             _BETWEEN.get(name, name),
@@ -285,7 +285,7 @@ def _cells(line: Line) -> list[dict[str, Any]]:
 
 
 def _beside(line: Line, interval: str) -> str:
-    """What stands beside N: its interval, or whose data these are."""
+    """Text beside N: its interval, or whose data these are."""
     return f"the data of {Path(line.same_as).name}" if line.same_as else interval
 
 

@@ -1,4 +1,4 @@
-"""What a campaign foretells of N, as what a filter starts from: the paper's use of its Table 2."""
+"""Prior of N by a campaign, from which a filter starts: the paper's use of its Table 2."""
 
 import math
 from collections.abc import Sequence

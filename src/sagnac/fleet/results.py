@@ -1,4 +1,4 @@
-"""What one task gave, and its file: the one thing that a campaign resumes from."""
+"""Result of one task, and its file: the one thing that a campaign resumes from."""
 
 import json
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ _KEPT: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Result:
-    """What one task gave.
+    """Result of one task.
 
     Attributes
     ----------

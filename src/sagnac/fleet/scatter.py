@@ -10,7 +10,7 @@ from sagnac.repeatability.study import Repeatability, Run, repeatability
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scatter:
-    """What one group shows.
+    """Scatter of one group.
 
     Attributes
     ----------

@@ -103,7 +103,7 @@ def lines_of(rows: Iterable[Row]) -> list[Line]:
 
 
 def _data_of(row: Row) -> object:
-    """What no two measurements share: the curve to nine digits, and how it was made."""
+    """Fingerprint that no two measurements share: the curve to nine digits, and how it was made."""
     curve = row.result.analysis.get("curve", {}).get("deviation_deg_per_h")
     if row.result.state != "done" or not curve:
         return None

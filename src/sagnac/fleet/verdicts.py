@@ -79,7 +79,7 @@ def yield_of(campaign: Campaign) -> Yield | None:
 
 
 def specifications_of(campaign: Campaign) -> tuple[Specification, ...]:
-    """What was stated, each once."""
+    """Statements, each once."""
     stated = [row.task.settings.specification for row in campaign.rows]
     return tuple(dict.fromkeys(one for one in stated if one is not None))
 

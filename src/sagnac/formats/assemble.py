@@ -154,7 +154,7 @@ def require_readable(source: Source, statements: Statements) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scales:
-    """What the numbers of all columns that are taken are.
+    """Kinds, units and scales of all columns that are taken.
 
     Attributes
     ----------
@@ -175,7 +175,7 @@ class Scales:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What was noticed of the statements."""
+        """Notes on the statements."""
         return tuple(note for scale in self.gyros.values() for note in scale.notes)
 
 
@@ -258,7 +258,7 @@ class Channels:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What was noticed of all of them."""
+        """Notes on all of them."""
         sensors = (*self.gyros, *self.accelerometers)
         parts = [part for part in (*sensors, self.table, self.pulses) if part is not None]
         return tuple(note for part in parts for note in part.notes)

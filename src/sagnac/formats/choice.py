@@ -76,7 +76,7 @@ class Choice:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """What the columns are loaded by: gyros and the rest, in this order."""
+        """Names that the columns are loaded by: gyros and the rest, in this order."""
         placed = [one.column for one in (self.table, self.time) if one is not None]
         pulse = [self.null_pulse] if self.null_pulse is not None else []
         sensed = (*self.gyros.values(), *self.accelerometers.values())

@@ -94,14 +94,14 @@ def columns_of(laid_out: Layout, units: Mapping[str, str]) -> tuple[Column, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Known:
-    """What is known of a table that a known program wrote."""
+    """A table that a known program wrote."""
 
     statement: Statement = field_of(default_factory=Statement)
     units: Mapping[str, str] = field_of(default_factory=dict)
 
 
 def _known(laid_out: Layout) -> _Known:
-    """What header and preamble of a known program state."""
+    """Statements of header and preamble of a known program."""
     preset = preset_of(laid_out.names)
     if preset is not None:
         return _Known(statement=preset.statement(laid_out.names), units=preset.units)
@@ -204,7 +204,7 @@ def _unshown(_: object) -> None:
 
 
 def _odd_row(row: Any) -> str:
-    """What to do with a row of another number of fields: comments are passed over."""
+    """Skip a row of another number of fields if it is a comment, else call it an error."""
     return "skip" if row.text.lstrip().startswith(_COMMENT) else "error"
 
 
@@ -256,7 +256,7 @@ def _values(read: Any, field: Field, style: NumberStyle) -> NDArray[Any]:
 def wrong_line(
     path: Path, encoding: str, laid_out: Layout, wanted: dict[str, int], *, is_ended: bool
 ) -> RecordingError | None:
-    """What is wrong with the first row that is no row of the table; None if all are.
+    """Fault of the first row that is no row of the table; None if all are.
 
     Parameters
     ----------

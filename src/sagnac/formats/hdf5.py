@@ -91,7 +91,7 @@ def open_source(path: Path) -> Source:
 
 
 def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
-    """What the attributes of the root, and of the only group with datasets, state."""
+    """Statements of the attributes of the root, and of the only group with datasets."""
     parents = {name.rpartition("/")[0] for name in names}
     group = [file[parent] for parent in parents if parent and len(parents) == 1]
     return {

@@ -1,4 +1,4 @@
-"""What the preamble of a LabVIEW measurement file (``.lvm``) states about its columns.
+"""Statements in the preamble of a LabVIEW measurement file (``.lvm``) about its columns.
 
 Reference: "Specification for the LabVIEW Measurement File (.lvm)", National Instruments: lines of
 a key and a value for each channel; two headers, each ended by ``***End_of_Header***``.
@@ -16,7 +16,7 @@ X_COLUMN: Final = "X_Value"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Preamble:
-    """What a preamble states.
+    """Statements of a preamble.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ _PLACES: Final = ("table", "time", "null_pulse", TEMPERATURE)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Statements:
-    """What caller, TOML and file state; heard in this order.
+    """Statements of caller, TOML and file, heard in this order.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Statements:
         return () if names == ("none",) else names
 
     def of_accelerometer(self, quantity: str, name: str) -> str | None:
-        """What is stated as ``kind`` or ``unit`` of an accelerometer, or None.
+        """Statement of ``kind`` or ``unit`` of an accelerometer, or None.
 
         By name, or for all of them under ``accelerometers``; what is stated for all channels is
         that of the gyros.
@@ -100,7 +100,7 @@ class Statements:
         return None
 
     def role(self, role: str) -> str | None:
-        """What is stated for ``time``, ``table`` or ``null_pulse``, or None."""
+        """Statement of ``time``, ``table`` or ``null_pulse``, or None."""
         return self._first(role) or self.column(role)
 
     def own_unit(self, name: str) -> str | None:
@@ -112,7 +112,7 @@ class Statements:
         return None
 
     def gyro(self, quantity: str, name: str) -> str | None:
-        """What caller and TOML state as ``kind`` or ``unit`` of a gyro, or None."""
+        """Statement by caller or TOML of ``kind`` or ``unit`` of a gyro, or None."""
         for statement in (self.caller, self.beside):
             stated = of_name(getattr(statement, quantity), name)
             if stated is not None:
@@ -120,7 +120,7 @@ class Statements:
         return None
 
     def gyro_by_file(self, quantity: str, name: str) -> str | None:
-        """What the file states as ``kind`` or ``unit`` of a gyro, or None."""
+        """Statement by the file of ``kind`` or ``unit`` of a gyro, or None."""
         return of_name(getattr(self.file, quantity), name)
 
     def _first(self, name: str) -> Any:

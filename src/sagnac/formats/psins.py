@@ -34,7 +34,7 @@ _ROW: Final = (*GYRO_NAMES, *ACCELEROMETER_NAMES)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Header:
-    """What the header of a log states.
+    """Statements of the header of a log.
 
     Attributes
     ----------

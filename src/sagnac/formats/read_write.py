@@ -108,7 +108,7 @@ def columns(path: Path | str) -> tuple[str, ...]:
 
 
 def missing(path: Path | str, statement: Statement | None = None, **stated: Any) -> dict[str, str]:
-    """What has to be stated besides for a file to be read: guesses, and what no file tells.
+    """Statements that a file still needs to be read: guesses, and what no file tells.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ def gyros_in(
 def accelerometers_in(
     path: Path | str, statement: Statement | None = None, **stated: Any
 ) -> dict[str, str]:
-    """What has to be stated besides for the accelerometers of a file to be read as well.
+    """Statements that the accelerometers of a file still need to be read as well.
 
     Parameters
     ----------

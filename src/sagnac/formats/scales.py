@@ -28,7 +28,7 @@ TIME_FORMS: Final = {"clock": 1e-9, "iso": 1e-9}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scale:
-    """What the numbers of a column are.
+    """Kind, unit and scale of the numbers of a column.
 
     Attributes
     ----------

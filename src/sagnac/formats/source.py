@@ -1,4 +1,4 @@
-"""What every reader hands over: the columns a file has, what it states, how to load them."""
+"""Result of every reader: the columns a file has, its statements, how to load them."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What a caller, a TOML beside the file, or the file itself states about its columns.
+"""Statements of a caller, of a TOML beside the file, or of the file about its columns.
 
 All three speak one vocabulary, that of `Statement`.
 """
@@ -19,7 +19,7 @@ ROLES: Final = ("time", "table", "null_pulse")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Statement:
-    """What is known about a recording besides its numbers. Nothing has a default.
+    """Facts about a recording besides its numbers. Nothing has a default.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ def _values(stated: str | Mapping[str, str] | None) -> tuple[str, ...]:
 
 
 def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Statement:
-    """What a caller states, as a `Statement` or by its fields.
+    """Statement of a caller, as a `Statement` or by its fields.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def vocabulary() -> frozenset[str]:
 
 
 def of_name(stated: str | Mapping[str, str] | None, name: str) -> str | None:
-    """What a statement says for gyro `name`: its own entry, or the one for all (``gyros``)."""
+    """Entry of a statement for gyro `name`: its own, or the one for all (``gyros``)."""
     if stated is None or isinstance(stated, str):
         return stated
     return stated.get(name, stated.get("gyros"))

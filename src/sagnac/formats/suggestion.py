@@ -1,4 +1,4 @@
-"""What would have to be stated for a file to be read, guessed from names, units and numbers."""
+"""Statements that a file needs to be read, guessed from names, units and numbers."""
 
 import re
 from collections.abc import Mapping, Sequence

@@ -51,7 +51,7 @@ def encoding_of(head: bytes) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """What the layout of a text file is judged by.
+    """First lines of a text file, which its layout is judged by.
 
     Attributes
     ----------

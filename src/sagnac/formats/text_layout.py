@@ -331,7 +331,7 @@ def _names(line: str, split: _Split) -> list[str]:
 
 
 def _groups(line: str, split: _Split) -> list[str] | None:
-    """What stands above the names of columns, each up to the next; None if it is no such row."""
+    """Groups above the names of columns, each up to the next; None if it is no such row."""
     fields = _fields(line, split)
     fields += [""] * (split.count - len(fields))
     if len(fields) != split.count or any(PLAIN.holds(one) for one in fields if one):
@@ -357,7 +357,7 @@ def _said(delimiter: str) -> str:
 
 
 def _doubts(split: _Split, header: _Header, encoding: str) -> tuple[str, ...]:
-    """What may have been meant otherwise, and what was taken."""
+    """Notes on what may have been meant otherwise, and what was taken."""
     doubts = []
     numbers = [text for row in split.rows for text in row if form_of(text) is None]
     if split.style.decimal == ",":

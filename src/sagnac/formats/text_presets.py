@@ -47,7 +47,7 @@ class Preset:
         }
 
     def statement(self, names: Sequence[str]) -> Statement:
-        """What a table with these columns states."""
+        """Statements of a table with these columns."""
         has_all = set(self.accelerometers.values()) <= set(names)
         accelerometers = self.accelerometers if has_all else {}
         return Statement(

@@ -27,7 +27,7 @@ _DAY: Final = 86_400 * 10**9  # ns
 
 
 def form_of(text: str) -> TimeForm | None:
-    """What kind of time a text is, None if it is none.
+    """Kind of time that a text is, None if it is none.
 
     Examples
     --------

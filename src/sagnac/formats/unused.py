@@ -33,7 +33,7 @@ _WITHIN: Final = 0.5
 def unused_notes(
     source: Source, choice: Choice, statements: Statements, stretch: Stretch
 ) -> tuple[Note, ...]:
-    """What the columns beside those that are taken say of these.
+    """Notes by the columns beside those that are taken.
 
     Parameters
     ----------

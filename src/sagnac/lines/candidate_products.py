@@ -20,7 +20,7 @@ _CONSTANT: Final = 1e-12
 
 
 class CandidateProducts(ABC):
-    """What an orthogonal search needs to know of its candidates.
+    """Inner products of candidates that an orthogonal search needs.
 
     Attributes
     ----------

@@ -46,7 +46,7 @@ class NewOrders:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NewLines:
-    """What one look at the increments gives.
+    """Result of one look at the increments.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What stands above the noise floor, and what does not."""
+"""Peaks above the noise floor."""
 
 from dataclasses import dataclass
 from typing import Final

@@ -151,7 +151,7 @@ def followed_phase(plain: Description, blocks: int) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Columns:
-    """What the splines of an envelope make of a baseband.
+    """Columns of the splines of an envelope on a baseband.
 
     Attributes
     ----------

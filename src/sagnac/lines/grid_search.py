@@ -265,7 +265,7 @@ class _Fit:
     def result(
         self, candidates: int, stop: Stop, false_alarm: float, most_terms: int
     ) -> OrthogonalSearch:
-        """What was fitted, along the number of the sample."""
+        """The fitted series, along the number of the sample."""
         middle = 0.5 * (self.samples - 1)
         slope = float(self._slope + self.sines[0]) / middle
         # The phase is 0 at the first sample, not at mid-record.

@@ -76,7 +76,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Removal:
-    """What the removal of lines leaves of an angle, and what it took.
+    """An angle after the removal of lines, and what was removed.
 
     Attributes
     ----------

@@ -29,7 +29,7 @@ _JITTER: Final = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Lineup:
-    """What is known when lines are to be described.
+    """Knowledge from which lines are described.
 
     Attributes
     ----------
@@ -180,7 +180,7 @@ def _wrapped(phase: float) -> float:
 
 
 def _name(line: Line, stronger: tuple[Line, ...], known: Lineup) -> str:
-    """What a line is, if its frequency beside a stronger one's says so."""
+    """Origin of a line, if its frequency beside a stronger one's tells."""
     if line.scale == "angle":
         for other in stronger:
             if _is_of_encoder(line, other):
@@ -211,7 +211,7 @@ def _is_of_encoder(line: Line, other: Line) -> bool:
 
 
 def _sideband_in_time(line: Line, other: Line, known: Lineup) -> str:
-    """What makes a line in time beside a stronger line on either scale; empty if nothing does."""
+    """Origin of a line in time beside a stronger line on either scale; empty if there is none."""
     if other.amplitude < _WEAKER * line.amplitude:
         return ""
     in_time = other.scale == "time"

@@ -37,7 +37,7 @@ NOTHING_LEFT: Final = 1e-13
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OrthogonalSearch:
-    """What a search chose, in order, the series it makes, and how it was asked.
+    """Choices of a search, in order, the series they make, and its settings.
 
     Attributes
     ----------

@@ -80,7 +80,7 @@ class OrderSums:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sampling:
-    """What the normal equations need to know of when and at which table angle was sampled.
+    """Sampling as the normal equations need it: times and table angles.
 
     Attributes
     ----------

@@ -292,7 +292,7 @@ def final_fit(state: State) -> State:
 
 
 def _removal(ended: State, channel: str) -> Removal:
-    """What a search that is over says."""
+    """Notes of a search that is over."""
     state = final_fit(ended)
     residual = state.residual()
     known = state.lineup(_final_floor(state, residual))

@@ -46,7 +46,7 @@ class Kept:
     made: dict[str, tuple[Hashable, Any]] = field(default_factory=dict)
 
     def of(self, kind: str, source: Hashable, make: Callable[[], _Made]) -> _Made:
-        """What `make` returns for this source, made once for as long as no other is asked for.
+        """Result of `make` for this source, made once for as long as no other is asked for.
 
         The one before is let go first: two of them may be more than memory should hold.
         """
@@ -64,7 +64,7 @@ class Kept:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Record:
-    """What is searched.
+    """Record that is searched.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class Record:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Increments:
-    """What table motion and lines leave of an angle.
+    """An angle without table motion and lines.
 
     Attributes
     ----------
@@ -247,7 +247,7 @@ class State:
 
     @property
     def residue(self) -> Residue:
-        """What new lines are looked for in."""
+        """Series in which new lines are looked for."""
         return Residue(
             steps=self.increments.steps,
             sampled=self.sampled,
@@ -285,7 +285,7 @@ class State:
         return replace(self, components=nothing, fit=None, drifting=())
 
     def lineup(self, floor: FloatArray) -> Lineup:
-        """What is known when the lines are to be described, over the floor of what is left."""
+        """Knowledge from which the lines are described, over the floor of the residue."""
         return Lineup(
             fit=self.fit,
             drifting=self.drifting,
@@ -302,7 +302,7 @@ class State:
 
     @property
     def _key(self) -> Hashable:
-        """What is taken out of the angle, by value."""
+        """Terms taken out of the angle, by value."""
         motion = None if self.motion is None else _key_of_motion(self.motion)
         known = self.components
         arrays = (known.orders, known.free, known.frequencies, known.cosine, known.sine)
@@ -325,7 +325,7 @@ def first_state(record: Record) -> State:
 
 
 def _key_of_motion(motion: TableMotion) -> Hashable:
-    """What of table motion is taken out, by value; its harmonics are left in."""
+    """Table motion taken out, by value; its harmonics are left in."""
     return motion.share, motion.drift, motion.earth
 
 

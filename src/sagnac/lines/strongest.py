@@ -102,7 +102,7 @@ class Candidates:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Choice:
-    """What is settled of the candidates.
+    """Settled part of the candidates.
 
     Attributes
     ----------

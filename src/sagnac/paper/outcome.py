@@ -36,7 +36,7 @@ PAPER_POINT_ERROR: Final = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What one run gave, in field units, per gyro.
+    """Outcome of one run, in field units, per gyro.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ class Reading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RateSweep:
-    """What a sweep of table rates says.
+    """Fit of a sweep of table rates.
 
     Attributes
     ----------

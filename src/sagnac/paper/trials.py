@@ -1,4 +1,4 @@
-"""What was tried to explain Figure 3."""
+"""Trials that might explain Figure 3."""
 
 from dataclasses import dataclass, replace
 from typing import Final, Literal
@@ -37,7 +37,7 @@ class Trial:
 
 
 def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
-    """What was tried to explain Figure 3, all on gyro z, dithered, at rest."""
+    """Trials that might explain Figure 3, all on gyro z, dithered, at rest."""
     base = config_of_run("dithered", 0.0, 3001, duration_s)
     return (
         Trial(name="as-simulated", meaning="the preset as it is, nothing removed", config=base),

@@ -137,7 +137,7 @@ def _limits(axes: "Axes", tau: FloatArray, *deviations: FloatArray) -> None:
 
 
 def _fitted(axes: "Axes", analysis: Analysis) -> None:
-    """What the answer rests on: its sum, and each term it estimated with its slope."""
+    """Basis of the answer: its sum, and each term it estimated with its slope."""
     fit = headline_fit(analysis)
     shortest = 0.0
     if fit is None and analysis.average is not None and analysis.average.terms:

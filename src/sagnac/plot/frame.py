@@ -37,7 +37,7 @@ def literal(text: str) -> str:
 
 
 def channel_of(analysis: Analysis) -> str:
-    """What is drawn, for a label: ``x − z per gyro``."""
+    """Subject of a figure, for a label: ``x − z per gyro``."""
     readable = literal(analysis.channel).replace("-", " − ")
     return f"{readable} per gyro" if analysis.gyros_differenced > 1 else readable
 
@@ -48,5 +48,5 @@ def removed(analysis: Analysis) -> bool:
 
 
 def after_removal(analysis: Analysis) -> str:
-    """What is left, for a label: as recorded if nothing was removed."""
+    """State of the residual, for a label: as recorded if nothing was removed."""
     return "after removal" if removed(analysis) else "as recorded"

@@ -1,4 +1,4 @@
-"""What removal leaves, against time and table angle, and N over parts of it."""
+"""The residual against time and table angle, and N over parts of it."""
 
 from typing import TYPE_CHECKING, Final
 

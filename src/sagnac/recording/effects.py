@@ -1,4 +1,4 @@
-"""What a fault of the data does to the angle random walk, as the level and the words of a note."""
+"""Effect of a fault of the data on the angle random walk: level and words of a note."""
 
 import math
 from typing import Final

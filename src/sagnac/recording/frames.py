@@ -23,7 +23,7 @@ _Text = TypeVar("_Text", bound=str)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameColumns:
-    """What a frame holds of a recording.
+    """Columns of a frame that make a recording.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ def columns_of(
 
 
 def stated_for(name: str, stated: _Text | Mapping[str, _Text], argument: str) -> _Text:
-    """What an argument states for one gyro: the one for all, or its own.
+    """Statement of an argument for one gyro: the one for all, or its own.
 
     Raises
     ------

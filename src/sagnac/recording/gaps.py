@@ -90,7 +90,7 @@ def with_gaps_marked(recording: Recording) -> Recording:
 
 
 def _sound_apart_from_gaps(recording: Recording) -> tuple[Note, ...]:
-    """What is to be known of a recording with gaps; an error if anything else is wrong."""
+    """Notes on a recording with gaps; an error if anything else is wrong."""
     notes: list[Note] = []
     stuck: list[Note] = []
     for gyro in recording.gyros:
@@ -203,7 +203,7 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
 def stamp_notes(
     recording: Recording, times: FloatArray, *, omit_gaps: bool = False
 ) -> tuple[Note, ...]:
-    """What is wrong with time stamps, or to be known of them.
+    """Faults of time stamps, and notes on them.
 
     Parameters
     ----------

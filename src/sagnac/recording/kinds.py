@@ -1,4 +1,4 @@
-"""What a sample is: angle, increment or rate, and the way from each to the angle."""
+"""Kinds of samples: angle, increment or rate, and the way from each to the angle."""
 
 import math
 

@@ -59,7 +59,7 @@ class Likeness:
 
 
 def pair_notes(recording: Recording, profiles: dict[str, Profile]) -> tuple[Note, ...]:
-    """What every two gyros say of each other.
+    """Findings of every two gyros on each other.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def pair_notes(recording: Recording, profiles: dict[str, Profile]) -> tuple[Note
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Phases:
-    """What a gyro brings to its comparison with others.
+    """A gyro as it is compared with others.
 
     Attributes
     ----------

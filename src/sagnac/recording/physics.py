@@ -1,4 +1,4 @@
-"""What sensors have to show: gravity and Earth rate, which tell a wrong unit by name."""
+"""Gravity and Earth rate, which sensors have to show and which tell a wrong unit by name."""
 
 import math
 from typing import Final

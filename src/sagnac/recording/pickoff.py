@@ -1,4 +1,4 @@
-"""What the pick-off of a dither shows, recorded beside the gyro that is dithered."""
+"""The pick-off of a dither, recorded beside the gyro that is dithered."""
 
 from dataclasses import dataclass
 from typing import ClassVar, Final
@@ -9,7 +9,7 @@ from sagnac.arrays import FloatArray
 from sagnac.recording.channel import same_values
 
 PICKOFF: Final = "pickoff_"
-"""What the name of a pick-off's column begins with; the name of the gyro follows."""
+"""First letters of a pick-off's column; the name of the gyro follows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

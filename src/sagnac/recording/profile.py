@@ -73,7 +73,7 @@ class Profile:
 
 
 def changes_of(channel: Channel) -> FloatArray:
-    """What each sample turned, in the unit of the values: an angle's differences, or the values."""
+    """Turn of each sample, in the unit of the values: an angle's differences, or the values."""
     return series.differences(channel.values) if channel.kind == "angle" else channel.values
 
 

@@ -37,7 +37,7 @@ _AT_REST: Final = math.radians(1.0)
 
 
 def integrity(recording: Recording) -> tuple[Note, ...]:
-    """What has to hold before any figure can rest on the data.
+    """Checks that hold before any figure can rest on the data.
 
     Enough samples, all finite, time that runs forwards without gaps, no stuck gyro. A
     table may stand still, so a constant encoder is judged against the gyro, by
@@ -105,7 +105,7 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
 def _of_samples(
     recording: Recording, gyro: Channel, profile: Profile, *, standing: bool
 ) -> tuple[Note, ...]:
-    """What the samples of one gyro show: one cause that spoils them all, else what is in them."""
+    """Findings in the samples of one gyro: one cause that spoils them all, else each."""
     is_bench = standing and gyro.sensor == "gyro"
     causes: tuple[Callable[[], tuple[Note, ...]], ...] = (
         lambda: wrap_notes(recording, gyro),

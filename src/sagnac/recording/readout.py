@@ -68,7 +68,7 @@ class Readout:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointReadout:
-    """What the readouts of several gyros together allow.
+    """Clusters that the readouts of several gyros together allow.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ def readout_of(angle: ArrayLike) -> Readout:
 def joint_readout(
     recording: Recording, gyros: Sequence[str], angle_rate: float, *, with_encoder: bool = True
 ) -> JointReadout:
-    """What the readouts of several gyros allow, whose angles are differenced or used side by side.
+    """Clusters that the readouts of gyros allow, differenced or used side by side.
 
     For one gyro alone on a turning table the steps of its encoder count as well, times the share
     of the table rate that it senses, unless they are small beside its noise.

@@ -7,7 +7,7 @@ from sagnac.recording.stretches import Stretch
 
 
 def remedy_of(recording: Recording, stretch: Stretch) -> str:
-    """What to do if only this stretch is sound: ``take the sound stretch with {slice 30:90}``.
+    """Remedy if only this stretch is sound: ``take the sound stretch with {slice 30:90}``.
 
     Rounded inwards to ms, so that the slice named holds no sample outside the stretch.
     """

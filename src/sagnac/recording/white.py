@@ -35,7 +35,7 @@ class White:
 
 
 def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KEPT) -> White:
-    """What samples turned, each frequency divided by the level around it.
+    """Increments with each frequency divided by the level around it.
 
     Lines are cut down to a few times the level, which is the median over 64 frequencies, or over
     a band.

@@ -68,7 +68,7 @@ class MeanSquare:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outlook:
-    """What the runs of a design say of their mean and of further runs.
+    """Prediction by the runs of a design: of their mean and of further runs.
 
     Parameters
     ----------

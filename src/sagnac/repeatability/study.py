@@ -252,7 +252,7 @@ def _too_few(count: int) -> RecordingError:
 
 
 def _unseen(design: Design, components: Components, confidence: float) -> dict[str, str]:
-    """What the runs cannot show for they lie too close together, and why."""
+    """Components that runs too close together cannot show, and why."""
     if np.ptp(design.values) == 0.0 and not np.any(design.variances):
         return dict.fromkeys((*design.seen, "run"), _ALIKE)
     too_close = chance_of_less(design) < 0.5 - 0.5 * confidence

@@ -1,1 +1,1 @@
-"""What an analysis looks like outside: JSON, tables, figures and a page a person can read."""
+"""An analysis as others see it: JSON, tables, figures and a page a person can read."""

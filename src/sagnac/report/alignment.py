@@ -1,4 +1,4 @@
-"""What an alignment comes to, as a figure, as text and as data."""
+"""An alignment as a figure, as text and as data."""
 
 from dataclasses import replace
 from typing import Any, Final
@@ -130,7 +130,7 @@ def prospect_text(prospect: Prospect) -> str:
 
 
 def notes_of(prospect: Prospect) -> list[str]:
-    """What the answer leaves out."""
+    """Limits of the answer."""
     unseen = prospect.noise.unseen
     notes = [prospect.foretold] if prospect.foretold else []
     notes += [

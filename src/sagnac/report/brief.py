@@ -1,4 +1,4 @@
-"""What fits a screen: coefficients of the answer, strongest lines, ranked notes, a closing table.
+"""One screen: coefficients of the answer, strongest lines, ranked notes, a closing table.
 
 No line is wider than 80 columns.
 """

@@ -61,7 +61,7 @@ def parts_figure(analysis: Analysis) -> Figure | None:
 
 
 def residual_figure(analysis: Analysis) -> Figure | None:
-    """What removal leaves against time; on a table also against its angle, and by orders."""
+    """The residual against time; on a table also against its angle, and by orders."""
     if analysis.residual is None or analysis.residual.time.size < 2:
         return None
     with styled() as canvas:

@@ -104,7 +104,7 @@ def write_report(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Sheet:
-    """What a report holds beside the analysis; see `write_report`."""
+    """Contents of a report beside the analysis; see `write_report`."""
 
     block: TitleBlock | None
     settings: str

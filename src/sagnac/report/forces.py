@@ -53,7 +53,7 @@ def force_figure(analyses: Sequence[Analysis]) -> Figure:
 
 
 def force_notes(analyses: Sequence[Analysis]) -> tuple[str, ...]:
-    """What was noticed of accelerometers and does not stand in the notes of the recording."""
+    """Notes on accelerometers that do not stand among those of the recording."""
     read = [note for one in analyses for note in one.recording.notes]
     return tuple(
         dict.fromkeys(note_text(note) for one in analyses for note in one.notes if note not in read)

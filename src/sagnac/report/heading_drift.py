@@ -1,4 +1,4 @@
-"""What heading, attitude and position are after a time without aiding: text, data and a picture."""
+"""Heading, attitude and position after a time without aiding: text, data and a picture."""
 
 from typing import Any, Final
 
@@ -140,7 +140,7 @@ def _at_most(found: Drift, row: int) -> list[str]:
 
 
 def drift_notes(unaided: Unaided) -> list[str]:
-    """What the answer leaves out, and where it is no more than a prior."""
+    """Limits of the answer: what it leaves out, and where it is no more than a prior."""
     found, priors = unaided.drift, unaided.drift.priors
     notes = []
     for name in ("heading", "attitude", "position"):

@@ -21,7 +21,7 @@ _REMOVED: Final[dict[str, str]] = {
 
 
 def sentences(analysis: Analysis) -> list[str]:
-    """What was done, one step a sentence; references by number (see `cited`)."""
+    """The method, one step a sentence; references by number (see `cited`)."""
     said = []
     if analysis.gyros_differenced > 1:
         first, _, second = analysis.channel.partition("-")

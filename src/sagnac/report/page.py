@@ -130,7 +130,7 @@ def page(
 
 
 def _heading(analysis: Analysis, block: TitleBlock) -> dict[str, Any]:
-    """What stands on top, and how the page cites what it does."""
+    """Heading of the page, and its citations."""
     methods, references = cited(sentences(analysis))
     return {
         "title": block.title
@@ -341,7 +341,7 @@ def accelerometers_page(analysis: Analysis) -> str:
 
 
 def _origin(analysis: Analysis) -> list[tuple[str, str]]:
-    """What says which recording it is."""
+    """Identity of the recording."""
     provenance = analysis.recording.provenance
     if provenance is None:
         return []
@@ -386,7 +386,7 @@ def _verdict(analysis: Analysis) -> dict[str, Any] | None:
 
 
 def _fit_title(analysis: Analysis) -> str:
-    """What the answer rests on: a fit, the average, or nothing."""
+    """Basis of the answer: a fit, the average, or nothing."""
     fit = headline_fit(analysis)
     if fit is not None:
         return FIT_TITLES[fit.method]
@@ -397,7 +397,7 @@ def _fit_title(analysis: Analysis) -> str:
 
 
 def _shares(analysis: Analysis) -> dict[str, Any] | None:
-    """What each gyro shows of the table's rate, without columns that are empty; None at rest."""
+    """Shares of the table's rate, without columns that are empty; None at rest."""
     if not analysis.shares:
         return None
     rows = share_rows(analysis)
@@ -428,7 +428,7 @@ def _forces(analysis: Analysis) -> dict[str, Any] | None:
 
 
 def _azimuth(analysis: Analysis) -> Markup | None:
-    """What N, B and K mean for heading; None if N was not seen."""
+    """Heading with these N, B and K; None if N was not seen."""
     if analysis.angle_random_walk.status == "not observable":
         return None
     flicker = headline_coefficients(analysis).get("bias_instability")
@@ -497,7 +497,7 @@ def _line_rows(analysis: Analysis) -> list[dict[str, str]]:
 
 
 def _file_facts(analysis: Analysis) -> list[tuple[str, str]]:
-    """What was read, and from where."""
+    """Columns that were read, and from where."""
     recording = analysis.recording
     provenance = recording.provenance
     facts = [

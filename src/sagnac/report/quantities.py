@@ -162,7 +162,7 @@ def sentence(name: CoefficientName, estimate: Estimate, *, plain: bool = False) 
 
 
 def subject(channel: str, gyros_differenced: int) -> str:
-    """What the figures are of, in words."""
+    """Subject of the figures, in words."""
     readable = channel.replace("-", " − ")
     if gyros_differenced > 1:
         return f"gyros {readable}, per gyro (N̄)"

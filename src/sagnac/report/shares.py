@@ -1,4 +1,4 @@
-"""What each gyro shows of the table's rate, as page and terminal say it."""
+"""Shares of the table's rate, as page and terminal say them."""
 
 import math
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ def share_rows(analysis: Analysis) -> list[tuple[str, ...]]:
 
 
 def share_remarks(analysis: Analysis) -> list[str]:
-    """What the shares rest on, and the scale factor of a triad."""
+    """Basis of the shares, and the scale factor of a triad."""
     if not analysis.shares:
         return []
     remarks = []

@@ -138,7 +138,7 @@ def _force(channel: str, stated: Document, document: Document) -> Analysis:
 
 
 def _number(value: float | None) -> float:
-    """What is not a number is None in JSON."""
+    """A number, or NaN for the None of JSON."""
     return math.nan if value is None else float(value)
 
 

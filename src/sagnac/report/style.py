@@ -103,7 +103,7 @@ class _Mantissas(ScalarFormatter):
         return ""
 
     def power(self) -> str:
-        """What the numbers are to be multiplied with, ``10⁻⁵``; empty if by nothing."""
+        """Factor that the numbers are to be multiplied with, ``10⁻⁵``; empty if by nothing."""
         _, marked, exponent = super().get_offset().partition("1e")
         return f"10{exponent.translate(_RAISED)}" if marked else ""
 

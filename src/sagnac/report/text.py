@@ -1,4 +1,4 @@
-"""What a terminal shows of an analysis: the answer first, then tables. Nothing is printed here."""
+"""An analysis on a terminal: the answer first, then tables. Nothing is printed here."""
 
 import math
 import textwrap
@@ -105,7 +105,7 @@ def verdict(analysis: Analysis) -> str:
 
 
 def with_lines(analysis: Analysis) -> str:
-    """What the answer would be with the lines left in."""
+    """The answer with the lines left in."""
     said = sentence("angle_random_walk", analysis.angle_random_walk, plain=True)
     return f"With the lines below left in  {said}"
 
@@ -268,7 +268,7 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
 
 
 def findings(found: Sequence[Note]) -> str:
-    """What a check of the data found."""
+    """Findings of a check of the data."""
     if not found:
         return "Nothing was found wrong."
     return table(
@@ -278,7 +278,7 @@ def findings(found: Sequence[Note]) -> str:
 
 
 def recording(read: Recording) -> str:
-    """What was read, in one line."""
+    """The recording, in one line."""
     gyros = ", ".join(
         f"{channel.name} ({channel.kind}, {channel.shown_in})" for channel in read.gyros
     )

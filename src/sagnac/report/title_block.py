@@ -1,4 +1,4 @@
-"""What stands on top of a report: what was measured, for whom, by whom."""
+"""Top of a report: what was measured, for whom, by whom."""
 
 import tomllib
 from dataclasses import dataclass, fields
@@ -50,7 +50,7 @@ class TitleBlock:
 
     @property
     def facts(self) -> list[tuple[str, str]]:
-        """What is stated besides the title, with its name."""
+        """Statements besides the title, each with its name."""
         named = (
             ("Unit", self.device),
             ("Serial number", self.serial),

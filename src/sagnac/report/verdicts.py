@@ -36,7 +36,7 @@ def limit_text(judgement: Judgement) -> str:
 
 
 def found_text(judgement: Judgement) -> str:
-    """What was measured, in the field's unit: value and interval, bound, or neither."""
+    """Measured value in the field's unit: with its interval, a bound, or neither."""
     name = judgement.limit.coefficient
     said = reading(name, judgement.estimate)
     if judgement.estimate.status == "not observable":

@@ -57,7 +57,7 @@ class Disturbances:
         return cls(angle=angle, time=_drawn(config.time, random))
 
     def advance(self, first: int, alpha: FloatArray, interval: float) -> FloatArray:
-        """What they add to the gyro angles, zero where angle and time are zero.
+        """Their sum in the gyro angles, zero if angle and time are zero.
 
         Parameters
         ----------

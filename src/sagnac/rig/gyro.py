@@ -57,7 +57,7 @@ def dither_of(config: GyroConfig) -> Dither | None:
 
 @dataclass(slots=True, kw_only=True)
 class LockIn:
-    """What lock-in makes of the rate that one ring laser senses.
+    """Rate that one ring laser with lock-in senses.
 
     Attributes
     ----------

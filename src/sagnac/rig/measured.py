@@ -1,4 +1,4 @@
-"""What an analysis measured, as keys of the rig's configuration."""
+"""The measurement of an analysis as keys of the rig's configuration."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -107,7 +107,7 @@ class Measured:
         }
 
     def left_out(self) -> list[str]:
-        """What is not simulated as it was measured, a line each."""
+        """Parts that are not simulated as they were measured, a line each."""
         lines = []
         kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {
             "gyro": self.gyros,

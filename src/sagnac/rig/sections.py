@@ -322,7 +322,7 @@ class AccelerometerConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DitherConfig:
-    """What of the dither is left in the angles of a dithered gyro, and how its pick-off shows it.
+    """Dither left in the angles of a dithered gyro, and how its pick-off shows it.
 
     Its frequency, rate and randomisation stand in `GyroConfig`. With nothing left there is no
     pick-off in the recording either.

@@ -21,7 +21,7 @@ from sagnac.units import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorErrors:
-    """Of a gyro; of an accelerometer with m for rad.
+    """Errors of a gyro; of an accelerometer with m for rad.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class SensorErrors:
 
     @classmethod
     def of_gyro(cls, config: GyroConfig, axis: int) -> Self:
-        """Of the gyro x, y or z."""
+        """Errors of the gyro x, y or z."""
         return cls(
             random_walk=config.arw_deg_per_sqrt_h[axis] * DEGREE_PER_ROOT_HOUR,
             angle_noise=config.angle_noise_arcsec[axis] * ARCSECOND,
@@ -89,7 +89,7 @@ class SensorErrors:
 
     @classmethod
     def of_accelerometer(cls, config: AccelerometerConfig, axis: int) -> Self:
-        """Of the accelerometer ax, ay or az."""
+        """Errors of the accelerometer ax, ay or az."""
         size = {name: next(iter(units.values())) for name, units in FORCE_COEFFICIENT_UNITS.items()}
         return cls(
             random_walk=config.vrw_m_per_s_per_sqrt_h[axis] * size["angle_random_walk"],

@@ -175,7 +175,7 @@ class Rig:
         )
 
     def _velocities(self, first: int, motion: Motion) -> FloatArray:
-        """What the accelerometers make of gravity, which a level table does not turn."""
+        """Gravity as the accelerometers sense it, which a level table does not turn."""
         count = motion.angle.size
         felt = np.zeros((3, count))
         felt[2] = -STANDARD_GRAVITY * self.table.interval * (first + 1.0 + np.arange(count))

@@ -1,4 +1,4 @@
-"""What was put into a simulated recording."""
+"""Truth of a simulated recording."""
 
 import math
 from collections.abc import Mapping
@@ -93,7 +93,7 @@ class DitherTruth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EncoderTruth:
-    """What the encoder adds to the table angle, and when its readings are taken.
+    """Errors of the encoder, and when its readings are taken.
 
     A reading is late by a delay that goes from `delay_start_s` to `delay_end_s`, drift and clock
     together; beside that it walks, by `delay_walk_end_s` rms at the end.
@@ -117,7 +117,7 @@ class EncoderTruth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """What the recording was made from; ``dataclasses.asdict`` of it is the JSON.
+    """Contents of the recording; ``dataclasses.asdict`` of it is the JSON.
 
     The coefficients of `gyros` and `pairs` are those before a gyro's own low-pass, whose corner
     (-3 dB) is in `low_pass_hz`, 0 without one: well below the corner the recording shows them.
@@ -153,7 +153,7 @@ class Truth:
 
 
 def truth_of(config: RigConfig) -> Truth:
-    """What a recording of this configuration is made from, without making it."""
+    """Contents of a recording of this configuration, without making it."""
     platform = config.platform
     shares = shares_from_deviations(platform.share_deviation)
     earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
@@ -184,7 +184,7 @@ def truth_of(config: RigConfig) -> Truth:
 def _nutation_walks(
     config: RigConfig, command: TableCommand, shares: FloatArray
 ) -> dict[str, float]:
-    """What nutation adds to N of each gyro and, per gyro, of each pair; empty without any."""
+    """Nutation's part of N of each gyro and, per gyro, of each pair; empty without any."""
     if config.motion.nutation_rms_arcsec == 0.0 or command.rate.size != 1 or not config.turning:
         return {}
     walk = nutation_walk(config.motion, float(command.rate[0])) / DEGREE_PER_ROOT_HOUR

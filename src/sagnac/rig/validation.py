@@ -60,7 +60,7 @@ Rule = Number | PairsOf | Choice
 
 
 def allowed(rule: Rule) -> str:
-    """What a key of this rule may hold, as the documentation says it."""
+    """Values that a key of this rule may hold, in words."""
     if isinstance(rule, Choice):
         return ", ".join(f'`"{choice}"`' for choice in rule.choices)
     if isinstance(rule, PairsOf):

@@ -1,4 +1,4 @@
-"""What a gyro has to keep: limits of Q, N, B, K and R, and the risk of passing one that does not.
+"""Limits that a gyro has to keep: of Q, N, B, K and R, and the risk of passing one that does not.
 
 A specification is a text (``3e-4deg/sqrt(h)``, ``N=3e-4deg/sqrt(h),B=0.01deg/h``) or a TOML file
 for a product.
@@ -73,7 +73,7 @@ class Limit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Specification:
-    """What a gyro has to keep.
+    """Limits that a gyro has to keep.
 
     Attributes
     ----------

@@ -82,7 +82,7 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shown:
-    """What a short recording shows of N.
+    """Estimate of N by a short recording.
 
     Attributes
     ----------

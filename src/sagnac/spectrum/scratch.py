@@ -46,7 +46,7 @@ class Scratch:
             self.file.write(line.view(np.uint8))
 
     def read(self, rows: slice, columns: slice) -> NDArray[Any]:
-        """What is stored there, (rows, columns); not to be written to."""
+        """Stored values, (rows, columns); not to be written to."""
         if self.file is None:
             return self.values[rows, columns]
         block = np.empty((rows.stop - rows.start, columns.stop - columns.start), self.values.dtype)

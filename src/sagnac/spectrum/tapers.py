@@ -200,7 +200,7 @@ def _sidelobes() -> FloatArray:
 
 
 def leaked_density(density: FloatArray) -> FloatArray:
-    """What leaks into each ordinate from more than two window widths away.
+    """Leakage into each ordinate from more than two window widths away.
 
     The spectrum convolved with the measured response of the tapers beyond that offset. The
     response falls as the fourth power (and the tapers' alternation faster), so that what lies

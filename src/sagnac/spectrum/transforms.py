@@ -96,7 +96,7 @@ def _squares(sums: ComplexArray, scale: float) -> FloatArray:
 
 
 def _powers(by: Factors, scale: float) -> Store:
-    """What stores the squares of a real series, zero to half a cycle."""
+    """Sink that stores the squares of a real series, zero to half a cycle."""
 
     def store(powers: Scratch, some: slice, block: ComplexArray) -> None:
         for index, row in enumerate(_squares(block, scale)):
@@ -177,7 +177,7 @@ def even_then_odd(values: FloatArray, block: slice) -> FloatArray:
 
 
 def _cosines(by: Factors) -> Store:
-    """What turns Fourier sums by a quarter of their place and stores them as cosine sums."""
+    """Sink that turns Fourier sums by a quarter of their place and stores them as cosine sums."""
     samples = by.length
     quarter = -0.5j * np.pi / samples
     leads = np.exp(quarter * by.size * np.arange(by.count))[:, np.newaxis]

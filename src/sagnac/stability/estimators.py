@@ -60,7 +60,7 @@ def _time_deviation(deviation: FloatArray, tau: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Properties:
-    """What one estimator is.
+    """Properties of one estimator.
 
     Attributes
     ----------

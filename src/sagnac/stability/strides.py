@@ -35,7 +35,7 @@ def window_stride(windows: int, squares: int, cluster: int) -> int:
 def stride_notes(
     name: Estimator, strides: Sequence[int], clusters: NDArray[np.int64]
 ) -> tuple[Note, ...]:
-    """What to say of windows that are skipped, if any are."""
+    """Note on windows that are skipped, if any are."""
     skipped = [(int(m), stride) for m, stride in zip(clusters, strides, strict=True) if stride > 1]
     if not skipped:
         return ()

@@ -28,7 +28,7 @@ _ONE: Final = np.ones(1, dtype=np.int64)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Points:
-    """What an estimator makes of a record: one variance for each cluster.
+    """Result of an estimator: one variance for each cluster.
 
     Attributes
     ----------

@@ -109,7 +109,7 @@ class Drift:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class EstimatedTable:
-    """What gyros and encoder together say of a table.
+    """Estimate of a table by gyros and encoder together.
 
     Attributes
     ----------
@@ -264,7 +264,7 @@ def order_drift(table: EstimatedTable, angle: FloatArray, sample_rate: float) ->
 
 
 def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stretches: int) -> Drift:
-    """What the phases of orders in averages of a gyro angle say of the table angle's rate.
+    """Rate of the table angle by the phases of orders in averages of a gyro angle.
 
     Each order by itself gives a drift, whose error is that of its phases about a straight line, so
     that a line in time beside it counts as noise; their weighted mean is taken, its error raised by
@@ -432,7 +432,7 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Fit:
-    """What readings and gyros differ by, in averages.
+    """Difference of readings and gyros, in averages.
 
     Attributes
     ----------

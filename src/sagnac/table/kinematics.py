@@ -27,7 +27,7 @@ _LEAST: Final = 1e-300
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kinematics:
-    """What table motion and Earth rate make of a table angle; `kinematics` gives it.
+    """Terms of table motion and Earth rate in a gyro angle; `kinematics` gives them.
 
     Attributes
     ----------

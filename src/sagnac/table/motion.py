@@ -19,7 +19,7 @@ from sagnac.table.turns import FEW_TURNS, full_turns
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableMotion:
-    """What of a gyro angle, or of a difference of two, is table motion and Earth rate.
+    """Table motion and Earth rate in a gyro angle, or in a difference of two.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ def follow_table_together(averages: FloatArray, kinematic: Kinematics) -> tuple[
 
 
 def _motion(found: KinematicFit, kinematic: Kinematics, taken: "_Harmonics | None") -> TableMotion:
-    """What was found, its harmonics those of the angle, those that were taken out among them."""
+    """The motion, its harmonics those of the angle, those that were taken out among them."""
     gain = block_gain(kinematic, found.orders)
     of_cosine, of_sine = found.cosine / gain, found.sine / gain
     if taken is not None:

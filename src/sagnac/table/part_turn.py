@@ -1,4 +1,4 @@
-"""What goes with the angle of a table that makes less than a few turns.
+"""Motion with the angle of a table that makes less than a few turns.
 
 Over part of a turn orders are no basis: many sums of them make the same function of the angle, so
 that a search takes one for another and goes on. The function itself is well known. All orders are
@@ -61,7 +61,7 @@ class AngleFunction:
 
 
 def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction | None:
-    """What in a gyro angle goes with the angle of a table over part of a turn, or a few.
+    """Part of a gyro angle that goes with the table angle over part of a turn, or a few.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ _FEWEST_PASSES: Final = 3
 
 
 class FullTurnSamples(NamedTuple):
-    """What `full_rotation_samples` reads.
+    """Result of `full_rotation_samples`.
 
     Attributes
     ----------

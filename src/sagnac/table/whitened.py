@@ -140,7 +140,7 @@ class _Normals:
     def of(
         cls, columns: ComplexArray, target: ComplexArray, weight: FloatArray, prior: FloatArray
     ) -> "_Normals":
-        """Of complex ordinates with real coefficients under a prior about zero."""
+        """Normal equations of complex ordinates with real coefficients under a prior about zero."""
         normals, rights = [], []
         for low, high in pairwise(_edges(target.size, _GROUPS)):
             own = columns[:, low:high]

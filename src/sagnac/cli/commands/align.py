@@ -143,7 +143,7 @@ def _show(
     *,
     as_json: bool,
 ) -> None:
-    """What was found on the terminal, and in a folder if one is named."""
+    """Prints the answer, and writes it into a folder if one is named."""
     from sagnac.report import alignment as shown
     from sagnac.report import heading_drift
     from sagnac.report.document import to_json

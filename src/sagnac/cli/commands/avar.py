@@ -108,7 +108,7 @@ def avar(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Made:
-    """What the still bench gives: all gyros, and each with its lines in and out."""
+    """Result of the still bench: all gyros, and each with its lines in and out."""
 
     analysis: "Analysis"
     benches: "Mapping[str, AtRest]"
@@ -151,7 +151,7 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
 
 
 def _outputs(read: ReadFile, settings: "Settings", output: Path) -> list[overwriting.Outputs]:
-    """What will be written: a folder for each gyro beside the page of all, and the forces'."""
+    """Places to be written: a folder for each gyro beside the page of all, and the forces'."""
     names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
     from sagnac.report.files import folder_name
 

@@ -99,7 +99,7 @@ def _suggest(file: Path, statement: "Statement") -> None:
 
 
 def _outcome(file: Path, statement: "Statement", lacking: Mapping[str, str]) -> str:
-    """What comes of a file once what is lacking is stated, in words."""
+    """Outcome for a file once what is lacking is stated, in words."""
     from sagnac.formats import read
     from sagnac.report.command_line import error_text
 
@@ -117,7 +117,7 @@ def _outcome(file: Path, statement: "Statement", lacking: Mapping[str, str]) -> 
 
 
 def _document(file: Path, recording: "Recording", findings: "Sequence[Note]") -> dict[str, Any]:
-    """What was found, in the schema ``sagnac.check/1``."""
+    """Findings in the schema ``sagnac.check/1``."""
     from sagnac.report.command_line import findings_data, note_text
 
     return {

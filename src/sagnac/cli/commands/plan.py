@@ -108,7 +108,7 @@ def _text(plan: "Plan") -> str:
 
 
 def _supposition(analysis: "Analysis", shown: "Shown") -> str:
-    """What the forecast takes a longer recording's answer to rest on."""
+    """Basis of a longer recording's answer, as the forecast takes it."""
     resting = analysis.average
     supposed = "whole band" if shown.efficient else "average"
     now = resting is not None and resting.member == supposed
