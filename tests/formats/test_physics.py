@@ -339,3 +339,16 @@ def test_a_clock_too_coarse_for_times_names_what_reads_the_file(tmp_path):
     assert rate == pytest.approx(100.0, rel=0.02)
     # With what it names, it is read.
     assert said(tmp_path, columns, **stated, time="none", sample_rate=rate) == []
+
+
+def test_a_counter_that_starts_over_is_the_one_finding_of_its_gyro(tmp_path):
+    counts = {name: np.rint(TURNING.angles[name] / 0.1) for name in "xz"}
+    stated = {**ANGLE, "unit": "counts", "scale": "0.1arcsec"}
+    columns = table(**{name: np.mod(one, 65536.0) for name, one in counts.items()})
+    del columns["y"]
+    found = said(tmp_path, columns, **stated)
+    assert len(found) == 2
+    assert all("counter-bits=16" in one for one in found)
+    notes = judged(read(tmp_path / "run.csv", **stated))
+    assert {(note.name, note.level) for note in notes} == {("wraps", "error")}
+    assert said(tmp_path, columns, **stated, counter_bits=16) == []

@@ -565,8 +565,9 @@ def _notes(
 ) -> tuple[Note, ...]:
     """All notes, in the order of the stages, each once; errors in the data come first."""
     rounding = rounding_note(removed.points, prepared.settings.interval)
+    said = {note.text for note in seen}
     notes = (
-        *prepared.recording.notes,
+        *(note for note in prepared.recording.notes if note.text not in said),
         *prepared.undithered.notes,
         *(note for note in seen if note.level == "error"),
         *prepared.table.notes,

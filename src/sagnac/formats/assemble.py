@@ -330,7 +330,7 @@ def _gyro(
     # The channel is made in place: what the raw numbers tell has to be asked before.
     doubts = counter_notes(name, raw, scale) if counter_period is None else ()
     taken = gyro_channel(name, raw, scale, counter_period)
-    if scale.kind == "angle":
+    if scale.kind == "angle" and not doubts:
         doubts += rate_notes(name, taken.channel.values)
     if scale.kind == "increment":
         doubts += increment_notes(name, taken.channel.values, sample_rate)

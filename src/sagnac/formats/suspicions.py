@@ -101,7 +101,7 @@ def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
     if found is None:
         return ()
     if abs(found.period / 2.0**bits - 1.0) > _SAME_PERIOD:
-        return _other_modulus(name, found) if scale.kind == "angle" else ()
+        return _other_modulus(name, found, scale) if scale.kind == "angle" else ()
     remedy = f"state {{counter-bits {bits}}}"
     if scale.kind != "angle":
         remedy = f"if it counts angle, state {{kind angle}} and {{counter-bits {bits}}}"
@@ -109,10 +109,17 @@ def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
         f"leaps by about {2**bits} counts {counted(found.count, 'time')}: a {bits} bit counter "
         f"that rolls over; {remedy}"
     )
-    return (Note(level="warning", channel=name, text=text),)
+    return (_of_counter(name, scale, text),)
 
 
-def _other_modulus(name: str, found: RollOvers) -> tuple[Note, ...]:
+def _of_counter(name: str, scale: Scale, text: str) -> Note:
+    """A warning; on numbers that are stated to be an angle, the finding that spoils it."""
+    return Note(
+        name="wraps" if scale.kind == "angle" else "", level="warning", channel=name, text=text
+    )
+
+
+def _other_modulus(name: str, found: RollOvers, scale: Scale) -> tuple[Note, ...]:
     """A counter whose range is no power of two."""
     if found.period < _LEAST_MODULUS:
         return ()
@@ -121,7 +128,7 @@ def _other_modulus(name: str, found: RollOvers) -> tuple[Note, ...]:
         "a counter that starts over there, which is no number of bits; state "
         f"{{counter-period {_likely_period(found.period):.12g}}}"
     )
-    return (Note(level="warning", channel=name, text=text),)
+    return (_of_counter(name, scale, text),)
 
 
 def table_counter_notes(key: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:

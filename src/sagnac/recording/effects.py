@@ -18,6 +18,7 @@ FINDINGS: Final = (
     "dropouts",
     "encoder",
     "interleaved",
+    "lost",
     "motion",
     "repeats",
     "resolution",

@@ -78,7 +78,7 @@ def with_lost_readings(table: Taken, gyros: Sequence[Channel], sample_rate: floa
         f"longest for {lengths.max() / sample_rate:.3g} s, the first at "
         f"{firsts[0] / sample_rate:.3f} s: gyro {name} tells how the table turned meanwhile"
     )
-    note = Note(name="encoder", level="warning", channel="table", text=text)
+    note = Note(name="lost", level="warning", channel="table", text=text)
     return replace(table, channel=replace(table.channel, values=filled), notes=(*table.notes, note))
 
 

@@ -27,6 +27,7 @@ from sagnac.recording.resolution import resolution_notes
 from sagnac.recording.saturation import saturation_notes
 from sagnac.recording.spikes import spike_notes
 from sagnac.recording.stuck import stuck_notes
+from sagnac.recording.table_leaps import lost_rows, slip_notes
 from sagnac.recording.twice import twice_notes
 from sagnac.recording.unsteady import step_notes, unsteady_notes
 from sagnac.recording.wraps import wrap_notes
@@ -87,16 +88,23 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     """
     chosen = [recording.gyro(name) for name in gyros] if gyros else list(recording.gyros)
     turns = recording.table is not None and _turned(recording.table) > _AT_REST
-    profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
     notes = [*rate_doubts(recording), *(() if turns else earth_notes(recording))]
+    if turns:
+        lost = lost_rows(recording, chosen)
+        notes += lost.notes(recording)
+        # What leaps there would else be called spikes and jumps.
+        recording = lost.closed(recording)
+        chosen = [recording.gyro(gyro.name) for gyro in chosen]
+    profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
     for gyro in chosen:
         notes += wrong_unit_notes(recording, gyro)
         notes += _of_samples(recording, gyro, profiles[gyro.name], standing=not turns)
     notes += pair_notes(recording, profiles)
-    if recording.table is not None and turns:
+    if recording.table is not None and not turns:
         notes += jump_notes(recording, recording.table)
-        notes += turn_notes(recording)
-        for gyro in chosen:
+    elif recording.table is not None:
+        notes += turn_notes(recording) or slip_notes(recording, chosen)
+        for gyro in _not_rolled_over(chosen, notes):
             notes += across_notes(recording, gyro)
             notes += earth_on_table_notes(recording, gyro)
     return ranked(notes)
@@ -108,7 +116,7 @@ def _of_samples(
     """Findings in the samples of one gyro: one cause that spoils them all, else each."""
     is_bench = standing and gyro.sensor == "gyro"
     causes: tuple[Callable[[], tuple[Note, ...]], ...] = (
-        lambda: wrap_notes(recording, gyro),
+        lambda: _rolled_over(recording, gyro) or wrap_notes(recording, gyro),
         lambda: interleaved_notes(recording, gyro, profile),
         lambda: motion_notes(recording, gyro, profile) if is_bench else (),
         lambda: resolution_notes(recording, gyro, profile),
@@ -133,6 +141,21 @@ def _of_samples(
     stepping = () if changing else step_notes(recording, gyro, profile)
     shape = () if stepping else distribution_notes(gyro, profile)
     return found + changing + stepping + shape
+
+
+def _rolled_over(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+    """What reading saw of a counter that starts over, as the error that it is."""
+    return tuple(
+        replace(note, level="error")
+        for note in recording.notes
+        if note.name == "wraps" and note.channel == gyro.name
+    )
+
+
+def _not_rolled_over(gyros: Iterable[Channel], notes: Iterable[Note]) -> list[Channel]:
+    """Gyros whose turn is known: what a counter that starts over turned is not."""
+    spoilt = {note.channel for note in notes if note.name == "wraps"}
+    return [gyro for gyro in gyros if gyro.name not in spoilt]
 
 
 def _warns(notes: Iterable[Note]) -> bool:
@@ -226,8 +249,10 @@ def check(recording: Recording, *, accepted: Container[str] = ()) -> tuple[Note,
     ['error']
     """
     require_recording(recording)
-    doubts = [note for note in recording.notes if note.level == "warning"]
-    return ranked((*doubts, *accept(_findings(recording), accepted)))
+    found = accept(_findings(recording), accepted)
+    said = {note.text for note in found}
+    doubts = [note for note in recording.notes if note.level == "warning" and note.text not in said]
+    return ranked((*doubts, *found))
 
 
 def _findings(recording: Recording) -> tuple[Note, ...]:
@@ -239,10 +264,9 @@ def _findings(recording: Recording) -> tuple[Note, ...]:
     if not sound or spoilt - known:
         return ranked(notes)
     notes += judged(recording, [gyro.name for gyro in sound])
-    for gyro in sound:
+    for gyro in _not_rolled_over(sound, notes):
         notes += table_notes(recording, gyro)
     if recording.table is not None:
-        notes += jump_notes(recording, recording.table)
         turned = _turned(recording.table) / (2.0 * math.pi)
         notes.append(Note(channel="table", text=f"covers {turned:.2f} turns"))
     return ranked(notes)
