@@ -9,7 +9,7 @@ BIN    := $(VENV)/bin
 OUT    ?= demo
 
 .DELETE_ON_ERROR:
-.PHONY: demo test lint check-style test-statistics test-fuzz test-browser benchmark docs clean
+.PHONY: demo test lint check-style test-statistics test-fuzz test-browser benchmark docs package clean
 
 $(VENV)/runtime.stamp: requirements/runtime.txt requirements/build.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -68,5 +68,15 @@ benchmark: $(VENV)/bench.stamp
 docs: $(VENV)/docs.stamp
 	PATH="$(CURDIR)/$(BIN):$$PATH" OPENBLAS_NUM_THREADS=1 $(BIN)/sphinx-build -W --keep-going -q docs docs/_build/html
 
+# Wheel and sdist, checked by their tools, and the command installed from the clone as a user does.
+package:
+	rm -rf dist .package && $(PYTHON) -m venv .package
+	.package/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/package.txt
+	.package/bin/python -m build --outdir dist .
+	.package/bin/twine check --strict dist/*
+	.package/bin/check-wheel-contents dist/*.whl
+	PIPX_HOME=$(CURDIR)/.package/pipx PIPX_BIN_DIR=$(CURDIR)/.package/shown .package/bin/pipx install --quiet .
+	.package/shown/sagnac --version
+
 clean:
-	rm -rf $(VENV) $(OUT) docs/_build docs/gallery docs/api .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) dist .package $(OUT) docs/_build docs/gallery docs/api .pytest_cache .mypy_cache .ruff_cache

@@ -10,6 +10,7 @@ import shutil
 from pathlib import Path
 from typing import Any, Final
 
+from benchmarks._made import MADE
 from docs._site import tables
 from docs._site.signatures import signature_of
 from docutils import nodes
@@ -50,8 +51,11 @@ def _short_signature(
         return None
 
 
-def _read_source(_app: Sphinx, _docname: str, content: list[str]) -> None:
-    """Files beside the docs have pages of the site."""
+def _read_source(_app: Sphinx, docname: str, content: list[str]) -> None:
+    """Files beside the docs have pages of the site; measured pages say when they were made."""
+    for made in MADE:
+        if made.page == f"{docname}.md":
+            content[0] += f"\n\n---\n\n{made.closing}\n"
     for file, page in (("CONTRIBUTING.md", "contributing.md"), ("CHANGELOG.md", "changelog.md")):
         content[0] = content[0].replace(f"](../{file}", f"]({page}")
 

@@ -14,7 +14,7 @@ import sagnac
 from sagnac import plot
 from sagnac.rig.config import preset
 
-rig = replace(preset("paper"), duration_s=600.0, sample_rate_hz=200.0, seed=5)
+rig = replace(preset("paper"), duration_s=600.0, seed=5)
 analysis = sagnac.analyze(sagnac.simulate(rig).recording, gyros=("x", "z"))
 plot.stability(analysis, ax=plt.figure().add_subplot())
 

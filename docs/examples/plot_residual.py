@@ -13,7 +13,7 @@ import sagnac
 from sagnac import plot
 from sagnac.rig.config import preset
 
-rig = replace(preset("paper"), duration_s=600.0, sample_rate_hz=200.0, seed=7)
+rig = replace(preset("paper"), duration_s=600.0, seed=7)
 analysis = sagnac.analyze(sagnac.simulate(rig).recording, gyros=("x", "z"))
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8))
 plot.residual(analysis, ax=left)
