@@ -20,7 +20,7 @@ from sphinx.util.docutils import SphinxDirective
 
 _ROOT: Final = Path(__file__).parents[2]
 # What the outcome of an executed page depends on besides the page.
-_SOURCES: Final = ("src/sagnac/**/*.py", "docs/_site/*.py", "benchmarks/_faults.py")
+_SOURCES: Final = ("src/sagnac/**/*.py", "docs/_site/house.py", "docs/_site/ipython/**/*.py")
 
 
 class MadeTable(SphinxDirective):
