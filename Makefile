@@ -66,7 +66,7 @@ benchmark: $(VENV)/bench.stamp
 
 # Pages are executed as they are built, their commands with the `sagnac` of this environment.
 docs: $(VENV)/docs.stamp
-	PATH="$(CURDIR)/$(BIN):$$PATH" OPENBLAS_NUM_THREADS=1 $(BIN)/sphinx-build -W --keep-going -q -d docs/_build/doctrees docs docs/_build/html
+	$(BIN)/sphinx-build -W --keep-going -q -d docs/_build/doctrees docs docs/_build/html
 
 # Wheel and sdist, checked by their tools, and the command installed from the clone as a user does.
 package:

@@ -1,15 +1,23 @@
 """The pages of the docs name what there is; ``make docs`` runs them."""
 
+import json
 import re
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+from benchmarks._faults import PATHOLOGIES
+from docs._site import tables
 from docs._site.signatures import LONGEST, MADE, signature_of
 
 import sagnac
 from sagnac.cli.app import app
+from sagnac.filters.definitions import DEFINITIONS
 from sagnac.formats.registry import FORMATS
+from sagnac.report.document import analysis_document
+from sagnac.stability.estimators import ESTIMATORS
+from sagnac.units import UNITS
+from tests.handmade import analysis
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -136,6 +144,30 @@ def test_every_format_is_on_its_page():
     for one in FORMATS:
         for suffix in one.suffixes:
             assert f"`{suffix}`" in page or one.name == "binary", suffix
+
+
+def test_tables_have_a_row_for_each():
+    assert tables.formats().count("\n") == len(FORMATS) + 1
+    assert tables.estimators().count("\n") == len(ESTIMATORS) + 1
+    assert tables.tools().count("\n") == len(DEFINITIONS) + 1
+    assert all(f"`{name}`" in tables.units() for name in UNITS)
+    document = json.loads(analysis_document_text())
+    for key in document:
+        assert f"| `{key}` |" in tables.schema(), key
+    called = {name for page in PAGES.values() for name in re.findall(r"{made} (\S+)", page)}
+    assert called == set(tables.TABLES)
+
+
+def analysis_document_text() -> str:
+    """A document with every key that one of a still gyro has."""
+    return json.dumps(analysis_document(analysis()))
+
+
+def test_a_fault_of_the_table_is_said():
+    (fault,) = [one for one in PATHOLOGIES if one.name == "zeros"]
+    strength, note = tables.said(fault, turning=False)
+    assert note is not None
+    assert (note.name, strength) == ("dropouts", "0.001 share")
 
 
 def test_every_command_is_on_its_page():

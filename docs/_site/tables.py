@@ -117,7 +117,7 @@ def schema() -> str:
 
 
 @cache
-def _said(fault: Pathology, *, turning: bool) -> tuple[str, sagnac.Note | None]:
+def said(fault: Pathology, *, turning: bool) -> tuple[str, sagnac.Note | None]:
     """The weakest strength at which a fault is noticed in one recording, and what is said first."""
     for strength in fault.strengths:
         shown = f"{strength:g} {fault.unit}"
@@ -147,7 +147,7 @@ def _pathologies(*, turning: bool) -> str:
     for fault in PATHOLOGIES:
         if not (fault.turning if turning else fault.standing):
             continue
-        strength, note = _said(fault, turning=turning)
+        strength, note = said(fault, turning=turning)
         if note is None:
             rows.append((fault.name, strength, "–", "–", "nothing"))
         else:
@@ -161,7 +161,7 @@ def findings() -> str:
     for turning in (False, True):
         for fault in PATHOLOGIES:
             if fault.turning if turning else fault.standing:
-                _, note = _said(fault, turning=turning)
+                _, note = said(fault, turning=turning)
                 if note and note.name in made and fault.name not in made[note.name]:
                     made[note.name].append(fault.name)
     rows = ((f"`{name}`", "; ".join(by) or "–") for name, by in made.items())
