@@ -74,10 +74,10 @@ class Made:
         """The sentence at its end: when it was made, and whether what makes it has changed."""
         stamp = _STAMP.search(self.path.read_text(encoding="utf-8"))
         commit, date = (stamp.group(2), stamp.group(3)) if stamp else (None, None)
-        at = f" at commit {commit}, {date}" if commit else ""
+        by = f" by commit {commit}, {date}" if commit else ""
         if self.stamped == self.digest:
-            return f"Made{at}; what makes it has not changed since."
-        return f"Made{at}, and **older than what makes it**. To make it anew: `{self.command}`."
+            return f"As made{by}; what makes it has not changed since."
+        return f"Made{by}, and **older than what makes it**. To make it anew: `{self.command}`."
 
 
 def stated(config: Any) -> Any:

@@ -16,11 +16,10 @@ def test_a_page_that_is_older_says_so(tmp_path, monkeypatch):
     made = Made(page="page.md", sources=("*.py",), command="make it", may_be_older=True)
     at = " at 0123abc, 2026-11-22"
     made.path.write_text(with_stamp("# A page\n", made.digest, at))
-    assert (
-        made.closing == f"Made{at.replace('at', 'at commit')}; what makes it has not changed since."
-    )
+    by = "by commit 0123abc, 2026-11-22"
+    assert made.closing == f"As made {by}; what makes it has not changed since."
     source.write_text("a = 2\n")
-    assert "at commit 0123abc, 2026-11-22, and **older than what makes it**" in made.closing
+    assert f"Made {by}, and **older than what makes it**" in made.closing
     assert "`make it`" in made.closing
 
 
