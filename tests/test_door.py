@@ -34,6 +34,7 @@ NAMES = {
     "Specification",
     "StabilityCurve",
     "Statement",
+    "Trial",
     "Verdict",
     "__version__",
     "align",
@@ -53,6 +54,7 @@ NAMES = {
     "remove_lines",
     "simulate",
     "stability_curve",
+    "trial",
     "write",
     "write_report",
 }

@@ -18,6 +18,7 @@ MADE: Final = (
     "Removal",
     "Report",
     "StabilityCurve",
+    "Trial",
     "Verdict",
 )
 # Longest default value that is shown; longer ones stand at what they are of.

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from sagnac.analysis.planning import Plans, plan
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
+    from sagnac.analysis.trial import Trial, trial
     from sagnac.coefficients.estimates import Estimate, Fit
     from sagnac.coefficients.fit import fit_coefficients
     from sagnac.errors import MissingExtra, Note, RecordingError
@@ -80,6 +81,7 @@ __all__ = [
     "Specification",
     "StabilityCurve",
     "Statement",
+    "Trial",
     "Verdict",
     "__version__",
     "align",
@@ -99,6 +101,7 @@ __all__ = [
     "remove_lines",
     "simulate",
     "stability_curve",
+    "trial",
     "write",
     "write_report",
 ]
@@ -123,6 +126,7 @@ _HOME: Final = {
     "Specification": "sagnac.specification.limits",
     "StabilityCurve": "sagnac.stability.curve",
     "Statement": "sagnac.formats",
+    "Trial": "sagnac.analysis.trial",
     "Verdict": "sagnac.specification.verdict",
     "Foresight": "sagnac.alignment.align",
     "align": "sagnac.alignment.align",
@@ -142,6 +146,7 @@ _HOME: Final = {
     "remove_lines": "sagnac.lines.search",
     "simulate": "sagnac.rig.simulate",
     "stability_curve": "sagnac.stability.curve",
+    "trial": "sagnac.analysis.trial",
     "write": "sagnac.formats",
     "write_report": "sagnac.report.folder",
 }

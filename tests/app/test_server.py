@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -289,6 +290,17 @@ def test_an_analysis_tells_how_far_it_is_answers_and_is_saved(server, still):
     stream = server.events()
     server.call("ask", run=number, request={"ask": "verdict", "spec": "1e-9deg/sqrt(h)"})
     assert until(stream, "verdict")["verdict"][0]["decision"] == "fail"
+    request = {"ask": "trial", "channel": 0, "off": [0], "bands": [[20.0, 30.0]]}
+    server.call("ask", run=number, request=request)
+    tried = until(stream, "trial", "failed")
+    assert tried["asked"] == request
+    assert tried["after"]["low"] < 0.003 < tried["after"]["high"]
+    curves = [one["figures"]["stability"]["lines"] for one in (channel, tried)]
+    after = [next(one["y"] for one in each if one["label"] == "after removal") for each in curves]
+    assert max(np.array(after[1]) / np.array(after[0])) > 1.5
+    script = server.call("repeat", **asked, changed=request)["script"]
+    assert "left_in=lines, masked=bands" in script
+    compile(script, "script", "exec")
     for what, name in (("report", "unit 7"), ("json", "unit 7.json"), ("toml", "unit 7.toml")):
         request = {"ask": "save", "what": what, "target": name}
         assert server.call("ask", run=number, request=request) == {"asked": True}
@@ -368,3 +380,9 @@ def test_without_the_extra_one_line_names_it(monkeypatch, capsys):
 def test_a_port_that_is_taken_is_one_clear_line(server, capsys):
     assert main(["app", "--no-browser", "--port", str(server.state.port)]) == 1
     assert "cannot be listened on" in capsys.readouterr().err
+
+
+def test_the_room_is_at_most_2500_lines():
+    room = Path(sagnac.__file__).parent / "app"
+    files = [*room.glob("*.py"), *(room / "static").iterdir()]
+    assert sum(len(one.read_text().splitlines()) for one in files) <= 2500

@@ -6,7 +6,7 @@ from scipy.signal import firwin
 
 from sagnac.spectrum import tapered
 from sagnac.spectrum.levels import robust_levels
-from sagnac.spectrum.tapered import tapered_spectrum
+from sagnac.spectrum.tapered import line_density, tapered_spectrum
 from sagnac.spectrum.tapers import band_degrees_of_freedom, sine_taper
 
 RATE = 100.0
@@ -89,3 +89,22 @@ def test_what_makes_no_sense_is_refused(values, rate, what):
 def test_low_pass_is_that_of_scipy():
     expected = firwin(81, 0.36, window=("kaiser", 0.1102 * (tapered._STOP - 8.7)))
     np.testing.assert_allclose(tapered._low_pass(81, 0.18), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize("frequency", [0.73, 7.03, 49.2, 61.0])
+def test_what_a_line_adds_is_the_spectrum_of_a_sinusoid(frequency):
+    amplitude, time = 2e-6, np.arange(20_001) / RATE
+    spectra = [
+        tapered_spectrum(
+            np.diff(amplitude * np.cos(2 * np.pi * frequency * time + phase)),
+            sample_rate=RATE,
+            segment=4096,
+        )
+        for phase in 0.4 * np.arange(16)
+    ]
+    density = np.mean([one.cells.density for one in spectra], axis=0)
+    added = line_density(spectra[0], frequency, amplitude)
+    width = spectra[0].cells.high - spectra[0].cells.low
+    assert added @ width == pytest.approx(density @ width, rel=0.02)
+    strong = density > 0.02 * density.max()
+    np.testing.assert_allclose(added[strong], density[strong], rtol=0.1)

@@ -89,6 +89,8 @@ class Averaged:
         N over parts, of one gyro; None if the whole does not show it.
     cleaned
         The increments that it is of.
+    levels
+        Of their spectrum, of what was measured.
     """
 
     average: Average
@@ -96,6 +98,7 @@ class Averaged:
     hump: Hump | None
     parts: Parts | None
     cleaned: Cleaned
+    levels: Levels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,6 +175,7 @@ def averaged(
         if parts is None
         else replace(parts, parts=tuple(part.per_gyro(gyros_differenced) for part in parts.parts)),
         cleaned=basis.cleaned,
+        levels=basis.levels,
     )
 
 

@@ -543,6 +543,8 @@ def _composed(
         residual=spectra.residual,
         shares=told.shares,
         triad=told.triad,
+        masked=removed.left.removal.masked,
+        levels=None if answered.found is None else answered.found.levels,
         **_of_average(answered.found, headline, trust, measured.channel),
     )
 

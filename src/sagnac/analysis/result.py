@@ -22,6 +22,7 @@ from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.overwriting import Outputs, require_free
 from sagnac.recording.model import Recording
+from sagnac.spectrum.levels import Levels
 from sagnac.stability.curve import StabilityCurve
 from sagnac.units import DEGREE_PER_HOUR, Sensor
 
@@ -130,6 +131,10 @@ class Analysis:
         What each gyro shows of the table's rate; empty at rest.
     triad
         Scale factor and axes of three gyros on a turning table, else None.
+    masked
+        (low, high) bands of the spectrum whose noise went with the lines, Hz.
+    levels
+        Of the spectrum that the average is of; None if there is no average, or it was read.
     stored
         The document that the analysis was read from (`from_json`), else None. Such an analysis has
         no `recording`, no spectra, no curve from before the removal and no residual.
@@ -177,6 +182,8 @@ class Analysis:
     refused: Mapping[str, RecordingError] = field(default_factory=dict)
     shares: Mapping[str, Share] = field(default_factory=dict)
     triad: Triad | None = None
+    masked: tuple[tuple[float, float], ...] = ()
+    levels: Levels | None = None
     stored: Mapping[str, Any] | None = None
 
     def __getattr__(self, name: str) -> Any:

@@ -13,10 +13,6 @@ _RECORDINGS: Final = re.compile(
 )
 
 
-class Outside(ValueError):
-    """A path lies outside the folder that the page was started in."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Room:
     """Folders whose files a page may open.
@@ -35,17 +31,14 @@ class Room:
     def path(self, text: str, *, write: bool = False) -> Path:
         """A path that the page names, absolute or from the root.
 
-        Raises
-        ------
-        Outside
-            If it lies elsewhere, be it by a link.
+        ValueError if it lies elsewhere, be it by a link.
         """
         if not text or "\0" in text:
-            raise Outside("no path is given")
+            raise ValueError("no path is given")
         found = (self.root / text).resolve()
         allowed = (self.root,) if write else (self.root, self.dropped)
         if not any(found == one or one in found.parents for one in allowed):
-            raise Outside(
+            raise ValueError(
                 f"{text} lies outside {self.root}, where the page was started; start sagnac app in "
                 "the folder of the file"
             )
@@ -54,12 +47,7 @@ class Room:
     def listing(self, text: str) -> dict[str, Any]:
         """What lies in a folder: folders first, then files that may be recordings.
 
-        Raises
-        ------
-        Outside
-            If it lies elsewhere.
-        OSError
-            If it cannot be read.
+        ValueError if it lies elsewhere. OSError If it cannot be read.
         """
         folder = self.path(text)
         entries = []

@@ -173,32 +173,37 @@ def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[Shown, ...]:
     channels: list[tuple[sagnac.Channel, str]] = [(one, one.sensor) for one in sensors]
     if recording.table is not None:
         channels.append((recording.table, "table"))
-    return tuple(
-        _drawn(one, of, recording.sample_rate, raw=raw and of != "table") for one, of in channels
+    rates = [_as_rate(one, recording.sample_rate) for one, _ in channels]
+    moments = [_moments(one) for one in rates]
+    fast = any(
+        max(abs(mean), deviation) * _PER_HOUR > _FAST
+        for (mean, deviation), (_, of) in zip(moments, channels, strict=True)
+        if of != "accelerometer"
     )
+    shown = []
+    for (channel, of), rate, (mean, deviation) in zip(channels, rates, moments, strict=True):
+        unit, size = ("°/s", math.degrees(1.0)) if fast else ("°/h", _PER_HOUR)
+        if raw and of != "table":
+            unit, size = "", 1.0
+        elif of == "accelerometer":
+            unit, size = "m/s²", 1.0
+        made = Pyramid.of(channel.values, factor=size * rate.factor, differenced=rate.differenced)
+        shown.append(
+            Shown(
+                name=channel.name, unit=unit, pyramid=made, of=of,
+                mean=size * mean, deviation=size * deviation,
+            )
+        )  # fmt: skip
+    return tuple(shown)
 
 
-def _drawn(channel: sagnac.Channel, of: str, rate: float, *, raw: bool) -> Shown:
-    factor = 1.0 if channel.kind == "rate" else rate
-    unit = "m/s²"
-    few = Pyramid(
-        values=channel.values, factor=factor, differenced=channel.kind == "angle", layers=()
-    )
-    mean, deviation = _moments(few)
-    if raw:
-        factor, unit = (1.0 if channel.kind == "rate" else factor), ""
-    elif of != "accelerometer":
-        fast = max(abs(mean), deviation) * _PER_HOUR > _FAST
-        unit = "°/s" if fast else "°/h"
-        factor *= math.degrees(1.0) if fast else _PER_HOUR
-    scale = factor / few.factor
-    return Shown(
-        name=channel.name,
-        unit=unit,
-        pyramid=Pyramid.of(channel.values, factor=factor, differenced=few.differenced),
-        of=of,
-        mean=scale * mean,
-        deviation=scale * deviation,
+def _as_rate(channel: sagnac.Channel, rate: float) -> Pyramid:
+    """The rate of a channel in SI, without layers."""
+    return Pyramid(
+        values=channel.values,
+        factor=1.0 if channel.kind == "rate" else rate,
+        differenced=channel.kind == "angle",
+        layers=(),
     )
 
 
@@ -313,10 +318,7 @@ def _stamps(recording: sagnac.Recording) -> dict[str, str]:
 def window(look: Look, start: float, stop: float, pixels: int) -> list[dict[str, Any]]:
     """Lowest and highest values of every channel between two times, s from the first sample.
 
-    Raises
-    ------
-    ValueError
-        If the span or the number of pixels makes no sense.
+    ValueError if the span or the number of pixels makes no sense.
     """
     if not (math.isfinite(start) and math.isfinite(stop) and 1 <= pixels <= 10_000):
         raise ValueError(f"span {start}:{stop} on {pixels} pixels; give seconds and pixels")
@@ -336,16 +338,18 @@ def window(look: Look, start: float, stop: float, pixels: int) -> list[dict[str,
     return drawn
 
 
-def spectra(look: Look) -> list[dict[str, Any]]:
-    """Root density of each channel as it stands: Hann segments spread over the record."""
-    return [
+def spectra_of(look: Look) -> dict[str, Any]:
+    """Root density of each channel as it stands, and its histogram."""
+    spectra = [
         {"name": one.name, "unit": one.unit, "of": one.of, **_spectrum(one, look)}
         for one in look.shown
         if one.of != "table"
     ]
+    return {"spectra": spectra, "histograms": _histograms(look)}
 
 
 def _spectrum(one: Shown, look: Look) -> dict[str, Any]:
+    """Of Hann segments spread over the record: lowest and highest of each drawn bin."""
     size = one.pyramid.values.size
     length = min(_SEGMENT, 2 ** max(int(math.log2(max(size, 2))), 1))
     hann = np.hanning(length)
@@ -374,8 +378,8 @@ def _spectrum(one: Shown, look: Look) -> dict[str, Any]:
     }
 
 
-def histograms(look: Look) -> list[dict[str, Any]]:
-    """Counts of every channel, and the normal law of its mean and deviation."""
+def _histograms(look: Look) -> list[dict[str, Any]]:
+    """Counts of every channel and the edges of the bars."""
     found = []
     for one in look.shown:
         if one.of == "table":
@@ -414,8 +418,8 @@ def _bars(values: FloatArray) -> FloatArray:
 
 
 def findings(look: Look) -> list[dict[str, Any]]:
-    """What `sagnac.check` finds, each with the spans that it names, s."""
-    return [noted(note) for note in sagnac.check(look.recording)]
+    """What `sagnac.check` finds, each with the spans that it names, s; nothing of bare numbers."""
+    return [] if look.is_raw else [noted(note) for note in sagnac.check(look.recording)]
 
 
 def noted(note: sagnac.Note) -> dict[str, Any]:

@@ -58,10 +58,7 @@ class Pyramid:
     def of(cls, values: FloatArray, *, factor: float = 1.0, differenced: bool = False) -> "Pyramid":
         """The pyramid of a series.
 
-        Raises
-        ------
-        ValueError
-            If there is no sample.
+        ValueError if there is no sample.
         """
         if values.ndim != 1 or not values.size:
             raise ValueError(f"values have shape {values.shape}; give one sample or more")
@@ -95,10 +92,7 @@ class Pyramid:
         most
             Blocks at most, about: blocks that lie only partly inside are given whole.
 
-        Raises
-        ------
-        ValueError
-            If no sample lies inside, or no block is asked for.
+        ValueError if no sample lies inside, or no block is asked for.
         """
         start, stop = max(start, 0), min(stop, self.values.size)
         if not start < stop or most < 1:

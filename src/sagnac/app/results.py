@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -49,10 +50,7 @@ def result(analysis: sagnac.Analysis, specification: str = "") -> dict[str, Any]
 def verdict(analysis: sagnac.Analysis, specification: str) -> list[dict[str, str]]:
     """Every limit beside every gyro.
 
-    Raises
-    ------
-    ValueError
-        If the text states no limits.
+    ValueError if the text states no limits.
     """
     found = sagnac.judge(analysis, specification)
     return [
@@ -90,6 +88,26 @@ def lines(analysis: sagnac.Analysis) -> list[dict[str, Any]]:
         }
         for one in analysis.lines
     ]
+
+
+def tried(analysis: sagnac.Analysis, request: dict[str, Any]) -> dict[str, Any]:
+    """N with the lines of some numbers put back and some bands masked, and what is drawn of it.
+
+    RecordingError if the analysis rests on no levels, or too few are left.
+    """
+    found = sagnac.trial(
+        analysis,
+        left_in=[analysis.lines[number] for number in request["off"]],
+        masked=[(float(low), float(high)) for low, high in request["bands"]],
+    )
+    again = replace(analysis, curve=found.curve, spectrum=found.spectrum)
+    return {
+        "asked": request,
+        "before": _estimate(found.before),
+        "after": _estimate(found.angle_random_walk),
+        "ratio": found.angle_random_walk.value / found.before.value,
+        "figures": {name: drawn(_FIGURES[name], again) for name in ("stability", "spectrum")},
+    }
 
 
 def curve(found: sagnac.StabilityCurve) -> dict[str, Any]:

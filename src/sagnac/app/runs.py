@@ -65,10 +65,7 @@ class Run:
     def ask(self, request: dict[str, Any]) -> None:
         """Ask something of the analysis; the process answers by an event.
 
-        Raises
-        ------
-        OSError
-            If the process has ended.
+        OSError if the process has ended.
         """
         self._pipe.send(request)
 
@@ -153,6 +150,9 @@ def _answered(analysis: Any, task: Task, request: dict[str, Any]) -> dict[str, A
 
     if request["ask"] == "verdict":
         return {"event": "verdict", "verdict": results.verdict(analysis, request["spec"])}
+    if request["ask"] == "trial":
+        each = (*analysis.each, *analysis.accelerometers.values())
+        return {"event": "trial", **results.tried(each[request["channel"]], request)}
     target, what = Path(request["target"]), request["what"]
     text = stated.toml(task.reading, task.analysis)
     if what == "report":

@@ -232,14 +232,6 @@ class _Drop(_Handler):
 Answer = Callable[[State, Session, dict[str, Any]], dict[str, Any]]
 
 
-def _start(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    return {"first": state.first, "version": sagnac.__version__, **state.room.listing(".")}
-
-
-def _list(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    return state.room.listing(asked["folder"])
-
-
 def _open(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
     texts = stated.cleaned(asked["texts"], stated.READING)
     found = looks.look(state.room.path(asked["path"]), texts)
@@ -252,16 +244,6 @@ def _window(state: State, session: Session, asked: dict[str, Any]) -> dict[str, 
     return {"channels": looks.window(found, *span, int(asked["pixels"]))}
 
 
-def _spectra(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    found = session.looks[asked["look"]]
-    return {"spectra": looks.spectra(found), "histograms": looks.histograms(found)}
-
-
-def _check(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    found = session.looks[asked["look"]]
-    return {"findings": [] if found.is_raw else looks.findings(found)}
-
-
 def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
     path = state.room.path(asked["path"])
     reading = stated.cleaned(asked["texts"], stated.READING)
@@ -269,7 +251,7 @@ def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, 
     named = path.name if state.room.dropped in path.parents else str(path)
     return {
         "command": stated.command(named, reading, analysis),
-        "script": stated.script(named, reading, analysis),
+        "script": stated.script(named, reading, analysis, asked.get("changed")),
         "toml": stated.toml(reading, analysis),
     }
 
@@ -282,10 +264,6 @@ def _analyze(state: State, session: Session, asked: dict[str, Any]) -> dict[str,
     sagnac.Settings(**stated.choices(analysis))
     task = Task(path=state.room.path(asked["path"]), reading=reading, analysis=analysis)
     return {"run": session.start(task)}
-
-
-def _cancel(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    return {"cancelled": session.cancel(int(asked["run"]))}
 
 
 def _ask(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
@@ -307,22 +285,18 @@ def _require_free(target: Path, what: str) -> None:
         raise ValueError(f"{target} is there already; give another name")
 
 
-def _campaign(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    return campaign_table(state.room.path(asked["folder"]))
-
-
 _ANSWERS: Final[dict[str, Answer]] = {
-    "start": _start,
-    "list": _list,
+    "start": lambda state, page, asked: {"first": state.first, **state.room.listing(".")},
+    "list": lambda state, page, asked: state.room.listing(asked["folder"]),
+    "campaign": lambda state, page, asked: campaign_table(state.room.path(asked["folder"])),
     "open": _open,
     "window": _window,
-    "spectra": _spectra,
-    "check": _check,
+    "spectra": lambda state, page, asked: looks.spectra_of(page.looks[asked["look"]]),
+    "check": lambda state, page, asked: {"findings": looks.findings(page.looks[asked["look"]])},
     "repeat": _repeat,
     "analyze": _analyze,
-    "cancel": _cancel,
+    "cancel": lambda state, page, asked: {"cancelled": page.cancel(int(asked["run"]))},
     "ask": _ask,
-    "campaign": _campaign,
 }
 
 
@@ -348,10 +322,7 @@ class _Nothing(_Handler):
 def bokeh_scripts() -> Path:
     """The folder of the scripts that the plotting library brings.
 
-    Raises
-    ------
-    MissingExtra
-        If it is not installed.
+    MissingExtra if it is not installed.
     """
     found = find_spec("bokeh")
     if found is None or found.origin is None:

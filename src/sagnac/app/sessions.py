@@ -124,10 +124,7 @@ class Sessions:
     def of(self, name: str, loop: asyncio.AbstractEventLoop) -> Session:
         """The session of a page, a new one if it is not known.
 
-        Raises
-        ------
-        ValueError
-            If the name cannot be one, or there are too many pages.
+        ValueError if the name cannot be one, or there are too many pages.
         """
         if name not in self.open:
             if not (8 <= len(name) <= 64 and name.isalnum()):
@@ -158,10 +155,7 @@ class Sessions:
 def campaign_table(folder: Path) -> dict[str, Any]:
     """The table of a campaign's folder.
 
-    Raises
-    ------
-    ValueError
-        If the folder holds none.
+    ValueError if the folder holds none.
     """
     try:
         with (folder / "campaign.csv").open(newline="", encoding="utf-8") as stream:

@@ -15,31 +15,22 @@ READING: Final = (
 """Options that say how a file is read."""
 
 ANALYSIS: Final = (
-    "method", "interval", "confidence", "covariates", "accept", "spec", "mask", "leave_in",
+    "method", "interval", "confidence", "covariates", "accept", "spec",
 )  # fmt: skip
 """Options that say how a recording is analyzed."""
 
 Texts = Mapping[str, str]
 
 # What the library calls otherwise than the command line does.
-_LIBRARY: Final = {
-    "rate": "sample_rate",
-    "slice": "span",
-    "accept": "accepted",
-    "mask": "masked",
-    "leave_in": "left_in",
-}
-_SEVERAL: Final = ("gyros", "accelerometers", "covariates", "accept", "mask", "leave_in")
+_LIBRARY: Final = {"rate": "sample_rate", "slice": "span", "accept": "accepted"}
+_SEVERAL: Final = ("gyros", "accelerometers", "covariates", "accept")
 _NUMBERS: Final = ("rate", "counter_period", "confidence", "interval")
 
 
 def cleaned(texts: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, str]:
     """The texts that are not empty.
 
-    Raises
-    ------
-    ValueError
-        If there is an option of another name, or a value is no text.
+    ValueError if there is an option of another name, or a value is no text.
     """
     for name, text in texts.items():
         if name not in known or not isinstance(text, str):
@@ -50,10 +41,7 @@ def cleaned(texts: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, str]:
 def reads(reading: Texts, analysis: Texts) -> dict[str, Any]:
     """The keywords of `sagnac.read`; a covariate is a column of its name.
 
-    Raises
-    ------
-    ValueError
-        If a text is none of its option.
+    ValueError if a text is none of its option.
     """
     found = {_LIBRARY.get(name, name): _value(name, text) for name, text in reading.items()}
     for one in choices(analysis).get("covariates", ()):
@@ -64,10 +52,7 @@ def reads(reading: Texts, analysis: Texts) -> dict[str, Any]:
 def choices(texts: Texts) -> dict[str, Any]:
     """The keywords of `sagnac.analyze`; a specification is not among them: `sagnac.judge` takes it.
 
-    Raises
-    ------
-    ValueError
-        If a value cannot be.
+    ValueError if a value cannot be.
     """
     return {
         _LIBRARY.get(name, name): _value(name, text)
@@ -78,8 +63,7 @@ def choices(texts: Texts) -> dict[str, Any]:
 
 def _value(name: str, text: str) -> Any:
     if name in _SEVERAL:
-        several = tuple(one.strip() for one in text.split(","))
-        return tuple(_span(one) for one in several) if name == "mask" else several
+        return tuple(one.strip() for one in text.split(","))
     if name == "columns" or (name in ("kind", "unit") and "=" in text):
         pairs = [one.partition("=") for one in text.split(",")]
         if any(not key.strip() or not value.strip() for key, _, value in pairs):
@@ -117,8 +101,10 @@ def command(path: str, reading: Texts, analysis: Texts) -> str:
     return " ".join([*words, "-o", "report"])
 
 
-def script(path: str, reading: Texts, analysis: Texts) -> str:
-    """The Python that repeats a run."""
+def script(
+    path: str, reading: Texts, analysis: Texts, changed: Mapping[str, Any] | None = None
+) -> str:
+    """The Python that repeats a run, and the lines put back and bands masked after it."""
 
     def keywords(found: Mapping[str, Any]) -> str:
         return "".join(f", {name}={value!r}" for name, value in found.items())
@@ -133,6 +119,15 @@ def script(path: str, reading: Texts, analysis: Texts) -> str:
     if "spec" in analysis:
         lines.append(f"print(sagnac.judge(analysis, {analysis['spec']!r}).by_gyro)")
     lines.append('sagnac.write_report(analysis, "report")')
+    if changed:
+        place, off, bands = (changed[name] for name in ("channel", "off", "bands"))
+        lines += [
+            f"one = (*analysis.each, *analysis.accelerometers.values())[{int(place)}]",
+            f"lines = [one.lines[number] for number in {[int(one) for one in off]}]",
+            f"bands = {[(float(low), float(high)) for low, high in bands]}  # Hz",
+            "tried = sagnac.trial(one, left_in=lines, masked=bands)",
+            'print(tried.angle_random_walk.to("deg/sqrt(h)"))',
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -140,7 +135,7 @@ def toml(reading: Texts, analysis: Texts) -> str:
     """The TOML that ``sagnac analyze FILE --settings`` takes."""
     lines = []
     for name, text in {**reading, **analysis}.items():
-        value = text if name in ("slice", "spec", "mask") else _value(name, text)
+        value = text if name in ("slice", "spec") else _value(name, text)
         lines.append(f"{name} = {_written(value)}\n")
     return "".join(lines)
 

@@ -297,6 +297,40 @@ def _joined(coarse: Cells, fine: Cells) -> Cells:
     return coarse.kept(coarse.high <= edge).followed_by(fine.kept(fine.low >= edge))
 
 
+def line_density(spectrum: TaperedSpectrum, frequency: float, amplitude: float) -> FloatArray:
+    """What a line of the angle adds to the cells of a spectrum, on average over its phase.
+
+    The increments of an angle ``A cos(2 pi f t)`` over an interval T have the mean rate amplitude
+    ``2 A sin(pi f T) / T``; half its square stands at f, or where f folds, spread by the tapers.
+
+    Parameters
+    ----------
+    spectrum
+        To whose cells it is added.
+    frequency
+        Hz, above zero.
+    amplitude
+        Of the angle, rad.
+
+    Returns
+    -------
+    FloatArray
+        (cells,), (rad/s)^2/Hz; nothing beyond the reach of the tapers.
+    """
+    cells, interval = spectrum.cells, spectrum.interval
+    rate = 2.0 * amplitude * abs(math.sin(math.pi * frequency * interval)) / interval
+    seen = abs(frequency - round(frequency * interval) / interval)
+    kernel = np.concatenate([response()[:0:-1], response()])
+    offset = np.arange(-FINE * REACH, FINE * REACH + 1) / FINE
+    below = np.concatenate([[0.0], np.cumsum(0.5 * (kernel[1:] + kernel[:-1]))])
+    unit = cells.half_width / HALF_WIDTH
+    low, high = (
+        np.interp((edge - seen) / unit, offset, below / below[-1])
+        for edge in (cells.low, cells.high)
+    )
+    return np.asarray(0.5 * rate**2 * (high - low) / (cells.high - cells.low))
+
+
 def smoothed_law(law: Callable[[FloatArray], FloatArray], spectrum: TaperedSpectrum) -> FloatArray:
     """A law as the cells of a spectrum show it: seen through the tapers and averaged.
 

@@ -15,7 +15,6 @@ const ANALYSIS = [
   ["spec", "3e-4deg/sqrt(h)"], ["accept", "clipping"], ["covariates", "temperature"],
 ];
 const state = { path: "", facts: null, look: null, runs: new Map(), current: null, channel: 0, off: new Set(), bands: [] };
-
 // ---- asking ----------------------------------------------------------------------------------
 async function call(name, asked = {}) {
   let answer;
@@ -42,7 +41,6 @@ function listen() {
   events.onmessage = (message) => happened(JSON.parse(message.data));
 }
 addEventListener("pagehide", (event) => { if (!event.persisted) navigator.sendBeacon(`bye?page=${PAGE}`); });
-
 // ---- small parts of the page -------------------------------------------------------------------
 function element(tag, properties = {}, ...children) {
   const made = Object.assign(document.createElement(tag), properties);
@@ -79,7 +77,6 @@ function notes(place, found, empty) {
   }));
   if (!found.length) place.append(element("li", { textContent: empty }));
 }
-
 // ---- files --------------------------------------------------------------------------------------
 function listed(found) {
   $("folder").textContent = found.folder === "." ? found.root : `${found.root}/${found.folder}`;
@@ -115,7 +112,6 @@ async function drop(file) {
     await open((await response.json()).path, {});
   });
 }
-
 // ---- a recording ---------------------------------------------------------------------------------
 const trace = new Trace($("trace"), {
   ask: async (start, stop, pixels) => (await call("window", { look: state.look, start, stop, pixels })).channels,
@@ -150,7 +146,7 @@ async function open(path, stated) {
     document.title = `${facts.name} · sagnac`;
     $("facts").textContent = facts.raw ? `${facts.samples} samples; kind, unit or rate not stated` : `${facts.samples} samples, ${digits(facts.rate, 6)} Hz, ${digits(facts.duration, 6)} s, ${facts.format}`;
     asked(facts);
-    $("window-text").textContent = facts.raw ? "numbers as they are written, one a second, until it is stated what they are" : "";
+    $("window-text").textContent = facts.raw ? "numbers as they are written, until it is stated what they are" : "";
     await trace.open(facts);
     document.body.dataset.first = (performance.now() - began).toFixed(0);
     beside(facts);
@@ -193,11 +189,10 @@ function beside(facts) {
   $("beside").replaceChildren(...rows);
 }
 const reread = () => open(state.path, texts($("reading-form")));
-
 // ---- runs -----------------------------------------------------------------------------------------
-async function run(more = {}) {
+async function run() {
   await trying("start", async () => {
-    const analysis = { ...texts($("analysis-form")), ...more };
+    const analysis = texts($("analysis-form"));
     const { run: number } = await call("analyze", { path: state.path, texts: state.facts.texts, analysis });
     const changed = Object.entries(analysis).filter(([name]) => name !== "method").map(([name, text]) => `${name} ${text}`).join(", ");
     state.runs.set(number, { number, file: state.facts.name, path: state.path, texts: state.facts.texts, analysis, method: analysis.method || "fos", changed, stage: "start", fraction: 0 });
@@ -268,7 +263,6 @@ function runs() {
   const curves = [...state.runs.values()].filter((one) => one.result).flatMap((one) => one.result.channels.filter((c) => c.sensor === "gyro").map((c) => ({ label: `${one.file} ${c.name} ${one.method}`, curve: c.curve })));
   together($("together"), curves);
 }
-
 // ---- a result -----------------------------------------------------------------------------------------
 async function shown(number) {
   state.current = number;
@@ -297,9 +291,7 @@ async function channelShown() {
   $("answer").textContent = `N of ${channel.name}: ${channel.answer.text}` + (channel.answer.status === "estimated" ? `, ${100 * channel.answer.confidence} %` : "");
   $("source").textContent = `Rests on: ${channel.source}`;
   $("coefficients").replaceChildren(head("coefficient", "value", "low", "high", "unit", ""), ...Object.entries(channel.coefficients).map(([name, one]) => row(name.replaceAll("_", " "), digits(one.value), digits(one.low), digits(one.high), one.unit, one.status)));
-  lines();
-  bands();
-  $("trial").hidden = true;
+  lines(); bands(); $("trial").hidden = true;
   const figures = channel.figures;
   await drawn($("stability"), figures.stability);
   await spectrum();
@@ -310,8 +302,8 @@ async function channelShown() {
   document.body.dataset.shown = `${state.current}:${state.channel}`;
 }
 const current = () => state.runs.get(state.current).result.channels[state.channel];
-async function spectrum() {
-  const made = await drawn($("spectrum"), current().figures.spectrum, { height: 380, selected: (low, high) => { state.bands.push([low, high]); changed(); } });
+async function spectrum(figure = current().figures.spectrum) {
+  const made = await drawn($("spectrum"), figure, { height: 380, selected: (low, high) => { state.bands.push([low, high]); changed(); } });
   if (made) masks(made, state.bands);
 }
 function verdict(one) {
@@ -320,7 +312,7 @@ function verdict(one) {
 function lines() {
   const found = current().lines;
   const rows = found.slice(0, 200).map((one, place) => {
-    const box = element("input", { type: "checkbox", checked: !state.off.has(place), title: "taken out" });
+    const box = element("input", { type: "checkbox", checked: !state.off.has(place), disabled: one.channel !== current().name, title: "taken out" });
     box.addEventListener("change", () => { if (box.checked) state.off.delete(place); else state.off.add(place); changed(); });
     const made = row(box, one.scale === "time" ? `${digits(one.frequency, 7)} Hz` : `order ${digits(one.frequency, 7)} (${digits(one.hz, 5)} Hz)`, `${digits(one.amplitude)}″`, one.name);
     if (state.off.has(place)) made.className = "off";
@@ -336,20 +328,30 @@ function bands() {
     return element("li", {}, `${digits(one[0])} Hz to ${digits(one[1])} Hz `, button);
   }));
   if (!state.bands.length) $("bands").append(element("li", { textContent: "none" }));
-  $("again").hidden = !state.bands.length && !state.off.size;
 }
 async function changed() {
-  lines();
-  bands();
-  await spectrum();
+  // Asked at once; what the process answers is drawn if nothing was clicked since.
+  lines(); bands(); if (!state.bands.length && !state.off.size) { await channelShown(); return repeat(state.runs.get(state.current)); }
+  state.asked = performance.now();
+  await trying("try", () => call("ask", { run: state.current, request: { ask: "trial", channel: state.channel, off: [...state.off], bands: state.bands } }));
 }
-function tried() {}
-
+async function tried(event) {
+  const { off, bands: masked, channel } = event.asked;
+  if (channel !== state.channel || JSON.stringify([off, masked]) !== JSON.stringify([[...state.off], state.bands])) return;
+  const away = 100 * (event.ratio - 1);
+  $("trial").hidden = false;
+  $("trial").textContent = `At once, by the levels of the spectrum: N ${event.before.text} becomes ${event.after.text}` + (Number.isFinite(away) ? `, ${away >= 0 ? "+" : ""}${away.toFixed(1)} %` : "");
+  $("trial").dataset.latency = (performance.now() - state.asked).toFixed(0);
+  await drawn($("stability"), event.figures.stability);
+  await spectrum(event.figures.spectrum);
+  $("trial").dataset.drawn = (performance.now() - state.asked).toFixed(0);
+  repeat(state.runs.get(state.current), event.asked);
+}
 // ---- repeating -------------------------------------------------------------------------------------------
-async function repeat(one = null) {
+async function repeat(one = null, changed = null) {
   if (state.facts.raw) { $("repeat").hidden = true; return; }
   const asked = one ? { path: one.path, texts: one.texts, analysis: one.analysis } : { path: state.path, texts: state.facts.texts, analysis: texts($("analysis-form")) };
-  const found = await call("repeat", asked).catch((error) => say(error.message));
+  const found = await call("repeat", { ...asked, changed }).catch((error) => say(error.message));
   if (!found) return;
   $("repeat").hidden = false;
   for (const name of ["command", "script", "toml"]) $(name).textContent = found[name] || "(nothing is stated)";
@@ -363,7 +365,6 @@ function save(what) {
     await call("ask", { run: state.current, request: { ask: "save", what, target } });
   });
 }
-
 // ---- at the start --------------------------------------------------------------------------------------------
 form($("reading-form"), READING, reread);
 form($("analysis-form"), ANALYSIS, (event) => {
@@ -377,7 +378,6 @@ $("choose").addEventListener("click", () => { trace.choosing(true); $("window-te
 $("whole").addEventListener("click", () => { trace.zoom(0, state.facts.duration); if (texts($("reading-form")).slice) { $("reading-form").querySelector("[name=slice]").value = ""; reread(); } });
 $("run").addEventListener("click", () => run());
 $("cancel").addEventListener("click", cancel);
-$("again").addEventListener("click", () => run());
 for (const what of ["report", "json", "toml"]) $(`save-${what}`).addEventListener("click", () => save(what));
 for (const [name, over] of [["dragover", true], ["dragleave", false], ["drop", false]]) {
   addEventListener(name, (event) => {

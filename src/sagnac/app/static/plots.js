@@ -23,18 +23,11 @@ function figure({ height, x, y, tools, x_range, y_range, active_drag = null }) {
   });
   return styled(made);
 }
-async function show(figure, place) {
-  place.replaceChildren();
-  const view = await P.show(figure, place);
-  return view;
-}
-
+async function show(figure, place) { place.replaceChildren(); await P.show(figure, place); }
 // ---- the trace -----------------------------------------------------------------------------
 export class Trace {
   // One panel a channel, all of one time axis; `ask(start, stop, pixels)` gives what is drawn.
-  constructor(place, { ask, moved, chosen }) {
-    Object.assign(this, { place, ask, moved, chosen, panels: [], latest: 0, drawn: 0 });
-  }
+  constructor(place, { ask, moved, chosen }) { Object.assign(this, { place, ask, moved, chosen, panels: [], latest: 0, drawn: 0 }); }
   async open(facts) {
     this.duration = facts.duration;
     this.range = new Bokeh.Range1d({ start: 0, end: facts.duration });
@@ -111,7 +104,6 @@ export class Trace {
     }
   }
 }
-
 // ---- figures of a recording -----------------------------------------------------------------
 export async function rawSpectrum(place, spectra) {
   const found = spectra.filter((one) => one.frequency.length && one.of === "gyro");
@@ -142,7 +134,6 @@ function legend(made) {
   made.legend.setv({ border_line_color: null, background_fill_alpha: 0.75, label_text_font_size: "11px", label_text_font: "DejaVu Sans", label_text_color: INK, location: "top_right", padding: 4, spacing: 0, glyph_height: 14, label_height: 14 });
   return made;
 }
-
 // ---- figures of an analysis ------------------------------------------------------------------
 export async function drawn(place, data, { height = 360, selected = null, over = [] } = {}) {
   if (!data) { place.textContent = "the recording does not show it"; place.className = "small"; return null; }
