@@ -80,3 +80,15 @@ def test_within_a_decade_minor_ticks_keep_their_labels():
     drawn(canvas.axes)
     labels = [label.get_text() for label in canvas.axes.get_xticklabels(minor=True)]
     assert any(labels)
+
+
+@pytest.mark.parametrize("layout", ["figure.constrained_layout.use", "figure.autolayout"])
+def test_a_layout_of_the_users_own_settings_moves_no_figure(layout):
+    def place(settings):
+        with mpl.rc_context(settings), styled() as canvas:
+            canvas.axes.plot([1.0, 2.0], [3.0, 4.0], label="a")
+            legend_above(canvas.axes, 2)
+            FigureCanvasAgg(canvas.figure).draw()
+        return canvas.axes.get_position().bounds
+
+    assert place({layout: True}) == place({})

@@ -50,6 +50,9 @@ STYLE: Final[dict[Any, Any]] = {
     "svg.fonttype": "path",
     "path.simplify": True,
     "path.simplify_threshold": 0.3,
+    # Whatever layout a user's own settings ask for: plots and legends are placed here.
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
 }
 _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
