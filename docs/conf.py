@@ -99,4 +99,4 @@ html_theme_options = {
     "pygments_light_style": "tango",
 }
 html_sidebars = {"index": []}
-copyright = "Apache-2.0"
+copyright = "the authors of sagnac; Apache-2.0"

@@ -16,6 +16,6 @@ rates = 10.0 * random.standard_normal(60_000) + 0.02 * np.cumsum(random.standard
 unit = sagnac.Recording.from_arrays(z=rates, kind="rate", unit="deg/h", sample_rate=50.0)
 after = np.geomspace(1.0, 3600.0, 40)
 drift = sagnac.align(sagnac.analyze(unit), after=list(after)).unaided.drift
-plt.loglog(after, np.degrees(drift.heading.deviation()), "k", linewidth=2)
+plt.loglog(after, np.degrees(drift.heading.deviation(misaligned=False)), "k", linewidth=2)
 plt.xlabel("time without aiding (s)")
-plt.ylabel("heading, standard deviation (°)")
+plt.ylabel("heading drift, standard deviation (°)")
