@@ -58,3 +58,21 @@ def test_a_spike_is_as_high_as_it_lies_off_the_median_of_its_neighbours():
     ]
     assert set(places[2:3].tolist() + list(range(800, 1200, 100))) <= set(found.index.tolist())
     assert found.height == pytest.approx(np.array(naive)[found.index], rel=1e-12)
+
+
+def test_bursts_of_vibration_are_no_spikes_though_the_angle_keeps_few_of_their_samples():
+    random = np.random.default_rng(8)
+    noise = random.standard_normal(60_000)
+    # Beside a motor: for a hundredth of a second in every second it shakes, forth and back.
+    shaken = np.where(np.arange(noise.size) % 60 < 2, 25.0, 0.0) * random.standard_normal(
+        noise.size
+    )
+    shaken -= np.roll(shaken, 1)
+    found = find_spikes(noise + shaken, sample_rate=100.0)
+    assert found.many
+    assert found.index.size == 0
+    # One in a thousand of them is what single samples are.
+    single = np.where(random.random(noise.size) < 1e-3, 25.0, 0.0)
+    found = find_spikes(noise + single, sample_rate=100.0)
+    assert not found.many
+    assert set(found.index) == set(np.flatnonzero(single))

@@ -54,8 +54,8 @@ class Spikes:
         What they add to N, rad/sqrt(s): ``N^2`` grows by its square, the sum of the squared
         heights over the duration.
     many
-        Whether there were more than one in a hundred samples: that is the noise, and none is
-        listed.
+        Whether more than one in a hundred samples lie so far off, whether the angle keeps what they
+        add or not: that is the noise, and none is listed.
     tail
         Whether they are the end of a heavy tail: that is the noise as well, and none is listed.
     """
@@ -83,8 +83,8 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     Returns
     -------
     Spikes
-        None are listed if more than one in a hundred samples were one, or if they are the end of
-        a heavy tail that goes on below them: that is the noise.
+        None are listed if more than one in a hundred samples lie so far off, or if they are the
+        end of a heavy tail that goes on below them: that is the noise.
     """
     values = np.asarray(increments, dtype=np.float64)
     if values.ndim != 1 or values.size < LEAST_FOR_SPIKES:
@@ -96,10 +96,11 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     )
     index = np.concatenate([block.index for block in blocks])
     height = np.concatenate([block.height for block in blocks])
-    many = index.size > _MANY * values.size
+    beyond = sum(block.beyond for block in blocks)
+    many = beyond > _MANY * values.size
     by_chance = 2.0 * values.size * float(ndtr(-_BELOW * _MARGIN * limit))
     below = sum(block.below for block in blocks) - by_chance
-    tail = not many and index.size > 0 and below > _TAIL * sum(block.beyond for block in blocks)
+    tail = not many and index.size > 0 and below > _TAIL * beyond
     if many or tail:
         index, height = index[:0], height[:0]
     added = math.sqrt(float(height @ height) * sample_rate / values.size)
