@@ -2,10 +2,14 @@
 
 import functools
 
+import numpy as np
 import pytest
 
 import sagnac
+from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.result import Analysis
+from sagnac.analysis.table_angle import TurningTable, settled
+from sagnac.table.estimate import Delay, EstimatedTable
 from tests.second_rig import Bench, simulate
 
 WALK = 2.5e-5  # deg/sqrt(h)
@@ -123,3 +127,38 @@ def test_an_encoder_whose_time_wanders_leaves_the_pair_and_is_named():
         held += low <= 1.0 <= high
         assert causes(result) == {"wander"}
     assert held >= len(SEEDS) - 1
+
+
+@pytest.mark.parametrize("rate", [40.0, -40.0])
+@pytest.mark.parametrize("change", [0.0, 3e-3])
+def test_only_a_change_of_the_delay_that_is_there_is_said(change, rate):
+    # A fit has put in a change of 1 ms that orders undo, and may have missed one of 3 ms.
+    fitted, seconds, sample_rate = 1e-3, 400.0, 20.0
+    place = (np.arange(round(seconds * sample_rate)) + 0.5) / (seconds * sample_rate) - 0.5
+    true = np.radians(rate) * seconds * place
+    error = np.radians(rate) * (change - fitted) * place
+    random = np.random.default_rng(3)
+    gyro = 1e-4 * np.sin(true) + 5e-5 * np.sin(3.0 * true + 1.0)
+    gyro = gyro + 2e-8 * random.standard_normal(gyro.size)
+    estimate = EstimatedTable(
+        angle=true - error,
+        readings=true - error,
+        shares=np.array([0.6]),
+        noise=0.0,
+        corner=np.inf,
+        delay=Delay(mean=2e-3, mean_error=1e-4, change=fitted, change_error=1e-3, duration=seconds),
+        alike=0.0,
+    )
+    table = TurningTable(angle=true, estimate=estimate, shares={"x": 0.6})
+    measured = Measurement(channel="x", angle=gyro, gyros=("x",), sample_rate=sample_rate)
+    found = settled(table, measured)
+    # Whatever is said, most of the error is taken out of the angle.
+    off = found.estimate.angle - true
+    assert np.abs(off - off.mean()).max() < 0.3 * np.abs(error).max()
+    texts = [note.text for note in found.notes]
+    if not change:
+        assert texts == []
+        return
+    (text,) = texts
+    assert float(text.split("changed by ")[1].split()[0]) == pytest.approx(3.0, abs=0.3)
+    assert np.sign(float(text.split("runs off by ")[1].split()[0])) == np.sign(rate)

@@ -29,6 +29,8 @@ _TOGETHER: Final = 0.1
 _QUIETER: Final = 0.9
 # Change of a delay that is worth a note, s. What interpolation does between slow readings is less.
 _CHANGES: Final = 1e-4
+# Standard errors of it from which on it is no chance.
+_SURE: Final = 5.0
 # Noise of the encoder that is worth a note: beside the gyros in all, and at least.
 _NOISY: Final = 1.0 * ARCSECOND
 
@@ -119,7 +121,7 @@ def _notes(estimate: EstimatedTable, rate: float) -> tuple[Note, ...]:
             f"its readings come {1e3 * abs(delay.mean):.4g} ms (± {1e3 * delay.mean_error:.1g} ms) "
             f"{late} the gyros'"
         )
-        if abs(delay.change) > max(5.0 * delay.change_error, _CHANGES):
+        if abs(delay.change) > max(_SURE * delay.change_error, _CHANGES):
             text += (
                 f", and the delay changes by {1e3 * delay.change:+.4g} ms (± "
                 f"{1e3 * delay.change_error:.1g} ms) over the record"
@@ -153,15 +155,20 @@ def settled(table: TurningTable, measured: Measurement) -> TurningTable:
     drift = order_drift(table.estimate, measured.angle, measured.sample_rate)
     if drift is None:
         return table
-    rate = abs(mean_rate(table.estimate.angle, measured.sample_rate))
+    led = replace(table, estimate=table.estimate.led(drift))
+    rate = mean_rate(table.estimate.angle, measured.sample_rate)
+    # A delay that was fitted has a change of its own, with an error that the orders undo.
+    fitted = 0.0 if table.estimate.delay is None else table.estimate.delay.change
+    change, error = fitted + drift.value / rate, drift.error / abs(rate)
+    if fitted and abs(change) < max(_SURE * error, _CHANGES):
+        return led
     note = Note(
         channel="table",
-        text=f"its angle runs off by {drift.value / ARCSECOND:+.4g} arcsec (± "
+        text=f"its angle runs off by {change * rate / ARCSECOND:+.4g} arcsec (± "
         f"{rounded(drift.error / ARCSECOND, 1)} arcsec) over the record against what repeats with "
-        f"it, as if its delay changed by {1e3 * drift.value / rate:.3g} ms; the angle is brought "
-        "to that",
+        f"it, as if its delay changed by {1e3 * change:.3g} ms; the angle is brought to that",
     )
-    return replace(table, estimate=table.estimate.led(drift), notes=(*table.notes, note))
+    return replace(led, notes=(*table.notes, note))
 
 
 def followed(measured: Measurement, recording: Recording, table: TurningTable) -> Measurement:
