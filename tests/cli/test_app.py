@@ -192,3 +192,10 @@ def test_a_terminal_without_the_signs_gets_substitutes(bare):
     done = run("avar", str(bare), *STATED, env={"PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0
     assert "ARW of gyro x" in done.stdout
+
+
+def test_a_recording_in_several_files_is_told_how_they_are_put_together(capsys):
+    assert main(["avar", "x.mseed", "y.mseed", "z.mseed"]) == 2
+    assert "cat x.mseed y.mseed z.mseed > xyz.mseed" in one_line(capsys)
+    assert main(["avar", "x.csv", "y.csv"]) == 2
+    assert "cat " not in one_line(capsys)

@@ -15,9 +15,10 @@ import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
+from pathlib import Path
 from typing import Final, TextIO
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, UnusedCliTokensError
 
 from sagnac.cli.commands.align import align
 from sagnac.cli.commands.analyze import analyze
@@ -150,7 +151,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except CycloptsError as error:
-        said = str(error).rstrip()
+        said = _in_several_files(error) or str(error).rstrip()
         end = "" if said.endswith((".", "?")) else "."
         complain(f"{said}{end} See {' '.join(['sagnac', *(error.command_chain or ())])} --help")
         return USAGE_ERROR
@@ -159,6 +160,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         return explain(error)
     return status if isinstance(status, int) else DONE
+
+
+def _in_several_files(error: CycloptsError) -> str:
+    """What to do if a recording was given as several files; empty if it was not."""
+    if not isinstance(error, UnusedCliTokensError) or not error.unused_tokens:
+        return ""
+    from sagnac.formats.registry import MINISEED
+
+    if Path(error.unused_tokens[0]).suffix.lower() not in MINISEED.suffixes:
+        return ""
+    return (
+        f"{error.unused_tokens[0]}: one recording is read at a time; channels that stand in a "
+        "miniSEED file each are put together first: cat x.mseed y.mseed z.mseed > xyz.mseed"
+    )
 
 
 def _unshown(*_: object, **__: object) -> None:
