@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from sagnac.analysis.trial import Trial, trial
     from sagnac.coefficients.estimates import Estimate, Fit
     from sagnac.coefficients.fit import fit_coefficients
+    from sagnac.coefficients.self_noise import SelfNoise, self_noise
     from sagnac.errors import MissingExtra, Note, RecordingError
     from sagnac.filters.export import Exported, export
     from sagnac.fleet.campaign import CampaignReport, campaign
@@ -77,6 +78,7 @@ __all__ = [
     "Removal",
     "Report",
     "RigConfig",
+    "SelfNoise",
     "Settings",
     "Specification",
     "StabilityCurve",
@@ -99,6 +101,7 @@ __all__ = [
     "plot",
     "read",
     "remove_lines",
+    "self_noise",
     "simulate",
     "stability_curve",
     "trial",
@@ -122,6 +125,7 @@ _HOME: Final = {
     "Removal": "sagnac.lines.model",
     "Report": "sagnac.report.folder",
     "RigConfig": "sagnac.rig.config",
+    "SelfNoise": "sagnac.coefficients.self_noise",
     "Settings": "sagnac.analysis.settings",
     "Specification": "sagnac.specification.limits",
     "StabilityCurve": "sagnac.stability.curve",
@@ -144,6 +148,7 @@ _HOME: Final = {
     "missing": "sagnac.formats",
     "read": "sagnac.formats",
     "remove_lines": "sagnac.lines.search",
+    "self_noise": "sagnac.coefficients.self_noise",
     "simulate": "sagnac.rig.simulate",
     "stability_curve": "sagnac.stability.curve",
     "trial": "sagnac.analysis.trial",

@@ -49,7 +49,11 @@ def test_an_analysis_and_its_document_give_the_same_unit(tmp_path):
     for name in ("arw_deg_per_sqrt_h", "rate_random_walk_deg_per_h_per_sqrt_h"):
         assert getattr(one.gyro, name) == pytest.approx(getattr(other.gyro, name))
     said = Measured.of_document(document).left_out()
-    assert said == ["x: without bias instability, rate ramp, not estimated", "y, z: as x"]
+    assert said == [
+        "no low-pass, since the spectrum shows none",
+        "x: without bias instability, rate ramp, not estimated",
+        "y, z: as x",
+    ]
 
 
 def test_each_gyro_of_a_triad_has_its_own_and_the_table_its_rate():
@@ -131,6 +135,26 @@ def test_a_unit_like_it_is_measured_like_it():
     for one, other in zip(first, again, strict=True):
         walk = other.angle_random_walk
         assert walk.low < one.angle_random_walk.value < walk.high
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_low_pass_that_a_spectrum_shows_is_simulated_again(order):
+    """20 and 8 Hz at 100 Hz; the gyro z has none."""
+    gyro = replace(UNIT.gyro, angle_noise_arcsec=(0.0,) * 3, low_pass_hz=(20.0, 8.0, 0.0))
+    unit = replace(
+        UNIT,
+        duration_s=300.0,
+        sample_rate_hz=100.0,
+        gyro=replace(gyro, low_pass_order=order),
+        accelerometer=AccelerometerConfig(),
+    )
+    analysis = sagnac.analyze(simulate(unit).recording, method="none")
+    again = RigConfig.from_analysis(analysis)
+    assert again.gyro.low_pass_hz == pytest.approx((20.0, 8.0, 0.0), rel=0.05)
+    assert (again.gyro.low_pass_order, again.kind) == (order, "rate")
+    said = Measured.of_document(json.loads(analysis.to_json())).left_out()
+    assert sum("low-pass of" in line for line in said) == 2
+    assert any(line.startswith("x: low-pass of ") for line in said)
 
 
 SEEDS = 30

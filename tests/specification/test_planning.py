@@ -61,6 +61,14 @@ def test_an_interval_that_chance_does_not_explain_stays_wider():
         assert wide.expected(duration) == pytest.approx(wanted, rel=0.02)
 
 
+def test_a_low_pass_in_sight_widens_an_average_and_no_likelihood():
+    average = dataclasses.replace(WHITE, low=0.999, high=1.001, efficient=False)
+    falls = dataclasses.replace(average, falls=True)
+    ratio = falls.expected(1e3) / average.expected(1e3)
+    assert ratio == pytest.approx(np.sqrt(1.5 / 1.1), rel=1e-6)
+    assert dataclasses.replace(WHITE, falls=True).expected(1e3) == WHITE.expected(1e3)
+
+
 @pytest.mark.parametrize("samples", [20_000, 200_000])
 def test_levels_keep_six_tenths_of_what_cells_tell(samples):
     values = np.random.default_rng(1).standard_normal(samples)

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
+import sagnac
+from sagnac.analysis.forecast import shown_by
 from sagnac.coefficients.model_average import average
 from sagnac.specification.limits import specification_of
 from sagnac.specification.verdict import judged
@@ -26,6 +29,39 @@ def decisions(walk: float, seed: int) -> list[str]:
         walk_found = average(levels, confidence=0.95).angle_random_walk
         found.append(judged("x", limit, walk_found, specification).decision)
     return found
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("flicker", [0.0, 3.0])
+def test_a_plan_beside_flicker_and_a_low_pass_holds(flicker):
+    """A tenth of 6000 s at 100 Hz behind 20 Hz, second order; B in deg/h, N 0.1 deg/sqrt(h)."""
+    rate, samples = 100.0, 600_000
+    walk, slow = np.deg2rad(0.1) / 60.0, np.deg2rad(flicker) / 3600.0
+    frequency = np.fft.rfftfreq(2 * samples, 1.0 / rate)[1:]
+    # B^2/(2 pi f) two-sided.
+    law = np.append(0.0, slow * np.sqrt(rate / (2.0 * np.pi * frequency)))
+    filtered = butter(2, 20.0 / (0.5 * rate))
+    ratios = []
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        slow_rate = np.fft.irfft(law * np.fft.rfft(random.standard_normal(2 * samples)))[:samples]
+        noise = walk * np.sqrt(rate) * random.standard_normal(samples) + slow_rate
+        values = lfilter(*filtered, noise)
+        early, whole = (
+            shown_by(
+                sagnac.analyze(
+                    sagnac.Recording.from_arrays(
+                        x=some, kind="rate", unit="rad/s", sample_rate=rate
+                    ),
+                    method="none",
+                )
+            )
+            for some in (values[: samples // 10], values)
+        )
+        ratios.append(early.expected(whole.duration) / whole.half_width)
+    print(f"B {flicker:g} deg/h: foretold over found {np.sort(ratios).round(2)}")
+    assert 0.9 < np.median(ratios) < 1.25
+    assert min(ratios) > 0.75
 
 
 @pytest.mark.statistics

@@ -17,6 +17,8 @@ from sagnac.specification.planning import LeftOut, Shown
 _BESIDE: Final = 1.0
 # Times as long as the recording: where the forecast asks what the answer will rest on.
 _LONGER: Final = 10.0
+# Share of the weight from which on fits under the beginning of a low-pass count.
+_FALLS: Final = 0.1
 
 
 def shown_by(analysis: Analysis) -> Shown:
@@ -59,6 +61,7 @@ def shown_by(analysis: Analysis) -> Shown:
             if found.status == "estimated" and name in STOCHASTIC_NAMES
         },
         terms=STOCHASTIC_NAMES,
+        falls=resting.falls > _FALLS,
         duration=duration,
         highest=resting.band_hz[1],
         interval=1.0 / analysis.recording.sample_rate,

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.judgement import verdict_of
+from sagnac.analysis.low_pass import low_pass_data
 from sagnac.analysis.plain import (
     covariance_data,
     parts_data,
@@ -58,6 +59,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "angle_random_walk": {**answer, "source": analysis.source, **resting_data(analysis)},
         "coefficients": _coefficients(headline_coefficients(analysis)),
         "covariance": covariance_data(analysis),
+        **low_pass_data(analysis),
         **_verdict(analysis),
         "parts": parts_data(analysis),
         "shares": shares_data(analysis),
@@ -167,6 +169,7 @@ def _input(analysis: Analysis) -> dict[str, Any]:
         "format": provenance.format if provenance else None,
         "slice_s": list(provenance.span_s) if provenance and provenance.span_s else None,
         "samples": recording.samples,
+        "kind": recording.gyro(analysis.settings.gyros[0]).kind,
         "sample_rate_hz": recording.sample_rate,
         "duration_s": recording.duration,
         "gyros": list(analysis.settings.gyros),

@@ -7,6 +7,7 @@ from typing import Any, Final
 from matplotlib.figure import Figure
 
 from sagnac.analysis.headline_coefficients import answer_coefficients
+from sagnac.analysis.low_pass import low_pass_data
 from sagnac.analysis.plain import covariance_data
 from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate
@@ -95,6 +96,7 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
             "edf": curve.edf.tolist(),
         },
         "covariance": covariance_data(analysis),
+        **low_pass_data(analysis),
         "lines": [
             {
                 "frequency_hz": line.frequency,

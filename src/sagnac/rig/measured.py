@@ -41,6 +41,10 @@ class Measured:
         Name -> coefficient -> its value in the field's unit; what was not estimated is not there.
     sample_rate, duration
         Hz and s.
+    kind
+        Of a sample; empty if it is not stated.
+    low_passes
+        Name -> corner, Hz, and order of the low-pass that its spectrum shows.
     table_rate
         deg/s, 0 at rest.
     """
@@ -50,6 +54,8 @@ class Measured:
     sample_rate: float
     duration: float
     table_rate: float = 0.0
+    kind: str = ""
+    low_passes: Mapping[str, tuple[float, int]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.gyros:
@@ -82,6 +88,12 @@ class Measured:
             sample_rate=read["sample_rate_hz"],
             duration=read["duration_s"],
             table_rate=read.get("table_rate_deg_per_s") or 0.0,
+            kind=read.get("kind") or "",
+            low_passes={
+                name: (one["low_pass"]["corner_hz"], one["low_pass"]["order"])
+                for name, one in (*alone.items(), *forces)
+                if one.get("low_pass")
+            },
         )
 
     def keys(self) -> dict[str, Any]:
@@ -91,24 +103,35 @@ class Measured:
             kinds["accelerometer"] = self.accelerometers
         tables: dict[str, dict[str, Any]] = {
             kind: {
-                key: [one.get(coefficient, 0.0) for one in _three(found, _NAMES[kind])]
+                key: [found[name].get(coefficient, 0.0) for name in _three(found, _NAMES[kind])]
                 for coefficient, key in _KEYS[kind].items()
             }
             for kind, found in kinds.items()
         }
+        for kind, found in kinds.items():
+            passes = [self.low_passes.get(name) for name in _three(found, _NAMES[kind])]
+            tables[kind]["low_pass_hz"] = [one[0] if one else 0.0 for one in passes]
+            # The rig has one order for all: that of the lowest corner.
+            tables[kind]["low_pass_order"] = min((one for one in passes if one), default=(0.0, 1))[
+                1
+            ]
         tables["gyro"]["quantization_step_arcsec"] = 0.0
         if self.accelerometers:
             tables["accelerometer"]["mode"] = "triad"
         return {
             "duration_s": self.duration,
             "sample_rate_hz": self.sample_rate,
+            **({"kind": self.kind} if self.kind else {}),
             "table": {"rate_deg_per_s": self.table_rate},
             **tables,
         }
 
     def left_out(self) -> list[str]:
-        """Parts that are not simulated as they were measured, a line each."""
-        lines = []
+        """Low-passes, and parts that are not simulated as they were measured, a line each."""
+        lines = [
+            f"{name}: low-pass of {corner:.4g} Hz, order {order}"
+            for name, (corner, order) in self.low_passes.items()
+        ] or ["no low-pass, since the spectrum shows none"]
         kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {
             "gyro": self.gyros,
             "accelerometer": self.accelerometers,
@@ -119,20 +142,21 @@ class Measured:
                 missing = [title for key, title in titles.items() if key not in one]
                 if missing:
                     lines.append(f"{name}: without {', '.join(missing)}, not estimated")
+            orders = {self.low_passes[name][1] for name in found if name in self.low_passes}
+            if len(orders) > 1:
+                lines.append(f"low-passes of the {kind}s: of one order, as the rig has them")
             others = [name for name in _NAMES[kind] if name not in found]
             if found and others and len(found) != 3:
                 lines.append(f"{', '.join(others)}: as {next(iter(found))}")
         return lines
 
 
-def _three(
-    found: Mapping[str, Mapping[str, float]], names: tuple[str, str, str]
-) -> list[Mapping[str, float]]:
-    """Sensors for the three axes: by name, in order if no name fits, else the first for all."""
+def _three(found: Mapping[str, object], names: tuple[str, str, str]) -> list[str]:
+    """Names of the sensors for the three axes: by name, in order if none fits, else the first."""
     if len(found) == 3 and not set(names) & set(found):
-        return list(found.values())
-    first = next(iter(found.values()))
-    return [found.get(name, first) for name in names]
+        return list(found)
+    first = next(iter(found))
+    return [name if name in found else first for name in names]
 
 
 def _of_document(

@@ -10,7 +10,8 @@ the answer is of the likelihood of the whole band, that is the width.
 An average over bands gives no bin more than the weight of its relative error of 3 %
 (`coefficients.bin_errors`), so that it gains less from the many cells of high frequency, and its
 robust levels keep six tenths of what cells tell. Its variance is that of one fit of all four terms,
-and a tenth more since the models differ. If the interval of the short recording is far wider than
+and a tenth more since the models differ, or half as much more if a low-pass of the sensor is in
+sight. If the interval of the short recording is far wider than
 that, there is another reason, noise that changes say, and a longer one is taken to have it, too.
 
 What is left out for a line is as many cells of 1/T wide at any T: a longer record loses less.
@@ -45,6 +46,9 @@ _LEAST: Final = 4.0
 _EFFICIENCY: Final = 0.62
 # Variance of an average over that of one fit of all terms (`benchmarks.planning`).
 _WIDER: Final = 1.1
+# The same if a low-pass is in sight: fits with its beginning, and those of bands below it, share
+# the weight, and their means scatter (`tests/specification/test_statistics.py`).
+_WIDER_FALLING: Final = 1.5
 # Factor by which chance alone makes a short recording's interval wider than expected.
 _CHANCE: Final = 1.5
 
@@ -105,6 +109,8 @@ class Shown:
         average over bands. That of this one may be the other.
     left_out
         What lines and vibration take.
+    falls
+        Whether the answer leaves open where the beginning of a low-pass lies.
 
     Raises
     ------
@@ -123,6 +129,7 @@ class Shown:
     interval: float
     efficient: bool = False
     left_out: tuple[LeftOut, ...] = ()
+    falls: bool = False
 
     def __post_init__(self) -> None:
         if not 0.0 < self.low < self.value < self.high:
@@ -221,7 +228,7 @@ def _variance_of_walk(shown: Shown, duration: float) -> float:
     heeded, wider = np.ones(shape.size), 1.0
     if not shown.efficient:
         shape *= _EFFICIENCY
-        heeded, wider = _heeded(frequency, shape), _WIDER
+        heeded, wider = _heeded(frequency, shape), _WIDER_FALLING if shown.falls else _WIDER
     inverse = np.linalg.pinv(scaled.T @ (scaled * (heeded * shape)[:, np.newaxis]))
     scatter = scaled.T @ (scaled * (heeded**2 * shape)[:, np.newaxis])
     walk = columns.index(STOCHASTIC_NAMES.index("angle_random_walk"))

@@ -114,7 +114,10 @@ def _supposition(analysis: "Analysis", shown: "Shown") -> str:
     now = resting is not None and resting.member == supposed
     verb = "stays" if now else "becomes"
     if not shown.efficient:
-        return f"Forecast for an answer that {verb} an average over bands of the spectrum."
+        said = f"Forecast for an answer that {verb} an average over bands of the spectrum."
+        if "bias_instability" in shown.coefficients:
+            return said
+        return f"{said}\nB is not estimated yet: one that a longer record shows widens it."
     return (
         f"Forecast for an answer that {verb} the likelihood of the whole\n"
         f"band to {shown.highest:.3g} Hz. An average over bands would have another interval."
