@@ -17,6 +17,7 @@ MADE: Final = (
     "Plans",
     "Removal",
     "Report",
+    "SelfNoise",
     "StabilityCurve",
     "Trial",
     "Verdict",

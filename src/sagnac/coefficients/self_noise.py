@@ -73,6 +73,14 @@ class SelfNoise:
         N of each over the band that was asked for; else empty.
     confidence
         Of the intervals.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(2).standard_normal((4, 20_000))
+    >>> x, y, z = noise[3] * [[30.0], [31.0], [29.0]] + noise[:3]
+    >>> still = Recording.from_arrays(x=x, y=y, z=z, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> self_noise(still).gains.round(2).tolist()
+    [1.0, 1.03, 0.97]
     """
 
     gyros: tuple[str, ...]
