@@ -157,6 +157,7 @@ def test_from_a_csv_to_a_report_by_clicks(served, driver, folder):
     page.until("document.querySelector('#beside .differs')")
     page.state(unit="deg/h")
     page.until("document.querySelector('#beside .agrees')")
+    assert not page.script("return document.getElementById('lacking').offsetHeight")
     page.until("document.getElementById('findings').dataset.done")
 
     page.state(spec="1deg/sqrt(h)")

@@ -64,7 +64,9 @@ function form(place, fields, changed) {
   }));
 }
 const texts = (place) => Object.fromEntries([...place.querySelectorAll("input")].map((one) => [one.name, one.value.trim()]).filter(([, text]) => text));
-function fill(place, values) { for (const one of place.querySelectorAll("input")) { one.value = values[one.name] ?? ""; one.parentElement.className = ""; } }
+function fill(place, values) {
+  for (const one of place.querySelectorAll("input")) { if (one !== document.activeElement) one.value = values[one.name] ?? ""; one.parentElement.className = ""; }
+}
 function notes(place, found, empty) {
   place.replaceChildren(...found.map((note) => {
     const made = element("li", { className: note.level, textContent: note.text });
@@ -134,10 +136,11 @@ async function open(path, stated) {
   await trying("read", async () => {
     const began = performance.now();
     // A file that says too little of itself is stated in the form, whether or not it can be drawn.
-    Object.assign(state, { path });
-    $("reading").hidden = false;
+    state.path = path; $("reading").hidden = false;
     if (!Object.keys(stated).length) fill($("reading-form"), {});
-    const facts = await call("open", { path, texts: stated });
+    const number = (state.opens = (state.opens ?? 0) + 1), facts = await call("open", { path, texts: stated });
+    // Several fields may be stated before the first of them is read: only the latest counts.
+    if (number !== state.opens) return;
     Object.assign(state, { path, facts, look: facts.look });
     for (const id of ["reading", "recording"]) $(id).hidden = false;
     $("analysis").hidden = facts.raw;
@@ -160,17 +163,15 @@ function asked(facts) {
   for (const name of Object.keys(facts.lacking)) {
     const input = place.querySelector(`[name=${name}]`);
     input.parentElement.className = "asked";
-    if (/\b(KIND|UNIT|HZ|SIZE|COLUMN)\b/.test(input.value)) {
-      // What no file tells is for the reader to say; where all of it is open, only that is shown.
-      if (["KIND", "UNIT", "HZ", "SIZE"].includes(input.value)) { input.placeholder = `to be stated (${input.value.toLowerCase()})`; input.value = ""; }
-    }
+    // What no file tells is for the reader to say.
+    if (["KIND", "UNIT", "HZ", "SIZE"].includes(input.value)) { input.placeholder = "to be stated"; input.value = ""; }
   }
   $("lacking").textContent = facts.refusal;
   $("lacking").hidden = !facts.raw;
   $("columns").textContent = facts.columns.join(", ");
 }
 async function look() {
-  const number = state.look;
+  const number = state.look; delete $("findings").dataset.done;
   const found = await call("spectra", { look: number }).catch((error) => say(error.message));
   if (!found || number !== state.look) return;
   await rawSpectrum($("raw-spectrum"), found.spectra);
@@ -193,9 +194,9 @@ const reread = () => open(state.path, texts($("reading-form")));
 async function run() {
   await trying("start", async () => {
     const analysis = texts($("analysis-form"));
-    const { run: number } = await call("analyze", { path: state.path, texts: state.facts.texts, analysis });
+    const { run: number } = await call("analyze", { path: state.facts.path, texts: state.facts.texts, analysis });
     const changed = Object.entries(analysis).filter(([name]) => name !== "method").map(([name, text]) => `${name} ${text}`).join(", ");
-    state.runs.set(number, { number, file: state.facts.name, path: state.path, texts: state.facts.texts, analysis, method: analysis.method || "fos", changed, stage: "start", fraction: 0 });
+    state.runs.set(number, { number, file: state.facts.name, path: state.facts.path, texts: state.facts.texts, analysis, method: analysis.method || "fos", changed, stage: "start", fraction: 0 });
     running(number);
     runs();
   });
@@ -280,8 +281,8 @@ async function shown(number) {
   notes($("notes"), one.result.notes, "none");
   for (const line of one.result.refused) $("notes").prepend(element("li", { className: "error", textContent: line }));
   $("target").value = `${one.file.replace(/\.[^.]*$/, "")} report`;
-  await channelShown();
   repeat(one);
+  await channelShown();
 }
 async function channelShown() {
   const channel = current();
@@ -350,9 +351,10 @@ async function tried(event) {
 // ---- repeating -------------------------------------------------------------------------------------------
 async function repeat(one = null, changed = null) {
   if (state.facts.raw) { $("repeat").hidden = true; return; }
-  const asked = one ? { path: one.path, texts: one.texts, analysis: one.analysis } : { path: state.path, texts: state.facts.texts, analysis: texts($("analysis-form")) };
+  const asked = one ? { path: one.path, texts: one.texts, analysis: one.analysis } : { path: state.facts.path, texts: state.facts.texts, analysis: texts($("analysis-form")) };
+  const number = (state.repeats = (state.repeats ?? 0) + 1);
   const found = await call("repeat", { ...asked, changed }).catch((error) => say(error.message));
-  if (!found) return;
+  if (!found || number !== state.repeats) return;
   $("repeat").hidden = false;
   for (const name of ["command", "script", "toml"]) $(name).textContent = found[name] || "(nothing is stated)";
 }

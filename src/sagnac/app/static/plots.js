@@ -31,9 +31,10 @@ export class Trace {
   async open(facts) {
     this.duration = facts.duration;
     this.range = new Bokeh.Range1d({ start: 0, end: facts.duration });
-    const pixels = Math.max(300, Math.min(2400, this.place.clientWidth - 60));
-    this.pixels = pixels;
+    const pixels = (this.pixels = Math.max(300, Math.min(2400, this.place.clientWidth - 60)));
+    this.facts = facts;
     const first = await this.ask(0, facts.duration, pixels);
+    if (this.facts !== facts) return;
     this.place.replaceChildren();
     this.panels = first.map((channel, number) => this.panel(channel, number, number === first.length - 1));
     this.draw(first);
