@@ -133,7 +133,7 @@ function near([from, to]) {
   $("recording").scrollIntoView();
 }
 async function open(path, stated) {
-  await trying("read", async () => {
+  const opened = await trying("read", async () => {
     const began = performance.now();
     // A file that says too little of itself is stated in the form, whether or not it can be drawn.
     state.path = path; $("reading").hidden = false;
@@ -142,10 +142,8 @@ async function open(path, stated) {
     // Several fields may be stated before the first of them is read: only the latest counts.
     if (number !== state.opens) return;
     Object.assign(state, { path, facts, look: facts.look });
-    for (const id of ["reading", "recording"]) $(id).hidden = false;
-    $("analysis").hidden = facts.raw;
-    $("path").value = path;
-    $("name").textContent = facts.name;
+    $("recording").hidden = false; $("analysis").hidden = facts.raw;
+    $("path").value = path; $("name").textContent = facts.name;
     document.title = `${facts.name} · sagnac`;
     $("facts").textContent = facts.raw ? `${facts.samples} samples; kind, unit or rate not stated` : `${facts.samples} samples, ${digits(facts.rate, 6)} Hz, ${digits(facts.duration, 6)} s, ${facts.format}`;
     asked(facts);
@@ -154,8 +152,9 @@ async function open(path, stated) {
     document.body.dataset.first = (performance.now() - began).toFixed(0);
     beside(facts);
     repeat();
+    return number === state.opens;
   });
-  if (state.facts && state.path === path && !$("message").textContent) look();
+  if (opened) look();
 }
 function asked(facts) {
   const place = $("reading-form");
@@ -172,12 +171,13 @@ function asked(facts) {
 }
 async function look() {
   const number = state.look; delete $("findings").dataset.done;
-  const found = await call("spectra", { look: number }).catch((error) => say(error.message));
+  const failed = (error) => { if (number === state.look) notes($("findings"), [{ level: "error", text: error.message, spans: [] }], ""); };
+  const found = await call("spectra", { look: number }).catch(failed);
   if (!found || number !== state.look) return;
   await rawSpectrum($("raw-spectrum"), found.spectra);
   await histogram($("histogram"), found.histograms);
   notes($("findings"), [], "looking …");
-  const checked = await call("check", { look: number }).catch((error) => { notes($("findings"), [{ level: "error", text: error.message, spans: [] }], ""); });
+  const checked = await call("check", { look: number }).catch(failed);
   if (!checked || number !== state.look) return;
   notes($("findings"), checked.findings, state.facts.raw ? "nothing is checked before it is stated what the numbers are" : "nothing");
   trace.mark(checked.findings, offsetOf());
