@@ -25,7 +25,7 @@ Bands = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Trial:
-    """What an analysis would say with some lines put back and some bands masked.
+    """Answer of an analysis with some lines put back and some bands masked.
 
     Attributes
     ----------
@@ -35,6 +35,14 @@ class Trial:
         The same with nothing put back and nothing masked: what it is to be compared with.
     curve, spectrum
         With the lines that are put back; of the channel, as those of the analysis.
+
+    Examples
+    --------
+    >>> import numpy as np, sagnac
+    >>> rate = np.random.default_rng(1).standard_normal(4000)
+    >>> still = sagnac.Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> sagnac.trial(sagnac.analyze(still), masked=[(4.0, 5.0)]).angle_random_walk.status
+    'estimated'
     """
 
     angle_random_walk: Estimate

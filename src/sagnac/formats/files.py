@@ -146,7 +146,9 @@ def _folder_beside(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise _unwritable(path, error) from error
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        # A signal in the middle of it would leave the rest.
+        with _signals_waiting():
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextmanager

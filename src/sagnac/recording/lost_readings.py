@@ -53,7 +53,7 @@ def with_lost_readings(table: Taken, gyros: Sequence[Channel], sample_rate: floa
         if no gyro agrees with the readings on both sides.
     """
     values = table.channel.values
-    if math.isfinite(series.mean(values)):
+    if not values.size or math.isfinite(series.mean(values)):
         return table
     lost = Places(values=values, test=is_not_finite).all()
     firsts, lengths = runs(lost)
