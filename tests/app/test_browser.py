@@ -86,10 +86,11 @@ class Page:
         self.until("document.querySelector('#spectrum').dataset.lines")
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+@pytest.fixture
+def folder(tmp_path):
     """A CSV that states nothing, of a bench; and one that cannot be read."""
-    place = tmp_path_factory.mktemp("bench")
+    place = tmp_path / "bench"
+    place.mkdir()
     random, time_s = np.random.default_rng(7), np.arange(30_000) / 100.0
     rates = np.array([9.0, 2.0, 11.88]) + 1.8 * random.standard_normal((30_000, 3))
     rates[:, 0] += 2.0 * np.cos(2.0 * np.pi * 7.0 * time_s)

@@ -134,6 +134,18 @@ STATED: dict[str, tuple[dict[str, Floats], dict[str, Any], dict[str, Any], tuple
         {**RATE, "unit": "deg/h"},
         ("that of the Earth", "unit=deg/h"),
     ),
+    "deg/s called deg/h": (
+        STILL.rates,
+        {**RATE, "unit": "deg/h"},
+        RATE,
+        ("that of the Earth", "unit=deg/s"),
+    ),
+    "rad/s called deg/s": (
+        {name: np.radians(one) for name, one in STILL.rates.items()},
+        RATE,
+        {**RATE, "unit": "rad/s"},
+        ("that of the Earth", "unit=rad/s"),
+    ),
     "accelerometers in g called m/s^2": (
         {**STILL.rates, **{name: one / GRAVITY for name, one in STILL.forces.items()}},
         {**RATE, "unit": {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "m/s^2"}, **FORCES},

@@ -29,6 +29,8 @@ _GRAVITY: Final = 0.05
 # A mean that is Earth's rate to this in another unit than its own is hardly chance: the biases of
 # one unit in a hundred make it. A ring laser unit at rest is known to show 14.76 deg/h of 15.04.
 _EARTH: Final = 0.025
+# Earth's rate with biases: up to this many times more or less is no sign of another unit.
+_BIASED: Final = 3.0
 # Gravity in numbers called rates, to this.
 _AS_RATES: Final = 0.01
 _TRIAD: Final = 3
@@ -113,7 +115,7 @@ def _as_gravity(gyros: tuple[Channel, ...], size: float) -> tuple[Note, ...]:
 def _as_earth_rate(
     recording: Recording, gyros: tuple[Channel, ...], size: float
 ) -> tuple[Note, ...]:
-    if len(gyros) < _TRIAD or _is_near(size, EARTH_RATE, 2.0):
+    if len(gyros) < _TRIAD or EARTH_RATE / _BIASED < size < EARTH_RATE * _BIASED:
         return ()
     stated = {gyro.shown_in for gyro in gyros}
     kinds = {gyro.kind for gyro in gyros}
