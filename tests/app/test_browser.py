@@ -219,10 +219,18 @@ def test_zoom_span_and_a_file_that_is_hostile(served, driver):
         "[0].x_range; r.setv({start: 10, end: 12})"
     )
     page.until(f"document.getElementById('trace').dataset.drawn > {drawn}")
+    drawn = page.script("return document.getElementById('trace').dataset.drawn")
     page.click("#whole")
-    page.click("#choose")
-    page.drag("#trace", 0.3, 0.6)
-    page.until("document.querySelector('[name=slice]').value.includes(':')")
+    page.until(f"document.getElementById('trace').dataset.drawn > {drawn}")
+    taken = "return document.querySelector('[name=slice]').value.includes(':')"
+    for _ in range(8):
+        # What is drawn late may move the figure away from under the pointer.
+        page.click("#choose")
+        page.drag("#trace", 0.3, 0.6)
+        time.sleep(0.5)
+        if page.script(taken):
+            break
+    assert page.script(taken)
     page.until("document.getElementById('facts').textContent.split(' ')[0] < 15000")
     require_quiet(driver, address)
 
@@ -270,4 +278,6 @@ def test_another_page_cannot_ask(served, driver, tmp_path):
     Page.until(type("Tab", (), {"script": lambda self, text: driver.execute_script(text)})(),
                "document.title === 'asked'")  # fmt: skip
     said = [one["message"] for one in driver.get_log("browser")]
-    assert any("403" in one for one in said)
+    # Neither the answer of a request nor the page in a frame reaches another origin.
+    assert any("call/start" in one and "NotSameOrigin" in one for one in said)
+    assert any("frame-ancestors" in one for one in said)
