@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import sagnac
 
@@ -173,6 +174,21 @@ def test_an_analysis_is_read_back_from_its_document(tmp_path, analyzed):
     with pytest.raises(AttributeError, match="no attribute 'spectre'"):
         _ = back.spectre
     assert pickle.loads(pickle.dumps(back)).to_json() == text
+    with pytest.raises(ValueError, match="was read from a file"):
+        sagnac.write_report(back, tmp_path / "report")
+    assert not (tmp_path / "report").exists()
+
+
+def test_the_curve_of_an_analysis_that_was_read_again_is_drawn(tmp_path, analyzed):
+    analyzed.to_json(tmp_path / "analysis.json")
+    back = sagnac.Analysis.from_json(tmp_path / "analysis.json")
+    drawn, read = (
+        sagnac.plot.stability(one, ax=Figure().add_subplot()) for one in (analyzed, back)
+    )
+    points, again = (
+        next(line for line in axes.lines if line.get_marker() == "o") for axes in (drawn, read)
+    )
+    np.testing.assert_allclose(again.get_ydata(), points.get_ydata(), rtol=1e-12)
 
 
 def test_a_document_that_is_none_is_one_line(tmp_path):

@@ -89,8 +89,11 @@ def _draw_curve(axes: "Axes", curve: StabilityCurve) -> None:
 
 def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
     """The curves before and after removal, in °/h, with the fit."""
-    before, after = analysis.curve_before.per_gyro(), analysis.curve.per_gyro()
-    if removed(analysis):
+    after = analysis.curve.per_gyro()
+    # An analysis that was read again holds the curve after removal alone.
+    recorded = getattr(analysis, "curve_before", None)
+    before = after if recorded is None else recorded.per_gyro()
+    if recorded is not None and removed(analysis):
         axes.plot(
             before.tau,
             before.deviation / DEGREE_PER_HOUR,

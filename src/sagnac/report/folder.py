@@ -75,6 +75,8 @@ def write_report(
         If a file is there that no report left, and `force` is not set.
     MissingExtra
         If a PDF is asked for and nothing that makes one is installed.
+    ValueError
+        If the analysis was read from a file, which holds no spectra and no residual.
 
     Examples
     --------
@@ -88,6 +90,11 @@ def write_report(
     >>> report.paths[0].name
     'report.html'
     """
+    if analysis.stored is not None:
+        raise ValueError(
+            "analysis was read from a file, which holds no spectra and no residual; analyze the "
+            "recording again, and write the report of that"
+        )
     folder = Path(folder)
     for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
         require_free(of_report(place), force=force)
