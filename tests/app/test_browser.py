@@ -19,7 +19,7 @@ import sagnac
 pytestmark = pytest.mark.browser
 
 OPTIONS = (
-    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
+    "--headless --no-sandbox --disable-dev-shm-usage --disable-gpu --disable-quic --no-first-run "
     "--disable-background-networking --disable-component-update --disable-sync "
     "--window-size=1500,1000"
 )
