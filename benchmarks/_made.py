@@ -55,7 +55,7 @@ class Made:
 
     @property
     def digest(self) -> str:
-        """Of the sources, whatever their line ends, and of the settings."""
+        """Digest of the sources, whatever their line ends, and of the settings."""
         found = hashlib.sha256(json.dumps(self.settings(), sort_keys=True).encode())
         for pattern in self.sources:
             for file in sorted(ROOT.glob(pattern)):

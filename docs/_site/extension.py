@@ -70,7 +70,7 @@ def _show_shell(_app: Sphinx, doctree: nodes.document) -> None:
 
 
 def _digest() -> str:
-    """Of the code that executed pages call."""
+    """Digest of the code that executed pages call."""
     found = hashlib.sha256()
     for pattern in _SOURCES:
         for file in sorted(_ROOT.glob(pattern)):

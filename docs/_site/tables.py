@@ -16,7 +16,7 @@ from sagnac.recording.effects import FINDINGS
 from sagnac.stability.estimators import ESTIMATORS
 from sagnac.units import QUANTITIES, UNITS
 
-# Of the recordings that are spoilt.
+# Seed of the recordings that are spoilt.
 _SEED: Final = 1
 
 

@@ -20,7 +20,7 @@ from sagnac.app.pyramid import Pyramid
 FloatArray = NDArray[np.float64]
 
 EARTH_RATE: Final = 15.041
-"""Of the Earth to the stars, deg/h."""
+"""Rate of the Earth against the stars, deg/h."""
 GRAVITY: Final = 9.80665
 """Standard gravity, m/s^2."""
 
@@ -349,7 +349,7 @@ def spectra_of(look: Look) -> dict[str, Any]:
 
 
 def _spectrum(one: Shown, look: Look) -> dict[str, Any]:
-    """Of Hann segments spread over the record: lowest and highest of each drawn bin."""
+    """Spectrum by Hann segments spread over the record: lowest and highest of each drawn bin."""
     size = one.pyramid.values.size
     length = min(_SEGMENT, 2 ** max(int(math.log2(max(size, 2))), 1))
     hann = np.hanning(length)

@@ -63,10 +63,7 @@ class Run:
         threading.Thread(target=self._listen, daemon=True).start()
 
     def ask(self, request: dict[str, Any]) -> None:
-        """Ask something of the analysis; the process answers by an event.
-
-        OSError if the process has ended.
-        """
+        """Ask something of the analysis; an event answers. OSError if the process has ended."""
         self._pipe.send(request)
 
     def end(self) -> None:
@@ -160,5 +157,8 @@ def _answered(analysis: Any, task: Task, request: dict[str, Any]) -> dict[str, A
     elif what == "json":
         analysis.to_json(target)
     else:
-        target.write_text(text, encoding="utf-8")
+        # Beside, then renamed: a process that is ended leaves no half of it.
+        part = target.with_name(f".{target.name}.part")
+        part.write_text(text, encoding="utf-8")
+        os.replace(part, target)
     return {"event": "saved", "path": str(target)}

@@ -198,7 +198,7 @@ def _ratio(values: FloatArray, places: IntegerArray) -> FloatArray:
 
 
 def _scatter(values: FloatArray) -> float:
-    """Of steps about those around them, without what is far off."""
+    """Scatter of steps about those around them, without what is far off."""
     last = values.size - 2 - _SIDE
     places = np.linspace(_SIDE, last, min(_LOOKED_AT, last)).astype(np.int64)
     _, beyond = _steps_around(values, places)
