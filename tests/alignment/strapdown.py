@@ -135,7 +135,14 @@ def coloured(rng, runs: int, steps: int, *, white: float, flicker: float, walk: 
 
 
 def unaided(
-    rates: np.ndarray, *, rest: int, latitude: float, tilt: float, azimuth: float, seed: int
+    rates: np.ndarray,
+    *,
+    rest: int,
+    latitude: float,
+    tilt: float,
+    azimuth: float,
+    seed: int,
+    forces: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Errors in each second of navigators at rest whose aiding has ended.
 
@@ -146,6 +153,9 @@ def unaided(
         the first `rest` of them is taken for the bias.
     rest, latitude, tilt, azimuth, seed
         s, rad, and rad 1 sigma of the attitude at which the run begins.
+    forces
+        (runs, rest + steps, 2) errors of the accelerometers along north and east, m/s^2, by which
+        the unit was levelled over the rest; ideal without.
 
     Returns
     -------
@@ -155,6 +165,9 @@ def unaided(
     random = np.random.default_rng(seed)
     runs, steps = rates.shape[0], rates.shape[1] - rest
     left = rates[:, rest:] - rates[:, :rest].mean(axis=1, keepdims=True)
+    pulled = np.zeros((runs, steps, 2))
+    if forces is not None:
+        pulled = forces[:, rest:] - forces[:, :rest].mean(axis=1, keepdims=True)
     earth = EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
     force = np.array([0.0, 0.0, -GRAVITY])
     attitude = rotation(random.standard_normal((runs, 3)) * [tilt, tilt, azimuth])
@@ -171,9 +184,9 @@ def unaided(
             axis=1,
         )
         turned = rotation(-turning) @ attitude @ rotation(earth + left[:, number])
-        felt = (0.5 * (attitude + turned)) @ force
-        position += velocity + 0.5 * felt[:, :2]
-        velocity += felt[:, :2]
+        felt = ((0.5 * (attitude + turned)) @ force)[:, :2] + pulled[:, number]
+        position += velocity + 0.5 * felt
+        velocity += felt
         attitude = turned
         found["heading"][:, number] = np.arctan2(attitude[:, 1, 0], attitude[:, 0, 0])
         found["north"][:, number] = attitude[:, 2, 1]

@@ -57,6 +57,51 @@ def test_flicker_is_the_integral_of_its_spectrum(rest):
         assert wanted == pytest.approx(1e-12 * time**2 * 4.0 * np.log(2.0) / np.pi, rel=1e-3)
 
 
+FORCE = GyroNoise(angle_random_walk=1e-4, bias_instability=3e-5, rate_random_walk=2e-6)
+QUIET = GyroNoise(angle_random_walk=1e-30)
+
+
+@pytest.mark.parametrize(
+    ("force", "wanted"),
+    [
+        # Of north and east together: twice N^2 t^3/3 and what the rest left, N^2/T over t^2/2.
+        (GyroNoise(angle_random_walk=1e-4), 2e-8 * (60.0**3 / 3.0 + 60.0**4 / 4.0 / REST)),
+        (
+            GyroNoise(angle_random_walk=1e-30, rate_random_walk=1e-6),
+            2e-12 * (60.0**5 / 20.0 + REST / 3.0 * 60.0**4 / 4.0),
+        ),
+    ],
+)
+def test_accelerometers_move_the_position_by_what_differs_from_the_rest(force, wanted):
+    found = drift(
+        (QUIET,) * 3, accelerometers=(force, force), latitude=LATITUDE, times=MINUTE,
+        priors=Priors(rest=REST),
+    )  # fmt: skip
+    assert part(found.position, "accelerometers") == pytest.approx(wanted, rel=2e-3)
+    assert part(found.heading, "accelerometers") < 1e-12 * wanted
+    assert part(heading(QUIET, rest=REST), "accelerometers") == 0.0
+    with pytest.raises(ValueError, match="give two"):
+        drift((QUIET,) * 3, accelerometers=(force,), latitude=LATITUDE, times=MINUTE)
+
+
+def test_an_interval_and_a_bound_of_accelerometers_are_those_of_their_coefficients():
+    covariance = np.zeros((3, 3))
+    covariance[0, 0] = (0.1e-4) ** 2
+    force = GyroNoise(
+        angle_random_walk=1e-4, covariance=covariance, bounds={"rate_random_walk": 1e-6}
+    )
+    raised = GyroNoise(angle_random_walk=1e-4, rate_random_walk=1e-6)
+
+    def position(one):
+        return drift(
+            (QUIET,) * 3, accelerometers=(one, one), latitude=LATITUDE, times=MINUTE,
+            confidence=0.6827,
+        ).position  # fmt: skip
+
+    assert position(force).reach == pytest.approx([0.2], rel=1e-3)
+    assert position(force).highest == pytest.approx(position(raised).deviation())
+
+
 def test_parts_add_up_and_the_misalignment_stays():
     noise = GyroNoise(angle_random_walk=1e-6, bias_instability=1e-7, rate_random_walk=1e-9)
     found = heading(noise, np.array([10.0, 600.0]), rest=REST, azimuth=0.01, tilt=0.001)
@@ -116,18 +161,29 @@ def test_what_cannot_be_is_refused():
         drift((noise,), latitude=0.0, times=MINUTE)
 
 
-def ratios(noise, *, runs, rest, times, tilt, azimuth, seed):
+def ratios(noise, *, runs, rest, times, tilt, azimuth, seed, force=None):
     """Foretold over simulated: heading, tilt and position at each time."""
     rates = coloured(
         np.random.default_rng(seed), runs, rest + int(times[-1]), white=noise.angle_random_walk,
         flicker=noise.bias_instability, walk=noise.rate_random_walk,
     )  # fmt: skip
-    made = unaided(rates, rest=rest, latitude=LATITUDE, tilt=tilt, azimuth=azimuth, seed=seed + 1)
+    forces = None
+    if force is not None:
+        forces = coloured(
+            np.random.default_rng(seed + 2), runs, rest + int(times[-1]),
+            white=force.angle_random_walk, flicker=force.bias_instability,
+            walk=force.rate_random_walk,
+        )[:, :, :2]  # fmt: skip
+    made = unaided(
+        rates, rest=rest, latitude=LATITUDE, tilt=tilt, azimuth=azimuth, seed=seed + 1,
+        forces=forces,
+    )  # fmt: skip
     at = np.asarray(times, dtype=np.int64) - 1
     square = {name: (values[:, at] ** 2).mean(axis=0) for name, values in made.items()}
     found = drift(
         (noise,) * 3, latitude=LATITUDE, times=np.asarray(times, dtype=np.float64),
         priors=Priors(tilt=tilt, azimuth=azimuth, rest=float(rest)),
+        accelerometers=() if force is None else (force, force),
     )  # fmt: skip
     return np.array(
         [
@@ -138,9 +194,13 @@ def ratios(noise, *, runs, rest, times, tilt, azimuth, seed):
     )
 
 
-def test_few_runs_err_by_what_is_foretold():
+@pytest.mark.parametrize("force", [None, FORCE])
+def test_few_runs_err_by_what_is_foretold(force):
     noise = GyroNoise(angle_random_walk=2e-5, bias_instability=2e-6, rate_random_walk=1e-7)
-    found = ratios(noise, runs=300, rest=60, times=(20, 150), tilt=1e-4, azimuth=2e-4, seed=5)
+    tilt = 1e-4 if force is None else 1e-7
+    found = ratios(
+        noise, runs=300, rest=60, times=(20, 150), tilt=tilt, azimuth=2e-4, seed=5, force=force
+    )
     # The root mean square of 300 runs scatters by 4 %.
     assert found == pytest.approx(np.ones((3, 2)), rel=0.12)
 

@@ -42,6 +42,42 @@ def test_analysis_is_read_in_its_units(tmp_path) -> None:
     assert noise.covariance == pytest.approx(wanted, rel=1e-12)
 
 
+def test_accelerometers_are_read_in_their_units():
+    def force(walk):
+        stated = {
+            "velocity_random_walk": (walk, "m/s/sqrt(h)"),
+            "bias_instability": (0.02, "mg"),
+            "acceleration_random_walk": (0.3, "mg/sqrt(h)"),
+        }
+        made = {
+            name: {"value": value, "low": value, "high": value, "confidence": 0.95, "unit": unit,
+                   "status": "estimated"}
+            for name, (value, unit) in stated.items()
+        }  # fmt: skip
+        matrix = [[1e-8, 2e-9], [2e-9, 4e-6]]
+        names = ["velocity_random_walk", "bias_instability"]
+        return {
+            "velocity_random_walk": made["velocity_random_walk"],
+            "coefficients": made,
+            "covariance": {"names": names, "units": ["m/s/sqrt(h)", "mg"], "matrix": matrix},
+        }
+
+    three = {"ax": force(0.01), "ay": force(0.02), "az": force(0.03)}
+    _, (north, east) = GyroNoise.unit_from_document({**document(), "accelerometers": three})
+    milli = 9.80665e-3
+    assert north.values == pytest.approx([0.01 / 60.0, 0.02 * milli, 0.3 * milli / 60.0])
+    assert east.angle_random_walk == pytest.approx(0.02 / 60.0)
+    shares = np.array([1.0 / 60.0, milli, 0.0])
+    wanted = np.array([[1e-8, 2e-9, 0], [2e-9, 4e-6, 0], [0, 0, 0]]) * np.outer(shares, shares)
+    assert north.covariance == pytest.approx(wanted, rel=1e-12)
+    # Other names say nothing of north and east: the loudest stands for both.
+    others = {"a": three["ax"], "b": three["az"]}
+    _, (north, east) = GyroNoise.unit_from_document({**document(), "accelerometers": others})
+    assert north is east
+    assert north.angle_random_walk == pytest.approx(0.03 / 60.0)
+    assert GyroNoise.unit_from_document(document())[1] == ()
+
+
 def test_without_a_covariance_the_intervals_count(tmp_path) -> None:
     stated = document()
     stated["covariance"] = None

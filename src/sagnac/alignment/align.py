@@ -11,7 +11,7 @@ import numpy as np
 from sagnac.alignment.azimuth import AzimuthError, azimuth_error
 from sagnac.alignment.drift import Drift, Priors, drift
 from sagnac.alignment.initial import Alignment, Start, aligned
-from sagnac.alignment.noise import GyroNoise
+from sagnac.alignment.noise import GyroNoise, Unit
 from sagnac.alignment.position import PositionError, position_error
 from sagnac.alignment.rotating import rotating_azimuth_error
 from sagnac.documents import Documented
@@ -38,6 +38,8 @@ class Unaided:
         The same at many times, for a picture.
     noises
         Of the gyros about north, east and down.
+    accelerometers
+        Along north and east; none if they are taken as ideal.
     latitude
         rad.
     latitude_stated
@@ -49,6 +51,7 @@ class Unaided:
     drift: Drift
     along: Drift
     noises: Triad
+    accelerometers: tuple[GyroNoise, ...]
     latitude: float
     latitude_stated: bool
     confidence: float
@@ -145,7 +148,7 @@ def align(
     ----------
     source
         An analysis; the path of its ``analysis.json`` or of the folder of its report; or the noises
-        about north, east and down.
+        of gyros about north, east and down, with ideal accelerometers.
     latitude
         rad; without it no azimuth is found.
     rest
@@ -186,7 +189,7 @@ def align(
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")
     after = (after,) if isinstance(after, float | int) else after
-    noises = _noises(source)
+    noises, accelerometers = _unit(source)
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
     loudest = max(noises, key=lambda one: one.angle_random_walk)
     begun = Start()
@@ -198,13 +201,21 @@ def align(
     priors = Priors(tilt=start.tilt, azimuth=start.azimuth, rest=rest, bias=bias)
     place = _LATITUDE if latitude is None else latitude
     asked, along = (
-        drift(noises, latitude=place, times=times, priors=priors, confidence=confidence)
+        drift(
+            noises,
+            accelerometers=accelerometers,
+            latitude=place,
+            times=times,
+            priors=priors,
+            confidence=confidence,
+        )
         for times in (np.array(after), np.geomspace(_SHORTEST * max(after), max(after), _POINTS))
     )
     unaided = Unaided(
         drift=asked,
         along=along,
         noises=noises,
+        accelerometers=accelerometers,
         latitude=place,
         latitude_stated=latitude is not None,
         confidence=confidence,
@@ -237,9 +248,9 @@ def align(
     return Foresight(unaided=unaided, prospect=prospect)
 
 
-def _noises(source: Documented | str | Path | Triad) -> Triad:
+def _unit(source: Documented | str | Path | Triad) -> Unit:
     if isinstance(source, str | Path):
-        return GyroNoise.triad_from_json(Path(source))
+        return GyroNoise.unit_from_json(Path(source))
     if isinstance(source, tuple):
-        return source
-    return GyroNoise.triad_from_document(json.loads(source.to_json()))
+        return source, ()
+    return GyroNoise.unit_from_document(json.loads(source.to_json()))

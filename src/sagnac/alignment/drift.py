@@ -4,7 +4,9 @@ A navigator at rest turns the errors r of its gyros into an error of heading,
 ``int_0^t w(s) r(s) ds``, with the weight w that the error model gives, near 1 for heading over
 minutes. Before, it stood still for a time T and took the mean rate for its biases, so that every
 error is ``r(s)`` less its mean over the rest: N^2/T and K^2 T/3 of it stay as an initial bias, and
-of a flicker, whose level has no variance, only what differs between rest and run counts. Its
+of a flicker, whose level has no variance, only what differs between rest and run counts.
+Accelerometers, by which the unit was levelled at rest, err alike: what they show of the rest is in
+the tilts and pulls no more, what differs from it does. The flicker's
 covariance is ``-(B^2/pi) ln|s - u|`` then, up to a constant that drops out (the transform of
 B^2/(2 pi |f|)).
 """
@@ -18,7 +20,14 @@ import numpy as np
 from scipy.linalg import expm, matmul_toeplitz
 from scipy.special import ndtri, xlogy
 
-from sagnac.alignment.error_model import AZIMUTH, DRIFTS, POSITIONS, TILTS, system_matrix
+from sagnac.alignment.error_model import (
+    AZIMUTH,
+    DRIFTS,
+    POSITIONS,
+    TILTS,
+    VELOCITIES,
+    system_matrix,
+)
 from sagnac.alignment.noise import GyroNoise
 from sagnac.arrays import FloatArray
 from sagnac.errors import quoted
@@ -28,10 +37,12 @@ PARTS: Final = (
     "bias_instability",
     "rate_random_walk",
     "initial_bias",
+    "accelerometers",
     "misalignment",
 )
-"""Parts of an error."""
+"""Parts of an error; the first four are of the gyros."""
 
+_GYROS: Final = 3
 _STATES: Final = DRIFTS.start  # those before the drifts of the gyros
 _OUTPUTS: Final = ("heading", "attitude", "position")
 _CELLS: Final = 240  # of the time, each of constant weight
@@ -86,7 +97,7 @@ class Growth:
     times
         (times,), s since the aiding ended.
     variances
-        (times, 5) of `PARTS`, which add up: rad^2 of heading and of one tilt, m^2 of position north
+        (times, 6) of `PARTS`, which add up: rad^2 of heading and of one tilt, m^2 of position north
         and east together.
     reach
         (times,) half of the interval of the logarithm of their sum, from the errors of N, B and K.
@@ -119,6 +130,7 @@ class Drift:
 def drift(
     noises: Sequence[GyroNoise],
     *,
+    accelerometers: Sequence[GyroNoise] = (),
     latitude: float,
     times: FloatArray,
     priors: Priors | None = None,
@@ -131,6 +143,8 @@ def drift(
     noises
         Of the gyros about north, east and down; the same object thrice if only one is known, whose
         errors then go together.
+    accelerometers
+        Of those along north and east, m for rad; none that is not ideal without them.
     latitude
         rad.
     times
@@ -143,19 +157,25 @@ def drift(
     Raises
     ------
     ValueError
-        If there are not three gyros, a time is not above zero, or the latitude is within a degree
-        of a pole.
+        If there are not three gyros, or two or no accelerometers, a time is not above zero, or the
+        latitude is within a degree of a pole.
     """
     moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
     if not np.all((moments > 0.0) & np.isfinite(moments)):
         raise ValueError("times must be finite numbers of seconds above zero")
     if len(noises) != 3:
         raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
+    if len(accelerometers) not in (0, 2):
+        raise ValueError(
+            f"accelerometers are {len(accelerometers)}; give two, along north and east, or none"
+        )
     known = priors or Priors()
     rows = [_at(time, latitude, known) for time in moments]
     deviations = float(ndtri(0.5 + 0.5 * confidence))
     grown = [
-        _growth(noises, moments, [row[place] for row in rows], known, deviations)
+        _growth(
+            (*noises, *accelerometers), moments, [row[place] for row in rows], known, deviations
+        )
         for place in range(len(_OUTPUTS))
     ]
     return Drift(heading=grown[0], attitude=grown[1], position=grown[2], priors=known)
@@ -163,14 +183,14 @@ def drift(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Weights:
-    """One output at one time.
+    """One output at one time, by three gyros and two accelerometers.
 
     Attributes
     ----------
     terms
-        (3 gyros, 3) variance that N, B and K at one make after the rest.
+        (5, 3) variance that N, B and K at one make after the rest.
     total
-        (3 gyros,) variance that a bias at one makes.
+        (5,) variance that a bias at one makes.
     misaligned
         Variance that the misalignment makes.
     """
@@ -194,10 +214,11 @@ def _at(time: float, latitude: float, priors: Priors) -> tuple[_Weights, ...]:
     start[TILTS], start[AZIMUTH] = priors.tilt**2, priors.azimuth**2
     left = (rows @ grown) ** 2 @ start
     # From the last cell back to the first; a drift of a gyro turns the tilts against it.
-    weights = np.empty((5, 3, cells))
+    weights = np.empty((5, 5, cells))
     each = rows @ half
     for cell in reversed(range(cells)):
-        weights[:, :, cell] = -each[:, TILTS]
+        weights[:, :_GYROS, cell] = -each[:, TILTS]
+        weights[:, _GYROS:, cell] = each[:, VELOCITIES]
         each = each @ whole
     total = weights.sum(axis=2) * length
     terms = np.stack(
@@ -221,13 +242,13 @@ def _at(time: float, latitude: float, priors: Priors) -> tuple[_Weights, ...]:
 
 
 def _walked(weights: FloatArray, length: float) -> FloatArray:
-    """(5, 3) variance of a random walk of the rate at one that begins with the run."""
+    """(5, 5) variance of a random walk of the rate at one that begins with the run."""
     after = np.cumsum(weights[..., ::-1], axis=-1)[..., ::-1] - 0.5 * weights
     return np.asarray(length**3 * (after**2).sum(axis=-1))
 
 
 def _flicker(weights: FloatArray, total: FloatArray, length: float, rest: float) -> FloatArray:
-    """(5, 3) variance of flicker at one, less its mean over the rest."""
+    """(5, 5) variance of flicker at one, less its mean over the rest."""
     cells = weights.shape[-1]
     edges = length * np.arange(cells + 1.0)
     lags = length * np.arange(-1.0, cells + 1.0)
@@ -252,40 +273,49 @@ def _rest_variance(noise: GyroNoise, rest: float) -> float:
     return noise.angle_random_walk**2 / rest + noise.rate_random_walk**2 * rest / 3.0
 
 
-def _parts(noises: Sequence[GyroNoise], row: _Weights, priors: Priors) -> FloatArray:
-    """(5,) variances of `PARTS`."""
-    squares = np.array([noise.values**2 for noise in noises])
-    initial = np.array([_initial(noise, priors) for noise in noises])
-    return np.array(
-        [*(row.terms * squares).sum(axis=0), float(row.total @ initial), row.misaligned]
+def _parts(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> FloatArray:
+    """(6,) variances of `PARTS`."""
+    made = np.array(
+        [
+            [*(terms * one.values**2), total * _initial(one, priors, sensor)]
+            for sensor, (one, terms, total) in enumerate(
+                zip(sensors, row.terms, row.total, strict=False)
+            )
+        ]
     )
+    return np.array([*made[:_GYROS].sum(axis=0), made[_GYROS:].sum(), row.misaligned])
 
 
-def _initial(noise: GyroNoise, priors: Priors) -> float:
-    """Variance of the bias of a gyro at the start, (rad/s)^2."""
-    if priors.bias is not None and priors.bias_is_prior(noise):
+def _initial(noise: GyroNoise, priors: Priors, sensor: int) -> float:
+    """Variance of the bias of a gyro or an accelerometer at the start, (rad/s)^2."""
+    if sensor < _GYROS and priors.bias is not None and priors.bias_is_prior(noise):
         return priors.bias**2
     return _rest_variance(noise, priors.rest)
 
 
-def _highest(noises: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
-    """Variance with the worst of the upper bounds of each gyro."""
+def _highest(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
+    """Variance with the worst of the upper bounds of each sensor."""
     return sum(
-        max(float(terms @ one.values**2 + total * _initial(one, priors)) for one in noise.bounded)
-        for noise, terms, total in zip(noises, row.terms, row.total, strict=True)
+        max(
+            float(terms @ one.values**2 + total * _initial(one, priors, sensor))
+            for one in noise.bounded
+        )
+        for sensor, (noise, terms, total) in enumerate(
+            zip(sensors, row.terms, row.total, strict=False)
+        )
     )
 
 
 def _growth(
-    noises: Sequence[GyroNoise],
+    sensors: Sequence[GyroNoise],
     times: FloatArray,
     rows: Sequence[_Weights],
     priors: Priors,
     deviations: float,
 ) -> Growth:
-    variances = np.array([_parts(noises, row, priors) for row in rows])
-    highest = np.array([_highest(noises, row, priors) for row in rows])
-    errors = np.array([_error(noises, row, priors) for row in rows])
+    variances = np.array([_parts(sensors, row, priors) for row in rows])
+    highest = np.array([_highest(sensors, row, priors) for row in rows])
+    errors = np.array([_error(sensors, row, priors) for row in rows])
     return Growth(
         times=times,
         variances=variances,
@@ -294,15 +324,17 @@ def _growth(
     )
 
 
-def _error(noises: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
-    """Standard error of the variance, from the covariance of N, B and K of each gyro."""
+def _error(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
+    """Standard error of the variance, from the covariance of N, B and K of each sensor."""
     slopes: dict[int, FloatArray] = {}
-    for noise, terms, total in zip(noises, row.terms, row.total, strict=True):
+    for sensor, (noise, terms, total) in enumerate(
+        zip(sensors, row.terms, row.total, strict=False)
+    ):
         rest = np.zeros(3)
-        if not priors.bias_is_prior(noise):
+        if sensor >= _GYROS or not priors.bias_is_prior(noise):
             rest = total * np.array([1.0 / priors.rest, 0.0, priors.rest / 3.0])
         slope = 2.0 * (terms + rest) * noise.values
         # One gyro in the place of three is wrong in all three alike.
         slopes[id(noise)] = slopes.get(id(noise), 0.0) + slope
-    found = {id(noise): noise.covariance for noise in noises}
+    found = {id(noise): noise.covariance for noise in sensors}
     return math.sqrt(sum(float(slope @ found[one] @ slope) for one, slope in slopes.items()))

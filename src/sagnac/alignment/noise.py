@@ -1,4 +1,4 @@
-"""N, B and K of one gyro, as a filter takes them."""
+"""N, B and K of one gyro or accelerometer, as a filter takes them."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.documents import read_analyses
 from sagnac.errors import RecordingError, quoted
-from sagnac.units import COEFFICIENT_UNITS
+from sagnac.units import SENSED, Sensor
 
 NAMES: Final[tuple[CoefficientName, ...]] = (
     "angle_random_walk",
@@ -24,7 +24,7 @@ NAMES: Final[tuple[CoefficientName, ...]] = (
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GyroNoise:
-    """Noise of one gyro, SI.
+    """Noise of one gyro, SI; of an accelerometer with m for rad.
 
     Attributes
     ----------
@@ -85,17 +85,16 @@ class GyroNoise:
         RecordingError
             If the file is no analysis, or its N is neither estimated nor bounded.
         """
-        return cls.triad_from_json(path)[0]
+        return cls.unit_from_json(path)[0][0]
 
     @classmethod
-    def triad_from_json(cls, path: Path) -> "tuple[GyroNoise, GyroNoise, GyroNoise]":
-        """The noise of the gyros x, y and z that an ``analysis.json`` holds.
+    def unit_from_json(cls, path: Path) -> "Unit":
+        """The noise of the gyros and of the level accelerometers that an ``analysis.json`` holds.
 
         Returns
         -------
-        tuple of GyroNoise
-            Each its own if the document has gyros x, y and z that were taken alone; else the same
-            object thrice, of what the document is of.
+        tuple
+            See `unit_from_document`.
 
         Raises
         ------
@@ -110,7 +109,7 @@ class GyroNoise:
                 remedy="give the analysis.json that an analysis of one recording wrote",
             )
         try:
-            return cls.triad_from_document(documents[0])
+            return cls.unit_from_document(documents[0])
         except RecordingError as error:
             raise error.at(str(path)) from None
         except ValueError as error:
@@ -119,20 +118,41 @@ class GyroNoise:
             ) from None
 
     @classmethod
-    def triad_from_document(
-        cls, document: Mapping[str, Any]
-    ) -> "tuple[GyroNoise, GyroNoise, GyroNoise]":
-        """The same of a document that is read: see `triad_from_json` and `from_document`."""
+    def unit_from_document(cls, document: Mapping[str, Any]) -> "Unit":
+        """The noise of the gyros and of the level accelerometers that a document states.
+
+        Returns
+        -------
+        gyros
+            x, y and z, each its own if the document has gyros of these names that were taken alone;
+            else the same object thrice, of what the document is of.
+        accelerometers
+            ax and ay if the document has both; else the loudest of what it has twice, or nothing.
+
+        Raises
+        ------
+        RecordingError
+            If N of a gyro is not observable.
+        """
         alone = document.get("gyros", {})
         if set(alone) == {"x", "y", "z"}:
             x, y, z = (cls.from_document(alone[name]) for name in "xyz")
-            return x, y, z
-        one = cls.from_document(document)
-        return one, one, one
+        else:
+            x = y = z = cls.from_document(document)
+        forces = {
+            name: cls.from_document(one, "accelerometer")
+            for name, one in (document.get("accelerometers") or {}).items()
+            if one["velocity_random_walk"]["status"] != "not observable"
+        }
+        if not forces:
+            return (x, y, z), ()
+        loudest = max(forces.values(), key=lambda one: one.angle_random_walk)
+        level = ("ax", "ay") if {"ax", "ay"} <= set(forces) else ()
+        return (x, y, z), tuple(forces[name] for name in level) or (loudest, loudest)
 
     @classmethod
-    def from_document(cls, document: Mapping[str, Any]) -> "GyroNoise":
-        """The noise that an analysis of schema ``sagnac.analysis/1`` states.
+    def from_document(cls, document: Mapping[str, Any], sensor: Sensor = "gyro") -> "GyroNoise":
+        """The noise that an analysis of schema ``sagnac.analysis/1`` states, of a gyro or a force.
 
         What is not estimated is taken as 0 and named in `unseen`; if N has an upper bound only, N
         is that bound.
@@ -142,7 +162,11 @@ class GyroNoise:
         RecordingError
             If N is not observable.
         """
-        stated = {**document["coefficients"], NAMES[0]: document["angle_random_walk"]}
+        sensed = SENSED[sensor]
+        title_of = {name: sensed.titles[name].replace(" ", "_") for name in NAMES}
+        stated = {name: document["coefficients"].get(title) for name, title in title_of.items()}
+        stated[NAMES[0]] = document[title_of[NAMES[0]]]
+        units = sensed.coefficients
         values: list[float] = []
         unseen: list[CoefficientName] = []
         bounds: dict[CoefficientName, float] = {}
@@ -150,13 +174,13 @@ class GyroNoise:
             one = stated.get(name) or {"status": "not observable"}
             bounded = name == NAMES[0] and one["status"] == "upper bound"
             if one["status"] == "estimated" or bounded:
-                values.append(one["value"] * COEFFICIENT_UNITS[name][one["unit"]])
+                values.append(one["value"] * units[name][one["unit"]])
             else:
                 values.append(0.0)
             if one["status"] != "estimated":
                 unseen.append(name)
             if one["status"] == "upper bound":
-                bounds[name] = one["high"] * COEFFICIENT_UNITS[name][one["unit"]]
+                bounds[name] = one["high"] * units[name][one["unit"]]
         if values[0] == 0.0:
             raise RecordingError(
                 "its angle random walk is not observable", remedy="give a longer recording"
@@ -165,13 +189,23 @@ class GyroNoise:
             angle_random_walk=values[0],
             bias_instability=values[1],
             rate_random_walk=values[2],
-            covariance=_covariance(document.get("covariance"), unseen, _errors(stated, unseen)),
+            covariance=_covariance(
+                document.get("covariance"), unseen, _errors(stated, unseen, units), sensor
+            ),
             unseen=tuple(unseen),
             bounds=bounds,
         )
 
 
-def _errors(stated: Mapping[str, Any], unseen: list[CoefficientName]) -> list[float]:
+Unit = tuple[tuple[GyroNoise, GyroNoise, GyroNoise], tuple[GyroNoise, ...]]
+"""Gyros about north, east and down, and accelerometers along north and east or none."""
+
+
+def _errors(
+    stated: Mapping[CoefficientName, Any],
+    unseen: list[CoefficientName],
+    units: Mapping[str, Mapping[str, float]],
+) -> list[float]:
     """Standard errors of N, B and K in SI by their intervals; zeros for what was not estimated."""
     errors = []
     for name in NAMES:
@@ -180,25 +214,30 @@ def _errors(stated: Mapping[str, Any], unseen: list[CoefficientName]) -> list[fl
             errors.append(0.0)
             continue
         reach = float(ndtri(0.5 + 0.5 * one["confidence"]))
-        size = COEFFICIENT_UNITS[name][one["unit"]]
+        size = units[name][one["unit"]]
         errors.append(size * (one["high"] - (one["low"] or 0.0)) / (2.0 * reach))
     return errors
 
 
 def _covariance(
-    stated: Mapping[str, Any] | None, unseen: list[CoefficientName], errors: list[float]
+    stated: Mapping[str, Any] | None,
+    unseen: list[CoefficientName],
+    errors: list[float],
+    sensor: Sensor,
 ) -> FloatArray:
     """(3, 3) of N, B and K in SI; of their errors alone if the document states none."""
     if stated is None:
         return np.diag(np.square(errors))
-    found = np.zeros((3, 3))
-    names = stated["names"]
-    sizes = [
-        COEFFICIENT_UNITS[name][unit] for name, unit in zip(names, stated["units"], strict=True)
-    ]
+    sensed, found = SENSED[sensor], np.zeros((3, 3))
+    places = {name: place for place, name in enumerate(stated["names"])}
     for row, first in enumerate(NAMES):
         for column, second in enumerate(NAMES):
-            if {first, second} <= set(names) - set(unseen):
-                at, to = names.index(first), names.index(second)
-                found[row, column] = stated["matrix"][at][to] * sizes[at] * sizes[to]
+            titles = [sensed.titles[name].replace(" ", "_") for name in (first, second)]
+            if set(titles) <= set(places) and not {first, second} & set(unseen):
+                at, to = (places[title] for title in titles)
+                sizes = (
+                    sensed.coefficients[name][stated["units"][place]]
+                    for name, place in ((first, at), (second, to))
+                )
+                found[row, column] = stated["matrix"][at][to] * math.prod(sizes)
     return found

@@ -7,20 +7,24 @@ from matplotlib.figure import Figure
 
 from sagnac.alignment.align import Unaided
 from sagnac.alignment.drift import PARTS, Drift, Growth
+from sagnac.alignment.noise import NAMES
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.plot.frame import BLUE, INK, ORANGE, logarithmic
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.style import legend_above, styled
-from sagnac.units import DEGREE, DEGREE_PER_HOUR
+from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED
 
-_SYMBOLS: Final = dict(zip(PARTS, ("N", "B", "K", "initial bias", "misalignment"), strict=True))
+_SYMBOLS: Final = dict(
+    zip(PARTS, ("N", "B", "K", "initial bias", "accelerometers", "misalignment"), strict=True)
+)
 # Axis of the gyro, and what is shown of it: unit, its size, title.
 _SHOWN: Final = (
     ("heading", "deg", "°", DEGREE),
     ("attitude", "deg", "°", DEGREE),
     ("position", "m", "m", 1.0),
 )
-_STYLES: Final = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)))  # of the parts in a picture
+# Of the parts in a picture.
+_STYLES: Final = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 _RAISED: Final = 1.01  # by upper bounds, from which on they are shown
 _SHARE: Final = 0.9  # of the answer, from which on it is the prior alone
 
@@ -28,8 +32,8 @@ _SHARE: Final = 0.9  # of the answer, from which on it is the prior alone
 def drift_document(unaided: Unaided) -> dict[str, Any]:
     """``heading_drift``, ``attitude``, ``position_unaided`` and ``priors`` for JSON.
 
-    ``sigma_deg`` of a heading drift is what N, B, K and the initial bias make; ``heading_deg`` has
-    the azimuth and the tilts at the start besides.
+    ``sigma_deg`` of a heading drift is what N, B, K and the initial bias make, and accelerometers
+    if they were measured; ``heading_deg`` has the azimuth and the tilts at the start besides.
     """
     found, priors = unaided.drift, unaided.drift.priors
     return {
@@ -68,8 +72,9 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
 
 
 def _by(growth: Growth, row: int, size: float, parts: tuple[str, ...]) -> dict[str, float]:
-    values = np.sqrt(growth.variances[row]) / size
-    return dict(zip(parts, (float(value) for value in values), strict=False))
+    values = dict(zip(PARTS, np.sqrt(growth.variances[row]) / size, strict=True))
+    measured = bool(np.any(growth.variances[:, PARTS.index("accelerometers")]))
+    return {name: float(values[name]) for name in parts if measured or name != "accelerometers"}
 
 
 def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:
@@ -136,7 +141,7 @@ def _at_most(found: Drift, row: int) -> list[str]:
         if growth.highest[row] > _RAISED * growth.deviation(misaligned=False)[row]:
             gap = "" if unit == "°" else " "
             shown.append(f"{name} {number(growth.highest[row] / size)}{gap}{unit}")
-    return [f"    by the gyros with the worst upper bound: {', '.join(shown)}"] if shown else []
+    return [f"    by the sensors with the worst upper bound: {', '.join(shown)}"] if shown else []
 
 
 def drift_notes(unaided: Unaided) -> list[str]:
@@ -172,7 +177,15 @@ def drift_notes(unaided: Unaided) -> list[str]:
         notes.append("one gyro stands for all three axes")
     if not unaided.latitude_stated:
         notes.append("the latitude is not stated; it counts little over minutes")
-    notes.append("accelerometers are ideal, and the vehicle stands still")
+    left_out = [
+        SENSED["accelerometer"].titles[name]
+        for name in NAMES
+        if any(name in one.unseen for one in unaided.accelerometers)
+    ]
+    if left_out:
+        notes.append(f"{' and '.join(left_out)} of accelerometers: zero, since not estimated")
+    ideal = "" if unaided.accelerometers else "accelerometers are ideal, and "
+    notes.append(f"{ideal}the vehicle stands still")
     return notes
 
 

@@ -106,7 +106,7 @@ def align(
     from sagnac.alignment.align import align as foreseen
     from sagnac.units import DEGREE
 
-    noises, words = _noises(source, confidence)
+    noises, words = _source(source, confidence)
     found = foreseen(
         noises,
         latitude=None if latitude is None else latitude * DEGREE,
@@ -123,16 +123,14 @@ def align(
     return DONE
 
 
-def _noises(source: Path, confidence: float) -> "tuple[Triad, str]":
-    """N, B and K of an analysis; or N that a campaign foretells, and in words from what."""
+def _source(source: Path, confidence: float) -> "tuple[Path | Triad, str]":
+    """An analysis as it is; or N that a campaign foretells, and in words from what."""
     if (source / "campaign.csv").exists() or source.suffix.lower() == ".csv":
         from sagnac.fleet.prior import prior_of
 
         prior = prior_of(source, confidence=confidence)
         return (prior.noise, prior.noise, prior.noise), prior.words
-    from sagnac.alignment.noise import GyroNoise
-
-    return GyroNoise.triad_from_json(source), ""
+    return source, ""
 
 
 def _show(
