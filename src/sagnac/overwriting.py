@@ -89,7 +89,7 @@ def of_report(folder: Path) -> Outputs:
     names = (
         *("report.html", "report.pdf", "analysis.json", "settings.toml"),
         *("stability.csv", "lines.csv", "family.csv", "psd.csv"),
-        *("stability.png", "spectrum.png", "parts.png"),
+        *("stability.png", "spectrum.png", "parts.png", "self_noise.png"),
     )
     return _in(folder, names, "analysis.json", "analysis")
 

@@ -120,3 +120,26 @@ def test_avar_lists_lines_that_it_does_not_remove(capsys, tmp_path):
     shown = capsys.readouterr().out
     assert "With the lines below left in" in shown
     assert re.search(r"^23\.(4|39)\d* Hz", shown, re.MULTILINE)
+
+
+def test_self_noise_of_three_gyros_that_turn_together(tmp_path, capsys):
+    random = np.random.default_rng(4)
+    shared, *alone = random.standard_normal((4, 6000)) * [[30.0], [1.0], [1.0], [2.0]]
+    x, y, z = np.array(alone) + shared
+    table = np.stack([x, y, z], axis=1)
+    path = tmp_path / "three.csv"
+    np.savetxt(path, table, delimiter=",", header="x,y,z", comments="", fmt="%.5f")
+    stated = ["avar", str(path), "--kind", "rate", "--unit", "deg/h", "--rate", "10"]
+    asked = [*stated, "--gyros", "x,y,z", "--method", "none", "--self-noise", "0.1:5"]
+    assert main([*asked, "--json", "-o", str(tmp_path / "out")]) == 0
+    found = strict(capsys.readouterr().out)["self_noise"]["gyros"]
+    for name, wanted in {"x": 1.0, "y": 1.0, "z": 2.0}.items():
+        walk = found[name]["angle_random_walk"]
+        # Of white samples N is their deviation over the root of 10 Hz, a sixtieth in deg/sqrt(h).
+        assert walk["low"] < wanted / np.sqrt(10.0) / 60.0 < walk["high"]
+        assert found[name]["gain"] == pytest.approx(1.0, abs=0.01)
+    assert (tmp_path / "out" / "self_noise.png").stat().st_size > 1000
+    assert main([*stated, "--gyros", "x,y", "--self-noise", "0.1:5"]) == 2
+    assert "give 3 or more" in one_line(capsys)
+    assert main([*stated, "--self-noise", "5:0.1"]) == 2
+    assert "give LOW:HIGH in Hz" in one_line(capsys)

@@ -13,6 +13,7 @@ from sagnac import plot
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.settings import Settings
+from sagnac.coefficients.self_noise import self_noise
 from sagnac.recording.model import Recording
 from tests.handmade import N, analysis
 from tests.report.examples import CASES
@@ -121,3 +122,17 @@ def test_residuals_against_time_and_table_angle():
     for draw in (plot.residual, plot.residual_by_angle, plot.orders):
         with pytest.raises(ValueError, match="analysis kept no residual"):
             draw(analysis(), Figure().add_subplot())
+
+
+def test_each_gyro_alone_is_drawn_with_its_interval_and_what_all_share():
+    random = np.random.default_rng(3)
+    shared, *alone = random.standard_normal((4, 20_000)) * [[30.0], [1.0], [2.0], [4.0]]
+    channels = dict(zip("xyz", np.array(alone) + shared, strict=True))
+    still = Recording.from_arrays(**channels, kind="rate", unit="deg/h", sample_rate=10.0)
+    axes = plot.self_noise(self_noise(still), Figure().add_subplot())
+    levels = {name: np.nanmedian(line.get_ydata()) for name, line in drawn(axes).items()}
+    # White samples of s deg/h at 10 Hz: one-sided root density s sqrt(2/10).
+    wanted = {"what all share": 30.0, "x": 1.0, "y": 2.0, "z": 4.0}
+    assert levels == pytest.approx({k: v * math.sqrt(0.2) for k, v in wanted.items()}, rel=0.1)
+    assert len(axes.collections) == 3
+    axes.figure.draw_without_rendering()

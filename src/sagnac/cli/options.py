@@ -89,6 +89,23 @@ def span(text: str) -> Span:
         raise ValueError(f"{text!r}; give START:STOP in s, such as 630:930") from None
 
 
+def band(text: str) -> tuple[float, float]:
+    """``LOW:HIGH`` in Hz.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    try:
+        low, high = span(text)
+    except ValueError:
+        low = high = None
+    if low is None or high is None or not 0.0 <= low < high:
+        raise ValueError(f"{text!r}; give LOW:HIGH in Hz, such as 0.1:5")
+    return low, high
+
+
 def seconds(text: str) -> float:
     """``1``, ``1s``, ``100ms`` or ``2h`` in s.
 

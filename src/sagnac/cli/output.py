@@ -133,15 +133,20 @@ def status_of(decision: "Decision | None") -> int:
 
 
 def print_documents(
-    analyses: "Sequence[Analysis]", *, single: bool, unit: "Analysis | None" = None
+    analyses: "Sequence[Analysis]",
+    *,
+    single: bool,
+    unit: "Analysis | None" = None,
+    beside: Mapping[str, object] | None = None,
 ) -> None:
     """JSON on standard output: one document, or one of several, the gyros of a unit if it is one.
 
-    See `sagnac.report.document.many_document`.
+    See `sagnac.report.document.many_document`; `beside` stands under its keys.
     """
     from sagnac.report.document import analysis_document, many_document, to_json
 
-    print(to_json(analysis_document(analyses[0]) if single else many_document(analyses, unit)))
+    made = analysis_document(analyses[0]) if single else many_document(analyses, unit)
+    print(to_json({**made, **(beside or {})}))
 
 
 def in_brief(analysis: "Analysis", others: "Sequence[Analysis]" = ()) -> tuple[str, ...]:

@@ -5,8 +5,17 @@ draws on the current one of ``pyplot``. Values are in the field's units and per 
 """
 
 from sagnac.plot.amplitude import lines
-from sagnac.plot.density import spectrum
+from sagnac.plot.density import self_noise, spectrum
 from sagnac.plot.deviation import stability
 from sagnac.plot.remainder import orders, parts, residual, residual_by_angle
 
-__all__ = ["lines", "orders", "parts", "residual", "residual_by_angle", "spectrum", "stability"]
+__all__ = [
+    "lines",
+    "orders",
+    "parts",
+    "residual",
+    "residual_by_angle",
+    "self_noise",
+    "spectrum",
+    "stability",
+]

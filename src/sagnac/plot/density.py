@@ -1,8 +1,8 @@
-"""Rate noise density against frequency."""
+"""Rate noise density against frequency, of an analysis and of each gyro alone."""
 
 import math
 from dataclasses import replace
-from itertools import pairwise
+from itertools import cycle, pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,14 +10,17 @@ import numpy as np
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.coefficients.laws import SYMBOLS
+from sagnac.coefficients.self_noise import SelfNoise
 from sagnac.plot.frame import (
     BLUE,
+    GREEN,
     INK,
     ORANGE,
     QUIET,
     after_removal,
     axes_of,
     channel_of,
+    literal,
     logarithmic,
     removed,
 )
@@ -94,6 +97,48 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
         )
     _rested_on(axes, analysis)
     _mark_lines(axes, analysis)
+    axes.legend()
+    return axes
+
+
+def self_noise(found: SelfNoise, ax: "Axes | None" = None) -> "Axes":
+    """Noise of each gyro alone with its interval, and what all share (°/h/√Hz).
+
+    Parameters
+    ----------
+    found
+        What to draw; a band in which the noise of a gyro cannot be told is left blank.
+    ax
+        Where to draw; without it the current axis of ``pyplot``.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from matplotlib.figure import Figure
+    >>> from sagnac import Recording, plot, self_noise
+    >>> noise = np.random.default_rng(1).standard_normal((4, 20_000))
+    >>> x, y, z = 30.0 * noise[3] + noise[:3]
+    >>> still = Recording.from_arrays(x=x, y=y, z=z, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> axes = plot.self_noise(self_noise(still), ax=Figure().add_subplot())
+    >>> axes.get_ylabel()
+    'rate noise density of each alone (°/h/√Hz)'
+    """
+    axes = axes_of(ax)
+    frequency, unit = found.frequency, DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    axes.plot(frequency, np.sqrt(found.motion) / unit, color=QUIET, label="what all share")
+    for place, (name, color) in enumerate(
+        zip(found.gyros, cycle((BLUE, ORANGE, GREEN, INK)), strict=False)
+    ):
+        density, low, high = (
+            np.sqrt(one[place]) / unit for one in (found.density, found.low, found.high)
+        )
+        axes.plot(frequency, density, color=color, label=literal(name))
+        axes.fill_between(frequency, low, high, color=color, alpha=0.15, linewidth=0)
+    logarithmic(axes, "frequency (Hz)", "rate noise density of each alone (°/h/√Hz)")
     axes.legend()
     return axes
 

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli import progress as progresses
+from sagnac.cli.errors import UsageError
 from sagnac.cli.options import (
     ANALYSIS,
     NO_HEADING,
@@ -21,7 +22,9 @@ from sagnac.cli.options import (
     Force,
     Heading,
     Options,
+    band,
     estimators_of,
+    one_argument,
     settings_of,
     statement_of,
     title_block_of,
@@ -34,6 +37,7 @@ if TYPE_CHECKING:
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.analysis.still_bench import AtRest
+    from sagnac.coefficients.self_noise import SelfNoise
     from sagnac.recording.model import Recording
     from sagnac.report.title_block import TitleBlock
 
@@ -55,6 +59,16 @@ def avar(
             "terms that touch one are left out, counted and noted.",
         ),
     ] = "reject",
+    self_noise: Annotated[
+        tuple[float, float] | None,
+        one_argument(
+            band,
+            group=ANALYSIS,
+            metavar="LOW:HIGH",
+            help="Also the noise of each of three or more parallel gyros without what all of them "
+            "turn, from their cross spectra; N of each over this band, Hz.",
+        ),
+    ] = None,
     heading: Heading = NO_HEADING,
     curve: Curve = False,
     output: Folder = None,
@@ -86,6 +100,7 @@ def avar(
                 from sagnac.recording.gaps import with_gaps_marked
 
                 read = replace(read, recording=with_gaps_marked(read.recording))
+            alone = None if self_noise is None else _alone(read, settings, self_noise)
             made = _made(read, settings, progress, lines_in=options.method == "none")
             paths: list[Path] = []
             if output is not None:
@@ -93,13 +108,24 @@ def avar(
                     made, output, progress, block, settings_text(options), pdf=heading.pdf,
                     force=force,
                 )  # fmt: skip
+                if alone is not None:
+                    paths.append(_drawn(alone, output))
     if options.as_json:
         analyses = made.analysis.each
         single = not made.analysis.gyros
-        results.print_documents(analyses, single=single, unit=made.analysis)
+        beside = None
+        if alone is not None:
+            from sagnac.report.self_noise import self_noise_data
+
+            beside = self_noise_data(alone)
+        results.print_documents(analyses, single=single, unit=made.analysis, beside=beside)
         return results.verdict_status([made.analysis])
     for name, bench in made.benches.items():
         _print(bench, made.analysis.gyros.get(name, made.analysis), curve or estimator is not None)
+    if alone is not None and self_noise is not None:
+        from sagnac.report.self_noise import self_noise_text
+
+        print(self_noise_text(alone, self_noise), end="\n\n")
     results.print_beside(made.analysis)
     results.print_paths(paths)
     results.print_closing([("", made.analysis)])
@@ -148,6 +174,36 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
         analysis = gyros_alone(still, settings, run, progress)
     forces = accelerometers_of(still, settings, run=run_force, progress=progress)
     return _Made(analysis=analysis.with_accelerometers(forces), benches=benches)
+
+
+def _alone(read: ReadFile, settings: "Settings", band: tuple[float, float]) -> "SelfNoise":
+    """The noise of each gyro without what all of them turn.
+
+    Raises
+    ------
+    UsageError
+        If there are too few gyros.
+    """
+    from sagnac.coefficients.self_noise import self_noise
+
+    try:
+        return self_noise(
+            read.recording,
+            gyros=settings.gyros_of(read.recording),
+            band=band,
+            confidence=settings.confidence,
+        )
+    except ValueError as error:
+        raise UsageError(f"--self-noise: {error}") from None
+
+
+def _drawn(alone: "SelfNoise", folder: Path) -> Path:
+    from sagnac.report.figures import write_png
+    from sagnac.report.self_noise import self_noise_figure
+
+    path = folder / "self_noise.png"
+    write_png(self_noise_figure(alone), path)
+    return path
 
 
 def _outputs(read: ReadFile, settings: "Settings", output: Path) -> list[overwriting.Outputs]:
