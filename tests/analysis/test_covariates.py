@@ -9,6 +9,7 @@ import pytest
 import sagnac
 from sagnac.analysis.covariates import thermal_drift, without_temperature
 from sagnac.errors import RecordingError
+from tests.alignment.strapdown import coloured
 
 RATE, SECONDS = 10.0, 6000.0
 COUNT = int(RATE * SECONDS)
@@ -133,3 +134,55 @@ def test_a_temperature_is_of_the_length_of_the_gyros_and_stays_with_them(tmp_pat
         back = sagnac.read(tmp_path / name, columns={"temperature": "temperature"})
         np.testing.assert_allclose(back.temperature, WARM, rtol=1e-12)
         assert sagnac.read(tmp_path / name).temperature is None
+
+
+RECORDINGS = 100
+# White noise, flicker and walk of each kind, by turns; none has a ramp. Two hours at 1 Hz.
+SLOW = {"white": (0.0, 0.0), "flicker": (1.5e-6, 0.0), "walk": (0.0, 1e-7), "both": (1e-6, 6e-8)}
+SLOW_SECONDS = 7200
+
+
+def slow_coverage(recordings):
+    """Whether B, K and R hold by the way it was analyzed, and N of each way, of each recording."""
+    random = np.random.default_rng(31)
+    times = np.arange(SLOW_SECONDS)
+    held = {way: {name: [] for name in ("B", "K", "R")} for way in ("none", "fitted", "left in")}
+    walks = {way: [] for way in held}
+    for place in range(recordings):
+        flicker, walk = list(SLOW.values())[place % len(SLOW)]
+        made = coloured(random, 1, SLOW_SECONDS, white=WHITE, flicker=flicker, walk=walk)[0, :, 0]
+        warm = 20.0 + 15.0 * -np.expm1(-times / random.uniform(600.0, 1500.0))
+        warm += 0.5 * np.sin(times / random.uniform(150.0, 400.0))
+        level = warm - warm.mean()
+        moved = LINEAR * level + SQUARE * level**2 + RATE_OF * np.gradient(warm)
+        for way, rates in {"none": made, "fitted": made + moved, "left in": made + moved}.items():
+            recording = sagnac.Recording.from_arrays(
+                x=rates, kind="rate", unit="rad/s", sample_rate=1.0, temperature=warm
+            )
+            fitted = ("temperature",) if way == "fitted" else ()
+            found = sagnac.analyze(recording, method="none", covariates=fitted)
+            walks[way].append(found.angle_random_walk.value)
+            truth = {"bias_instability": flicker, "rate_random_walk": walk, "rate_ramp": 0.0}
+            for name, (coefficient, value) in zip("BKR", truth.items(), strict=True):
+                one = found.coefficients[coefficient]
+                if one.status != "not observable":
+                    held[way][name].append(one.low <= value <= one.high)
+    return held, {way: np.array(one) for way, one in walks.items()}
+
+
+@pytest.mark.statistics
+def test_b_k_and_r_hold_beside_a_drift_as_without_and_n_is_unchanged():
+    held, walks = slow_coverage(RECORDINGS)
+    shares = {
+        way: {name: (round(float(np.mean(one)), 3), len(one)) for name, one in each.items()}
+        for way, each in held.items()
+    }
+    changed = np.abs(walks["fitted"] / walks["none"] - 1.0)
+    print(shares, f"N changes by {100 * changed.max():.2f} % at most, {100 * changed.mean():.2f} %")
+    for name, (share, count) in shares["fitted"].items():
+        # Chance moves a share of 95 % by this much, one standard error of each of two.
+        chance = math.sqrt(0.95 * 0.05 * (1.0 / count + 1.0 / shares["none"][name][1]))
+        assert share > shares["none"][name][0] - 2.0 * chance, name
+    assert changed.mean() < 0.005
+    every = {way: np.mean([np.mean(one) for one in each.values()]) for way, each in held.items()}
+    assert every["left in"] < every["fitted"] - 0.1

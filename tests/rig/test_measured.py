@@ -157,12 +157,35 @@ def test_the_low_pass_that_a_spectrum_shows_is_simulated_again(order):
     assert any(line.startswith("x: low-pass of ") for line in said)
 
 
-SEEDS = 30
+SEEDS = 200
+
+
+def again_like(first, seed):
+    """Of a unit like the first, one gyro and the accelerometer along it, by turns."""
+    made, axis = simulate(replace(first, seed=seed)).recording, seed % 3
+    one = replace(
+        made,
+        gyros=made.gyros[axis : axis + 1],
+        accelerometers=made.accelerometers[axis : axis + 1],
+    )
+    return axis, sagnac.analyze(one)
+
+
+def levels(spectrum, duration):
+    """Mean density of each half decade above 1/200 Hz, and its relative error by chance."""
+    edges = np.geomspace(0.005, spectrum.frequency[-1], 8)
+    place = np.digitize(spectrum.frequency, edges)
+    width = np.gradient(spectrum.frequency)
+    means = [
+        np.average(spectrum.density[place == band], weights=width[place == band])
+        for band in range(1, edges.size)
+    ]
+    return np.array(means), 1.0 / np.sqrt(duration * np.diff(edges))
 
 
 @pytest.mark.statistics
 def test_each_coefficient_measured_again_holds_the_first():
-    """Six axes of 40 minutes with Q, N, B and K, by their own simulator, thirty times."""
+    """Six axes of 40 minutes with Q, N, B and K, by their own simulator, two hundred times."""
     unit = replace(
         UNIT,
         duration_s=2400.0,
@@ -170,7 +193,8 @@ def test_each_coefficient_measured_again_holds_the_first():
         gyro=replace(UNIT.gyro, bias_instability_deg_per_h=(5.0, 10.0, 0.0)),
         accelerometer=replace(UNIT.accelerometer, bias_instability_mg=(0.02, 0.0, 0.06)),
     )
-    first = RigConfig.from_analysis(sagnac.analyze(simulate(unit).recording))
+    measured = sagnac.analyze(simulate(unit).recording)
+    first = RigConfig.from_analysis(measured)
     keys = {"gyro": COEFFICIENT_UNITS, "accelerometer": FORCE_COEFFICIENT_UNITS}
     truth = {
         "gyro": {
@@ -187,19 +211,26 @@ def test_each_coefficient_measured_again_holds_the_first():
         },
     }
     held: dict[str, list[bool]] = {}
+    spectra: dict[int, list[np.ndarray]] = {0: [], 1: [], 2: []}
     for seed in range(100, 100 + SEEDS):
-        again = sagnac.analyze(simulate(replace(first, seed=seed)).recording)
-        for sensor, found in (("gyro", again.gyros), ("accelerometer", again.accelerometers)):
-            for axis, one in enumerate(found.values()):
-                beside = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
-                for name, values in truth[sensor].items():
-                    value = values[axis] * next(iter(keys[sensor][name].values()))
-                    measured = beside[name]
-                    if value > 0.0 and measured.status != "not observable":
-                        inside = measured.low <= value <= measured.high
-                        held.setdefault(f"{sensor} {name}", []).append(inside)
+        axis, again = again_like(first, seed)
+        spectra[axis].append(levels(again.spectrum, 2400.0)[0])
+        (force,) = again.accelerometers.values()
+        for sensor, one in (("gyro", again), ("accelerometer", force)):
+            beside = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
+            for name, values in truth[sensor].items():
+                value = values[axis] * next(iter(keys[sensor][name].values()))
+                found = beside[name]
+                if value > 0.0 and found.status != "not observable":
+                    inside = found.low <= value <= found.high
+                    held.setdefault(f"{sensor} {name}", []).append(inside)
     shares = {name: np.mean(one) for name, one in held.items()}
     print({name: (round(share, 3), len(held[name])) for name, share in shares.items()})
+    for axis, one in enumerate(measured.gyros.values()):
+        wanted, chance = levels(one.spectrum, 2400.0)
+        ratio = np.mean(spectra[axis], axis=0) / wanted
+        print(one.channel, ratio.round(3).tolist())
+        assert np.all(np.abs(ratio - 1.0) < 0.03 + 3.0 * chance), one.channel
     every = np.concatenate(list(held.values()))
     assert np.mean(every) >= 0.93
     # Of each alone, with three standard errors.
