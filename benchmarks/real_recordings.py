@@ -28,7 +28,7 @@ from sagnac.analysis.still_bench import at_rest
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate
 from sagnac.formats.read_write import read
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
 from sagnac.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ, DEGREE_PER_ROOT_HOUR
 

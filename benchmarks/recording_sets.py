@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Channel
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.dither import dither_frequency, folded

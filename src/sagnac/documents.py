@@ -1,7 +1,8 @@
-"""Documents in JSON that this package writes and reads again, checked against their schema."""
+"""Documents against their schema: the TOML of a user, and JSON that this package wrote."""
 
 import json
-from collections.abc import Callable, Mapping
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -9,11 +10,89 @@ from typing import Any, Final, Protocol
 
 import fastjsonschema
 
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, quoted
 
 ANALYSIS: Final = "sagnac.analysis/1"
 ANALYSES: Final = "sagnac.analyses/1"
+Schema = Mapping[str, Any]
+
+# Values of a key of a TOML: JSON schema, with what to do about a wrong one for description.
+ANY: Final[Schema] = {}
+NUMBER: Final[Schema] = {"type": "number", "description": "give a number"}
+TEXT: Final[Schema] = {"type": "string", "description": "give text"}
+TEXTS: Final[Schema] = {
+    "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
+    "description": "give text, or a list of it",
+}
 _REMEDY: Final = "give the analysis.json that an analysis wrote, as it wrote it"
+
+
+def table(keys: Mapping[str, Schema], needed: Iterable[str] = ()) -> Schema:
+    """Schema of a table of a TOML that has these keys and no others; some may be `needed`."""
+    return {
+        "type": "object",
+        "properties": dict(keys),
+        "additionalProperties": False,
+        "required": list(needed),
+        "description": "give a table",
+    }
+
+
+def one_of(choices: Iterable[str]) -> Schema:
+    """Schema of a text that is one of a few."""
+    listed = list(choices)
+    return {"enum": listed, "description": f"use one of {', '.join(listed)}"}
+
+
+def read_toml(path: Path, schema: Schema = ANY) -> dict[str, Any]:
+    """Content of a TOML that keeps its schema.
+
+    Raises
+    ------
+    ValueError
+        If it is no TOML or breaks the schema: which key, what is wrong, and what to do. The message
+        does not name the file.
+    OSError
+        If it cannot be read.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"is no TOML: {' '.join(str(error).split())}") from None
+    keep(schema, content)
+    return content
+
+
+def keep(schema: Schema, content: Any) -> None:
+    """Hold the content of a table against its schema.
+
+    Raises
+    ------
+    ValueError
+        If it breaks it: which key, what is wrong, and what to do.
+
+    Examples
+    --------
+    >>> keep(table({"risk": NUMBER}), {"risk": "low"})
+    Traceback (most recent call last):
+        ...
+    ValueError: risk is 'low'; give a number
+    """
+    try:
+        fastjsonschema.compile(dict(schema), use_default=False)(content)
+    except fastjsonschema.JsonSchemaValueException as error:
+        rule, found = error.definition, error.value
+        known = rule.get("properties", {})
+        # A key that is misspelt is better named than missed.
+        unknown = sorted(set(found) - set(known)) if known and isinstance(found, dict) else []
+        if unknown:
+            said = f"{unknown[0]!r} is not known; use {', '.join(known)}"
+        elif error.rule == "required":
+            lacking = next(key for key in rule["required"] if key not in found)
+            said = f"{lacking} is not stated; {known[lacking]['description']}"
+        else:
+            said = f"{'.'.join(error.path[1:])} is {quoted(found)}; {rule['description']}"
+        raise ValueError(said) from None
 
 
 class Documented(Protocol):

@@ -19,9 +19,8 @@ from sagnac.alignment.error_model import (
 from sagnac.alignment.initial import Start, gain_of, initial_covariance, updated
 from sagnac.alignment.noise import GyroNoise
 from sagnac.constants import EARTH_RATE
-from sagnac.rig.gyro import Gyro, SlowDrift, Trend
+from sagnac.rig.gyro import Gyro, SensorErrors, SlowDrift
 from sagnac.rig.sections import GyroConfig
-from sagnac.rig.sensor_errors import SensorErrors
 from sagnac.rig.table import Motion
 
 
@@ -34,7 +33,7 @@ def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.nda
     noise = np.empty((runs, steps, 3))
     for run in range(runs):
         for axis in range(3):
-            errors = SensorErrors.of_gyro(config, axis)
+            errors = SensorErrors.of(config, axis)
             gyro = Gyro(
                 direction=np.eye(3)[axis],
                 origin=0.0,
@@ -44,7 +43,7 @@ def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.nda
                 slow=SlowDrift.stationary(
                     errors, sample_rate=1.0, duration=float(steps), random=random
                 ),
-                trend=Trend.of(errors),
+                errors=errors,
                 lock_in=None,
                 random=random,
             )

@@ -125,7 +125,7 @@ def test_the_settings_of_a_report_repeat_the_run(bare, capsys, tmp_path):
 @pytest.mark.parametrize(
     ("option", "content"),
     [
-        ("--settings", "speed = 3  # 'speed' is no option"),
+        ("--settings", "speed = 3  # 'speed' is not known"),
         ("--settings", "= 3  # is no TOML"),
         ("--heading", "colour = 3  # 'colour' is not known"),
     ],

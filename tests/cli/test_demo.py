@@ -5,7 +5,7 @@ import json
 import re
 
 from sagnac.cli import main
-from sagnac.cli.commands import demo
+from sagnac.cli.commands import simulated
 from sagnac.rig.config import PRESETS
 
 
@@ -17,7 +17,7 @@ def test_demo_prints_the_answer_and_the_truth(capsys, tmp_path, monkeypatch):
         return dataclasses.replace(PRESETS["quiet"], sample_rate_hz=100.0)
 
     monkeypatch.setattr("sagnac.rig.config.preset", light)
-    monkeypatch.setattr(demo, "QUICK_S", 300.0)
+    monkeypatch.setattr(simulated, "QUICK_S", 300.0)
     folder = tmp_path / "demo"
     assert main(["demo", "--quick", "--seed", "3", "-o", str(folder)]) == 0
     assert asked == ["paper"]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sagnac.cli.errors import DATA_ERROR, USAGE_ERROR, UsageError, explain
+from sagnac.cli.output import DATA_ERROR, USAGE_ERROR, UsageError, explain
 from sagnac.errors import MissingExtra, RecordingError
 
 

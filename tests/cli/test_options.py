@@ -4,7 +4,6 @@ import dataclasses
 
 import pytest
 
-from sagnac.cli.errors import UsageError
 from sagnac.cli.options import (
     NO_OPTIONS,
     Options,
@@ -17,6 +16,7 @@ from sagnac.cli.options import (
     span,
     statement_of,
 )
+from sagnac.cli.output import UsageError
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import sys
 import time
 
-from sagnac.cli.progress import PATIENCE_S, prefixed, shown, stage_lines
+from sagnac.cli.output import PATIENCE_S, prefixed, progress_shown, stage_lines
 
 
 def test_slow_stages_are_told_on_standard_error(capsys):
@@ -27,6 +27,6 @@ def test_a_prefix_goes_before_each_stage():
 
 
 def test_quick_work_is_not_told(capsys):
-    with shown("run.csv") as progress:
+    with progress_shown("run.csv") as progress:
         progress("read", 0.0)
     assert capsys.readouterr().err == ""

@@ -5,8 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from sagnac.coefficients.estimates import Estimate, Fit, SquaredEstimate, in_units
+from sagnac.coefficients.estimates import Estimate, Fit, SquaredEstimate, estimate_units
 from tests.coefficients.examples import NAMES
+
+
+def in_units(name, value):
+    return {unit: value / size for unit, size in estimate_units(name).items()}
 
 
 def test_units_of_every_coefficient():

@@ -50,12 +50,13 @@ def test_folder_gives_its_recordings_in_order(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("file = 1", "'file' is no key"),
+        ("file = 1", "'file' is not known"),
         ("", "names no recording"),
         ('files = ["*.h5"]', "matches no file"),
         ('files = ["b.parquet"]\nmethods = ["magic"]', "method is 'magic'"),
-        ('[[recording]]\nname = "b"', "give file"),
-        ("files = [", "not TOML"),
+        ('[[recording]]\nname = "b"', "'name' is not known; use file"),
+        ("[[recording]]\nday = 1", "file is not stated; give file"),
+        ("files = [", "no TOML"),
     ],
 )
 def test_wrong_toml_is_refused_with_its_path(tmp_path, text, said) -> None:

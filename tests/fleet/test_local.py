@@ -7,10 +7,10 @@ import threading
 import time
 
 from sagnac.analysis.settings import Settings
-from sagnac.fleet import local
-from sagnac.fleet.results import result_path
+from sagnac.fleet import runner
+from sagnac.fleet.config import Task
+from sagnac.fleet.measure import result_path
 from sagnac.fleet.runner import run
-from sagnac.fleet.tasks import Task
 from sagnac.processes import GIBIBYTE, Means
 
 
@@ -22,7 +22,7 @@ def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -
     means = Means(workers=2, memory=4.0 * GIBIBYTE)
     killed = threading.Thread(target=_kill_one, daemon=True)
     killed.start()
-    first = run(tasks, tmp_path, lambda todo, place: local.completed(todo, place, means))
+    first = run(tasks, tmp_path, lambda todo, place: runner.completed_here(todo, place, means))
     killed.join()
     (lost,) = first.failed
     assert lost.result.state == "lost"
@@ -30,7 +30,7 @@ def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -
     kept = {row.result.key: result_path(tmp_path, row.result.key) for row in first.rows}
     times = {key: path.stat().st_mtime_ns for key, path in kept.items() if path.exists()}
     assert len(times) == 3
-    second = run(tasks, tmp_path, lambda todo, place: local.completed(todo, place, means))
+    second = run(tasks, tmp_path, lambda todo, place: runner.completed_here(todo, place, means))
     assert second.computed == 1
     assert second.failed == ()
     assert all(kept[key].stat().st_mtime_ns == then for key, then in times.items())
@@ -44,7 +44,7 @@ def test_reports_that_were_moved_away_are_made_again(folder, tmp_path) -> None:
     means = Means(workers=1, memory=4.0 * GIBIBYTE)
 
     def start():
-        return run(tasks, tmp_path, lambda todo, place: local.completed(todo, place, means))
+        return run(tasks, tmp_path, lambda todo, place: runner.completed_here(todo, place, means))
 
     def answers():
         documents = (json.loads((report / "analysis.json").read_text()) for report in reports)
@@ -80,7 +80,7 @@ def test_worker_killed_between_two_tasks_costs_no_row(folder, tmp_path) -> None:
         Task(path=str(path), settings=Settings(method="none"))
         for path in sorted(folder.glob("A_*.parquet"))
     ]
-    work = local.completed(tasks, tmp_path, local.Means(workers=1, memory=local.GIBIBYTE))
+    work = runner.completed_here(tasks, tmp_path, runner.Means(workers=1, memory=runner.GIBIBYTE))
     results = [next(work)[1]]
     before = threading.enumerate()
     (idle,) = multiprocessing.active_children()
@@ -99,7 +99,7 @@ def test_memory_is_that_of_the_format(tmp_path) -> None:
     for name in ("a.parquet", "a.csv"):
         (tmp_path / name).write_bytes(bytes(1000))
     by_blocks, whole = (
-        local.needed_memory(str(tmp_path / name)) for name in ("a.parquet", "a.csv")
+        runner.needed_memory(str(tmp_path / name)) for name in ("a.parquet", "a.csv")
     )
     assert by_blocks == GIBIBYTE
     assert whole == by_blocks + 4000.0

@@ -9,8 +9,7 @@ import pytest
 from sagnac.cli import app as cli
 from sagnac.constants import EARTH_RATE
 from sagnac.errors import RecordingError
-from sagnac.fleet.prior import prior_of
-from sagnac.fleet.table import Line, read_table, write_tables
+from sagnac.fleet.table import Line, prior_of, read_table, write_tables
 from sagnac.paper.published import TABLE_2
 from sagnac.repeatability.study import Run, repeatability
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR

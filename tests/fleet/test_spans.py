@@ -1,8 +1,7 @@
 import pytest
 
-from sagnac.fleet.results import Result
-from sagnac.fleet.spans import span_of, span_tasks
-from sagnac.fleet.tasks import Task
+from sagnac.fleet.config import Task
+from sagnac.fleet.measure import Result, span_of, span_tasks
 from sagnac.formats.statement import Statement
 
 

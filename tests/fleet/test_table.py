@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.settings import Settings
-from sagnac.fleet import local
+from sagnac.fleet import runner
+from sagnac.fleet.config import Task
 from sagnac.fleet.runner import run
 from sagnac.fleet.table import groups_of, lines_of, read_table, write_tables
-from sagnac.fleet.tasks import Task
 from sagnac.formats import read, write
 from sagnac.processes import GIBIBYTE, Means
 from tests.fleet.conftest import write_recording
@@ -28,7 +28,9 @@ def made(tmp_path_factory):
         Task(path=str(path), settings=Settings(method="none")) for path in sorted(place.iterdir())
     ]
     means = Means(workers=1, memory=4.0 * GIBIBYTE)
-    return run(tasks, place / "many", lambda todo, folder: local.completed(todo, folder, means))
+    return run(
+        tasks, place / "many", lambda todo, folder: runner.completed_here(todo, folder, means)
+    )
 
 
 def test_equal_data_count_once_and_the_row_says_so(made, tmp_path) -> None:

@@ -7,8 +7,7 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.formats import missing, read
-from sagnac.formats.binary import CHECKSUMS, open_declared
-from sagnac.formats.binary_layout import declared
+from sagnac.formats.binary import CHECKSUMS, declared, open_declared
 from tests.formats.examples import refused, save
 
 TIMES = np.arange(400) / 64.0
@@ -104,7 +103,7 @@ def test_crc16_is_the_published_one():
         ("none", "layout 'none' is not known"),
         ({"fields": []}, "fields are none"),
         ({"fields": [["x", "f8"], ["x", "f4"]]}, "fields are x, x"),
-        ({"fields": [["x", "f2"]]}, "type is 'f2'"),
+        ({"fields": [["x", "f2"]]}, "'f2'; use f4"),
         ({"fields": [["x"]]}, "name, type and"),
         ({"field": []}, "'field' is not known"),
         ({"fields": [["x", "f8"]], "byte_order": "middle"}, "byte_order is 'middle'"),

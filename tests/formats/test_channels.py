@@ -7,8 +7,7 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.formats.channels import gyro_channel, table_channel
-from sagnac.formats.scales import Scale
+from sagnac.formats.channels import Scale, gyro_channel, table_channel
 from tests.formats.examples import (
     ARCSECOND,
     SAMPLES,

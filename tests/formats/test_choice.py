@@ -14,8 +14,8 @@ from sagnac.formats.choice import (
     choose_time,
     find,
 )
-from sagnac.formats.precedence import Statements
 from sagnac.formats.source import column
+from sagnac.formats.statement import Statements
 from tests.formats.examples import SAMPLES, refused, save, text, walk
 
 

@@ -106,9 +106,9 @@ TRIAL = """
 import sys
 import time
 from pathlib import Path
-from sagnac.formats import hdf5_soundness
-hdf5_soundness.PATIENCE = 2.0
-hdf5_soundness.require_survivable(Path(sys.argv[1]), "HDF5")
+from sagnac.formats import hdf5
+hdf5.PATIENCE = 2.0
+hdf5.require_survivable(Path(sys.argv[1]), "HDF5")
 """
 
 

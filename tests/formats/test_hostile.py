@@ -11,8 +11,8 @@ import scipy.io
 
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read, write
-from sagnac.formats.matlab_elements import elements_of
-from sagnac.formats.room import limited, require_content, require_room
+from sagnac.formats.files import limited, require_content, require_room
+from sagnac.formats.matlab import elements_of
 from sagnac.recording.model import Recording
 from tests.formats.examples import imu, refused, walk
 

@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.formats.metadata import beside, from_mapping
+from sagnac.formats.statement import beside, from_mapping
 from tests.formats.examples import ARCSECOND, refused, save, text, timed, walk
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import sagnac
 from sagnac.errors import RecordingError
+from sagnac.recording.channel import Pickoff
 from sagnac.recording.model import Recording
-from sagnac.recording.pickoff import Pickoff
 
 
 def recorded(**changes):

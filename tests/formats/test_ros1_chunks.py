@@ -5,7 +5,7 @@ import pytest
 from rosbags.rosbag1 import Reader, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from sagnac.formats.ros1_chunks import messages_of
+from sagnac.formats.rosbag import messages_of
 
 KIND = "std_msgs/msg/String"
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.formats import Statement, read
-from sagnac.formats.sampling import (
+from sagnac.formats.channels import (
     Stretch,
     first_at,
     sampled_by_rate,

@@ -5,10 +5,10 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
+from sagnac.formats.channels import Scale, gyro_kind, gyro_scale, table_scale, time_unit
 from sagnac.formats.choice import Placed
-from sagnac.formats.precedence import Statements
-from sagnac.formats.scales import Scale, gyro_kind, gyro_scale, table_scale, time_unit
 from sagnac.formats.source import column
+from sagnac.formats.statement import Statements
 from tests.formats.examples import ARCSECOND, SAMPLES, refused, save, text, walk
 
 

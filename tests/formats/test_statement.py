@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sagnac.formats import Statement
-from sagnac.formats.statement import of_name, one_statement, vocabulary
+from sagnac.formats.statement import VOCABULARY, of_name, one_statement
 
 
 @pytest.mark.parametrize(
@@ -45,8 +45,8 @@ def test_what_is_stated_for_one_name_or_for_all():
 
 
 def test_a_span_is_the_callers_alone():
-    assert "span" not in vocabulary()
-    assert {"kind", "unit", "sample_rate"} < vocabulary()
+    assert "span" not in VOCABULARY
+    assert {"kind", "unit", "sample_rate"} < VOCABULARY
 
 
 def test_a_caller_states_by_fields_or_by_a_statement():

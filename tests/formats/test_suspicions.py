@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import butter, lfilter
 
 from sagnac.formats import Statement, read
-from sagnac.formats.scales import Scale
+from sagnac.formats.channels import Scale
 from sagnac.formats.suspicions import (
     counter_notes,
     increment_notes,

@@ -9,8 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sagnac import series
-from sagnac.formats.text_numbers import STYLES, NumberStyle, is_in_doubt, style_of
-from sagnac.formats.text_times import form_of, nanoseconds, past_midnight
+from sagnac.formats.text import (
+    STYLES,
+    NumberStyle,
+    form_of,
+    is_in_doubt,
+    nanoseconds,
+    past_midnight,
+    style_of,
+)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sagnac.formats.unit_text import UnitText, parsed_unit
+from sagnac.formats.statement import UnitText, parsed_unit
 
 
 @pytest.mark.parametrize(

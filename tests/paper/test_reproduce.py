@@ -17,8 +17,8 @@ from sagnac.paper.plan import plan
 from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.reproduce import outcomes_of_table, reproduce
 from sagnac.processes import GIBIBYTE, Means, Standing
-from sagnac.report import reproduction as pages
-from sagnac.report.reproduction_figures import figures_of
+from sagnac.report import reproduction_page as pages
+from sagnac.report.reproduction_tables import figures_of
 from sagnac.rig.simulate import simulate
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from tests.paper.scope import SMALL

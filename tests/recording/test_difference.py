@@ -2,7 +2,7 @@
 
 import pytest
 
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 
 
 def test_the_factor_of_a_difference():

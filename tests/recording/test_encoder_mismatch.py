@@ -7,7 +7,7 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import Channel
-from sagnac.recording.encoder_mismatch import (
+from sagnac.recording.encoder_faults import (
     block_rates,
     jumps_of_encoder,
     require_encoder_follows,

@@ -7,7 +7,7 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.recording.encoder_mismatch import require_encoder_follows
+from sagnac.recording.encoder_faults import require_encoder_follows
 from sagnac.recording.encoder_readings import angle_of_readings, fill_missing, mark_missing
 from sagnac.recording.model import Channel, Recording
 from sagnac.units import unit_of

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sagnac.recording.channel import Channel
-from sagnac.recording.jumps import jump_notes
+from sagnac.recording.encoder_faults import jump_notes
 from sagnac.recording.model import Recording
 from tests.recording.recordings import DEGREE, RATE, SECONDS, noise, rate_gyro
 

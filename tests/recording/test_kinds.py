@@ -7,9 +7,7 @@ from hypothesis import strategies as st
 
 from sagnac import series
 from sagnac.errors import RecordingError
-from sagnac.recording.channel import Channel
-from sagnac.recording.kinds import angle_increments, angle_of, finite_extent
-from sagnac.recording.unwrapping import unwrapped
+from sagnac.recording.channel import Channel, angle_increments, angle_of, finite_extent, unwrapped
 from tests.recording.recordings import DEGREE, RATE, noise, rate_gyro
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.recording.lattice import count_step
 from sagnac.recording.model import Recording
+from sagnac.recording.profile import count_step
 from sagnac.recording.quality import judged
 from sagnac.recording.readout import joint_readout, readout_of
 from tests.instruments import ARCSECOND, Readout, turntable

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from sagnac.recording.gaps import not_finite_notes
 from sagnac.recording.model import Recording
-from sagnac.recording.not_finite import not_finite_notes
 from tests.recording.recordings import RATE, noise, rate_gyro
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.recording import pairs
+from sagnac.recording import repeats as pairs
 from sagnac.recording.model import Recording
 from sagnac.recording.quality import check
 

@@ -5,9 +5,9 @@ import pytest
 
 from sagnac import series
 from sagnac.errors import LEVELS, Note, RecordingError
-from sagnac.recording.encoder_mismatch import require_encoder_follows
+from sagnac.recording.channel import angle_of
+from sagnac.recording.encoder_faults import require_encoder_follows
 from sagnac.recording.gaps import longest_whole_stretch, with_gaps_marked
-from sagnac.recording.kinds import angle_of
 from sagnac.recording.model import Recording
 from sagnac.recording.quality import check
 from tests.recording.recordings import RATE, faulty, mapped, noise, rate_gyro

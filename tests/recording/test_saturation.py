@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.recording.model import Recording
-from sagnac.recording.saturation import clipped_scatter, next_inwards
+from sagnac.recording.readout import clipped_scatter, next_inwards
 from tests.recording.recordings import RATE, levels, noise, rate_gyro
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sagnac.recording.model import Recording
-from sagnac.recording.soundness import remedy_of
-from sagnac.recording.stretches import Places, Stretch, is_not_finite, longest_between
+from sagnac.recording.profile import remedy_of
+from sagnac.recording.stamps import Places, Stretch, is_not_finite, longest_between
 from tests.recording.recordings import noise, rate_gyro
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from sagnac.recording.channel import Channel
+from sagnac.recording.gaps import STUCK_RANK, is_stuck, runs_of
 from sagnac.recording.model import Recording
 from sagnac.recording.quality import integrity
-from sagnac.recording.stuck import STUCK_RANK, is_stuck, runs_of
 from tests.recording.recordings import RATE, SAMPLES, noise, rate_gyro
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.recording.twice import longest_twice
+from sagnac.recording.repeats import longest_twice
 
 
 @pytest.mark.parametrize(("first", "samples", "again"), [(0, 64, 500), (700, 1000, 2500)])

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from sagnac.repeatability.design import Design
-from sagnac.repeatability.fiducial import chance_of_less, draws_of
+from sagnac.repeatability.design import Design, chance_of_less, draws_of
 from tests.repeatability.examples import DYESTUFF
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
+from sagnac.repeatability.design import restricted_components
 from sagnac.repeatability.prediction import Outlook
-from sagnac.repeatability.restricted import restricted_components
 from tests.repeatability.examples import DYESTUFF, Campaign
 
 

@@ -3,8 +3,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
-from sagnac.repeatability.design import Design
-from sagnac.repeatability.restricted import Components, restricted_components
+from sagnac.repeatability.design import Components, Design, restricted_components
 from tests.repeatability.examples import CELLS, DYESTUFF, Campaign
 
 TRUTH = {"unit": 0.3, "day": 0.2, "rate": 0.2, "run": 0.05}

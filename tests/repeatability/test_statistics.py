@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.repeatability.fiducial import draws_of
+from sagnac.repeatability.design import draws_of, restricted_components
 from sagnac.repeatability.prediction import Outlook
-from sagnac.repeatability.restricted import restricted_components
 from tests.repeatability.examples import Campaign
 
 CAMPAIGNS = 500

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from sagnac.errors import Note
-from sagnac.report import brief, text
+from sagnac.report import text
 from sagnac.specification.limits import specification_of
 from tests import handmade
 from tests.handmade import N, analysis, estimate
@@ -25,9 +25,9 @@ def test_all_of_one_analysis_fits_a_screen():
     shown = text.blocks(
         text.answer(made),
         text.verdict(made),
-        brief.coefficients(made),
-        brief.lines(made),
-        brief.notes(made),
+        text.main_coefficients(made),
+        text.strongest_lines(made),
+        text.short_notes(made),
         text.seconds(made),
     )
     assert widest(shown) <= 80
@@ -39,11 +39,11 @@ def test_warnings_come_first_and_all_of_them():
         *(Note(text=f"remark {n}") for n in range(6)),
         *(Note(text=f"warning {n}", level="warning") for n in range(6)),
     )
-    shown = brief.notes(analysis(notes=notes)).splitlines()
+    shown = text.short_notes(analysis(notes=notes)).splitlines()
     assert shown[:6] == [f"warning: warning {n}" for n in range(6)]
     assert shown[6:10] == [f"remark: remark {n}" for n in range(4)]
     assert shown[10].startswith("… and 2 further notes")
-    assert len(brief.every_note(notes).splitlines()) == 12
+    assert len(text.every_note(notes).splitlines()) == 12
 
 
 def test_notes_on_what_is_not_shown_are_counted_only():
@@ -51,24 +51,24 @@ def test_notes_on_what_is_not_shown_are_counted_only():
     made = analysis(notes=(aside,))
     fits = dict(made.fits)
     fits["paper"] = replace(fits["paper"], notes=(aside,))
-    assert "departs" in brief.notes(made)
-    assert brief.notes(replace(made, fits=fits)).startswith("… and 1 further note")
+    assert "departs" in text.short_notes(made)
+    assert text.short_notes(replace(made, fits=fits)).startswith("… and 1 further note")
 
 
 def test_the_strongest_five_lines_and_how_many_more():
     lines = tuple(handmade.line("time", 1.0 + n, 0.5 - 0.01 * n, "m" * 90) for n in range(7))
-    shown = brief.lines(analysis(lines=lines))
+    shown = text.strongest_lines(analysis(lines=lines))
     assert shown.splitlines()[-1] == "… and 2 weaker lines: sagnac lines shows all"
     assert len(shown.splitlines()) == 8
     assert widest(shown) <= 80
-    assert "No periodic component" in brief.lines(analysis(lines=()))
+    assert "No periodic component" in text.strongest_lines(analysis(lines=()))
 
 
 def test_several_analyses_end_in_one_table():
     triad, single = analysis(gyros=("x", "y", "z")), analysis(gyros=("x",))
-    assert brief.closing([("a.csv", triad)]) == ""
+    assert text.closing([("a.csv", triad)]) == ""
     long = "a_name_of_a_file_that_is_rather_long.parquet"
-    shown = brief.closing([(long, triad), ("b.csv", single)])
+    shown = text.closing([(long, triad), ("b.csv", single)])
     rows = shown.splitlines()[2:]
     assert [row.split()[1] for row in rows] == ["x", "y", "z", "x"]
     assert widest(shown) <= 80
@@ -76,4 +76,4 @@ def test_several_analyses_end_in_one_table():
         ("", replace(one, settings=replace(one.settings, specification=specification_of(limit))))
         for one, limit in ((single, "3e-5"), (analysis(answer=estimate(2 * N)), "3e-5"))
     ]
-    assert [row.split()[-1] for row in brief.closing(limited).splitlines()[2:]] == ["pass", "fail"]
+    assert [row.split()[-1] for row in text.closing(limited).splitlines()[2:]] == ["pass", "fail"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Annotation
 
-from sagnac.report.frames_figure import frames_figure, seen
+from sagnac.report.figures import frames_figure, seen
 
 
 def test_what_is_seen_is_a_rotation_without_its_depth():

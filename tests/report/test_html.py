@@ -3,7 +3,7 @@
 import pytest
 from jinja2 import UndefinedError
 
-from sagnac.report.html import rendered
+from sagnac.report.files import rendered
 
 
 def test_a_template_without_its_values_is_an_error():

@@ -8,7 +8,7 @@ import pytest
 
 from sagnac.paper.published import TABLE_1
 from sagnac.paper.reproduce import Cell
-from sagnac.report import reproduction_values as values
+from sagnac.report import reproduction_tables as values
 
 
 def test_a_white_rate_falls_with_the_root_of_time():

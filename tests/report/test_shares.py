@@ -9,7 +9,7 @@ from sagnac.analysis.plain import triad_data
 from sagnac.analysis.shares import Interval, Share, Triad
 from sagnac.report import text
 from sagnac.report.page import page
-from sagnac.report.shares import share_remarks, share_rows, with_interval
+from sagnac.report.sections import share_remarks, share_rows, with_interval
 from tests.handmade import analysis
 from tests.report.examples import checked
 

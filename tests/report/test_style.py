@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from sagnac.report import style
-from sagnac.report.style import STYLE, legend_above, styled
+from sagnac.report import figures as style
+from sagnac.report.figures import STYLE, legend_above, styled
 
 
 def test_the_style_ends_with_the_figure_and_the_legend_stands_above():

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from sagnac.coefficients.model_average import Resting
-from sagnac.report.methods import REFERENCES, cited, sentences
+from sagnac.report.files import TitleBlock
 from sagnac.report.page import page
-from sagnac.report.title_block import TitleBlock
+from sagnac.report.sections import REFERENCES, cited, sentences
 from tests.handmade import SHA256, analysis
 from tests.report.examples import checked
 

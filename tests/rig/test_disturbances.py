@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.rig.disturbances import Disturbances, DrawnLines
+from sagnac.rig.own_motion import Disturbances, DrawnLines
 from sagnac.rig.sections import DisturbanceConfig
 from sagnac.rig.simulate import simulate
 from tests.rig.rigs import ARCSEC, configured, triad, true_table_angle

@@ -7,9 +7,8 @@ import pytest
 
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.dither import folded
-from sagnac.rig.sections import DitherConfig, GyroConfig, TableConfig
+from sagnac.rig.sections import ConfigurationError, DitherConfig, GyroConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate
-from sagnac.rig.validation import ConfigurationError
 from tests.rig.rigs import ARCSEC
 
 LEFT = DitherConfig(residue=(0.01, 0.0, 0.02), delay_s=(0.0, 2e-6, 1e-6))

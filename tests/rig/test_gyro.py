@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.rig.gyro import LockIn, SlowDrift, Trend, dither_of, ring_lasers_of
+from sagnac.rig.gyro import LockIn, SensorErrors, SlowDrift, dither_of, ring_lasers_of
 from sagnac.rig.sections import GyroConfig, TableConfig
-from sagnac.rig.sensor_errors import SensorErrors
 from sagnac.rig.truth import truth_of
 from tests.rig.rigs import (
     ARCSEC,
@@ -171,7 +170,7 @@ def test_lock_in_takes_the_rate_from_one_block_to_the_next():
 def test_slow_drift_holds_each_value_across_blocks(pieces):
     config = GyroConfig(bias_instability_deg_per_h=1.0, rate_random_walk_deg_per_h_per_sqrt_h=1.0)
     drift = SlowDrift.stationary(
-        SensorErrors.of_gyro(config, 0),
+        SensorErrors.of(config, 0),
         sample_rate=500.0,
         duration=60.0,
         random=np.random.default_rng(5),
@@ -185,10 +184,13 @@ def test_slow_drift_holds_each_value_across_blocks(pieces):
 
 
 def test_trend_is_bias_ramp_and_warming():
-    trend = Trend(bias=1.0, ramp=2.0, per_kelvin=3.0, warm_up=4.0, warm_up_time=5.0)
+    errors = replace(
+        SensorErrors.of(GyroConfig(), 0),
+        bias=1.0, ramp=2.0, per_kelvin=3.0, warm_up=4.0, warm_up_time=5.0,
+    )  # fmt: skip
     drift = np.zeros(3)
     seconds = np.array([-0.5, 0.0, 5.0])
-    trend.add_to(drift, seconds)
+    errors.add_trend(drift, seconds)
     expected = [0.0, 1.0, 1.0 + 10.0 + 12.0 * (1.0 - math.exp(-1.0))]
     np.testing.assert_allclose(drift, expected, rtol=1e-12, atol=1e-15)
 

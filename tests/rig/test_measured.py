@@ -11,9 +11,8 @@ import sagnac
 from sagnac.report.document import analysis_document, to_json
 from sagnac.rig.config import RigConfig
 from sagnac.rig.measured import Measured
-from sagnac.rig.sections import AccelerometerConfig, GyroConfig, TableConfig
+from sagnac.rig.sections import AccelerometerConfig, ConfigurationError, GyroConfig, TableConfig
 from sagnac.rig.simulate import simulate, write
-from sagnac.rig.validation import ConfigurationError
 from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS
 from tests.handmade import analysis, estimate
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.rig.oscillator import Oscillator
+from sagnac.rig.table import Oscillator
 
 
 def oscillator(step, frequency=17.0, quality=20.0, seed=0):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import pytest
 
-from sagnac.rig.validation import (
+from sagnac.rig.sections import (
     Choice,
     ConfigurationError,
     Number,
@@ -21,10 +21,10 @@ from sagnac.rig.validation import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inner:
-    rates: Annotated[tuple[float, float, float], PerGyro(0.0, 2.0, "one for each")] = (0, 0, 0)
+    rates: Annotated[tuple[float, float, float], PerGyro(0.0, 2.0)] = (0, 0, 0)
     pairs: Annotated[
         tuple[tuple[float, float], ...],
-        PairsOf(Number(0.0, 9.0, "order"), Number(0.0, 1.0, "arcsec"), "some"),
+        PairsOf(Number(0.0, 9.0, "order"), Number(0.0, 1.0, "arcsec")),
     ] = ()
 
     def __post_init__(self):
@@ -33,8 +33,8 @@ class Inner:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outer:
-    count: Annotated[int, Whole(1, 2**31, "how many")] = 1
-    mode: Annotated[str, Choice(("slow", "fast"), "how")] = "slow"
+    count: Annotated[int, Whole(1, 2**31)] = 1
+    mode: Annotated[str, Choice(("slow", "fast"))] = "slow"
     inner: Inner = Inner()
 
     def __post_init__(self):

@@ -67,11 +67,11 @@ def test_a_product_states_its_limits_in_a_file(tmp_path):
     ("content", "words"),
     [
         ("N = ", "no TOML"),
-        ('M = "3"', "'M' is no coefficient"),
+        ('M = "3"', "'M' is not known"),
         ("risk = 0.01", "one limit or more"),
         ("risk = 2.0\nN = 1.0", "risk is 2.0"),
         ('risk = "low"\nN = 1.0', "risk is 'low'"),
-        ("limits = 3", "limits is no table"),
+        ("limits = 3", "limits is 3; write"),
     ],
 )
 def test_an_error_of_a_file_names_the_file(tmp_path, content, words):

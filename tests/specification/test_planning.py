@@ -12,7 +12,7 @@ from sagnac.analysis.forecast import shown_by
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.errors import RecordingError
 from sagnac.rig.config import preset
-from sagnac.specification.planning import LeftOut, Shown
+from sagnac.specification.verdict import LeftOut, Shown
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 

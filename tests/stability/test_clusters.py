@@ -2,9 +2,9 @@
 
 import pytest
 
-from sagnac.stability.clusters import cluster_sizes
 from sagnac.stability.curve import stability_curve
 from sagnac.stability.estimators import properties_of
+from sagnac.stability.noise_type import cluster_sizes
 from tests.stability.examples import THOUSAND_POINTS
 
 

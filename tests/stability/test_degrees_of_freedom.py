@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from sagnac.stability.curve import stability_curve
-from sagnac.stability.degrees_of_freedom import equivalent_degrees_of_freedom, ieee_relative_error
+from sagnac.stability.noise_type import equivalent_degrees_of_freedom, ieee_relative_error
 from tests import naive_stability as naive
 from tests.stability.examples import THOUSAND_POINTS
 

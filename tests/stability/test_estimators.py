@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sagnac.stability import estimators as properties
-from sagnac.stability.accumulate import accumulated_track
 from sagnac.stability.curve import stability_curve
+from sagnac.stability.sums import accumulated_track
 from tests import naive_stability as naive
 from tests.stability.examples import ESTIMATORS, THOUSAND_POINTS
 

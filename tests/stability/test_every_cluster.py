@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.errors import RecordingError
-from sagnac.stability.every_cluster import deviation_at_every_tau
+from sagnac.stability.curve import deviation_at_every_tau
 from tests import naive_stability as naive
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.stability.curve import stability_curve
-from sagnac.stability.strides import stride_notes, window_stride
+from sagnac.stability.sums import stride_notes, window_stride
 
 
 @pytest.mark.parametrize(("estimator", "tau"), [("mtotdev", 64), ("theo1", 160), ("theoh", 600)])
@@ -12,7 +12,7 @@ def test_skipped_windows_are_stated_and_cost_little(monkeypatch, estimator, tau)
     rates = np.random.default_rng(50).standard_normal(2000)
     options = {"kind": "rate", "sample_rate": 1.0, "estimator": estimator, "taus": [tau]}
     whole = stability_curve(rates, **options)
-    monkeypatch.setattr("sagnac.stability.strides.LARGEST_WORK", 1e4)
+    monkeypatch.setattr("sagnac.stability.sums.LARGEST_WORK", 1e4)
     skipped = stability_curve(rates, **options)
     assert not any("every k-th" in note.text for note in whole.notes)
     assert any("every k-th window" in note.text for note in skipped.notes)

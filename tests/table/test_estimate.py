@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac import series
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate as make_by_rig
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift

@@ -10,9 +10,9 @@ from sagnac.analysis.trust import require_strict
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.effects import effect_words
 from sagnac.recording.model import Recording
-from sagnac.recording.pairs import pair_notes
 from sagnac.recording.profile import profile_of
 from sagnac.recording.quality import accept
+from sagnac.recording.repeats import pair_notes
 
 
 class Run(Protocol):

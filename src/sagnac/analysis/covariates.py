@@ -19,8 +19,7 @@ from sagnac import series
 from sagnac.analysis.dither import Undithered
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
-from sagnac.recording.channel import Channel
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.model import Recording
 from sagnac.units import SENSED, UNITS, field_unit
 

@@ -7,9 +7,8 @@ from sagnac import series
 from sagnac.analysis.settings import Method
 from sagnac.errors import Note
 from sagnac.lines.stripping import stripped
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import Pickoff, angle_of
 from sagnac.recording.model import Channel, Recording
-from sagnac.recording.pickoff import Pickoff
 from sagnac.units import ARCSECOND
 
 

@@ -11,7 +11,7 @@ from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.coefficients.model_average import Resting
 from sagnac.errors import RecordingError
 from sagnac.lines.taken_noise import WIDEST_BINS
-from sagnac.specification.planning import LeftOut, Shown
+from sagnac.specification.verdict import LeftOut, Shown
 
 # Cells that a fit leaves out on either side of what is masked.
 _BESIDE: Final = 1.0

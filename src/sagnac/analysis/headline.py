@@ -15,10 +15,10 @@ from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.coefficients.bounds import RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 from sagnac.recording.readout import JointReadout
 from sagnac.stability.curve import StabilityCurve
-from sagnac.stability.degrees_of_freedom import equivalent_degrees_of_freedom
+from sagnac.stability.noise_type import equivalent_degrees_of_freedom
 
 # Chance at which the curve, against a sound likelihood fit, calls it impossible.
 _VETO: Final = 1e-4

@@ -8,10 +8,9 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
+from sagnac.recording.gaps import not_finite_notes, stuck_notes
 from sagnac.recording.model import Recording
-from sagnac.recording.not_finite import not_finite_notes
-from sagnac.recording.stuck import stuck_notes
 
 # A departure from a straight line by fewer units of the last place is rounding.
 _ROUNDING: Final = 64.0

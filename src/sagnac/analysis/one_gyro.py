@@ -17,7 +17,7 @@ from sagnac.analysis.sharing import shared_walk
 from sagnac.analysis.table_angle import TurningTable
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note
-from sagnac.recording.encoder_mismatch import LEAST_SHARE, table_share
+from sagnac.recording.encoder_faults import LEAST_SHARE, table_share
 from sagnac.recording.model import Recording
 from sagnac.table.turns import mean_rate
 

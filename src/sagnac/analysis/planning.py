@@ -11,7 +11,7 @@ from sagnac.dataframes import pandas_for
 from sagnac.errors import RecordingError, quoted
 from sagnac.recording.model import Recording
 from sagnac.specification.limits import Limit, Specification, specification_of
-from sagnac.specification.planning import Shown
+from sagnac.specification.verdict import Shown
 
 WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
 """Half widths of the interval of N that a plan is for unless others are asked for."""

@@ -17,7 +17,7 @@ from sagnac.lines.published import (
     remove_lines_as_published,
 )
 from sagnac.lines.search import remove_lines
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.turns import full_rotation_samples
 

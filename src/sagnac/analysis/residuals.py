@@ -9,7 +9,7 @@ from sagnac import series
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.arrays import FloatArray
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 
 # Equal parts of the record whose mean rates are shown.
 _PARTS: Final = 240

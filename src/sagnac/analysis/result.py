@@ -228,7 +228,7 @@ class Analysis:
         RecordingError
             If the file cannot be read or breaks its schema.
         """
-        read: Analysis = import_module("sagnac.report.stored").read_analysis(path)
+        read: Analysis = import_module("sagnac.report.document").read_analysis(path)
         return read
 
     def to_json(self, path: str | Path | None = None, *, force: bool = False) -> str:

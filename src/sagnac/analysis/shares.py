@@ -15,7 +15,7 @@ from scipy.special import stdtrit
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.errors import RecordingError
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
 
 # Stretches that the errors are taken from, whatever the colour of the noise within one.

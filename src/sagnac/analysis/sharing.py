@@ -15,7 +15,7 @@ from sagnac.arrays import FloatArray
 from sagnac.coefficients.common_walk import CommonWalk, common_walk, differenced_factor
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note, rounded
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import (
     Kinematics,

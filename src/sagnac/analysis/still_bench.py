@@ -13,10 +13,9 @@ from sagnac.analysis.settings import Progress, Settings
 from sagnac.analysis.spectra import Spectrum, multitaper_density
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
-from sagnac.recording.gaps import longest_whole_stretch
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
+from sagnac.recording.gaps import longest_whole_stretch, stuck_notes
 from sagnac.recording.model import Channel, Recording
-from sagnac.recording.stuck import stuck_notes
 from sagnac.stability.curve import StabilityCurve, stability_curve
 
 

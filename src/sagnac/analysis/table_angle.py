@@ -12,8 +12,8 @@ from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError, rounded
-from sagnac.recording.encoder_mismatch import require_encoder_follows
-from sagnac.recording.kinds import angle_of
+from sagnac.recording.channel import angle_of
+from sagnac.recording.encoder_faults import require_encoder_follows
 from sagnac.recording.model import Recording
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of

@@ -20,21 +20,13 @@ from typing import Final, TextIO
 
 from cyclopts import App, CycloptsError, UnusedCliTokensError
 
-from sagnac.cli.commands.align import align
-from sagnac.cli.commands.analyze import analyze
 from sagnac.cli.commands.app import app as page
-from sagnac.cli.commands.avar import avar
 from sagnac.cli.commands.campaign import campaign
-from sagnac.cli.commands.check import check
-from sagnac.cli.commands.compare import compare
-from sagnac.cli.commands.convert import convert
-from sagnac.cli.commands.demo import demo
-from sagnac.cli.commands.export import export
-from sagnac.cli.commands.lines import lines
-from sagnac.cli.commands.plan import plan
-from sagnac.cli.commands.reproduce import reproduce
-from sagnac.cli.commands.simulate import simulate
-from sagnac.cli.errors import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
+from sagnac.cli.commands.look import check, convert, plan
+from sagnac.cli.commands.measure import analyze, avar, compare, lines
+from sagnac.cli.commands.onward import align, export
+from sagnac.cli.commands.simulated import demo, reproduce, simulate
+from sagnac.cli.output import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
 from sagnac.errors import visible
 from sagnac.version import __version__
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar, get_a
 
 from cyclopts import Group, Parameter, Token
 
-from sagnac.cli.errors import UsageError
+from sagnac.cli.output import UsageError
 from sagnac.units import RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method, Settings
     from sagnac.formats import Statement
-    from sagnac.report.title_block import TitleBlock
+    from sagnac.report.files import TitleBlock
     from sagnac.specification.limits import Specification
     from sagnac.stability.names import Estimator
 
@@ -219,142 +219,115 @@ def _each(_hint: object, tokens: Sequence[Token]) -> tuple[str, ...]:
 # ---- what the commands take ----------------------------------------------------------
 
 
+def _flag(**more: Any) -> Parameter:
+    """A switch that is off unless it is typed."""
+    return Parameter(group=OUTPUT, negative="", show_default=False, **more)
+
+
+Debug = Annotated[bool, _flag(help="Traceback on errors.")]
+Json = Annotated[bool, _flag(name="--json")]
+
+
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
-    """Statements about a file from outside."""
+    """Statements about a file from outside.
 
-    gyros: Annotated[
-        tuple[str, ...] | None,
-        one_argument(
-            names, group=READING, metavar="x,z", help="Gyros: one, a pair to difference, a triad."
-        ),
-    ] = None
+    Attributes
+    ----------
+    gyros
+        Gyros: one, a pair to difference, a triad.
+    kind
+        What a gyro sample is: angle, increment or rate; x=rate,z=angle one by one.
+    unit
+        Unit of the gyros: arcsec, deg, rad, deg/s, deg/h, rad/s, counts.
+    scale
+        Size of one count.
+    rate
+        Samples per second.
+    time
+        Time stamps; none for no stamps.
+    table
+        Its encoder; none for no table.
+    columns
+        Columns that hold the gyros.
+    slice
+        Span to take, s from the start.
+    counter_bits
+        Width of counters that roll over.
+    counter_period
+        Where counters start over that are of no bits.
+    null_pulse
+        Column that is not 0 at the null pulse.
+    accelerometers
+        Accelerometers, each by itself (--unit accelerometers=g); none for none.
+    layout
+        Records of a binary file: a preset (imu7-deg, imu7-rad) or a TOML of its fields.
+    memory
+        Most memory that what a file declares may take: 4GiB unless stated.
+    """
+
+    gyros: Annotated[tuple[str, ...] | None, one_argument(names, group=READING, metavar="x,z")] = (
+        None
+    )
     kind: Annotated[
-        str | Mapping[str, str] | None,
-        one_argument(
-            one_or_by_name,
-            group=READING,
-            metavar="KIND",
-            help="What a gyro sample is: angle, increment or rate; x=rate,z=angle one by one.",
-        ),
+        str | Mapping[str, str] | None, one_argument(one_or_by_name, group=READING, metavar="KIND")
     ] = None
     unit: Annotated[
-        str | Mapping[str, str] | None,
-        one_argument(
-            one_or_by_name,
-            group=READING,
-            metavar="UNIT",
-            help="Unit of the gyros: arcsec, deg, rad, deg/s, deg/h, rad/s, counts.",
-        ),
+        str | Mapping[str, str] | None, one_argument(one_or_by_name, group=READING, metavar="UNIT")
     ] = None
-    scale: Annotated[
-        str | None, Parameter(group=READING, metavar="0.1arcsec", help="Size of one count.")
-    ] = None
-    rate: Annotated[
-        float | None, Parameter(group=READING, metavar="HZ", help="Samples per second.")
-    ] = None
-    time: Annotated[
-        str | None,
-        Parameter(group=READING, metavar="COLUMN[:UNIT]", help="Time stamps; none for no stamps."),
-    ] = None
-    table: Annotated[
-        str | None,
-        Parameter(group=READING, metavar="COLUMN[:UNIT]", help="Its encoder; none for no table."),
-    ] = None
+    scale: Annotated[str | None, Parameter(group=READING, metavar="0.1arcsec")] = None
+    rate: Annotated[float | None, Parameter(group=READING, metavar="HZ")] = None
+    time: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
+    table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     columns: Annotated[
-        Mapping[str, str] | None,
-        one_argument(
-            by_name, group=READING, metavar="x=NAME,z=NAME", help="Columns that hold the gyros."
-        ),
+        Mapping[str, str] | None, one_argument(by_name, group=READING, metavar="x=NAME,z=NAME")
     ] = None
-    slice: Annotated[
-        Span | None,
-        one_argument(
-            span, group=READING, metavar="START:STOP", help="Span to take, s from the start."
-        ),
-    ] = None
-    counter_bits: Annotated[
-        int | None,
-        Parameter(group=READING, metavar="BITS", help="Width of counters that roll over."),
-    ] = None
-    counter_period: Annotated[
-        float | None,
-        Parameter(
-            group=READING, metavar="COUNTS", help="Where counters start over that are of no bits."
-        ),
-    ] = None
-    null_pulse: Annotated[
-        str | None,
-        Parameter(group=READING, metavar="COLUMN", help="Column that is not 0 at the null pulse."),
-    ] = None
+    slice: Annotated[Span | None, one_argument(span, group=READING, metavar="START:STOP")] = None
+    counter_bits: Annotated[int | None, Parameter(group=READING, metavar="BITS")] = None
+    counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
+    null_pulse: Annotated[str | None, Parameter(group=READING, metavar="COLUMN")] = None
     accelerometers: Annotated[
-        tuple[str, ...] | None,
-        one_argument(
-            names,
-            group=READING,
-            metavar="ax,ay,az",
-            help="Accelerometers, each by itself (--unit accelerometers=g); none for none.",
-        ),
+        tuple[str, ...] | None, one_argument(names, group=READING, metavar="ax,ay,az")
     ] = None
-    layout: Annotated[
-        str | None,
-        Parameter(
-            group=READING,
-            metavar="NAME|TOML",
-            help="Records of a binary file: a preset (imu7-deg, imu7-rad) or a TOML of its fields.",
-        ),
-    ] = None
-    memory: Annotated[
-        int | None,
-        one_argument(
-            memory_size,
-            group=READING,
-            metavar="4GiB",
-            help="Most memory that what a file declares may take: 4GiB unless stated.",
-        ),
-    ] = None
-    debug: Annotated[
-        bool,
-        Parameter(group=OUTPUT, negative="", show_default=False, help="Traceback on errors."),
-    ] = False
+    layout: Annotated[str | None, Parameter(group=READING, metavar="NAME|TOML")] = None
+    memory: Annotated[int | None, one_argument(memory_size, group=READING, metavar="4GiB")] = None
+    debug: Debug = False
 
 
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heading:
-    """Top of a report."""
+    """Top of a report.
 
-    title: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Title of the report.")
-    ] = None
-    device: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Unit under test.")
-    ] = None
-    serial: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Its serial number.")
-    ] = None
-    customer: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="For whom it is measured.")
-    ] = None
-    operator: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Who measured.")
-    ] = None
-    date: Annotated[
-        str | None, Parameter(group=OUTPUT, metavar="TEXT", help="Of the measurement.")
-    ] = None
-    heading: Annotated[
-        Path | None,
-        Parameter(
-            group=OUTPUT,
-            metavar="FILE",
-            help="TOML that states title, device, serial, customer, operator and date.",
-        ),
-    ] = None
-    pdf: Annotated[
-        bool,
-        Parameter(group=OUTPUT, negative="", show_default=False, help="Write report.pdf, too."),
-    ] = False
+    Attributes
+    ----------
+    title
+        Title of the report.
+    device
+        Unit under test.
+    serial
+        Its serial number.
+    customer
+        For whom it is measured.
+    operator
+        Who measured.
+    date
+        Of the measurement.
+    heading
+        TOML that states title, device, serial, customer, operator and date.
+    pdf
+        Write report.pdf, too.
+    """
+
+    title: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
+    device: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
+    serial: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
+    customer: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
+    operator: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
+    date: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
+    heading: Annotated[Path | None, Parameter(group=OUTPUT, metavar="FILE")] = None
+    pdf: Annotated[bool, _flag()] = False
 
 
 NO_HEADING: Final = Heading()
@@ -363,11 +336,31 @@ NO_HEADING: Final = Heading()
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options(Reading):
-    """The options that all commands share which look into a recording."""
+    """The options that all commands share which look into a recording.
+
+    Attributes
+    ----------
+    method
+        How periodic parts are removed: fos unless stated.
+    interval
+        Between the angles of the curve: every sample unless stated, 1s on a table.
+    confidence
+        Of every interval: 0.95 unless stated; with --risk what that asks for.
+    strict
+        Refuse data in which a fault is found, be it one that the answer survives.
+    accept
+        Faults to take knowingly, by name, such as clipping; the report says so.
+    risk
+        Largest probability of passing a gyro that lies at its limit.
+    settings
+        Settings of an earlier run (its settings.toml); what is typed goes before.
+    as_json
+        The analysis on standard output, nothing else there.
+    """
 
     method: Annotated[
         Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"] | None,
-        Parameter(group=ANALYSIS, help="How periodic parts are removed: fos unless stated."),
+        Parameter(group=ANALYSIS),
     ] = None
     step_4: Annotated[
         Literal[
@@ -385,32 +378,9 @@ class Options(Reading):
             "noise that went with the lines back.",
         ),
     ] = None
-    interval: Annotated[
-        float | None,
-        one_argument(
-            seconds,
-            group=ANALYSIS,
-            metavar="1s",
-            help="Between the angles of the curve: every sample unless stated, 1s on a table.",
-        ),
-    ] = None
-    confidence: Annotated[
-        float | None,
-        Parameter(
-            group=ANALYSIS,
-            metavar="0.95",
-            help="Of every interval: 0.95 unless stated; with --risk what that asks for.",
-        ),
-    ] = None
-    strict: Annotated[
-        bool,
-        Parameter(
-            group=ANALYSIS,
-            negative="",
-            show_default=False,
-            help="Refuse data in which a fault is found, be it one that the answer survives.",
-        ),
-    ] = False
+    interval: Annotated[float | None, one_argument(seconds, group=ANALYSIS, metavar="1s")] = None
+    confidence: Annotated[float | None, Parameter(group=ANALYSIS, metavar="0.95")] = None
+    strict: Annotated[bool, Parameter(group=ANALYSIS, negative="", show_default=False)] = False
     covariates: Annotated[
         tuple[Literal["temperature"], ...] | None,
         one_argument(
@@ -423,14 +393,7 @@ class Options(Reading):
     ] = None
     accept: Annotated[
         tuple[str, ...] | None,
-        Parameter(
-            converter=_each,
-            n_tokens=1,
-            group=ANALYSIS,
-            metavar="NAME,…",
-            negative="",
-            help="Faults to take knowingly, by name, such as clipping; the report says so.",
-        ),
+        Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…", negative=""),
     ] = None
     spec: Annotated[
         str | None,
@@ -441,32 +404,9 @@ class Options(Reading):
             "exit status 3 if a gyro fails, 4 if it is undecided.",
         ),
     ] = None
-    risk: Annotated[
-        float | None,
-        Parameter(
-            group=ANALYSIS,
-            metavar="0.05",
-            help="Largest probability of passing a gyro that lies at its limit.",
-        ),
-    ] = None
-    settings: Annotated[
-        Path | None,
-        Parameter(
-            group=ANALYSIS,
-            metavar="FILE",
-            help="Settings of an earlier run (its settings.toml); what is typed goes before.",
-        ),
-    ] = None
-    as_json: Annotated[
-        bool,
-        Parameter(
-            name="--json",
-            group=OUTPUT,
-            negative="",
-            show_default=False,
-            help="The analysis on standard output, nothing else there.",
-        ),
-    ] = False
+    risk: Annotated[float | None, Parameter(group=ANALYSIS, metavar="0.05")] = None
+    settings: Annotated[Path | None, Parameter(group=ANALYSIS, metavar="FILE")] = None
+    as_json: Json = False
 
 
 NO_STATEMENT: Final = Reading()
@@ -480,9 +420,6 @@ Folder = Annotated[
 Workers = Annotated[
     int | None, Parameter(metavar="N", help="Processes; one for each core unless stated.")
 ]
-Debug = Annotated[
-    bool, Parameter(group=OUTPUT, negative="", show_default=False, help="Traceback on errors.")
-]
 Estimators = Annotated[
     tuple[str, ...] | None,
     Parameter(
@@ -495,24 +432,8 @@ Estimators = Annotated[
         "theo1, theoh, haar; several with commas between, or given again.",
     ),
 ]
-Force = Annotated[
-    bool,
-    Parameter(
-        group=OUTPUT,
-        negative="",
-        show_default=False,
-        help="Write over files that are read, or that no such run made.",
-    ),
-]
-Curve = Annotated[
-    bool,
-    Parameter(
-        group=OUTPUT,
-        negative="",
-        show_default=False,
-        help="Show the curve, every fit, every unit and every note, too.",
-    ),
-]
+Force = Annotated[bool, _flag(help="Write over files that are read, or that no such run made.")]
+Curve = Annotated[bool, _flag(help="Show the curve, every fit, every unit and every note, too.")]
 Duration = Annotated[
     float | None,
     one_argument(seconds, metavar="2h", help="Length of the recording; s unless stated."),
@@ -536,22 +457,11 @@ def statement_of(options: Reading) -> "Statement":
     for name in getattr(options, "covariates", None) or ():
         columns.setdefault(name, name)
     try:
-        return Statement(
-            gyros=options.gyros,
-            kind=options.kind,
-            unit=options.unit,
-            scale=options.scale,
-            sample_rate=options.rate,
-            time=options.time,
-            table=options.table,
-            columns=columns,
-            span=options.slice,
-            counter_bits=options.counter_bits,
-            counter_period=options.counter_period,
-            null_pulse=options.null_pulse,
-            layout=options.layout,
-            accelerometers=options.accelerometers,
-        )
+        stated = {
+            field.name: getattr(options, _OPTION_OF.get(field.name, field.name))
+            for field in fields(Statement)
+        }
+        return Statement(**{**stated, "columns": columns})
     except ValueError as error:
         raise UsageError(_of_option(error)) from error
 
@@ -600,8 +510,10 @@ def title_block_of(heading: Heading) -> "TitleBlock":
     OSError
         If it cannot be read.
     """
-    from sagnac.report.title_block import TitleBlock
+    from sagnac.report.files import TitleBlock, require_pdf
 
+    if heading.pdf:
+        require_pdf()
     of_file = TitleBlock() if heading.heading is None else TitleBlock.from_toml(heading.heading)
     typed = {field.name: getattr(heading, field.name) for field in fields(TitleBlock)}
     return replace(of_file, **{name: text for name, text in typed.items() if text is not None})

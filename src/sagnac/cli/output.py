@@ -1,19 +1,195 @@
-"""Folders, the files that go into them, and what is printed of both."""
+"""Exit status, errors in one line, progress, and the files of a run.
+
+One analysis shows bars on a terminal, else a line a stage once it takes long. Many pieces of work
+show one line that is written over on a terminal, else a line a minute.
+"""
 
 import importlib
 import os
+import sys
 import textwrap
-from collections.abc import Mapping, Sequence
-from contextlib import chdir
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import chdir, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, TextIO
 
-from sagnac.cli.errors import DONE, FAILED, UNDECIDED
-from sagnac.errors import one_line
+from sagnac.errors import one_line, visible
 
 if TYPE_CHECKING:
+    from rich.progress import TaskID
+
     from sagnac.analysis.result import Analysis
+    from sagnac.processes import Standing
+    from sagnac.report.files import TitleBlock
+    from sagnac.report.folder import Report
     from sagnac.specification.verdict import Decision
+
+
+# ---- errors ------------------------------------------------------------------------
+
+DONE: Final = 0
+DATA_ERROR: Final = 1
+USAGE_ERROR: Final = 2
+FAILED: Final = 3
+UNDECIDED: Final = 4
+INTERRUPTED: Final = 130
+
+# Characters of a message.
+_LONGEST: Final = 780
+
+
+class UsageError(Exception):
+    """Wrong usage that the argument parser cannot see."""
+
+
+def explain(error: Exception) -> int:
+    """Say in one line on standard error what went wrong.
+
+    Returns
+    -------
+    int
+        The exit status it means.
+    """
+    # Not before something has gone wrong: --help and a wrong option need none of it.
+    from sagnac.errors import MissingExtra, RecordingError, WouldOverwrite
+    from sagnac.report.command_line import as_typed, error_text
+
+    status = DATA_ERROR
+    if isinstance(error, RecordingError):
+        said = error_text(error)
+        status = USAGE_ERROR if isinstance(error, WouldOverwrite) else DATA_ERROR
+    elif isinstance(error, UsageError) or type(error) is ValueError:
+        said, status = as_typed(str(error)), USAGE_ERROR
+    elif isinstance(error, MissingExtra):
+        said = str(error)
+    elif isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        said = f"{where}{error.strerror or error}; check the path and its rights"
+    elif isinstance(error, MemoryError):
+        said = "out of memory; take a part of the recording with --slice START:STOP"
+    else:
+        said = (
+            f"internal error: {type(error).__name__}: {error}; "
+            "run again with --debug for the traceback, and report it"
+        )
+    complain(said)
+    return status
+
+
+def complain(message: str) -> None:
+    """One line on standard error, of which a screen shows no more than ten."""
+    line = visible(" ".join(message.split()))
+    if len(line) > _LONGEST:
+        # What is wrong stands at the beginning, what to do at the end.
+        half = _LONGEST // 2
+        line = f"{line[:half]} ... {line[-half:]}"
+    print(f"sagnac: {line}", file=sys.stderr)
+
+
+# ---- progress ----------------------------------------------------------------------
+
+Progress = Callable[[str, float], None]
+
+# What takes less than this needs no progress.
+PATIENCE_S: Final = 1.0
+# Between two lines on how far many pieces are.
+BETWEEN_LINES_S: Final = 60.0
+# Takes away what a longer line left behind this one on a terminal.
+_CLEAR: Final = "\x1b[K"
+
+
+@contextmanager
+def progress_shown(prefix: str = "") -> Iterator[Progress]:
+    """A function to be called with a stage and the fraction of it done.
+
+    Parameters
+    ----------
+    prefix
+        Goes before each stage, such as the file it is of.
+    """
+    if not sys.stderr.isatty():
+        yield prefixed(stage_lines(sys.stderr), prefix)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    bars = Bars(
+        TextColumn("{task.description:<24}"),
+        BarColumn(bar_width=36),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    tasks: dict[str, TaskID] = {}
+
+    def show(stage: str, fraction: float) -> None:
+        if stage not in tasks:
+            for task in tasks.values():
+                bars.update(task, completed=1.0)
+            tasks[stage] = bars.add_task(stage, total=1.0)
+        bars.update(tasks[stage], completed=fraction)
+
+    with bars:
+        yield prefixed(show, prefix)
+
+
+def stage_lines(stream: TextIO) -> Progress:
+    """A line for each stage that begins after `PATIENCE_S`, with the time it began at."""
+    began = time.perf_counter()
+    told: set[str] = set()
+
+    def show(stage: str, fraction: float) -> None:
+        spent = time.perf_counter() - began
+        if stage in told or spent < PATIENCE_S or fraction >= 1.0:
+            return
+        told.add(stage)
+        print(f"[{spent:6.1f} s] {stage}", file=stream, flush=True)
+
+    return show
+
+
+def prefixed(progress: Progress, prefix: str) -> Progress:
+    """The same with `prefix` before each stage."""
+    if not prefix:
+        return progress
+    before = one_line(prefix)
+    return lambda stage, fraction: progress(f"{before}: {stage}", fraction)
+
+
+def standings() -> "Callable[[Standing], None]":
+    """A function to be called as pieces of work are done."""
+    latest = -BETWEEN_LINES_S
+    over = sys.stderr.isatty()
+
+    def tell(standing: "Standing") -> None:
+        nonlocal latest
+        last = standing.done == standing.total
+        now = time.monotonic()
+        if not (over or last or standing.done == 0 or now - latest >= BETWEEN_LINES_S):
+            return
+        latest = now
+        before, after = ("\r", _CLEAR) if over else ("", "")
+        end = "\n" if last or not over else ""
+        print(f"{before}{standing_text(standing)}{after}", file=sys.stderr, end=end, flush=True)
+
+    return tell
+
+
+def standing_text(standing: "Standing") -> str:
+    """How far the work is, in one line."""
+    parts = [f"{standing.done} of {standing.total} done"]
+    if standing.failed:
+        parts.append(f"{standing.failed} failed")
+    if standing.left_s is not None and standing.done < standing.total:
+        minutes = standing.left_s / 60.0
+        left = f"{minutes:.0f} min" if minutes < 120.0 else f"{minutes / 60.0:.1f} h"
+        parts += [f"{standing.per_hour:.3g} an hour", f"{left} left"]
+    return ", ".join(parts)
+
+
+# ---- output ------------------------------------------------------------------------
 
 
 def folders_of(files: Sequence[Path], output: Path | None, *, as_json: bool) -> list[Path | None]:
@@ -80,49 +256,26 @@ def ready_to_draw() -> None:
         importlib.import_module("matplotlib")
 
 
-def write_accelerometers(analysis: "Analysis", folder: Path, *, pdf: bool = False) -> list[Path]:
-    """Page and figure of the accelerometers of a recording, into a folder that is made for them.
+def report_writer(
+    block: "TitleBlock", settings: str, *, pdf: bool, force: bool
+) -> "Callable[..., Report]":
+    """`sagnac.report.folder.write_report` with what a command states of every report."""
 
-    With `pdf` also the page as a PDF.
-    """
-    ready_to_draw()
-    from sagnac.formats.files import replacing_folder
-    from sagnac.report import figures, forces, page
-    from sagnac.report.files import write_text
+    def write(analysis: "Analysis", folder: Path, *, with_forces: bool = True) -> "Report":
+        ready_to_draw()
+        from sagnac.report.folder import write_report
 
-    with replacing_folder(folder) as new:
-        drawn = forces.force_figure(list(analysis.accelerometers.values()))
-        figures.write_png(drawn, new / "stability.png")
-        text = page.accelerometers_page(analysis)
-        write_text(new / "report.html", text)
-        if pdf:
-            from sagnac.report.pdf import write_pdf
+        return write_report(
+            analysis, folder, block=block, settings=settings, pdf=pdf, with_forces=with_forces,
+            force=force,
+        )  # fmt: skip
 
-            write_pdf(text, new / "report.pdf")
-    names = ("report.html", *(["report.pdf"] if pdf else []), "stability.png")
-    return [folder / name for name in names]
-
-
-def write_comparison(
-    analyses: "Mapping[str, Analysis]", refused: Mapping[str, str], folder: Path
-) -> list[Path]:
-    """Page, document and figure of several methods, into a folder that is made for them."""
-    ready_to_draw()
-    from sagnac.formats.files import replacing_folder
-    from sagnac.report import document, figures, page
-    from sagnac.report.files import write_text
-
-    with replacing_folder(folder) as new:
-        figures.write_png(figures.comparison_figure(analyses), new / "comparison.png")
-        write_text(new / "comparison.html", page.comparison_page(analyses, refused))
-        text = document.to_json(document.comparison_document(analyses, refused))
-        write_text(new / "comparison.json", text + "\n")
-    return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
+    return write
 
 
 def verdict_status(analyses: "Sequence[Analysis]") -> int:
     """Exit status that the verdicts on some analyses mean; 0 without a specification."""
-    from sagnac.report.verdicts import overall_decision
+    from sagnac.report.sections import overall_decision
 
     return status_of(overall_decision(list(analyses)))
 
@@ -151,14 +304,18 @@ def print_documents(
 
 def in_brief(analysis: "Analysis", others: "Sequence[Analysis]" = ()) -> tuple[str, ...]:
     """Part of a screen below the answer and the verdict."""
-    from sagnac.report import brief
+    from sagnac.report import text
 
-    return brief.coefficients(analysis), brief.lines(analysis), brief.notes(analysis, others)
+    return (
+        text.main_coefficients(analysis),
+        text.strongest_lines(analysis),
+        text.short_notes(analysis, others),
+    )
 
 
 def in_full(analysis: "Analysis") -> tuple[str, ...]:
     """The same with curves, spectrum, every fit, every unit and every note."""
-    from sagnac.report import brief, text
+    from sagnac.report import text
 
     return (
         *(text.curve(one) for one in analysis.family or (analysis.curve,)),
@@ -167,7 +324,7 @@ def in_full(analysis: "Analysis") -> tuple[str, ...]:
         text.units(analysis),
         text.shares(analysis),
         text.lines(analysis),
-        brief.every_note(analysis.notes),
+        text.every_note(analysis.notes),
     )
 
 
@@ -182,9 +339,9 @@ def print_beside(analysis: "Analysis") -> None:
 
 def print_closing(named: "Sequence[tuple[str, Analysis]]", end: str = "\n") -> None:
     """A row for each gyro of several, by the names of their files."""
-    from sagnac.report import brief
+    from sagnac.report import text
 
-    shown = brief.closing(named)
+    shown = text.closing(named)
     if shown:
         print(shown, end=end)
 

@@ -1,18 +1,23 @@
-"""Reading a file for a command, and naming it in what goes wrong afterwards."""
+"""Reading a file for a command, and the options of a run as a TOML that repeats it."""
 
+import json
 import shlex
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from sagnac.cli.progress import Progress
+from sagnac.cli.options import NO_OPTIONS, Options, Reading, span
+from sagnac.cli.output import Progress, UsageError
 
 if TYPE_CHECKING:
     from sagnac.formats import Statement
     from sagnac.recording.model import Recording
+
+
+# ---- reading -----------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +44,7 @@ def read_file(
         If the file cannot be read or, with `verify`, is not sound.
     """
     from sagnac.formats import read
-    from sagnac.formats.room import USUAL, limited
+    from sagnac.formats.files import USUAL, limited
 
     began = time.perf_counter()
     progress("read", 0.0)
@@ -158,3 +163,74 @@ def _numbers(recording: "Recording") -> str:
         ends = f"{values.min() / unit.size:.4g} to {values.max() / unit.size:.4g}"
         said.append(f"{channel.name}: {values.size} samples from {ends} {unit.name}")
     return ", ".join(said)
+
+
+# ---- settings file -----------------------------------------------------------------
+
+# What belongs to one run alone.
+_LEFT_OUT: Final = ("debug", "as_json", "settings", "memory")
+_NAMES: Final = tuple(field.name for field in fields(Options) if field.name not in _LEFT_OUT)
+
+
+def settings_text(options: Options) -> str:
+    """Options that were typed, as TOML; empty if none was."""
+    stated = {name: getattr(options, name) for name in _NAMES}
+    typed = {name: value for name, value in stated.items() if value != getattr(NO_OPTIONS, name)}
+    return "".join(f"{name} = {_written(name, value)}\n" for name, value in typed.items())
+
+
+def _written(name: str, value: Any) -> str:
+    if name == "slice":
+        return json.dumps(":".join("" if end is None else f"{end:.17g}" for end in value))
+    if isinstance(value, Mapping):
+        inside = (f"{json.dumps(key)} = {json.dumps(item)}" for key, item in value.items())
+        return "{" + ", ".join(inside) + "}"
+    return json.dumps(list(value) if isinstance(value, tuple) else value, ensure_ascii=False)
+
+
+def with_settings(options: Options) -> Options:
+    """The options with those of their settings file where nothing was typed.
+
+    Raises
+    ------
+    UsageError
+        If the file is no TOML, or has a key that is no option.
+    OSError
+        If it cannot be read.
+    """
+    from sagnac.documents import ANY, read_toml, table
+
+    path = options.settings
+    if path is None:
+        return options
+    try:
+        stated = read_toml(path, table(dict.fromkeys(_NAMES, ANY)))
+    except ValueError as error:
+        raise UsageError(f"--settings {path}: {error}") from None
+    found = {
+        name: _read(name, value)
+        for name, value in stated.items()
+        if getattr(options, name) == getattr(NO_OPTIONS, name)
+    }
+    return replace(options, **found)
+
+
+def _read(name: str, value: Any) -> Any:
+    if name == "slice":
+        try:
+            return span(str(value))
+        except ValueError as error:
+            raise UsageError(f"--settings: slice is {error}") from None
+    return tuple(value) if isinstance(value, list) else value
+
+
+def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:
+    """Files that a run reads: recordings, the TOML beside each, and what its options name."""
+    stated = [getattr(options, name, None) for name in ("settings", "spec", "layout")]
+    named = [Path(one) for one in (*stated, *more) if one is not None]
+    beside = [
+        place
+        for file in files
+        for place in (file, file.with_name(f"{file.name}.toml"), file.with_suffix(".toml"))
+    ]
+    return [*beside, *named]

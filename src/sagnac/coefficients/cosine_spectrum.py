@@ -15,7 +15,7 @@ from sagnac.coefficients.estimates import SquaredEstimate
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.limits import PRESENCE_OF_TWO, crossing
 from sagnac.errors import RecordingError
-from sagnac.recording.kinds import angle_increments
+from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_length, cosine_transform

@@ -29,9 +29,9 @@ from sagnac.coefficients.laws import (
 from sagnac.coefficients.limits import PRESENCE, crossing, typical_square
 from sagnac.coefficients.readings import SHORT, Squares
 from sagnac.errors import Note, RecordingError, rounded
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 from sagnac.stability.curve import StabilityCurve
-from sagnac.stability.degrees_of_freedom import ieee_relative_error
+from sagnac.stability.noise_type import ieee_relative_error
 
 # The terms a curve is fitted with, the first of them if it has too few points for all.
 _FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (

@@ -20,9 +20,9 @@ from sagnac.coefficients.laws import (
     CoefficientName,
     allan_variance_basis,
 )
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 from sagnac.stability.curve import StabilityCurve
-from sagnac.stability.degrees_of_freedom import equivalent_degrees_of_freedom
+from sagnac.stability.noise_type import equivalent_degrees_of_freedom
 
 # Power of frequency of the rate noise of what is limited; a ramp, which does not fluctuate, has no
 # fewer degrees of freedom than the steepest noise.

@@ -8,7 +8,7 @@ from typing import Final, Literal, get_args
 
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.errors import Note, quoted
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 from sagnac.stability.names import check_choice
 from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, TIME_UNITS, Sensor
 
@@ -362,23 +362,3 @@ def require_confidence(confidence: float) -> None:
     """
     if not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence is {confidence}; give a number between 0 and 1")
-
-
-def in_units(name: CoefficientName, value: float) -> dict[str, float]:
-    """One coefficient in every unit that it is written in.
-
-    Parameters
-    ----------
-    name
-        Of the coefficient.
-    value
-        SI.
-
-    Returns
-    -------
-    dict
-        By unit, the field's first. Angle random walk as a noise density is per root hertz
-        of a two-sided spectrum, as the IEEE standards define it: 1 deg/sqrt(h) is
-        60 deg/h/sqrt(Hz), and rad/sqrt(s) and rad/s/sqrt(Hz) are the same number.
-    """
-    return {unit: value / size for unit, size in COEFFICIENT_UNITS[name].items()}

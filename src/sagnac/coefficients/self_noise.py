@@ -28,7 +28,7 @@ from scipy.stats import chi2
 from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.coefficients.estimates import Estimate, Status, require_confidence
 from sagnac.errors import RecordingError, counted
-from sagnac.recording.kinds import angle_increments
+from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Recording
 from sagnac.spectrum.tapers import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 

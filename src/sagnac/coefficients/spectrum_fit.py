@@ -21,7 +21,7 @@ from sagnac.coefficients.spectrum_model import (
     sinusoid_square,
     spectrum_model,
 )
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 from sagnac.recording.model import Kind
 
 

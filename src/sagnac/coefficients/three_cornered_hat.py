@@ -29,7 +29,7 @@ from sagnac.coefficients.limits import (
 )
 from sagnac.coefficients.maximum import errors_of, scaled_covariance, solve_normal
 from sagnac.errors import Note, RecordingError
-from sagnac.recording.kinds import angle_increments
+from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
 

@@ -7,13 +7,12 @@ from typing import Any
 
 from sagnac.analysis.settings import Settings
 from sagnac.dataframes import pandas_for
-from sagnac.fleet import cluster, local
-from sagnac.fleet.config import Choices, tasks_of
+from sagnac.fleet import cluster
+from sagnac.fleet.config import Choices, Task, tasks_of
+from sagnac.fleet.measure import Result
 from sagnac.fleet.page import write_page
-from sagnac.fleet.results import Result
-from sagnac.fleet.runner import Campaign, Completed, run
+from sagnac.fleet.runner import Campaign, Completed, completed_here, run
 from sagnac.fleet.table import Line, lines_of, write_tables
-from sagnac.fleet.tasks import Task
 from sagnac.formats.statement import Statement
 from sagnac.overwriting import of_campaign, require_free
 from sagnac.processes import Standing, means_of
@@ -200,7 +199,7 @@ def workplace(
         means = means_of(workers, memory)
 
         def here(tasks: Sequence[Task], folder: Path) -> Iterator[tuple[Task, Result]]:
-            return local.completed(tasks, folder, means)
+            return completed_here(tasks, folder, means)
 
         return here
     if workers is not None or memory is not None:

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from sagnac.errors import MissingExtra, RecordingError
-from sagnac.fleet.measure import lost, measure
-from sagnac.fleet.results import Result
-from sagnac.fleet.tasks import Task
+from sagnac.fleet.config import Task
+from sagnac.fleet.measure import Result, lost, measure
 from sagnac.version import __version__
 
 # Time that a scheduler has to answer, and after which one that is silent is lost, s.

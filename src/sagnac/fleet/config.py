@@ -1,33 +1,142 @@
-"""From files, folders or a TOML to the tasks of a campaign."""
+"""From files, folders or a TOML to the tasks of a campaign: a recording and its settings each."""
 
+import hashlib
+import json
 import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
 from sagnac.analysis.settings import Settings
+from sagnac.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
 from sagnac.errors import RecordingError, quoted
-from sagnac.fleet.tasks import LABELS, Task
-from sagnac.formats.metadata import from_mapping
 from sagnac.formats.registry import FORMATS
-from sagnac.formats.statement import Statement
+from sagnac.formats.statement import Statement, from_mapping
 from sagnac.specification.limits import Specification, specification_of
+from sagnac.version import __version__
+
+# ---- tasks -------------------------------------------------------------------------
+
+SCHEMA: Final = "sagnac.campaign-result/1"
+LABELS: Final = ("unit", "day", "rate")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """One row of a campaign: a recording, a method, and a gyro or a pair.
+
+    Attributes
+    ----------
+    path
+        Of the file, absolute, as workers see it.
+    settings
+        Method, gyros, interval and confidence.
+    statement
+        What is stated of the file from outside.
+    labels
+        ``unit``, ``day`` and ``rate`` (deg/s) as far as they are known. The result does not depend
+        on them.
+    sha256
+        Of the file; empty if it could not be read.
+
+    Raises
+    ------
+    ValueError
+        If a label is not known.
+    """
+
+    path: str
+    settings: Settings = field(default_factory=Settings)
+    statement: Statement = field(default_factory=Statement)
+    labels: Mapping[str, str] = field(default_factory=dict)
+    sha256: str = ""
+
+    def __post_init__(self) -> None:
+        for name in self.labels:
+            if name not in LABELS:
+                raise ValueError(f"labels: {quoted(name)} is no label; use {', '.join(LABELS)}")
+
+    @property
+    def key(self) -> str:
+        """Digest of everything that the result depends on: file, statements, settings, version."""
+        what = {
+            "schema": SCHEMA,
+            "version": __version__,
+            "sha256": self.sha256 or self.path,
+            "beside": _beside_digest(Path(self.path)),
+            "statement": asdict(self.statement),
+            "settings": asdict(self.settings),
+        }
+        return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
+
+    @property
+    def gyros(self) -> str:
+        """Gyros as they are typed: ``x,z``; ``all`` if none is named."""
+        return ",".join(self.settings.gyros) or "all"
+
+
+def with_digest(task: Task) -> Task:
+    """The task with the digest of its file; unchanged if the file cannot be read.
+
+    What is wrong with such a file is said by its row, not by the plan.
+    """
+    try:
+        with open(task.path, "rb") as stream:
+            return replace(task, sha256=hashlib.file_digest(stream, "sha256").hexdigest())
+    except OSError:
+        return task
+
+
+def require_same_file(task: Task, sha256: str) -> None:
+    """Refuse a file that is not the one the task was planned for.
+
+    Raises
+    ------
+    RecordingError
+        If it has another digest.
+    """
+    if sha256 != task.sha256:
+        raise RecordingError(
+            "is not the file that the campaign was planned with",
+            path=task.path,
+            remedy="let all workers see the same files, and start the campaign again",
+        )
+
+
+def _beside_digest(path: Path) -> str:
+    """Digest of the TOML beside a file, which states what the file does not; empty without one."""
+    for candidate in (path.with_name(path.name + ".toml"), path.with_suffix(".toml")):
+        if candidate.is_file():
+            return hashlib.sha256(candidate.read_bytes()).hexdigest()
+    return ""
+
+
+# ---- config ------------------------------------------------------------------------
 
 _SUFFIXES: Final = frozenset(suffix for one in FORMATS for suffix in one.suffixes)
-_KEYS: Final = frozenset(
+_CAMPAIGN: Final = table(
     {
-        "files",
-        "methods",
-        "gyros",
-        "interval_s",
-        "confidence",
-        "pattern",
-        "spec",
-        "risk",
-        "statement",
-        "recording",
+        "files": TEXTS,
+        "methods": TEXTS,
+        "gyros": TEXTS,
+        "interval_s": NUMBER,
+        "confidence": NUMBER,
+        "pattern": TEXT,
+        "spec": {**TEXT, "description": 'give a limit in quotes, such as "3e-4deg/sqrt(h)"'},
+        "risk": NUMBER,
+        "statement": {"type": "object", "description": "it is a table, write [statement]"},
+        "recording": {
+            "type": "array",
+            "items": table(
+                {
+                    "file": {**TEXT, "description": "give file, the path of a recording"},
+                    **dict.fromkeys(LABELS, ANY),
+                },
+                needed=("file",),
+            ),
+            "description": "it is a list of tables, write [[recording]]",
+        },
     }
 )
 _REMEDY: Final = "see docs/campaign.md for the keys of a campaign"
@@ -126,15 +235,11 @@ def _files_of(source: Path) -> list[Path]:
 
 def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        return _planned(read_toml(path, _CAMPAIGN), path.parent, choices)
     except OSError as error:
         raise RecordingError(
             f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
         ) from None
-    except ValueError as error:
-        raise RecordingError(f"not TOML: {error}", path=str(path), remedy="correct it") from None
-    try:
-        return _planned(content, path.parent, choices)
     except RecordingError as error:
         raise error.at(str(path)) from None
     except (ValueError, TypeError) as error:
@@ -142,17 +247,12 @@ def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
 
 
 def _planned(content: Mapping[str, Any], folder: Path, choices: Choices) -> tuple[Task, ...]:
-    unknown = sorted(set(content) - _KEYS)
-    if unknown:
-        raise ValueError(f"{unknown[0]!r} is no key of a campaign; use {', '.join(sorted(_KEYS))}")
     common = _common(content, folder, choices)
     listed: list[tuple[Path, dict[str, str]]] = [
         (file, {}) for pattern in _texts(content, "files") for file in _matching(folder, pattern)
     ]
     for entry in content.get("recording", []):
         labels = {name: _label(entry[name]) for name in LABELS if name in entry}
-        if "file" not in entry or set(entry) - {"file", *LABELS}:
-            raise ValueError(f"recording {entry!r}; give file, and {', '.join(LABELS)} if known")
         listed += [(file, labels) for file in _matching(folder, entry["file"])]
     if not listed:
         raise ValueError("names no recording; give files = […] or [[recording]] with a file")
@@ -189,8 +289,6 @@ def _specification(content: Mapping[str, Any], folder: Path) -> Specification | 
             raise ValueError("risk is stated without spec; state the limit that it is of")
         return None
     text, risk = content["spec"], content.get("risk")
-    if not isinstance(text, str):
-        raise ValueError(f'spec is {text!r}; give a limit in quotes, such as "3e-4deg/sqrt(h)"')
     if text.strip().endswith(".toml"):
         text = str(folder / text.strip())
     try:
@@ -212,10 +310,7 @@ def _all_settings(content: Mapping[str, Any], settings: Settings) -> list[Settin
 
 def _texts(content: Mapping[str, Any], name: str) -> list[Any]:
     value = content.get(name, [])
-    values = [value] if isinstance(value, str) else list(value)
-    if not all(isinstance(one, str) for one in values):
-        raise ValueError(f"{name} is {quoted(value)}; give text, or a list of it")
-    return values
+    return [value] if isinstance(value, str) else value
 
 
 def _label(value: object) -> str:

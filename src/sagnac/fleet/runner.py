@@ -1,15 +1,64 @@
-"""A campaign run: what is kept is taken, the rest is done and kept, and told as it goes."""
+"""A campaign run: what is kept is taken, the rest is done by processes of this machine and kept."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Final
 
-from sagnac.fleet import local
-from sagnac.fleet.results import Result, read_result
-from sagnac.fleet.spans import span_tasks
-from sagnac.fleet.tasks import Task, with_digest
-from sagnac.processes import Standing, means_of
+from sagnac import processes
+from sagnac.fleet.config import Task, with_digest
+from sagnac.fleet.measure import Result, lost, measure, read_result, span_tasks
+from sagnac.processes import GIBIBYTE, Means, Standing, means_of
+
+# ---- local -------------------------------------------------------------------------
+
+# An analysis works by blocks, with what is too long in scratch files.
+_ANALYSIS: Final = 1.0 * GIBIBYTE
+# Formats that are read column by column and block by block; others are loaded whole.
+_BY_BLOCKS: Final = frozenset({".parquet", ".pq", ".h5", ".hdf5", ".he5", ".nc"})
+# Memory for each byte of such a file: its text, its numbers, and those of each stage.
+_WHOLE: Final = 4.0
+
+
+def needed_memory(path: str) -> float:
+    """Bytes that the analysis of a file may take."""
+    try:
+        size = Path(path).stat().st_size
+    except OSError:
+        size = 0
+    whole = Path(path).suffix.lower() not in _BY_BLOCKS
+    return _ANALYSIS + (_WHOLE * size if whole else 0.0)
+
+
+def completed_here(
+    tasks: Sequence[Task], folder: Path, means: Means
+) -> Iterator[tuple[Task, Result]]:
+    """Tasks with their results, in the order in which they end.
+
+    The result of a task whose worker dies says so.
+
+    Parameters
+    ----------
+    tasks
+        What to do.
+    folder
+        Of the campaign.
+    means
+        Workers and memory.
+    """
+    work = partial(measure, folder=folder)
+    ended = processes.completed(tasks, work, means, lambda task: needed_memory(task.path))
+    for task, future in ended:
+        try:
+            yield task, future.result()
+        except BrokenProcessPool:
+            yield task, lost(task, "the worker died; it was killed, or memory ran out")
+
+
+# ---- runner ------------------------------------------------------------------------
 
 Completed = Callable[[Sequence[Task], Path], Iterator[tuple[Task, Result]]]
 
@@ -116,7 +165,7 @@ def run(
         If the folder cannot be written to, or there are no workers.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    work = completed or (lambda todo, place: local.completed(todo, place, means_of()))
+    work = completed or (lambda todo, place: completed_here(todo, place, means_of()))
     planned = [with_digest(task) for task in tasks]
     told = told or _nobody
     rows, computed = _rows(planned, folder, work, told)

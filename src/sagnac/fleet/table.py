@@ -1,22 +1,32 @@
-"""The table of a campaign: one line for each row, as CSV and Parquet."""
+"""The table of a campaign, and what it says: scatter of N, its prior, limits that are kept."""
 
 import csv
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from scipy.special import betaincinv, ndtri
 
+from sagnac.alignment.noise import GyroNoise
 from sagnac.errors import RecordingError
-from sagnac.fleet.runner import Row
-from sagnac.fleet.spans import span_of
-from sagnac.fleet.tasks import Task
+from sagnac.fleet.config import Task
+from sagnac.fleet.measure import span_of
+from sagnac.fleet.runner import Campaign, Row
 from sagnac.formats.files import replacing
+from sagnac.repeatability.study import Range, Repeatability, Run, repeatability
 from sagnac.report.files import write_text
-from sagnac.report.tables import csv_text
+from sagnac.report.sections import csv_text
+from sagnac.specification.limits import Specification
+from sagnac.specification.verdict import Decision, overall
+from sagnac.units import DEGREE_PER_ROOT_HOUR
+
+# ---- table -------------------------------------------------------------------------
 
 NUMBER: Final = pa.float64()
 TEXT: Final = pa.string()
@@ -249,3 +259,226 @@ def _null(value: Any) -> Any:
 def _cell(value: Any) -> str:
     value = _null(value)
     return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+
+
+# ---- scatter -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scatter:
+    """Scatter of one group.
+
+    Attributes
+    ----------
+    lines
+        Those that show N, in the order of the runs.
+    left_out
+        How many of the group do not.
+    found
+        The answer, deg/sqrt(h); None if the lines are too few.
+    why
+        Why there is none.
+    """
+
+    lines: tuple[Line, ...]
+    left_out: int
+    found: Repeatability | None
+    why: str = ""
+
+
+def scatter_of(lines: Sequence[Line], confidence: float) -> Scatter:
+    """How N scatters over the units, days and rates of some lines.
+
+    Parameters
+    ----------
+    lines
+        Of one method and one choice of gyros.
+    confidence
+        Of the intervals.
+    """
+    shown = tuple(line for line in lines if line.status == "estimated")
+    runs = [
+        Run(
+            value=line.n_deg_per_sqrt_h,
+            low=line.low,
+            high=line.high,
+            confidence=line.confidence,
+            labels=_labels(line),
+        )
+        for line in shown
+    ]
+    left_out = len(lines) - len(shown)
+    try:
+        found = repeatability(runs, confidence=confidence)
+    except RecordingError as error:
+        return Scatter(lines=shown, left_out=left_out, found=None, why=str(error))
+    return Scatter(lines=shown, left_out=left_out, found=found)
+
+
+def _labels(line: Line) -> dict[str, str]:
+    stated = {"unit": line.unit, "day": line.day, "rate": f"{line.rate_deg_per_s:g}"}
+    return {name: label for name, label in stated.items() if label}
+
+
+# ---- prior -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prior:
+    """N of a run not yet made.
+
+    Attributes
+    ----------
+    noise
+        N is the median that is foretold, and the root of its variance half of the interval over
+        the normal quantile, both of ln N; B and K were not foretold.
+    words
+        Of what it is foretold, and from what.
+    """
+
+    noise: GyroNoise
+    words: str
+
+
+def prior_of(path: Path, *, confidence: float = 0.95) -> Prior:
+    """N of the next unit on a new day or, if the campaign has one unit, of its next day.
+
+    Parameters
+    ----------
+    path
+        Folder of a campaign, or its ``campaign.csv``.
+    confidence
+        Of the interval that is foretold.
+
+    Raises
+    ------
+    RecordingError
+        If it is no campaign, has several methods or choices of gyros, or does not show how N
+        scatters over days.
+    """
+    groups = groups_of(read_table(path))
+    try:
+        lines = _only_group(groups)
+        scatter = scatter_of(lines, confidence)
+        if scatter.found is None:
+            raise RecordingError(scatter.why)
+        foretold, what = _foretold(scatter.found)
+    except RecordingError as error:
+        raise error.at(str(path)) from None
+    reach = math.log(foretold.high / foretold.low) / (2.0 * float(ndtri(0.5 + 0.5 * confidence)))
+    value = foretold.value * DEGREE_PER_ROOT_HOUR
+    covariance = np.zeros((3, 3))
+    covariance[0, 0] = (value * reach) ** 2
+    return Prior(
+        noise=GyroNoise(
+            angle_random_walk=value,
+            covariance=covariance,
+            unseen=("bias_instability", "rate_random_walk"),
+        ),
+        words=f"N is that foretold for {what} by {scatter.found.runs} runs "
+        f"({lines[0].method}, {lines[0].gyros}): {foretold.value:.3g} "
+        f"[{foretold.low:.3g}, {foretold.high:.3g}] deg/sqrt(h), {100.0 * confidence:g} %",
+    )
+
+
+def _only_group(groups: dict[tuple[str, str], list[Line]]) -> Sequence[Line]:
+    if len(groups) != 1:
+        held = "; ".join(f"{method} of {gyros}" for method, gyros in groups) or "no recording"
+        raise RecordingError(
+            f"holds {held}", remedy="give a campaign of one method and one choice of gyros"
+        )
+    (lines,) = groups.values()
+    return lines
+
+
+def _foretold(found: Repeatability) -> tuple[Range, str]:
+    if found.next_unit is not None:
+        return found.next_unit, "the next unit on a new day, at a new rate"
+    if len(found.next_day) == 1:
+        ((unit, foretold),) = found.next_day.items()
+        return foretold, f"unit {unit} on a new day, at a new rate"
+    raise RecordingError(
+        "does not show how N scatters over days", remedy="measure a unit on three days or more"
+    )
+
+
+# ---- verdicts ----------------------------------------------------------------------
+
+_CONFIDENCE: Final = 0.95
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Yield:
+    """Decisions on the gyros of whole recordings.
+
+    Attributes
+    ----------
+    passed, failed, undecided
+        How many.
+    """
+
+    passed: int
+    failed: int
+    undecided: int
+
+    @property
+    def gyros(self) -> int:
+        """How many there are."""
+        return self.passed + self.failed + self.undecided
+
+    @property
+    def decision(self) -> Decision:
+        """``fail`` if one fails, else ``undecided`` if one is, else ``pass``."""
+        names: Sequence[tuple[Decision, int]] = (
+            ("fail", self.failed),
+            ("undecided", self.undecided),
+            ("pass", self.passed),
+        )
+        return overall([name for name, count in names if count])
+
+    @property
+    def share(self) -> tuple[float, float]:
+        """Interval of the share that passes at 95 % (Clopper and Pearson, 1934)."""
+        tail = 0.5 * (1.0 - _CONFIDENCE)
+        bad = self.gyros - self.passed
+        low = float(betaincinv(self.passed, bad + 1.0, tail)) if self.passed else 0.0
+        high = float(betaincinv(self.passed + 1.0, bad, 1.0 - tail)) if bad else 1.0
+        return low, high
+
+    def in_words(self) -> str:
+        """``3 pass, 1 fail, 0 undecided``."""
+        return f"{self.passed} pass, {self.failed} fail, {self.undecided} undecided"
+
+    def share_in_words(self) -> str:
+        """The yield with its interval: ``yield 75 % (19 to 99 %)``."""
+        low, high = self.share
+        return (
+            f"yield {100.0 * self.passed / self.gyros:.0f} % "
+            f"({100.0 * low:.0f} to {100.0 * high:.0f} %)"
+        )
+
+
+def yield_of(campaign: Campaign) -> Yield | None:
+    """The decisions of a campaign; None if nothing was stated that gyros have to keep."""
+    found: Counter[str] = Counter()
+    for row in campaign.rows:
+        verdict = row.result.analysis.get("verdict")
+        if verdict and span_of(row.task) is None:
+            found.update(verdict["gyros"].values())
+    if not found:
+        return None
+    return Yield(passed=found["pass"], failed=found["fail"], undecided=found["undecided"])
+
+
+def specifications_of(campaign: Campaign) -> tuple[Specification, ...]:
+    """Statements, each once."""
+    stated = [row.task.settings.specification for row in campaign.rows]
+    return tuple(dict.fromkeys(one for one in stated if one is not None))
+
+
+def limit_texts(specification: Specification) -> list[str]:
+    """Each limit as it was stated: ``N ≤ 0.0003 °/√h``."""
+    return [
+        f"{limit.letter} ≤ {limit.in_unit:.6g} {limit.unit.symbol}"
+        for limit in specification.limits
+    ]

@@ -1,7 +1,12 @@
-"""Binary records of a declared layout: fields, types, byte order, sync bytes and checksum."""
+"""Binary records of a declared layout: fields, types, byte order, sync bytes and checksum.
 
+A TOML declares the layout, or a preset knows it.
+"""
+
+import re
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,13 +14,221 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import series
+from sagnac.documents import ANY, NUMBER, TEXT, Schema, keep, one_of, read_toml, table
 from sagnac.errors import Note, RecordingError, counted
-from sagnac.formats.binary_layout import BinaryLayout, declared
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import BINARY
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statement
 from sagnac.recording.frames import ACCELEROMETER_NAMES
+
+# ---- binary layout -----------------------------------------------------------------
+
+_ORDERS: Final = {"little": "<", "big": ">"}
+# Name -> bytes at the end of a record; each is over what lies between sync bytes and itself.
+_CHECKSUM_BYTES: Final = {"xor8": 1, "sum8": 1, "sum16": 2, "crc16": 2, "crc32": 4}
+_BYTES: Final[Schema] = {"type": "integer", "minimum": 0, "description": "give 0 or more"}
+_FIELD: Final[Schema] = {
+    "type": "array",
+    "minItems": 2,
+    "maxItems": 3,
+    "items": [
+        ANY,
+        {
+            "type": "string",
+            "pattern": r"^([iu][1248]|f[48]|pad\d+)\Z",
+            "description": "use f4, f8, i1 to i8, u1 to u8 or pad3",
+        },
+    ],
+    "description": "give a list of name, type and, if known, unit",
+}
+_LAYOUT: Final = table(
+    {
+        "fields": {
+            "type": "array",
+            "items": _FIELD,
+            "description": 'give a list such as [["time", "f8", "s"]]',
+        },
+        "byte_order": one_of(_ORDERS),
+        "header_bytes": _BYTES,
+        "record_bytes": _BYTES,
+        "sync": ANY,
+        "checksum": one_of(_CHECKSUM_BYTES),
+        "kind": TEXT,
+        "sample_rate": NUMBER,
+    },
+    needed=("fields",),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BinaryField:
+    """One field of a record.
+
+    Attributes
+    ----------
+    name
+        Empty for bytes that are passed over.
+    type
+        ``f8``, ``i4``, ``u2`` or ``pad3``.
+    unit
+        Or None.
+
+    """
+
+    name: str
+    type: str
+    unit: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BinaryLayout:
+    """Records of one length.
+
+    Attributes
+    ----------
+    fields
+        In their order.
+    byte_order
+        ``little`` or ``big``.
+    header_bytes
+        Before the first record.
+    record_bytes
+        Length of a record; None for sync bytes, fields and checksum one behind the other.
+    sync
+        Bytes that every record begins with.
+    checksum
+        ``xor8``, ``sum8``, ``sum16``, ``crc16`` or ``crc32`` at the end of every record, over what
+        lies between sync bytes and it; empty if there is none.
+    kind, sample_rate
+        What the samples are, and Hz; None if the file's user states it.
+
+    Raises
+    ------
+    ValueError
+        If there is no field, two have one name, or they take more than a record has.
+    """
+
+    fields: tuple[BinaryField, ...]
+    byte_order: str = "little"
+    header_bytes: int = 0
+    record_bytes: int | None = None
+    sync: bytes = b""
+    checksum: str = ""
+    kind: str | None = None
+    sample_rate: float | None = None
+
+    def __post_init__(self) -> None:
+        names = [field.name for field in self.fields if field.name]
+        if not names or len(set(names)) < len(names):
+            raise ValueError(
+                f"fields are {', '.join(names) or 'none'}; give each a name of its own"
+            )
+        if self.record_bytes is not None and self.record_bytes < self._used:
+            raise ValueError(
+                f"record_bytes is {self.record_bytes}; sync, fields and checksum take {self._used}"
+            )
+
+    @property
+    def dtype_order(self) -> str:
+        """Byte order as numpy writes it."""
+        return _ORDERS[self.byte_order]
+
+    @property
+    def checksum_bytes(self) -> int:
+        """Length of the checksum."""
+        return _CHECKSUM_BYTES.get(self.checksum, 0)
+
+    @property
+    def _used(self) -> int:
+        width = sum(int(re.sub(r"\D", "", field.type)) for field in self.fields)
+        return len(self.sync) + width + self.checksum_bytes
+
+    @property
+    def size(self) -> int:
+        """Bytes in a record."""
+        return self.record_bytes or self._used
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The record as numpy reads it."""
+        names, kinds, offsets = [], [], []
+        offset = len(self.sync)
+        for field in self.fields:
+            width = int(re.sub(r"\D", "", field.type))
+            if field.name:
+                names.append(field.name)
+                kinds.append(f"{self.dtype_order}{field.type}")
+                offsets.append(offset)
+            offset += width
+        return np.dtype(
+            {"names": names, "formats": kinds, "offsets": offsets, "itemsize": self.size}
+        )
+
+
+def _seven_doubles(name: str) -> BinaryLayout:
+    fields = [BinaryField(name="time", type="f8", unit="s")]
+    fields += [BinaryField(name=axis, type="f8", unit=name) for axis in "xyz"]
+    fields += [BinaryField(name=axis, type="f8", unit="m/s^2") for axis in ACCELEROMETER_NAMES]
+    return BinaryLayout(fields=tuple(fields), kind="rate")
+
+
+# Name -> layout of units that are often met: time (s), gyros x, y, z, accelerometers x, y, z.
+PRESETS: Final[Mapping[str, BinaryLayout]] = {
+    "imu7-deg": _seven_doubles("deg/s"),
+    "imu7-rad": _seven_doubles("rad/s"),
+}
+
+
+def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
+    """The layout that is meant.
+
+    Parameters
+    ----------
+    layout
+        Name of a preset, path of a TOML, or its table.
+
+    Raises
+    ------
+    RecordingError
+        If there is no such preset or file, or it declares what cannot be.
+
+    Examples
+    --------
+    >>> declared({"fields": [["x", "i4", "0.1arcsec"]], "byte_order": "big"}).dtype["x"]
+    dtype('>i4')
+    >>> declared("imu7-deg").size
+    56
+    """
+    if isinstance(layout, str) and layout in PRESETS:
+        return PRESETS[layout]
+    where = layout if isinstance(layout, str) else ""
+    try:
+        return _of_table(read_toml(Path(layout)) if isinstance(layout, str) else layout)
+    except OSError:
+        raise RecordingError(
+            f"layout {where!r} is not known",
+            remedy=f"use one of {', '.join(PRESETS)}, or a TOML that lists the fields",
+        ) from None
+    except ValueError as error:
+        raise RecordingError(
+            f"the layout of the records: {error}", path=where, remedy="correct it there"
+        ) from None
+
+
+def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
+    stated = content.get("layout", content)
+    keep(_LAYOUT, stated)
+    fields = tuple(
+        BinaryField(name=str(name), type=kind, unit=str(unit[0]) if unit else None)
+        for name, kind, *unit in stated["fields"]
+    )
+    others = {key: value for key, value in stated.items() if key not in ("fields", "sync")}
+    sync = bytes.fromhex(str(stated.get("sync", "")))
+    return BinaryLayout(fields=fields, sync=sync, **others)
+
+
+# ---- binary ------------------------------------------------------------------------
 
 Bytes = NDArray[np.uint8]
 _LOOKED_THROUGH: Final = 1 << 24

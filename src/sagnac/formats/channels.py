@@ -1,19 +1,432 @@
-"""Raw numbers of a column -> channel in SI: gyros, counters among them, and the table."""
+"""Raw numbers of a column -> channel in SI: kind, unit, size of one, and sample times."""
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
 
 from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import Note, RecordingError, counted
-from sagnac.formats.scales import Scale
-from sagnac.formats.unit_text import parsed_unit
-from sagnac.recording.channel import Channel
+from sagnac.formats.choice import Choice, Placed
+from sagnac.formats.source import Column, Stored
+from sagnac.formats.statement import Statements, of_name, parsed_unit
+from sagnac.recording.channel import KINDS, Channel, Kind, finite_extent, unwrapped
 from sagnac.recording.columns import Taken
 from sagnac.recording.encoder_readings import angle_of_readings
-from sagnac.recording.kinds import finite_extent
-from sagnac.recording.unwrapping import unwrapped
-from sagnac.units import unit_of
+from sagnac.recording.stamps import Sampling, sampling
+from sagnac.units import (
+    ACCELERATION_UNITS,
+    ANGLE_UNITS,
+    RATE_UNITS,
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    Sensor,
+    canonical,
+    split_factor,
+    unit_of,
+)
+
+# ---- sampling ----------------------------------------------------------------------
+
+Span = tuple[float | None, float | None]
+
+# A stamp that misses the limit of a slice by less than this, s, is at it.
+_SLACK: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """The samples of a file that are taken, and when they were.
+
+    Attributes
+    ----------
+    first, stop
+        First sample of the file that is taken, and the one after the last.
+    start
+        Time of the first, s from the first sample of the file.
+    sampling
+        Rate and times of those taken.
+
+    Raises
+    ------
+    ValueError
+        If the stretch stops before it starts.
+    """
+
+    first: int
+    stop: int
+    start: float
+    sampling: Sampling
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.first <= self.stop:
+            raise ValueError(f"first and stop are {self.first} and {self.stop}; stop comes last")
+
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """Start of the first sample and end of the last, s from the first of the file."""
+        return self.start, self.start + (self.stop - self.first) / self.sampling.sample_rate
+
+
+def sampled_by_rate(samples: int, rate: float, span: Span | None) -> Stretch:
+    """Uniform samples without stamps.
+
+    Parameters
+    ----------
+    samples
+        In the file.
+    rate
+        Samples per second.
+    span
+        Start and stop to take, s from the first sample, or None for all.
+
+    Raises
+    ------
+    RecordingError
+        If fewer than two samples lie in the span.
+    """
+    even = Sampling(times=None, sample_rate=rate)
+    if span is None:
+        return Stretch(first=0, stop=samples, start=0.0, sampling=even)
+    start, stop = span
+    first = min(samples, math.ceil((start or 0.0) * rate - 1e-6))
+    last = samples if stop is None else min(samples, math.ceil(stop * rate - 1e-6))
+    _check_slice(first, last)
+    return Stretch(first=first, stop=last, start=first / rate, sampling=even)
+
+
+def sampled_by_stamps(stamps: FloatArray, span: Span | None, stated_rate: float | None) -> Stretch:
+    """Samples with stamps.
+
+    Parameters
+    ----------
+    stamps
+        (two samples or more,) s from the first of the file.
+    span
+        Start and stop to take, s from the first sample, or None for all.
+    stated_rate
+        Samples per second in words, or None.
+
+    Raises
+    ------
+    RecordingError
+        If fewer than two samples lie in the span, time does not run forwards, or the stamps
+        contradict the rate in words.
+    """
+    first, last = 0, stamps.size
+    if span is not None:
+        start, stop = span
+        first = first_at(stamps, start or 0.0)
+        last = stamps.size if stop is None else first + first_at(stamps[first:], stop)
+        _check_slice(first, last)
+    taken = sampling(stamps[first:last], stated_rate)
+    return Stretch(first=first, stop=last, start=float(stamps[first]), sampling=taken)
+
+
+def _check_slice(first: int, stop: int) -> None:
+    """Refuse a slice of too few samples to tell a rate from their stamps."""
+    if stop - first < 2:
+        raise RecordingError(
+            "fewer than two samples lie in the slice", remedy="widen {slice START:STOP}"
+        )
+
+
+def stamps_in_seconds(stored: Stored, key: str, unit: float, until: float | None) -> FloatArray:
+    """Stamps in s from the first, to the one at `until`.
+
+    The first is taken off before anything is converted, so that integers lose nothing by the size
+    of the epoch.
+
+    Parameters
+    ----------
+    stored
+        Columns of the file.
+    key
+        That of the stamps.
+    unit
+        Seconds in one unit of them.
+    until
+        s from the first, after which none are needed, or None.
+    """
+    samples = stored.lengths[key]
+    times = series.Filling(samples)
+    origin: Any = None
+    for piece in stored.pieces([key], 0, samples):
+        raw = piece[key]
+        origin = raw[0] if origin is None else origin
+        seconds = np.asarray(raw - origin, dtype=np.float64) * unit
+        times.append(seconds)
+        if until is not None and (seconds >= until - _SLACK).any():
+            break
+    return times.filled
+
+
+def first_at(times: FloatArray, limit: float) -> int:
+    """First sample at or after `limit`, s; their number if there is none."""
+
+    def reached(block: slice) -> BooleanArray:
+        return np.asarray(times[block] >= limit - _SLACK)
+
+    return series.first_where(reached, times.size, times)
+
+
+# ---- scales ------------------------------------------------------------------------
+
+# Times written as text, which readers hand over in ns: of the clock, and dates with it.
+TIME_FORMS: Final = {"clock": 1e-9, "iso": 1e-9}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scale:
+    """Kind, unit and scale of the numbers of a column.
+
+    Attributes
+    ----------
+    kind
+        What one sample is.
+    unit
+        Unit of the numbers, as stated.
+    factor
+        SI size of one: rad, or rad/s for kind ``rate``.
+    notes
+        What was noticed of the statements.
+    sensor
+        ``gyro`` or ``accelerometer``.
+
+    Raises
+    ------
+    ValueError
+        If the factor is not positive.
+    """
+
+    kind: Kind
+    unit: str
+    factor: float
+    notes: tuple[Note, ...] = ()
+    sensor: Sensor = "gyro"
+
+    def __post_init__(self) -> None:
+        if not self.factor > 0.0:
+            raise ValueError(f"factor is {self.factor!r}; give the SI size of {self.unit}")
+
+
+def require_known(choice: Choice, columns: Sequence[Column], statements: Statements) -> None:
+    """Refuse a kind or unit of a name that is no channel and no column of the file.
+
+    Raises
+    ------
+    RecordingError
+        If caller or TOML state one, which would be heard by nobody.
+    """
+    channels = (*choice.gyros, *choice.accelerometers)
+    taken = {column.key for column in (*choice.gyros.values(), *choice.accelerometers.values())}
+    others = {one.name for one in columns if one.key not in taken}
+    others |= {name for one in statements.in_order for name in one.columns}
+    for quantity, roles in (("kind", ()), ("unit", ("table", "time"))):
+        known = dict.fromkeys((*channels, "gyros", "accelerometers", *roles))
+        for statement in (statements.caller, statements.beside):
+            stated = getattr(statement, quantity)
+            for name in stated if isinstance(stated, Mapping) else ():
+                if name not in known and name not in others:
+                    raise RecordingError(
+                        f"its {quantity} is stated, and there is no such channel",
+                        channel=name,
+                        remedy=f"state {{{quantity}}} of {', '.join(known)}",
+                    )
+
+
+def gyro_kind(name: str, column: Column, statements: Statements) -> Kind:
+    """Kind of a gyro: what caller or TOML state, else the column, else the file.
+
+    Raises
+    ------
+    RecordingError
+        If none is stated, or the file states one that there is not.
+    """
+    stated = statements.gyro("kind", name) or column.kind or statements.gyro_by_file("kind", name)
+    remedy = f"state {{kind {'|'.join(KINDS)}}}"
+    if stated is None:
+        raise RecordingError("its kind is not stated", channel=name, remedy=remedy)
+    for kind in KINDS:
+        if kind == stated:
+            return kind
+    raise RecordingError(
+        f"the file says kind {stated!r}, which is none", channel=name, remedy=remedy
+    )
+
+
+def gyro_scale(name: str, column: Column, statements: Statements) -> Scale:
+    """Kind and unit of a gyro.
+
+    Raises
+    ------
+    RecordingError
+        If kind, unit or the size of a count is not stated, or they contradict each other.
+    """
+    kind = gyro_kind(name, column, statements)
+    in_words = statements.gyro("unit", name)
+    by_file = column.unit or statements.gyro_by_file("unit", name)
+    unit = _sized_unit(name, in_words or by_file, statements.scale)
+    notes = []
+    if in_words and by_file and canonical(in_words) != canonical(by_file):
+        notes.append(_contradiction(name, "unit", by_file, in_words, statements))
+    kind_by_file = column.kind or statements.gyro_by_file("kind", name)
+    if kind_by_file is not None and kind_by_file != kind:
+        notes.append(_contradiction(name, "kind", kind_by_file, kind, statements))
+    return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=tuple(notes))
+
+
+def _contradiction(
+    name: str, quantity: str, by_file: str, taken: str, statements: Statements
+) -> Note:
+    """The file states another kind or unit than is taken.
+
+    A caller knows what is typed; a TOML beside may be of the file that had this name before.
+    """
+    if of_name(getattr(statements.caller, quantity), name) is not None:
+        return Note(channel=name, text=f"the file says {by_file}, taken as {taken} as stated")
+    text = (
+        f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the TOML "
+        f"if it is of another recording"
+    )
+    return Note(channel=name, text=text, level="warning")
+
+
+def accelerometer_scale(name: str, column: Column, statements: Statements) -> Scale:
+    """Kind and unit of an accelerometer; its kind is ``rate`` unless another is stated.
+
+    Raises
+    ------
+    RecordingError
+        If its unit is not stated, or is none of an accelerometer of that kind.
+    """
+    stated = statements.of_accelerometer("kind", name) or column.kind or "rate"
+    if stated not in KINDS:
+        raise RecordingError(
+            f"the file says kind {stated!r}, which is none",
+            channel=name,
+            remedy=f"state {{kind {name}={'|'.join(KINDS)}}}",
+        )
+    kind: Kind = stated
+    unit = statements.of_accelerometer("unit", name) or column.unit
+    remedy = f"state {{unit {name}=m/s^2}}, g or mg, or {{unit gyros=deg/s,accelerometers=g}}"
+    if unit is None:
+        raise RecordingError("its unit is not stated", channel=name, remedy=remedy)
+    factor, plain = split_factor(unit)
+    known = ACCELERATION_UNITS if kind == "rate" else VELOCITY_UNITS
+    if plain not in known or not factor > 0.0:
+        raise RecordingError(
+            f"unit {unit!r} is none of an accelerometer of kind {kind}",
+            channel=name,
+            remedy=remedy if kind == "rate" else f"state {{unit {name}=m/s}} or the right {{kind}}",
+        )
+    return Scale(kind=kind, unit=unit, factor=factor * known[plain], sensor="accelerometer")
+
+
+def _sized_unit(name: str, unit: str | None, scale: str | None) -> str:
+    """The unit of the numbers: the one stated, or the size of a count if they are counts."""
+    if unit is None and scale is None:
+        raise RecordingError(
+            "its unit is not stated", channel=name, remedy="state {unit}, arcsec for one"
+        )
+    if unit is not None and not parsed_unit(unit).is_known:
+        raise RecordingError(
+            f"unit {unit!r} is not known",
+            channel=name,
+            remedy="state {unit arcsec}, deg/s or counts",
+        )
+    if unit is None or parsed_unit(unit).is_counts:
+        if scale is None:
+            raise RecordingError(
+                "it is in counts and their size is not stated",
+                channel=name,
+                remedy="state {scale 0.1arcsec}",
+            )
+        return scale
+    if scale is not None:
+        raise RecordingError(
+            f"its unit {unit} and a scale per count contradict each other",
+            channel=name,
+            remedy="state {unit counts} and {scale}, or {unit} alone",
+        )
+    return unit
+
+
+def _gyro_factor(name: str, kind: Kind, unit: str) -> float:
+    """SI size of one `unit`, refused if it is none of the kind's quantity."""
+    stated = parsed_unit(unit)
+    wanted, other = (RATE_UNITS, ANGLE_UNITS) if kind == "rate" else (ANGLE_UNITS, RATE_UNITS)
+    if stated.name not in wanted:
+        quantity = "angle" if kind == "rate" else "rate"
+        what = f"a unit of {quantity}" if stated.name in other else "no unit of a gyro"
+        raise RecordingError(
+            f"kind {kind} contradicts {stated.name}, {what}",
+            channel=name,
+            remedy="state the right {kind} or {unit}",
+        )
+    return stated.factor * wanted[stated.name]
+
+
+def table_scale(table: Placed, statements: Statements) -> Scale:
+    """Unit of the table angle.
+
+    Raises
+    ------
+    RecordingError
+        If none is stated, or it is not one of angle.
+    """
+    key = table.column.key
+    unit = table.unit or statements.own_unit("table") or table.column.unit
+    remedy = f"state {{table {key}:deg}}"
+    if unit is None:
+        raise RecordingError(
+            f"the unit of column {key} is not stated",
+            channel="table",
+            remedy=f"{remedy}, or leave it out with {{table none}}",
+        )
+    stated = parsed_unit(unit)
+    if not stated.is_angle:
+        raise RecordingError(f"unit {unit!r} is not one of angle", channel="table", remedy=remedy)
+    return Scale(kind="angle", unit=unit, factor=stated.factor * ANGLE_UNITS[stated.name])
+
+
+def time_unit(time: Placed, statements: Statements) -> float:
+    """Seconds in one unit of the time stamps.
+
+    Raises
+    ------
+    RecordingError
+        If none is stated, or it is not one of time.
+    """
+    key = time.column.key
+    unit = time.unit or statements.own_unit("time") or time.column.unit
+    remedy = f"state {{time {key}:s}}"
+    if unit is None:
+        raise RecordingError(
+            f"the unit of column {key} is not stated", channel="time", remedy=remedy
+        )
+    written = time.column.unit if time.column.unit in TIME_FORMS else None
+    if written is not None and unit != written:
+        raise RecordingError(
+            f"column {key} holds times as text, not numbers in {unit}",
+            channel="time",
+            remedy=f"state {{time {key}:{written}}}",
+        )
+    if written is not None:
+        return TIME_FORMS[written]
+    if unit in TIME_FORMS:
+        raise RecordingError(
+            f"column {key} holds numbers, not times as text", channel="time", remedy=remedy
+        )
+    if canonical(unit) not in TIME_UNITS:
+        raise RecordingError(f"unit {unit!r} is not one of time", channel="time", remedy=remedy)
+    return TIME_UNITS[canonical(unit)]
+
+
+# ---- channels ----------------------------------------------------------------------
 
 
 def gyro_channel(name: str, raw: FloatArray, scale: Scale, counter_period: float | None) -> Taken:

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from sagnac.errors import Note, RecordingError
-from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column
+from sagnac.formats.statement import Statements
+from sagnac.recording.channel import PICKOFF
 from sagnac.recording.frames import (
     GYRO_NAMES,
     NULL_PULSE_NAME,
@@ -15,7 +16,6 @@ from sagnac.recording.frames import (
     TEMPERATURE,
     TIME_NAMES,
 )
-from sagnac.recording.pickoff import PICKOFF
 from sagnac.units import TIME_UNITS, canonical
 
 # Characters of a list of columns that an error shows.

@@ -18,17 +18,29 @@ from numpy.typing import NDArray
 
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.files import damaged, replacing_set
-from sagnac.formats.labview import X_COLUMN, preamble_of
-from sagnac.formats.outgoing import MADE, Outgoing
 from sagnac.formats.registry import CSV
-from sagnac.formats.source import Column, Source, Stored, column, in_memory
-from sagnac.formats.statement import Statement
-from sagnac.formats.text_file import blocks_of, ends_in_newline, lines_of, sample_of
-from sagnac.formats.text_layout import Field, Layout, fields_of, layout
-from sagnac.formats.text_numbers import MISSING, NumberStyle
-from sagnac.formats.text_presets import preset_of
-from sagnac.formats.text_times import form_of, nanoseconds, past_midnight
-from sagnac.formats.unit_text import parsed_unit
+from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, column, in_memory
+from sagnac.formats.statement import Statement, parsed_unit
+from sagnac.formats.text import (
+    MISSING,
+    NumberStyle,
+    blocks_of,
+    ends_in_newline,
+    form_of,
+    lines_of,
+    nanoseconds,
+    past_midnight,
+    sample_of,
+)
+from sagnac.formats.text_layout import (
+    X_COLUMN,
+    Field,
+    Layout,
+    fields_of,
+    layout,
+    preamble_of,
+    preset_of,
+)
 
 # That many blocks are read side by side.
 _THREADS: Final = 2

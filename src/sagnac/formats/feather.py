@@ -1,6 +1,9 @@
-"""Feather, the file of Arrow: one column per channel, unit and kind in its metadata."""
+"""Feather, the file of Arrow: one column per channel, unit and kind in its metadata.
 
-from collections.abc import Iterator, Sequence
+Parquet shares the columns of an Arrow schema.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,14 +11,58 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from sagnac.formats.arrow_columns import as_numpy, column_of, is_numeric, text_of
 from sagnac.formats.files import damaged, replacing
-from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import MADE, Outgoing, Rows
 from sagnac.formats.registry import FEATHER
-from sagnac.formats.source import Source, Stored
-from sagnac.formats.statement import vocabulary
+from sagnac.formats.source import MADE, Column, Outgoing, Rows, Source, Stored, column
+from sagnac.formats.statement import by_attributes
 from sagnac.recording.frames import NULL_PULSE_NAME
+
+# ---- arrow columns -----------------------------------------------------------------
+
+
+def text_of(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
+    """Metadata as text."""
+    return {
+        key.decode(errors="replace"): value.decode(errors="replace")
+        for key, value in (metadata or {}).items()
+    }
+
+
+def is_numeric(kind: pa.DataType) -> bool:
+    """Whether columns of that type hold numbers, times among them."""
+    return bool(
+        pa.types.is_integer(kind)
+        or pa.types.is_floating(kind)
+        or pa.types.is_boolean(kind)
+        or pa.types.is_timestamp(kind)
+    )
+
+
+def column_of(item: pa.Field) -> Column:
+    """A field with the unit and kind that its metadata states."""
+    metadata = text_of(item.metadata)
+    unit = item.type.unit if pa.types.is_timestamp(item.type) else metadata.get("unit")
+    return column(item.name, unit=unit, kind=metadata.get("kind"))
+
+
+def as_numpy(values: pa.Array) -> NDArray[Any]:
+    """Numbers of an array; times as integers in their unit."""
+    if pa.types.is_timestamp(values.type):
+        values = values.cast(pa.int64())
+    if pa.types.is_boolean(values.type) and not values.null_count:
+        # A bit each. A cast would import what computes on arrays: a twentieth of a second.
+        bits = np.frombuffer(values.buffers()[1], dtype=np.uint8)
+        ones = np.unpackbits(bits, bitorder="little")
+        return ones[values.offset : values.offset + len(values)]
+    if pa.types.is_boolean(values.type):
+        values = values.cast(pa.uint8())
+    if values.null_count:
+        values = values.cast(pa.float64(), safe=False).fill_null(np.nan)
+    # Not by `to_numpy`, which imports pandas where it is installed: half a second.
+    return np.from_dlpack(values)
+
+
+# ---- feather -----------------------------------------------------------------------
 
 
 def open_source(path: Path) -> Source:
@@ -56,7 +103,7 @@ def open_source(path: Path) -> Source:
         format=FEATHER.name,
         columns=columns,
         load=load,
-        stated=from_mapping({k: v for k, v in stated.items() if k in vocabulary()}),
+        stated=by_attributes(stated),
     )
 
 

@@ -17,26 +17,11 @@ from scipy.io import netcdf_file
 from sagnac import series
 from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged
-from sagnac.formats.hdf5_soundness import require_own, require_survivable, require_whole
-from sagnac.formats.metadata import from_mapping
+from sagnac.formats.hdf5 import require_own, require_survivable, require_whole
 from sagnac.formats.registry import NETCDF
 from sagnac.formats.source import Column, Source, Stored, column, in_memory
+from sagnac.formats.statement import ATTRIBUTES, by_attributes
 
-_STATED: Final = frozenset(
-    {"accelerometers"}
-    | {
-        "gyros",
-        "kind",
-        "unit",
-        "scale",
-        "sample_rate",
-        "time",
-        "table",
-        "counter_bits",
-        "counter_period",
-        "null_pulse",
-    }
-)
 # How the format marks a dimension without values of its own ("NetCDF-4 file format" in the guide).
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 # How the classic formats begin, and their versions.
@@ -73,7 +58,7 @@ def open_source(path: Path) -> Source:
     with damaged(NETCDF.name), h5py.File(path, "r") as file:
         found = dict(_variables(file))
         columns = tuple(_column(name, file[name].attrs) for name in found)
-        stated = {key: _plain(file.attrs[key]) for key in file.attrs if key in _STATED}
+        stated = {key: _plain(file.attrs[key]) for key in file.attrs if key in ATTRIBUTES}
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
         with damaged(NETCDF.name), h5py.File(path, "r") as file:
@@ -91,7 +76,7 @@ def open_source(path: Path) -> Source:
                 require(file[key], path)
         return Stored(lengths={key: found[key] for key in keys}, pieces=pieces)
 
-    return Source(format=NETCDF.name, columns=columns, load=load, stated=from_mapping(stated))
+    return Source(format=NETCDF.name, columns=columns, load=load, stated=by_attributes(stated))
 
 
 def _classic(path: Path) -> Source:
@@ -103,7 +88,7 @@ def _classic(path: Path) -> Source:
             if len(one.shape) == 1 and one.data.dtype.kind in "biuf"
         }
         columns = tuple(_column(name, own) for name, own in attributes.items())
-        stated = {key: _plain(getattr(file, key)) for key in _STATED if hasattr(file, key)}
+        stated = {key: _plain(getattr(file, key)) for key in ATTRIBUTES if hasattr(file, key)}
 
     def load(keys: Sequence[str]) -> Stored:
         with damaged(NETCDF.name), netcdf_file(path, "r", mmap=False) as file:
@@ -112,7 +97,7 @@ def _classic(path: Path) -> Source:
         native = {key: one.astype(one.dtype.newbyteorder("=")) for key, one in values.items()}
         return in_memory({key: _scaled(one, attributes[key]) for key, one in native.items()})
 
-    return Source(format=NETCDF.name, columns=columns, load=load, stated=from_mapping(stated))
+    return Source(format=NETCDF.name, columns=columns, load=load, stated=by_attributes(stated))
 
 
 def _variables(file: h5py.File) -> Iterator[tuple[str, int]]:

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from sagnac import series
 from sagnac.errors import RecordingError
-from sagnac.formats.files import damaged
+from sagnac.formats.files import damaged, require_content
 from sagnac.formats.registry import NPY
-from sagnac.formats.room import require_content
 from sagnac.formats.source import Column, Source, Stored
 
 _MOST_COLUMNS: Final = 4096

@@ -9,26 +9,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.formats.files import damaged, replacing
-from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import MADE, Outgoing
+from sagnac.formats.files import damaged, replacing, require_content, require_room
 from sagnac.formats.registry import NPZ
-from sagnac.formats.room import require_content, require_room
-from sagnac.formats.source import Source, Stored, Vector, column, in_memory, vectors
-
-_STATED: Final = frozenset(
-    {"accelerometers"}
-    | {
-        "gyros",
-        "kind",
-        "unit",
-        "scale",
-        "sample_rate",
-        "counter_bits",
-        "counter_period",
-        "null_pulse",
-    }
-)
+from sagnac.formats.source import MADE, Outgoing, Source, Stored, Vector, column, in_memory, vectors
+from sagnac.formats.statement import ARRAYS_STATED, from_mapping
 
 # Bytes of a text that states something.
 _MOST_STATED: Final = 2**16
@@ -51,11 +35,11 @@ def open_source(path: Path) -> Source:
         heads = _heads(path)
         with np.load(path, allow_pickle=False) as archive:
             for name, head in heads.items():
-                if name in _STATED and head.shape in ((), (1,)) and head.bytes > _MOST_STATED:
+                if name in ARRAYS_STATED and head.shape in ((), (1,)) and head.bytes > _MOST_STATED:
                     raise ValueError(f"{name} has {head.bytes} bytes")
                 if head.kind in "biuf" and head.shape not in ((), (1,)):
                     found.update(vectors(name, name, head.shape))
-                elif name in _STATED:
+                elif name in ARRAYS_STATED:
                     value = archive[name]
                     stated[name] = value.item() if value.size == 1 else value.tolist()
                 elif head.kind not in "biuf":

@@ -12,35 +12,17 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from sagnac import series
-from sagnac.formats.arrow_columns import as_numpy, column_of, is_numeric, text_of
+from sagnac.formats.feather import as_numpy, column_of, is_numeric, text_of
 from sagnac.formats.files import damaged, replacing
-from sagnac.formats.metadata import from_mapping
-from sagnac.formats.outgoing import MADE, Outgoing, Rows, check_name
 from sagnac.formats.registry import PARQUET
-from sagnac.formats.source import Source, Stored
-from sagnac.recording.channel import Kind, field_unit, quantity_of
+from sagnac.formats.source import MADE, Outgoing, Rows, Source, Stored, check_name
+from sagnac.formats.statement import by_attributes
+from sagnac.recording.channel import PICKOFF, Kind, field_unit, quantity_of
 from sagnac.recording.frames import TEMPERATURE
-from sagnac.recording.pickoff import PICKOFF
 from sagnac.units import Sensor, unit_of
 
 ROWS_PER_GROUP: Final = 500_000
 _BUFFER: Final = 2**20  # bytes
-
-_KEYS: Final = frozenset(
-    {"accelerometers"}
-    | {
-        "gyros",
-        "kind",
-        "unit",
-        "scale",
-        "sample_rate",
-        "time",
-        "table",
-        "counter_bits",
-        "counter_period",
-        "null_pulse",
-    }
-)
 
 
 def open_source(path: Path) -> Source:
@@ -83,7 +65,7 @@ def open_source(path: Path) -> Source:
         },
         columns=columns,
         load=load,
-        stated=from_mapping({k: v for k, v in stated.items() if k in _KEYS}),
+        stated=by_attributes(stated),
     )
 
 

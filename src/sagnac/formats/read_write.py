@@ -9,12 +9,16 @@ from typing import Any
 from sagnac.errors import MissingExtra, RecordingError
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about
-from sagnac.formats.metadata import beside, of_conversion, require_no_other
-from sagnac.formats.outgoing import outgoing
-from sagnac.formats.precedence import Statements
 from sagnac.formats.registry import BINARY, CSV, ROSBAG, Format, formats
-from sagnac.formats.source import Source
-from sagnac.formats.statement import Statement, one_statement
+from sagnac.formats.source import Source, outgoing
+from sagnac.formats.statement import (
+    Statement,
+    Statements,
+    beside,
+    of_conversion,
+    one_statement,
+    require_no_other,
+)
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.overwriting import require_free
 from sagnac.recording.model import Provenance, Recording

@@ -1,16 +1,99 @@
 """Statements of a caller, of a TOML beside the file, or of the file about its columns.
 
-All three speak one vocabulary, that of `Statement`.
+All three speak one vocabulary, that of `Statement`, and are heard in this order. Units are as
+people and files write them, counts among them: ``0.1arcsec``, ``counts``.
 """
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, Final
 
-from sagnac.errors import one_line, quoted
-from sagnac.formats.unit_text import KNOWN_UNITS, parsed_unit
-from sagnac.recording.channel import KINDS
+from sagnac.documents import read_toml
+from sagnac.errors import Note, RecordingError, one_line, quoted
+from sagnac.formats.registry import CSV
+from sagnac.overwriting import Outputs
+from sagnac.recording.channel import KINDS, PICKOFF
+from sagnac.recording.frames import TEMPERATURE
+from sagnac.units import (
+    ACCELERATION_UNITS,
+    ANGLE_UNITS,
+    RATE_UNITS,
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    split_factor,
+)
+
+# ---- unit text ---------------------------------------------------------------------
+
+KNOWN_UNITS: Final = (
+    f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts; of accelerometers "
+    f"{', '.join((*ACCELERATION_UNITS, *VELOCITY_UNITS))}"
+)
+
+_COUNTS: Final = frozenset(
+    {"count", "counts", "lsb", "pulse", "pulses", "digit", "digits", "tick", "ticks", "zähler"}
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnitText:
+    """A unit with the number before it.
+
+    Attributes
+    ----------
+    factor
+        The number, 1 where none is written.
+    name
+        Of the unit, as this package writes it; one that is not known stays as it is.
+    """
+
+    factor: float
+    name: str
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether no number stands before the unit."""
+        return self.factor == 1.0
+
+    @property
+    def is_counts(self) -> bool:
+        """Whether the unit is one count, its size not stated."""
+        return self.name.lower() in _COUNTS
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether it is a positive number of units of angle."""
+        return self.factor > 0.0 and self.name in ANGLE_UNITS
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it is a unit of a gyro, an accelerometer or time, or one count."""
+        if self.is_counts:
+            return self.is_plain
+        return self.factor > 0.0 and (self.name in TIME_UNITS or self.is_sensed)
+
+    @property
+    def is_sensed(self) -> bool:
+        """Whether it is a unit that a gyro or an accelerometer is read in."""
+        tables = (ANGLE_UNITS, RATE_UNITS, VELOCITY_UNITS, ACCELERATION_UNITS)
+        return any(self.name in table for table in tables)
+
+
+def parsed_unit(text: str) -> UnitText:
+    """`text` taken apart.
+
+    Examples
+    --------
+    >>> parsed_unit("0.1arcsec")
+    UnitText(factor=0.1, name='arcsec')
+    """
+    factor, name = split_factor(text)
+    return UnitText(factor=factor, name=name)
+
+
+# ---- statement ---------------------------------------------------------------------
 
 COUNTER_BITS: Final = range(8, 49)
 # Columns that are no gyros, by the names that `Statement.columns` has for them.
@@ -218,9 +301,12 @@ def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Sta
     return statement or Statement(**stated)
 
 
-def vocabulary() -> frozenset[str]:
-    """Keys that a TOML or the attributes of a file may have; a span is the caller's alone."""
-    return frozenset(item.name for item in fields(Statement)) - {"span"}
+# Keys of a TOML; a span is the caller's alone.
+VOCABULARY: Final = frozenset(item.name for item in fields(Statement)) - {"span"}
+# Attributes by which a file states something of itself.
+ATTRIBUTES: Final = VOCABULARY - {"columns", "layout"}
+# Of a file whose every entry has a name, ``time`` and ``table`` are columns.
+ARRAYS_STATED: Final = ATTRIBUTES - {"time", "table"}
 
 
 def of_name(stated: str | Mapping[str, str] | None, name: str) -> str | None:
@@ -228,3 +314,262 @@ def of_name(stated: str | Mapping[str, str] | None, name: str) -> str | None:
     if stated is None or isinstance(stated, str):
         return stated
     return stated.get(name, stated.get("gyros"))
+
+
+# ---- precedence --------------------------------------------------------------------
+
+# Names of columns that are no gyros.
+_PLACES: Final = ("table", "time", "null_pulse", TEMPERATURE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Statements:
+    """Statements of caller, TOML and file, heard in this order.
+
+    Attributes
+    ----------
+    caller, beside, file
+        The statements; those that are not there state nothing.
+    """
+
+    caller: Statement = field(default_factory=Statement)
+    beside: Statement = field(default_factory=Statement)
+    file: Statement = field(default_factory=Statement)
+
+    @property
+    def in_order(self) -> tuple[Statement, Statement, Statement]:
+        """The one heard first comes first."""
+        return self.caller, self.beside, self.file
+
+    @property
+    def sample_rate(self) -> float | None:
+        """Hz, or None where none is stated."""
+        rate: float | None = self._first("sample_rate")
+        return rate
+
+    @property
+    def scale(self) -> str | None:
+        """Size of one count, or None where none is stated."""
+        scale: str | None = self._first("scale")
+        return scale
+
+    @property
+    def counter_period(self) -> float | None:
+        """Counts after which gyro counters start over, or None where nothing is stated."""
+        for statement in self.in_order:
+            if statement.counter_period is not None:
+                return float(statement.counter_period)
+            if statement.counter_bits is not None:
+                return 2.0**statement.counter_bits
+        return None
+
+    @property
+    def layout(self) -> str | Mapping[str, Any] | None:
+        """How the records of a binary file are laid out, or None where none is stated."""
+        layout: str | Mapping[str, Any] | None = self._first("layout")
+        return layout
+
+    @property
+    def gyros(self) -> tuple[str, ...]:
+        """Names of the gyros wanted by the first that names any; empty where none does."""
+        for statement in self.in_order:
+            names = statement.gyros or tuple(
+                name
+                for name in statement.columns
+                if name not in (*_PLACES, *self.accelerometers) and not name.startswith(PICKOFF)
+            )
+            if names:
+                return names
+        return ()
+
+    @property
+    def accelerometers(self) -> tuple[str, ...]:
+        """Names of the accelerometers wanted by the first that says so; empty if there are none."""
+        names: tuple[str, ...] = self._first("accelerometers") or ()
+        return () if names == ("none",) else names
+
+    def of_accelerometer(self, quantity: str, name: str) -> str | None:
+        """Statement of ``kind`` or ``unit`` of an accelerometer, or None.
+
+        By name, or for all of them under ``accelerometers``; what is stated for all channels is
+        that of the gyros.
+        """
+        for statement in self.in_order:
+            stated = getattr(statement, quantity)
+            if stated is not None and not isinstance(stated, str):
+                found: str | None = stated.get(name, stated.get("accelerometers"))
+                if found is not None:
+                    return found
+        return None
+
+    def column(self, name: str) -> str | None:
+        """The file's name for `name`, or None where none gives one."""
+        for statement in self.in_order:
+            if name in statement.columns:
+                return statement.columns[name]
+        return None
+
+    def role(self, role: str) -> str | None:
+        """Statement of ``time``, ``table`` or ``null_pulse``, or None."""
+        return self._first(role) or self.column(role)
+
+    def own_unit(self, name: str) -> str | None:
+        """The unit stated for `name` alone; one for all gyros does not count."""
+        for statement in self.in_order:
+            unit = statement.unit
+            if unit is not None and not isinstance(unit, str) and name in unit:
+                return unit[name]
+        return None
+
+    def gyro(self, quantity: str, name: str) -> str | None:
+        """Statement by caller or TOML of ``kind`` or ``unit`` of a gyro, or None."""
+        for statement in (self.caller, self.beside):
+            stated = of_name(getattr(statement, quantity), name)
+            if stated is not None:
+                return stated
+        return None
+
+    def gyro_by_file(self, quantity: str, name: str) -> str | None:
+        """Statement by the file of ``kind`` or ``unit`` of a gyro, or None."""
+        return of_name(getattr(self.file, quantity), name)
+
+    def _first(self, name: str) -> Any:
+        stated = (getattr(statement, name) for statement in self.in_order)
+        return next((value for value in stated if value is not None), None)
+
+
+# ---- metadata ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Beside:
+    """The statement beside a file, empty where there is none, and what was noticed of it."""
+
+    statement: Statement = field(default_factory=Statement)
+    notes: tuple[Note, ...] = ()
+
+
+def beside(path: Path) -> Beside:
+    """The statement in ``FILE.toml`` (``run.csv.toml``, else ``run.toml``).
+
+    ``run.toml`` may be something else altogether, for example the simulation that made the file:
+    it counts only if all its keys are those of a statement, and a note says so if not.
+
+    Raises
+    ------
+    RecordingError
+        If the TOML cannot be read or states what cannot be; its path is that of the TOML.
+    """
+    for candidate in (path.with_name(path.name + ".toml"), path.with_suffix(".toml")):
+        if candidate == path or not candidate.is_file():
+            continue
+        try:
+            content = read_toml(candidate)
+        except (OSError, ValueError) as error:
+            raise RecordingError(
+                str(error), path=str(candidate), remedy="correct or remove it"
+            ) from None
+        unknown = sorted(set(content) - VOCABULARY)
+        if unknown and candidate.name != path.name + ".toml":
+            text = f"{candidate.name} is not about this file ({unknown[0]}): ignored"
+            return Beside(notes=(Note(text=text),))
+        try:
+            return Beside(statement=from_mapping(content))
+        except RecordingError as error:
+            raise error.at(str(candidate)) from None
+    return Beside()
+
+
+def require_no_other(path: Path) -> None:
+    """Refuse to write a recording that states all itself beside a TOML that would be heard first.
+
+    Raises
+    ------
+    RecordingError
+        If there is one.
+    """
+    if beside(path).statement != Statement():
+        raise RecordingError(
+            "a TOML beside it states how a file of this name is to be read, and would be believed",
+            path=str(path),
+            remedy="remove the TOML, or choose another output",
+        )
+
+
+def from_mapping(content: Mapping[str, Any]) -> Statement:
+    """A statement from TOML keys or file attributes.
+
+    Attributes are flat: ``x,z`` stands for a list and ``x=arcsec,table=deg`` for a mapping.
+
+    Raises
+    ------
+    RecordingError
+        If a key is not of the vocabulary or a value cannot be.
+    """
+    unknown = sorted(set(content) - VOCABULARY)
+    if unknown:
+        known = ", ".join(sorted(VOCABULARY))
+        raise RecordingError(f"{unknown[0]!r} is not known", remedy=f"use {known}")
+    try:
+        return Statement(**{key: _value(key, value) for key, value in content.items()})
+    except (TypeError, ValueError) as error:
+        why = " ".join(str(error).split())
+        raise RecordingError(why, remedy="correct it there or state the option") from None
+
+
+def by_attributes(attributes: Mapping[str, Any]) -> Statement:
+    """The statement of a file about itself, in attributes that may hold other things, too.
+
+    Raises
+    ------
+    RecordingError
+        If a value cannot be.
+    """
+    return from_mapping({key: attributes[key] for key in attributes if key in ATTRIBUTES})
+
+
+def _value(key: str, stated: Any) -> Any:
+    """The value of a field of `Statement` from what stands in a TOML or an attribute."""
+    if key in ("kind", "unit", "columns") and isinstance(stated, str) and "=" in stated:
+        return dict(_pair(item) for item in stated.split(","))
+    named = key in ("gyros", "accelerometers")
+    if named and not isinstance(stated, str | list | tuple):
+        raise ValueError(f"{key} is {stated!r}; give names")
+    if named:
+        return tuple(
+            [name.strip() for name in stated.split(",")] if isinstance(stated, str) else stated
+        )
+    if key in ("sample_rate", "counter_period") and isinstance(stated, str):
+        return float(stated)
+    if key == "counter_bits" and isinstance(stated, str):
+        return int(stated)
+    if key == "counter_bits" and isinstance(stated, float) and stated.is_integer():
+        return int(stated)
+    return stated
+
+
+def _pair(item: str) -> tuple[str, str]:
+    name, equals, value = item.partition("=")
+    if not equals:
+        raise ValueError(f"{item.strip()!r} is not NAME=VALUE")
+    return name.strip(), value.strip()
+
+
+def of_simulation(path: Path) -> Outputs:
+    """A simulated recording, its truth, and the TOML that a text needs."""
+    truth = path.with_name(path.name + ".truth.json")
+    return Outputs(paths=(path, truth, *_toml_of(path)), mark=truth, kind="truth")
+
+
+def of_conversion(path: Path) -> Outputs:
+    """A recording in another format, and the TOML that a text needs."""
+    truth, beside = path.with_name(path.name + ".truth.json"), _toml_of(path)
+    # One that a simulation made has its truth beside it, which would be of another recording.
+    mark = truth if truth.exists() else (*beside, path)[0]
+    return Outputs(paths=(path, *beside), mark=mark, kind="recording")
+
+
+def _toml_of(path: Path) -> tuple[Path, ...]:
+    """The TOML that says of a text what its columns are."""
+    is_text = path.suffix.lower() in CSV.suffixes
+    return (path.with_name(path.name + ".toml"),) if is_text else ()

@@ -16,10 +16,9 @@ from sagnac.formats.choice import (
     is_like_time,
     is_time_unit,
 )
-from sagnac.formats.precedence import Statements
 from sagnac.formats.source import Column, Source
+from sagnac.formats.statement import Statements, parsed_unit
 from sagnac.formats.suspicions import likely_time_unit
-from sagnac.formats.unit_text import parsed_unit
 from sagnac.recording.frames import ACCELEROMETER_NAMES
 from sagnac.units import (
     ACCELERATION_UNITS,

@@ -11,9 +11,9 @@ from scipy.fft import rfft
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, counted
-from sagnac.formats.scales import Scale
+from sagnac.formats.channels import Scale
 from sagnac.formats.statement import COUNTER_BITS
-from sagnac.recording.kinds import finite_extent
+from sagnac.recording.channel import finite_extent
 from sagnac.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical
 
 # A step is a roll-over if it covers more than this part of the range, and the usual ones less than

@@ -1,17 +1,189 @@
-"""How a text file is laid out: marks between fields, numbers, header, first row."""
+"""How a text file is laid out: marks between fields, numbers, header, first row.
+
+Tables known by their headers state nothing of kind and unit themselves. The preamble of LabVIEW
+states units and rate: "Specification for the LabVIEW Measurement File (.lvm)", National
+Instruments: lines of a key and a value for each channel; two headers, each ended by
+``***End_of_Header***``.
+"""
 
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 from sagnac.errors import RecordingError
-from sagnac.formats.text_file import Sample
-from sagnac.formats.text_numbers import PLAIN, NumberStyle, is_in_doubt, style_of
-from sagnac.formats.text_times import TimeForm, form_of
-from sagnac.formats.unit_text import parsed_unit
+from sagnac.formats.statement import Statement, parsed_unit
+from sagnac.formats.text import PLAIN, NumberStyle, Sample, TimeForm, form_of, is_in_doubt, style_of
+from sagnac.recording.frames import ACCELEROMETER_NAMES, GYRO_NAMES
+
+# ---- labview -----------------------------------------------------------------------
+
+_BEGINNING: Final = "LabVIEW Measurement"
+X_COLUMN: Final = "X_Value"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Preamble:
+    """Statements of a preamble.
+
+    Attributes
+    ----------
+    units
+        Units of the channels, in their order; one that is not stated is empty.
+    sample_rate
+        Hz, where no column holds the times; None if one does.
+    """
+
+    units: tuple[str, ...] = ()
+    sample_rate: float | None = None
+
+
+def preamble_of(lines: Sequence[str], delimiter: str) -> Preamble | None:
+    """The preamble among the lines before a table, None if LabVIEW did not write them.
+
+    Parameters
+    ----------
+    lines
+        From the first of the file.
+    delimiter
+        Between two fields.
+
+    Examples
+    --------
+    >>> lines = ["LabVIEW Measurement", "X_Columns;No", "Delta_X;0,01", "Y_Unit_Label;deg/s"]
+    >>> preamble_of(lines, ";")
+    Preamble(units=('deg/s',), sample_rate=100.0)
+    """
+    if not lines or not lines[0].startswith(_BEGINNING):
+        return None
+    values: dict[str, list[str]] = {}
+    for line in lines:
+        key, *rest = line.split(delimiter)
+        values[key.strip()] = [value.strip() for value in rest]
+    units = values.get("Y_Unit_Label", [])
+    steps = [text for text in values.get("Delta_X", []) if text]
+    rate = None
+    if steps and values.get("X_Columns", [""])[0].lower() == "no":
+        style = style_of(steps)
+        step = style.value(steps[0]) if style.holds(steps[0]) else 0.0
+        # The step is written in decimals: 0.01 s stands for 100 Hz.
+        rate = round(1.0 / step, 9) if step > 0.0 else None
+    return Preamble(units=tuple(units), sample_rate=rate)
+
+
+# ---- text presets ------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Preset:
+    """A table that a known program writes.
+
+    Attributes
+    ----------
+    name
+        Of the program or the data set.
+    gyros
+        Gyro -> name of its column.
+    unit
+        Of the gyros, which are rates.
+    time
+        Name and unit of the column of times.
+    accelerometers
+        Accelerometer -> name of its column, m/s²; they may be missing.
+    """
+
+    name: str
+    gyros: Mapping[str, str]
+    unit: str
+    time: tuple[str, str]
+    accelerometers: Mapping[str, str]
+
+    def is_of(self, names: Sequence[str]) -> bool:
+        """Whether a table with these columns is of this kind."""
+        return {self.time[0], *self.gyros.values()} <= set(names)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns that it names."""
+        name, unit = self.time
+        return {
+            **dict.fromkeys(self.gyros.values(), self.unit),
+            **dict.fromkeys(self.accelerometers.values(), "m/s^2"),
+            name: unit,
+        }
+
+    def statement(self, names: Sequence[str]) -> Statement:
+        """Statements of a table with these columns."""
+        has_all = set(self.accelerometers.values()) <= set(names)
+        accelerometers = self.accelerometers if has_all else {}
+        return Statement(
+            kind="rate",
+            columns={**self.gyros, **accelerometers},
+            gyros=tuple(self.gyros),
+            accelerometers=tuple(accelerometers) or None,
+            time=self.time[0],
+        )
+
+
+def _axes(pattern: str, axes: str = "xyz") -> dict[str, str]:
+    return {name: pattern.format(axis) for name, axis in zip(GYRO_NAMES, axes, strict=True)}
+
+
+def _forces(pattern: str, axes: str = "xyz") -> dict[str, str]:
+    names = zip(ACCELEROMETER_NAMES, axes, strict=True)
+    return {name: pattern.format(axis) for name, axis in names}
+
+
+PRESETS: Final = (
+    # The data sets' own descriptions: "EuRoC MAV" (ASL format), which TUM-VI follows.
+    Preset(
+        name="EuRoC or TUM-VI",
+        gyros=_axes("w_RS_S_{} [rad s^-1]"),
+        accelerometers=_forces("a_RS_S_{} [m s^-2]"),
+        unit="rad/s",
+        time=("timestamp [ns]", "ns"),
+    ),
+    # Kalibr, kalibr_bagextractor and kalibr_bagcreater: imu0.csv.
+    Preset(
+        name="Kalibr",
+        gyros=_axes("omega_{}"),
+        accelerometers=_forces("alpha_{}"),
+        unit="rad/s",
+        time=("timestamp", "ns"),
+    ),
+    # ROS, rostopic echo -p: of a sensor_msgs/Imu, in SI.
+    Preset(
+        name="rostopic echo",
+        gyros=_axes("field.angular_velocity.{}"),
+        accelerometers=_forces("field.linear_acceleration.{}"),
+        unit="rad/s",
+        time=("field.header.stamp", "ns"),
+    ),
+    # PX4, ulog2csv: sensor_combined.
+    Preset(
+        name="ulog2csv",
+        gyros=_axes("gyro_rad[{}]", "012"),
+        accelerometers=_forces("accelerometer_m_s2[{}]", "012"),
+        unit="rad/s",
+        time=("timestamp", "us"),
+    ),
+)
+
+
+def preset_of(names: Sequence[str]) -> Preset | None:
+    """The preset that a table with these columns is of, None if it is of none.
+
+    Examples
+    --------
+    >>> preset_of(["timestamp", "omega_x", "omega_y", "omega_z", "alpha_x"]).name
+    'Kalibr'
+    """
+    return next((preset for preset in PRESETS if preset.is_of(names)), None)
+
+
+# ---- text layout -------------------------------------------------------------------
 
 # The first that splits rows into equal counts of numbers is taken: a comma may stand before
 # decimals and a blank within a name, a semicolon or a tab does neither.

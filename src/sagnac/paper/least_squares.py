@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 
 Form = Literal[
     "deviation, relative",

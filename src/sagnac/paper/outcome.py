@@ -23,11 +23,11 @@ from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.paper.least_squares import FITTED_TERMS, FORMS, Form, least_squares
 from sagnac.paper.plan import Run
 from sagnac.paper.readings import by_each_reading
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.simulate import Simulation
 from sagnac.stability.curve import StabilityCurve
-from sagnac.stability.degrees_of_freedom import ieee_relative_error
+from sagnac.stability.noise_type import ieee_relative_error
 from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
 PAPER_POINT_ERROR: Final = 0.1

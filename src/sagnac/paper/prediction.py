@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from sagnac.arrays import FloatArray
 from sagnac.paper.published import PAIR
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 from sagnac.rig.config import PRESETS, RigConfig
 from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.truth import truth_of

@@ -25,7 +25,7 @@ from sagnac.plot.frame import (
     removed,
 )
 from sagnac.plot.marks import LABELLED_LINES, SCALES, placed_lines, short_position
-from sagnac.recording.difference import per_gyro
+from sagnac.recording.channel import per_gyro
 from sagnac.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ
 
 if TYPE_CHECKING:

@@ -1,4 +1,8 @@
-"""A channel: what one sample of it is, and its values in SI."""
+"""A channel: what one sample of it is, and its values in SI.
+
+A sample is an angle, an increment or a rate. Readings that start over at a period are made
+continuous. Two gyros have a difference, and a dithered gyro has a pick-off beside it.
+"""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.errors import quoted
+from sagnac.errors import RecordingError, quoted
 from sagnac.units import (
     SENSED,
     SENSORS,
@@ -21,6 +25,8 @@ from sagnac.units import (
     split_factor,
     unit_of,
 )
+
+# ---- channel -----------------------------------------------------------------------
 
 Kind = Literal["angle", "increment", "rate"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
@@ -265,3 +271,232 @@ def require_rate(sample_rate: float) -> None:
     """
     if not (math.isfinite(sample_rate) and sample_rate > 0.0):
         raise ValueError(f"sample_rate is {sample_rate}; give samples per second, above zero")
+
+
+# ---- pickoff -----------------------------------------------------------------------
+
+PICKOFF: Final = "pickoff_"
+"""First letters of a pick-off's column; the name of the gyro follows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Pickoff:
+    """The dither of one gyro as its pick-off shows it.
+
+    Attributes
+    ----------
+    gyro
+        Name of the gyro that is dithered.
+    values
+        (samples,) in any unit, proportional to the angle of the dither and sampled with the gyro.
+
+    Raises
+    ------
+    ValueError
+        If the values are no series of float64.
+    """
+
+    gyro: str
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        values = self.values
+        if not isinstance(values, np.ndarray) or values.dtype != np.float64 or values.ndim != 1:
+            raise ValueError(f"pick-off of gyro {self.gyro}: give a series of float64")
+
+    @property
+    def column(self) -> str:
+        """Name of its column in a file."""
+        return PICKOFF + self.gyro
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Pickoff):
+            return NotImplemented
+        return self.gyro == other.gyro and same_values(self.values, other.values)
+
+    # Equal pick-offs may be changed in place, sample by sample.
+    __hash__: ClassVar[None] = None  # type: ignore[assignment]
+
+
+# ---- unwrapping --------------------------------------------------------------------
+
+
+def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
+    """A reading that starts over at `period`, made continuous.
+
+    If two samples differ by more than half a period, the shorter way round is taken, so the
+    direction may be either and may change.
+
+    Parameters
+    ----------
+    values
+        (samples,) readings; samples that are not finite are passed over.
+    period
+        Reading at which the counter starts over, in the unit of `values`.
+
+    Returns
+    -------
+    values
+        (samples,), a new array if anything was unwrapped, else the one given.
+    wraps
+        How often the reading started over.
+    """
+
+    def periods(block: slice) -> FloatArray:
+        """Whole periods between each sample of a block and the next."""
+        result = np.diff(values[block.start : block.stop + 1])
+        result /= period
+        np.rint(result, out=result)
+        result[~np.isfinite(result)] = 0.0
+        return result
+
+    steps = values.size - 1
+    wraps = sum(series.map(lambda block: int(np.count_nonzero(periods(block))), steps, values))
+    if wraps == 0:
+        return values, 0
+    result = series.empty(values.size)
+    result[0] = values[0]
+
+    def take_off(before: float, block: slice) -> float:
+        """Periods passed in one block taken off, on top of those passed before it."""
+        over = periods(block)
+        # Sums of integers, so nothing is lost.
+        over[0] += before
+        np.cumsum(over, out=over)
+        before = float(over[-1])
+        over *= period
+        later = slice(block.start + 1, block.stop + 1)
+        np.subtract(values[later], over, out=result[later])
+        return before
+
+    series.reduce(take_off, 0.0, steps, values, result)
+    return result, wraps
+
+
+# ---- difference --------------------------------------------------------------------
+
+
+def per_gyro(square: float, gyros_differenced: int) -> float:
+    """Coefficient of one gyro from the squared coefficient of what was measured.
+
+    This is the one place where the factor for a difference stands. Independent gyros
+    add in square, so a difference of two has twice their mean square (Eq. 3 of the
+    paper), whatever the term.
+
+    Parameters
+    ----------
+    square
+        Squared coefficient of the measured signal.
+    gyros_differenced
+        1 for a single gyro, 2 for a difference.
+
+    Returns
+    -------
+    float
+        Root of the mean square over the gyros.
+
+    Raises
+    ------
+    ValueError
+        If `gyros_differenced` is neither 1 nor 2.
+    """
+    if gyros_differenced not in (1, 2):
+        raise ValueError(f"gyros_differenced is {gyros_differenced}; use 1 (a gyro) or 2 (a pair)")
+    return math.sqrt(square / gyros_differenced)
+
+
+# ---- kinds -------------------------------------------------------------------------
+
+
+def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
+    """Accumulated angle of a channel.
+
+    Increments and rates are summed after their mean is taken off and put back as a
+    ramp, so that a large constant rate costs no precision in the noise.
+
+    Parameters
+    ----------
+    channel
+        Of any kind.
+    sample_rate
+        Samples per second.
+
+    Returns
+    -------
+    FloatArray
+        (samples,), rad; the channel's own values if it is one of angle.
+    """
+    if channel.kind == "angle":
+        return channel.values
+    values = channel.values
+    per_step = 1.0 if channel.kind == "increment" else sample_rate
+    mean = series.mean(values) / per_step
+    angle = series.empty(values.size)
+
+    def add(turned: float, block: slice) -> float:
+        """Sum over one block, from what was turned before; the ramp is put back behind it."""
+        steps = values[block] / per_step
+        steps -= mean
+        steps[0] += turned
+        np.cumsum(steps, out=angle[block])
+        turned = float(angle[block.stop - 1])
+        angle[block] += mean * np.arange(block.start + 1, block.stop + 1)
+        return turned
+
+    series.reduce(add, 0.0, values.size, values, angle)
+    return angle
+
+
+def finite_extent(values: FloatArray) -> float:
+    """Largest less smallest of the finite samples, 0 if there are none."""
+
+    def ends(block: slice) -> tuple[float, float]:
+        finite = values[block][np.isfinite(values[block])]
+        return float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
+
+    found = series.map(ends, values.size, values)
+    lowest = min((low for low, _ in found), default=np.inf)
+    highest = max((high for _, high in found), default=-np.inf)
+    return max(highest - lowest, 0.0)
+
+
+def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> FloatArray:
+    """Angle turned over each sample interval.
+
+    Parameters
+    ----------
+    values
+        (samples,), rad for ``angle`` and ``increment``, rad/s for ``rate``.
+    kind
+        What one sample is.
+    sample_rate
+        Samples per second.
+
+    Returns
+    -------
+    FloatArray
+        (increments,), rad: one fewer than the samples for ``angle``, else as many.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite.
+    ValueError
+        If an argument makes no sense.
+    """
+    samples = np.asarray(values, dtype=np.float64)
+    if samples.ndim != 1:
+        raise ValueError(f"values has shape {samples.shape}; give one channel, shape (samples,)")
+    require_kind(kind)
+    require_rate(sample_rate)
+    # One sum tells whole samples without a second array of their size.
+    finite = samples.size == 0 or math.isfinite(series.mean(samples))
+    if not finite and not np.isfinite(samples).all():
+        first = int(np.argmin(np.isfinite(samples)))
+        raise RecordingError(
+            f"sample {first} is not finite and there is no room for gaps here",
+            remedy="take a span without gaps ({slice})",
+        )
+    if kind == "angle":
+        return series.differences(samples)
+    return samples / sample_rate if kind == "rate" else samples

@@ -16,10 +16,8 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.errors import Note, counted
-from sagnac.recording.held_readings import between_ticks, clock_of
-from sagnac.recording.kinds import finite_extent
-from sagnac.recording.stamps import GAP_STEPS
-from sagnac.recording.unwrapping import unwrapped
+from sagnac.recording.channel import finite_extent, unwrapped
+from sagnac.recording.stamps import GAP_STEPS, between_ticks, clock_of
 from sagnac.units import ARCSECOND, Unit
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned

@@ -11,11 +11,24 @@ from numpy.typing import ArrayLike, NDArray
 from sagnac.arrays import FloatArray
 from sagnac.dataframes import pandas_for
 from sagnac.errors import Note, RecordingError, quoted
-from sagnac.recording.channel import Channel, Kind, numbers, require_rate, same_values
-from sagnac.recording.columns import Taken, gyro_of, pulses_of, seconds_of, table_of
+from sagnac.recording.channel import (
+    PICKOFF,
+    Channel,
+    Kind,
+    Pickoff,
+    numbers,
+    require_rate,
+    same_values,
+)
+from sagnac.recording.columns import (
+    Taken,
+    gyro_of,
+    pulses_of,
+    seconds_of,
+    table_of,
+    with_lost_readings,
+)
 from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
-from sagnac.recording.lost_readings import with_lost_readings
-from sagnac.recording.pickoff import PICKOFF, Pickoff
 from sagnac.recording.stamps import Sampling, sampling
 
 __all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]

@@ -1,4 +1,8 @@
-"""Gravity and Earth rate, which sensors have to show and which tell a wrong unit by name."""
+"""Gravity and Earth rate, which sensors have to show and which tell a wrong unit by name.
+
+Rates that no gyro has tell of a wrong unit, too; gyros that move while nothing tells how stand on
+no bench.
+"""
 
 import math
 from typing import Final
@@ -8,12 +12,12 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.constants import EARTH_RATE
-from sagnac.errors import Note
-from sagnac.recording.channel import Channel
-from sagnac.recording.encoder_mismatch import block_rates
-from sagnac.recording.kinds import angle_of
-from sagnac.recording.model import Recording
-from sagnac.recording.wrong_unit import likely_time_factor
+from sagnac.errors import Level, Note
+from sagnac.recording.channel import Channel, angle_of
+from sagnac.recording.encoder_faults import TURNING_RATE, block_rates
+from sagnac.recording.model import Recording, second_of
+from sagnac.recording.profile import Profile, remedy_of
+from sagnac.recording.stamps import longest_between
 from sagnac.units import (
     ACCELERATION_UNITS,
     DEGREE,
@@ -22,6 +26,67 @@ from sagnac.units import (
     UNITS,
     split_factor,
 )
+
+# ---- wrong unit --------------------------------------------------------------------
+
+# No gyro turns at 5000 deg/s for long, and none is stable to 1e-6 deg/h from sample to sample.
+FASTEST_RATE: Final = 5000.0 * DEGREE
+SLOWEST_RATE: Final = 1e-6 * DEGREE_PER_HOUR
+# Gyros are read at 1 Hz and faster. Means over longer times are recorded for a day; at 1 Hz a few
+# days are usual. If a recording is slower than the first number, Hz, and longer than the second, s,
+# its stamps may be ms that were taken as s.
+_SLOW_FOR_LONG: Final = ((1.0, 86_400.0), (2.5, 10.0 * 86_400.0))
+# Factors between units of time; a usual rate lies between these, most often near the last, Hz.
+_TIMES_FINER: Final = {1e3: "ms", 1e6: "us", 1e9: "ns"}
+_USUAL: Final = (5.0, 2e4)
+_COMMON: Final = 200.0
+
+
+def wrong_unit_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+    """A gyro that turns too fast or scatters too little for one: a warning."""
+    rates, _ = block_rates(recording, gyro)
+    typical = float(np.median(np.abs(rates)))
+    scatter = float(np.sqrt(np.mean(np.square(np.diff(rates))))) if rates.size > 1 else typical
+    if typical > FASTEST_RATE:
+        text = (
+            f"turns at {typical / DEGREE:.3g} deg/s: the unit, kind or rate looks wrong "
+            "({unit}, {kind}, {rate})"
+        )
+    elif scatter < SLOWEST_RATE:
+        text = (
+            f"scatters by only {scatter / DEGREE_PER_HOUR:.2g} deg/h from second to second: "
+            "the unit or kind looks wrong ({unit}, {kind})"
+        )
+    else:
+        return ()
+    return (Note(name="units", level="warning", channel=gyro.name, text=text),)
+
+
+def rate_doubts(recording: Recording) -> tuple[Note, ...]:
+    """A recording sampled more slowly, and for longer, than gyros are: a warning."""
+    factor = likely_time_factor(recording)
+    if factor is None:
+        return ()
+    rate = recording.sample_rate
+    text = (
+        f"samples stand {1.0 / rate:.4g} s apart, for {recording.duration / 86_400.0:.3g} days, as "
+        f"no gyro is read: the unit of time looks {factor:.0f} times too large; if they are those "
+        f"of {rate * factor:.6g} Hz, state {{time COLUMN:{_TIMES_FINER[factor]}}} or "
+        f"{{rate {rate * factor:.6g}}}"
+    )
+    return (Note(name="units", level="warning", channel="time", text=text),)
+
+
+def likely_time_factor(recording: Recording) -> float | None:
+    """By how many times a unit of time too large makes the sample rate unusually slow, if any."""
+    rate = recording.sample_rate
+    if not any(rate < slow and recording.duration > long for slow, long in _SLOW_FOR_LONG):
+        return None
+    usual = [one for one in _TIMES_FINER if _USUAL[0] <= rate * one <= _USUAL[1]]
+    return min(usual, key=lambda one: abs(math.log(rate * one / _COMMON)), default=None)
+
+
+# ---- physics -----------------------------------------------------------------------
 
 # Three accelerometers show gravity this well: it differs by 0.5 % over the Earth, and cheap sensors
 # have biases of a few hundredths of it.
@@ -196,3 +261,62 @@ def earth_on_table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...
 
 def _is_across(rate: float) -> bool:
     return _ACROSS[0] * EARTH_RATE < rate < _ACROSS[1] * EARTH_RATE
+
+
+# ---- motion ------------------------------------------------------------------------
+
+# Scatters of the mean of a block of noise beyond which it moves.
+_SIGMAS: Final = 10.0
+# A rate that never changes is the bias of the cheapest gyros up to here, and a table beyond.
+_LARGEST_BIAS: Final = 25.0 * DEGREE
+# So is one beyond this many times the walk in a root second: 200 deg/s for 1 deg/sqrt(h). Of MEMS
+# units as they are sold it is 70 at most.
+_BIAS_OVER_WALK: Final = 12_000.0
+
+
+def motion_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """A gyro that turns now more and now less without an encoder beside: an error.
+
+    Means over seconds that lie farther than 2 deg/s from their median, and farther than noise puts
+    them, are motion. What is read then is that of the motion.
+    """
+    rates, starts = block_rates(recording, gyro)
+    if rates.size < 2:
+        return ()
+    middle = float(np.median(rates))
+    off = np.abs(rates - middle)
+    scale = profile.scale * (1.0 if gyro.kind == "rate" else recording.sample_rate)
+    length = recording.samples / rates.size
+    limit = max(TURNING_RATE, _SIGMAS * scale / np.sqrt(length))
+    moves = np.flatnonzero(off > limit)
+    if moves.size == 0:
+        walk = scale / math.sqrt(recording.sample_rate)
+        return _turns_steadily(recording, gyro, middle, max(TURNING_RATE, _BIAS_OVER_WALK * walk))
+    between = longest_between(rates.size, moves)
+    edges = np.append(starts, recording.samples)
+    still = type(between)(first=int(edges[between.first]), after=int(edges[between.after]))
+    text = (
+        f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
+        f"{100.0 * moves.size / rates.size:.2g} % of the record, first at "
+        f"{second_of(recording, int(starts[moves[0]])):.1f} s, and no encoder is named: this is no "
+        f"still bench; name the encoder with {{table}}, or {remedy_of(recording, still)}"
+    )
+    return (Note(name="motion", level="error", channel=gyro.name, text=text),)
+
+
+def _turns_steadily(
+    recording: Recording, gyro: Channel, rate: float, largest: float
+) -> tuple[Note, ...]:
+    """A mean rate beyond the bias of any gyro: a warning; or beyond the `largest`, rad/s, that one
+    of such noise has: an error, since what is read then is the error of the table."""
+    if abs(rate) < min(_LARGEST_BIAS, largest):
+        return ()
+    why = "and no encoder is named: name it with {table}"
+    if recording.table is not None:
+        why = "and the encoder that is named does not: name its column and unit with {table}"
+    text = (
+        f"turns steadily at {rate / DEGREE:.4g} deg/s, as on a table, {why}, or state the right "
+        "{unit}"
+    )
+    level: Level = "error" if abs(rate) >= largest else "warning"
+    return (Note(name="motion", level=level, channel=gyro.name, text=text),)

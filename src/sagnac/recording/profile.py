@@ -1,15 +1,203 @@
-"""How a gyro's noise runs through the record: its power from block to block."""
+"""How a gyro's noise runs through the record: its power from block to block.
+
+The step that numbers are counted in, noise between lines made white, and the stretch that is
+sound, which is a remedy for the rest.
+"""
 
 import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.fft import irfft, rfft
 
 from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel
-from sagnac.recording.lattice import count_step
+from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
+from sagnac.recording.stamps import Stretch
+
+# ---- lattice -----------------------------------------------------------------------
+
+# Samples on one side of which a median is taken.
+_SIDE: Final = 3
+# Classes of sizes: half octaves, far beyond all that is measured in rad or m/s on either side.
+_EDGES: Final = np.exp2(np.arange(-240, 121) / 2.0)
+# Sizes that rounding makes lie this many classes, a factor of four, below those that a step makes.
+# They are this many at least, and the others more than this share of all: fewer are spikes.
+_CLASSES: Final = 4
+_LEAST_OFTEN: Final = 10
+_LEAST_SHARE: Final = 0.01
+# Largest sizes that are looked at, in steps, and how near to whole steps half of them lie.
+_WITHIN: Final = 6.0
+_NEAR: Final = 0.12
+# A motion that speeds up or slows down evenly makes sizes as well: what it changes by in one sample
+# and, behind its first samples, in two; and the changes go on growing or falling. Steps of a
+# readout come and go, or are of more sizes. Shares of the samples.
+_GOES_ON: Final = 0.6
+_FEW_SIZES: Final = 0.95
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sizes:
+    """How many sizes each class holds, the smallest of each, and how many are nothing."""
+
+    counts: IntegerArray
+    smallest: FloatArray
+    nothing: int
+
+
+def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
+    """The step of a readout.
+
+    What a sample turned is held against the median of three before and of three behind, whichever
+    is nearer, so that a motion that reverses at once makes no size of its own. In numbers that are
+    counted, these sizes are whole steps, or what the rounding of a file leaves of nothing; between
+    the two lies a gap. In numbers that are not, the sizes go on to the smallest.
+
+    Parameters
+    ----------
+    changes
+        (samples,) what each sample turned.
+    rounding
+        Sizes up to this are nothing.
+
+    Returns
+    -------
+    float
+        In the unit of the changes. If the numbers are not counted, the smallest size there is;
+        infinite if there is none.
+    """
+    if changes.size <= 2 * _SIDE:
+        return math.inf
+    found = _sizes_of(changes, rounding)
+    filled = np.flatnonzero(found.counts)
+    if filled.size == 0:
+        return math.inf
+    finest = float(found.smallest[filled[0]])
+    below = found.nothing + np.cumsum(found.counts[filled])[:-1]
+    gaps = np.flatnonzero((np.diff(filled) > _CLASSES) & (below >= _LEAST_OFTEN))
+    # Decimals are a lattice of their own: the coarsest is the readout's.
+    for gap in gaps[::-1].tolist():
+        step = _whole_step(changes, float(found.smallest[filled[gap + 1]]))
+        if step is not None:
+            return step
+    return finest
+
+
+def _off(changes: FloatArray, block: slice) -> FloatArray:
+    """(block,) how far samples lie from the median on the nearer side, without the outermost."""
+    off = np.empty(block.stop - block.start)
+    _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE], off)
+    return off
+
+
+def _sizes_of(changes: FloatArray, rounding: float) -> _Sizes:
+    def counted(block: slice) -> _Sizes:
+        sizes = np.sort(_off(changes, block))
+        sizes = sizes[np.searchsorted(sizes, rounding, side="right") :]
+        places = np.searchsorted(sizes, _EDGES)
+        counts = np.diff(places)
+        smallest = np.full(counts.size, math.inf)
+        smallest[counts > 0] = sizes[places[:-1][counts > 0]]
+        nothing = block.stop - block.start - sizes.size
+        return _Sizes(counts=counts, smallest=smallest, nothing=nothing)
+
+    parts = series.map(counted, changes.size - 2 * _SIDE, changes)
+    return _Sizes(
+        counts=np.sum([part.counts for part in parts], axis=0),
+        smallest=np.min([part.smallest for part in parts], axis=0),
+        nothing=sum(part.nothing for part in parts),
+    )
+
+
+def _whole_step(changes: FloatArray, least: float) -> float | None:
+    """The step of sizes from `least` on; None if they are not whole numbers of it."""
+
+    def within(block: slice) -> FloatArray:
+        """Sizes, and whether the changes go on the same way before and behind."""
+        sizes = _off(changes, block)
+        steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
+        taken = (sizes >= least) & (sizes < _WITHIN * least)
+        return np.stack([sizes[taken], (steps[1:] * steps[:-1] > 0.0)[taken]])
+
+    parts = series.map(within, changes.size - 2 * _SIDE, changes)
+    sizes, goes_on = np.concatenate(parts, axis=1)
+    if sizes.size < _LEAST_SHARE * changes.size:
+        return None
+    if np.mean(sizes < 2.5 * least) > _FEW_SIZES and goes_on.mean() > _GOES_ON:
+        return None
+    step = float(np.median(sizes[sizes < 1.5 * least]))
+    off = np.abs(sizes / step - np.rint(sizes / step))
+    return step if float(np.median(off)) < _NEAR else None
+
+
+# ---- white -------------------------------------------------------------------------
+
+# Frequencies whose median is the level of the noise there, and times that level that a line keeps.
+_TOGETHER: Final = 64
+_KEPT_WHITE: Final = 12.0
+# Samples at either end that are left out.
+EDGE: Final = 512
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class White:
+    """White noise.
+
+    Attributes
+    ----------
+    values
+        (samples - 1024,) of any scale, from sample 512 on.
+    innovation
+        Standard deviation of what each change adds to all before it, in their unit: the root of
+        the geometric mean of the spectrum between the lines (Kolmogorov). Motion that is slow,
+        however large, adds next to nothing.
+    """
+
+    values: FloatArray
+    innovation: float
+
+
+def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KEPT_WHITE) -> White:
+    """Increments with each frequency divided by the level around it.
+
+    Lines are cut down to a few times the level, which is the median over 64 frequencies, or over
+    a band.
+
+    Parameters
+    ----------
+    changes
+        (samples,), more than 1024.
+    bands
+        How many equal bands have a level each, so that lines that wander stay within one.
+    kept
+        Times the level that a line keeps.
+    """
+    if changes.size <= 2 * EDGE:
+        raise ValueError(f"changes has {changes.size} samples; give more than {2 * EDGE}")
+    transform = rfft(changes)
+    power = transform.real**2 + transform.imag**2
+    together = max(_TOGETHER, power.size // bands) if bands else _TOGETHER
+    blocks = power.size // together
+    level = np.median(power[: blocks * together].reshape(blocks, together), axis=1)
+    level = np.repeat(level, together) / math.log(2.0)
+    level = np.append(level, np.full(power.size - level.size, level[-1]))
+    held = level[level > 0.0]
+    innovation = math.exp(0.5 * float(np.log(held).mean())) if held.size else 0.0
+    scale = np.sqrt(np.maximum(level, power / kept))
+    transform = np.divide(transform, scale, out=np.zeros_like(transform), where=scale > 0.0)
+    # The slowest are drift.
+    transform[:_TOGETHER] = 0.0
+    # The end does not go on at the beginning, and what that makes of both is no noise.
+    return White(
+        values=np.asarray(irfft(transform, changes.size)[EDGE:-EDGE]),
+        innovation=innovation / math.sqrt(changes.size),
+    )
+
+
+# ---- profile -----------------------------------------------------------------------
 
 # Blocks that a record is cut into, and fewest samples of one.
 _BLOCKS: Final = 64
@@ -121,3 +309,21 @@ def _noise_of(rows: FloatArray) -> FloatArray:
     np.clip(off, -farthest, farthest, out=off)
     spread = np.einsum("ij,ij->i", off, off) / rows.shape[1]
     return np.stack([level, 0.5 * whole / count, 0.5 * typical, spread], axis=1)
+
+
+# ---- soundness ---------------------------------------------------------------------
+
+
+def remedy_of(recording: Recording, stretch: Stretch) -> str:
+    """Remedy if only this stretch is sound: ``take the sound stretch with {slice 30:90}``.
+
+    Rounded inwards to ms, so that the slice named holds no sample outside the stretch.
+    """
+    first, last = stretch.first, stretch.after - 1
+    begin = 0.0 if first == 0 else second_of(recording, first) * 1e3
+    # Stamps of a damaged file may be any number.
+    if stretch.samples < MINIMUM_SAMPLES or not math.isfinite(begin):
+        return "get the file again from its source"
+    start = math.ceil(begin) / 1e3
+    stop = "" if last == recording.samples - 1 else f"{second_of(recording, last):.3f}"
+    return f"take the sound stretch with {{slice {start:g}:{stop}}}"

@@ -9,29 +9,31 @@ from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, ranked
 from sagnac.recording.channel import Channel
-from sagnac.recording.distribution import distribution_notes, flat_notes, heavy_notes
-from sagnac.recording.dropouts import dropout_notes
-from sagnac.recording.encoder_mismatch import across_notes, table_notes
-from sagnac.recording.encoder_turn import turn_notes
-from sagnac.recording.gaps import stamp_notes
-from sagnac.recording.interleaved import interleaved_notes
-from sagnac.recording.jumps import jump_notes
+from sagnac.recording.distribution import (
+    distribution_notes,
+    dropout_notes,
+    flat_notes,
+    heavy_notes,
+    interleaved_notes,
+    step_notes,
+    unsteady_notes,
+)
+from sagnac.recording.encoder_faults import across_notes, jump_notes, table_notes, turn_notes
+from sagnac.recording.gaps import not_finite_notes, stamp_notes, stuck_notes
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
-from sagnac.recording.motion import motion_notes
-from sagnac.recording.not_finite import not_finite_notes
-from sagnac.recording.pairs import pair_notes
-from sagnac.recording.physics import earth_notes, earth_on_table_notes, gravity_notes
+from sagnac.recording.physics import (
+    earth_notes,
+    earth_on_table_notes,
+    gravity_notes,
+    motion_notes,
+    rate_doubts,
+    wrong_unit_notes,
+)
 from sagnac.recording.profile import Profile, profile_of
-from sagnac.recording.repeats import repeat_notes
-from sagnac.recording.resolution import resolution_notes
-from sagnac.recording.saturation import saturation_notes
-from sagnac.recording.spikes import spike_notes
-from sagnac.recording.stuck import stuck_notes
-from sagnac.recording.table_leaps import lost_rows, slip_notes
-from sagnac.recording.twice import twice_notes
-from sagnac.recording.unsteady import step_notes, unsteady_notes
+from sagnac.recording.readout import resolution_notes, saturation_notes
+from sagnac.recording.repeats import pair_notes, repeat_notes, twice_notes
+from sagnac.recording.spikes import lost_rows, slip_notes, spike_notes
 from sagnac.recording.wraps import wrap_notes
-from sagnac.recording.wrong_unit import rate_doubts, wrong_unit_notes
 
 # A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
 _AT_REST: Final = math.radians(1.0)

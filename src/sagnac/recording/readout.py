@@ -1,21 +1,26 @@
-"""The step that an angle is read out in, and what dithers it."""
+"""The readout of a gyro: its step, what dithers it, steps that are coarse, and its range."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.fft import rfft
+from scipy.special import ndtr, ndtri
 
 from sagnac import series
-from sagnac.arrays import FloatArray
-from sagnac.errors import Note
-from sagnac.recording.channel import require_rate
-from sagnac.recording.kinds import angle_of
-from sagnac.recording.lattice import count_step
-from sagnac.recording.model import Recording
-from sagnac.units import ARCSECOND
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.errors import Level, Note
+from sagnac.recording.channel import Channel, angle_of, require_rate
+from sagnac.recording.effects import finding
+from sagnac.recording.model import Recording, second_of
+from sagnac.recording.profile import Profile, count_step
+from sagnac.recording.stamps import Places
+from sagnac.units import ARCSECOND, UNITS, split_factor
+
+# ---- readout -----------------------------------------------------------------------
 
 # Steps of angle, in readout steps squared, at which the error of a readout is white noise: a
 # quarter that the angle turns about its mean (the error's correlation is below 1 % from there on),
@@ -267,3 +272,262 @@ def _variance_of_steps(values: FloatArray) -> float:
     if kept < count:
         found.partition(kept - 1)
     return float(found[:kept].mean())
+
+
+# ---- resolution --------------------------------------------------------------------
+
+# Steps of single precision, in scatters of the noise, that are said and that spoil an answer.
+_SEEN: Final = 0.1
+_SPOILS: Final = 0.5
+# Half the mean square of what a rate changes by from sample to sample, in steps squared, from which
+# on the error of its steps is white: its correlation is below 1 % (Widrow and Kollár, Quantization
+# Noise, 2008), and the error's own variance, 1/12, is in it.
+_WHITE: Final = 0.125 + 1.0 / 12.0
+# Change of N that is worth a word.
+_WORTH: Final = 0.02
+# Octaves in which N is looked for end at this part of the sample rate, and begin at so many
+# frequencies; the most samples looked at.
+_HIGHEST: Final = 0.05
+_LEAST_FREQUENCIES: Final = 16
+_MOST: Final = 2**17
+# Samples that tell whether all values are of single precision.
+_LOOKED_AT: Final = 4096
+# Part of a value that its conversion to SI and back may move it by.
+_ROUNDING: Final = 1e-15
+
+
+def resolution_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """Single precision, or coarse counts, if the noise does not cover its steps."""
+    step = single_precision_step(gyro)
+    # The step follows the size of an angle; where that is largest the noise is compared with it.
+    scatter = math.sqrt(2.0) * profile.scale
+    if step > _SEEN * scatter:
+        text = (
+            "is stored in single precision (float32): its steps grow to "
+            f"{_shown(gyro, step)}, beside a scatter of {_shown(gyro, scatter)} from sample to "
+            "sample; store it in double precision"
+        )
+        level: Level = "error" if step > _SPOILS * scatter else "warning"
+        return (finding("resolution", gyro.name, text, effect=None, level=level),)
+    # Counts of an angle lose nothing from one sample to the next; those of a rate do.
+    return _coarse(recording, gyro, profile) if gyro.kind == "rate" else ()
+
+
+def single_precision_step(gyro: Channel) -> float:
+    """Largest step of a channel of which all values are of single precision; else 0.
+
+    In the unit of its values. They count as such in the unit that they came in, or in that unit
+    without the number before it.
+    """
+    values = gyro.values
+    some = series.every(values, max(1, values.size // _LOOKED_AT))
+    lowest, highest = series.extent(values)
+    largest = max(abs(lowest), abs(highest))
+    factor, name = split_factor(gyro.shown_in)
+    for size in {UNITS[name].size, factor * UNITS[name].size}:
+        stored = some / size
+        rounded = stored.astype(np.float32).astype(np.float64)
+        whole = rounded == np.rint(rounded)
+        alike = np.abs(stored - rounded) <= _ROUNDING * np.abs(rounded)
+        # Whole numbers below 2^24 are the same in both precisions and tell nothing.
+        tells = ~whole | (np.abs(rounded) > 2.0**24)
+        if alike.all() and tells.any():
+            return size * float(np.spacing(np.float32(largest / size)))
+    return 0.0
+
+
+def _coarse(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """Counts of a rate whose error is a part of its angle random walk."""
+    step = profile.step
+    variance = float(np.median(profile.power))
+    if not math.isfinite(step):
+        return ()
+    effect = None
+    if variance > _WHITE * step**2:
+        effect = _added(step, recording.sample_rate, profile)
+        if effect < 1.0 + _WORTH:
+            return ()
+    text = (
+        f"is read out in steps of {_shown(gyro, step)}, beside a scatter of "
+        f"{_shown(gyro, math.sqrt(variance))}: what is read is in part the steps"
+    )
+    return (finding("resolution", gyro.name, text, effect=effect),)
+
+
+def _added(step: float, sample_rate: float, profile: Profile) -> float:
+    """Factor on N of the error of white steps, which is spread evenly to half the sample rate.
+
+    A sensor's own low-pass leaves less noise, but no less of it where N is read. If less is read
+    there than the steps of a rate would make, an angle was counted, whose steps do not add up.
+    """
+    read = _quiet_density(profile.changes, sample_rate)
+    steps = step * step / 6.0 / sample_rate
+    return math.sqrt(read / (read - steps)) if read > steps else 1.0
+
+
+def _quiet_density(rates: FloatArray, sample_rate: float) -> float:
+    """One-sided density of a rate where its angle random walk is: the median over octaves.
+
+    Lines and slow noise rule few of them.
+    """
+    some = rates[:_MOST]
+    taper = np.hanning(some.size)
+    transform = rfft((some - some.mean()) * taper)
+    power = (transform.real**2 + transform.imag**2) * 2.0 / sample_rate / float(taper @ taper)
+    highest = max(int(_HIGHEST * some.size), _LEAST_FREQUENCIES)
+    levels = []
+    while highest >= _LEAST_FREQUENCIES:
+        levels.append(float(np.median(power[highest // 2 : highest])) / math.log(2.0))
+        highest //= 2
+    return float(np.median(levels))
+
+
+def _shown(gyro: Channel, value: float) -> str:
+    unit = gyro.plain_unit
+    return f"{value / unit.size:.3g} {unit.name}"
+
+
+# ---- saturation --------------------------------------------------------------------
+
+# A limit is taken this often at least, and this many times as often as the next value inwards.
+# Noise takes an extreme value less often than the next one.
+_LEAST_OFTEN: Final = 10
+_OFTENER: Final = 3
+# Few levels say nothing: a quiet gyro may count only 0 and 1.
+_FEW_LEVELS: Final = 8
+# A clipped value has others right beside it; one that lies this many standard deviations beyond
+# the next is no limit of the range.
+_APART: Final = 0.5
+# Rounding of the differences of an angle, in units of the angle's last place.
+_UNITS_OF_LAST_PLACE: Final = 8.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limit:
+    """An end of the range that samples pile up at.
+
+    Attributes
+    ----------
+    side
+        ``upper`` or ``lower``.
+    count, first
+        Samples at it, and the first of them.
+    """
+
+    side: Literal["upper", "lower"]
+    count: int
+    first: int
+
+
+def saturation_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+    """An extreme value taken far more often than the next one inwards.
+
+    Looked for in what each sample turned, so that an angle made of clipped increments counts.
+    """
+    changes = profile.changes
+    levels = np.unique(series.every(changes, max(1, changes.size // 10_000)))
+    if levels.size <= _FEW_LEVELS:
+        return ()
+    slack = 0.0
+    if gyro.kind == "angle":
+        slack = _UNITS_OF_LAST_PLACE * float(np.spacing(max(map(abs, series.extent(gyro.values)))))
+    lowest, highest = series.extent(changes)
+    ends: tuple[tuple[Literal["upper", "lower"], float], ...] = (
+        ("upper", highest),
+        ("lower", lowest),
+    )
+    found = [
+        limit
+        for side, value in ends
+        if (limit := limit_of(changes, value, side, slack=slack, scale=profile.scale)) is not None
+    ]
+    if not found:
+        return ()
+    shares = {limit.side: limit.count / changes.size for limit in found}
+    effect = clipped_scatter(shares.get("lower", 0.0), shares.get("upper", 0.0))
+    where = " and ".join(
+        f"{limit.count} samples are at its {limit.side} limit, the first at "
+        f"{second_of(recording, limit.first):.3f} s"
+        for limit in found
+    )
+    text = f"is saturated: {where}; take a stretch without with {{slice}}"
+    return (finding("clipping", gyro.name, text, effect=effect),)
+
+
+def limit_of(
+    changes: FloatArray,
+    limit: float,
+    side: Literal["upper", "lower"],
+    *,
+    slack: float,
+    scale: float,
+) -> Limit | None:
+    """The extreme value `limit`, if samples pile up at it.
+
+    Parameters
+    ----------
+    changes
+        (samples,) what each sample turned.
+    limit
+        Their largest or smallest value.
+    side
+        Which of the two.
+    slack
+        Difference within which two values count as one.
+    scale
+        Standard deviation of the noise.
+    """
+    at_limit = Places(values=changes, test=lambda some: _equals(some, limit, slack)).tally()
+    if at_limit.count < _LEAST_OFTEN:
+        return None
+    inner = next_inwards(changes, limit, side, slack=slack)
+    following = Places(values=changes, test=lambda some: _equals(some, inner, slack)).tally()
+    if at_limit.count <= _OFTENER * following.count or abs(limit - inner) > _APART * scale:
+        return None
+    return Limit(side=side, count=at_limit.count, first=at_limit.first)
+
+
+def _equals(values: FloatArray, value: float, slack: float) -> BooleanArray:
+    return np.asarray(np.abs(values - value) <= slack if slack else values == value)
+
+
+def next_inwards(
+    values: FloatArray, limit: float, side: Literal["upper", "lower"], *, slack: float = 0.0
+) -> float:
+    """The value next to an extreme one; infinite, away from it, if there is none."""
+    sign = 1.0 if side == "upper" else -1.0
+
+    def further(inner: float, block: slice) -> float:
+        inside = values[block][~_equals(values[block], limit, slack)]
+        return max(inner, float((sign * inside).max(initial=-math.inf)))
+
+    return sign * series.reduce(further, -math.inf, values.size, values)
+
+
+def clipped_scatter(below: float, above: float) -> float:
+    """Standard deviation of a clipped normal number, of one that is not clipped: 1 if none is.
+
+    Parameters
+    ----------
+    below, above
+        Shares of the numbers at the lower and at the upper limit.
+
+    Examples
+    --------
+    A limit at one standard deviation on either side:
+
+    >>> round(clipped_scatter(0.1587, 0.1587), 3)
+    0.718
+    """
+    low, high = float(ndtri(below)), float(ndtri(1.0 - above))
+    at_low, at_high = _density(low), _density(high)
+    inside = float(ndtr(high) - ndtr(low))
+    ends = [(low, below), (high, above)]
+    mean = at_low - at_high + sum(end * share for end, share in ends if share)
+    edges = (low * at_low if at_low else 0.0) - (high * at_high if at_high else 0.0)
+    square = inside + edges + sum(end * end * share for end, share in ends if share)
+    return math.sqrt(max(square - mean * mean, 0.0))
+
+
+def _density(place: float) -> float:
+    return math.exp(-0.5 * place * place) / math.sqrt(2.0 * math.pi)

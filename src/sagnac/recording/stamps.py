@@ -1,14 +1,242 @@
-"""Time stamps: the rate they give, and whether they are those of uniform sampling."""
+"""Samples in time: stamps and the rate they give, stretches, and encoder readings that are held.
+
+An encoder that is read 20 times a second stands in a recording of 200 samples a second as steps,
+each ten samples long. At a table that turns by 40 deg/s the steps are 2 deg. Between its readings
+the table's motion is smooth; so the readings are put at the times of the encoder's own clock, and
+a spline goes through them.
+"""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from sagnac import series
-from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.errors import Note, RecordingError
+
+# ---- stretches ---------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tally:
+    """How many places there are, and the first; -1 if there is none."""
+
+    count: int
+    first: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """Samples from `first` up to, and not including, `after`."""
+
+    first: int
+    after: int
+
+    @property
+    def samples(self) -> int:
+        """How many there are."""
+        return self.after - self.first
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Places:
+    """The samples of a series for which a test holds.
+
+    They are found anew at each pass, and none are kept: in a bad record there are as many as it
+    has samples.
+
+    Attributes
+    ----------
+    values
+        (samples,) of any length.
+    test
+        Given the values of a block and of `following` samples more, says of each sample of the
+        block whether it is such a place.
+    following
+        Samples after one that `test` looks at to judge it.
+    """
+
+    values: FloatArray
+    test: Callable[[FloatArray], BooleanArray]
+    following: int = 0
+
+    @property
+    def _size(self) -> int:
+        return int(self.values.size) - self.following
+
+    def _within(self, block: slice) -> IntegerArray:
+        here = self.test(self.values[block.start : block.stop + self.following])
+        return np.asarray(block.start + np.flatnonzero(here))
+
+    def all(self) -> IntegerArray:
+        """All of them, ascending."""
+        found = series.map(self._within, self._size, self.values)
+        return np.concatenate([np.empty(0, dtype=np.int64), *found])
+
+    def tally(self) -> Tally:
+        """Count them."""
+
+        def add(so_far: Tally, block: slice) -> Tally:
+            here = self._within(block)
+            first = int(here[0]) if so_far.count == 0 and here.size else so_far.first
+            return Tally(count=so_far.count + here.size, first=first)
+
+        return series.reduce(add, Tally(count=0, first=-1), self._size, self.values)
+
+    def longest_between(self, samples: int, *, later: int = 0) -> Stretch:
+        """The longest stretch of `samples` without any of them, the first if two are as long.
+
+        Parameters
+        ----------
+        samples
+            Length of the record.
+        later
+            By how many samples the record's bad sample lies behind the place: 1 for steps.
+        """
+
+        def add(so_far: "_Between", block: slice) -> "_Between":
+            return so_far.and_then(self._within(block) + later)
+
+        start = _Between(longest=Stretch(first=0, after=-1), edge=-1)
+        between = series.reduce(add, start, self._size, self.values)
+        return between.and_then(np.array([samples])).longest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Between:
+    """The longest stretch so far, and the last place before which it was looked for."""
+
+    longest: Stretch
+    edge: int
+
+    def and_then(self, places: IntegerArray) -> "_Between":
+        edges = np.concatenate(([self.edge], places))
+        lengths = np.diff(edges) - 1
+        if lengths.size == 0:
+            return self
+        at = int(np.argmax(lengths))
+        longest = self.longest
+        if lengths[at] > longest.samples:
+            longest = Stretch(first=int(edges[at]) + 1, after=int(edges[at + 1]))
+        return _Between(longest=longest, edge=int(edges[-1]))
+
+
+def longest_between(samples: int, places: IntegerArray) -> Stretch:
+    """The longest stretch of `samples` without one of `places`, which ascend."""
+    start = _Between(longest=Stretch(first=0, after=-1), edge=-1)
+    return start.and_then(places).and_then(np.array([samples])).longest
+
+
+def is_not_finite(values: FloatArray) -> BooleanArray:
+    """Whether values are NaN or infinite."""
+    return ~np.isfinite(values)
+
+
+# ---- held readings -----------------------------------------------------------------
+
+# Readings are held if nearly all come at the ticks of a clock, to a sample, this slow at least.
+_NEARLY_ALL: Final = 0.95
+_SLOWER: Final = 1.5
+# Fewer changes tell no clock.
+_FEWEST: Final = 20
+# More changes than this part of the samples are no steps.
+_MOST_CHANGES: Final = 1.0 / _SLOWER
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Clock:
+    """When an encoder is read.
+
+    Attributes
+    ----------
+    period
+        Samples between readings.
+    first
+        Sample of the first of them, not whole.
+    """
+
+    period: float
+    first: float
+
+
+def clock_of(angle: FloatArray) -> Clock | None:
+    """The clock of readings that are held between its ticks; None if they are not.
+
+    Parameters
+    ----------
+    angle
+        (samples,) readings, any unit; wrapped or running.
+
+    Returns
+    -------
+    Clock or None
+        None as well if any reading is missing.
+    """
+    if angle.size < _FEWEST or not np.isfinite(series.mean(angle)):
+        return None
+    changes = _changes(angle)
+    if changes.size < _FEWEST or changes.size > _MOST_CHANGES * angle.size:
+        return None
+    gaps = np.diff(changes)
+    usual = float(np.median(gaps))
+    near = gaps[np.abs(gaps - usual) <= 1.0]
+    if near.size < _NEARLY_ALL * gaps.size:
+        return None
+    period = float(near.mean())
+    for _ in range(2):
+        # Ticks between changes, and from those the period that fits them all.
+        ticks = np.concatenate([[0], np.cumsum(np.rint(gaps / period))])
+        period, first = np.polynomial.Polynomial.fit(ticks, changes, 1).convert().coef[::-1]
+    late = changes - first - period * ticks
+    on_time = np.abs(late - np.median(late)) <= 1.0
+    if period < _SLOWER or on_time.mean() < _NEARLY_ALL:
+        return None
+    return Clock(period=float(period), first=float(first % period))
+
+
+def between_ticks(angle: FloatArray, clock: Clock) -> FloatArray:
+    """(samples,) a running angle, in its unit, by a spline through the readings at the ticks.
+
+    Before the first tick and after the last the table goes on at the rate that it has there.
+
+    Parameters
+    ----------
+    angle
+        (samples,) none missing.
+    clock
+        As `clock_of` finds it.
+    """
+    ticks = np.arange(clock.first, angle.size - 1.0, clock.period)
+    # A reading stands from the first sample behind its tick to the next tick: half-way is safe.
+    places = np.minimum(np.floor(ticks + 0.5 * clock.period).astype(np.int64), angle.size - 1)
+    # Imported here: it takes a sixth of a second that other recordings need not wait for.
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+
+    spline = CubicSpline(ticks, series.at(angle, places))
+
+    def read(span: slice) -> FloatArray:
+        at = np.arange(span.start, span.stop, dtype=np.float64)
+        inside = np.clip(at, ticks[0], ticks[-1])
+        return np.asarray(spline(inside) + spline(inside, 1) * (at - inside))
+
+    return series.made(read, angle.size, angle)
+
+
+def _changes(angle: FloatArray) -> IntegerArray:
+    """Samples that read otherwise than the one before."""
+
+    def of_block(span: slice) -> IntegerArray:
+        some = angle[span.start : span.stop + 1]
+        return np.asarray(span.start + 1 + np.flatnonzero(some[1:] != some[:-1]))
+
+    parts = series.map(of_block, angle.size - 1, angle)
+    return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
+
+
+# ---- stamps ------------------------------------------------------------------------
 
 # An interval longer than this many nominal steps is a gap: an error. Recorders that stamp on
 # arrival, on a clock of 1 ms, repeat a stamp now and then and follow it with one of two steps,

@@ -11,7 +11,7 @@ from sagnac.errors import Note, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.stretches import Places
+from sagnac.recording.stamps import Places
 from sagnac.units import UNITS, split_factor
 
 _BINS: Final = 64

@@ -23,8 +23,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from sagnac.arrays import FloatArray
-from sagnac.repeatability.design import Design
-from sagnac.repeatability.restricted import Components, covariance_of
+from sagnac.repeatability.design import Components, Design, covariance_of
 
 # Power of the shares of the variance, of the mean and of a further run.
 _OF_MEAN: Final = 2.0

@@ -1,13 +1,21 @@
-"""An analysis as JSON, schema ``sagnac.analysis/1``."""
+"""An analysis as JSON, schema ``sagnac.analysis/1``, and read back from it.
+
+A document holds the answer and what it rests on, not the recording: `recording`, the spectra, the
+curve before removal and the residual are not set, and asking for one of them says so.
+"""
 
 import json
 import math
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any, Final
 
-from sagnac.analysis.headline_coefficients import headline_coefficients
+import numpy as np
+
+from sagnac.analysis.headline_coefficients import answer_coefficients, headline_coefficients
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.low_pass import low_pass_data
+from sagnac.analysis.parts import Part
 from sagnac.analysis.plain import (
     covariance_data,
     parts_data,
@@ -15,18 +23,29 @@ from sagnac.analysis.plain import (
     shares_data,
     triad_data,
 )
-from sagnac.analysis.result import Analysis
-from sagnac.coefficients.estimates import Estimate, in_units
+from sagnac.analysis.result import Analysis, Covariance
+from sagnac.analysis.settings import Settings
+from sagnac.coefficients.estimates import (
+    Estimate,
+    Fit,
+    FitName,
+    OptionalName,
+    estimate_units,
+)
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.documents import ANALYSES, ANALYSIS
+from sagnac.coefficients.model_average import Resting
+from sagnac.documents import ANALYSES, ANALYSIS, read_analyses
+from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.report.command_line import error_text, findings_data, note_text
-from sagnac.report.forces import forces_data
-from sagnac.report.quantities import curve_unit, in_field_unit
-from sagnac.report.spectra import per_gyro_density
-from sagnac.report.verdicts import overall_decision, verdict_data
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, field_unit
+from sagnac.report.figures import per_gyro_density
+from sagnac.report.quantities import curve_columns, curve_unit
+from sagnac.report.sections import overall_decision, verdict_data
+from sagnac.stability.curve import StabilityCurve
+from sagnac.units import ARCSECOND, DEGREE, SENSED, UNITS, Sensor, Unit, field_unit
 from sagnac.version import __version__
+
+# ---- document ----------------------------------------------------------------------
 
 COMPARISON_SCHEMA: Final = "sagnac.comparison/1"
 
@@ -72,11 +91,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "lines": [_line(line) for line in analysis.lines],
         "curve": {
             "estimator": curve.estimator,
-            "tau_s": curve.tau.tolist(),
-            "deviation_deg_per_h": (curve.deviation / DEGREE_PER_HOUR).tolist(),
-            "low": (curve.low / DEGREE_PER_HOUR).tolist(),
-            "high": (curve.high / DEGREE_PER_HOUR).tolist(),
-            "edf": curve.edf.tolist(),
+            **_points(curve, UNITS["deg/h"], "deviation_deg_per_h"),
         },
         **_family(analysis),
         "findings": findings_data(analysis.findings),
@@ -144,7 +159,49 @@ def _gyros(analysis: Analysis) -> dict[str, Any]:
 
 
 def _forces(analysis: Analysis) -> dict[str, Any]:
-    return forces_data(list(analysis.accelerometers.values()))
+    """The accelerometers: coefficients, curve, lines and notes of each; nothing without one."""
+    if not analysis.accelerometers:
+        return {}
+    found = {name: _force_data(one) for name, one in analysis.accelerometers.items()}
+    return {"accelerometers": _finite(found)}
+
+
+def _force_data(analysis: Analysis) -> dict[str, Any]:
+    sensed, curve = SENSED["accelerometer"], analysis.curve_before
+    unit, estimates = UNITS[sensed.rate_unit], answer_coefficients(analysis)
+    return {
+        "velocity_random_walk": _estimate(
+            "angle_random_walk", analysis.angle_random_walk, "accelerometer"
+        ),
+        "coefficients": {
+            sensed.titles[name].replace(" ", "_"): _estimate(name, estimates[name], "accelerometer")
+            for name in COEFFICIENT_NAMES
+            if name in estimates
+        },
+        "source": analysis.source,
+        "curve": {"estimator": curve.estimator, "unit": unit.name, **_points(curve, unit)},
+        "covariance": covariance_data(analysis),
+        **low_pass_data(analysis),
+        "lines": [
+            {
+                "frequency_hz": line.frequency,
+                "velocity_amplitude_m_per_s": line.amplitude,
+                "significance": line.significance,
+            }
+            for line in analysis.lines
+        ],
+        "notes": [note_text(note) for note in analysis.notes],
+    }
+
+
+def _points(curve: StabilityCurve, unit: Unit, deviation: str = "deviation") -> dict[str, Any]:
+    """The points of a curve; its deviation goes by that name."""
+    columns = curve_columns(curve, unit)
+    return {
+        "tau_s": columns["tau"],
+        deviation: columns["deviation"],
+        **{name: columns[name] for name in ("low", "high", "edf")},
+    }
 
 
 def _refused(analysis: Analysis) -> dict[str, Any]:
@@ -192,11 +249,7 @@ def _family(analysis: Analysis) -> dict[str, Any]:
                 "estimator": curve.estimator,
                 "unit": unit.name,
                 "confidence": curve.confidence,
-                "tau_s": curve.tau.tolist(),
-                "deviation": (curve.deviation / unit.size).tolist(),
-                "low": (curve.low / unit.size).tolist(),
-                "high": (curve.high / unit.size).tolist(),
-                "edf": curve.edf.tolist(),
+                **_points(curve, unit),
                 "terms": curve.terms.tolist(),
                 "noise_type": curve.noise_type.tolist(),
                 "notes": [note_text(note) for note in curve.notes],
@@ -220,24 +273,18 @@ def _coefficients(estimates: Mapping[CoefficientName, Estimate]) -> dict[str, An
     }
 
 
-def _estimate(name: CoefficientName, estimate: Estimate) -> dict[str, Any]:
-    shown = in_field_unit(name, estimate)
+def _estimate(name: CoefficientName, estimate: Estimate, sensor: Sensor = "gyro") -> dict[str, Any]:
+    units = {
+        unit: {end: getattr(estimate, end) / size for end in ("value", "low", "high")}
+        for unit, size in estimate_units(name, sensor).items()
+    }
+    unit = next(iter(units))
     return {
-        "value": shown.value,
-        "low": shown.low,
-        "high": shown.high,
-        "confidence": shown.confidence,
-        "unit": field_unit(name).name,
-        "status": shown.status,
-        "units": {
-            unit: {"value": value, "low": low, "high": high}
-            for (unit, value), low, high in zip(
-                in_units(name, estimate.value).items(),
-                in_units(name, estimate.low).values(),
-                in_units(name, estimate.high).values(),
-                strict=True,
-            )
-        },
+        **units[unit],
+        "confidence": estimate.confidence,
+        "unit": unit,
+        "status": estimate.status,
+        "units": units,
     }
 
 
@@ -269,3 +316,243 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list):
         return [_finite(item) for item in value]
     return value
+
+
+# ---- stored ------------------------------------------------------------------------
+
+Document = Mapping[str, Any]
+
+
+def read_analysis(path: str | Path) -> Analysis:
+    """The analysis that a document holds.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read, is no document of one analysis, or states what cannot be.
+    """
+    documents = read_analyses(Path(path))
+    if len(documents) > 1:
+        raise RecordingError(
+            f"holds {len(documents)} analyses", path=str(path), remedy="give the document of one"
+        )
+    try:
+        return analysis_from(documents[0])
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordingError(
+            f"states what cannot be: {error}",
+            path=str(path),
+            remedy="give the analysis.json that an analysis wrote, as it wrote it",
+        ) from None
+
+
+def analysis_from(document: Document) -> Analysis:
+    """The analysis that a document of schema ``sagnac.analysis/1`` states, in SI.
+
+    Parameters
+    ----------
+    document
+        As `sagnac.report.document.analysis_document` makes it.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError
+        If it breaks its schema.
+    """
+    said, settings = document["input"], document["settings"]
+    rate = said.get("table_rate_deg_per_s")
+    stated = document["angle_random_walk"]
+    alone = {name: analysis_from(one) for name, one in document.get("gyros", {}).items()}
+    return Analysis.of_fields(
+        stored=document,
+        settings=Settings(
+            gyros=tuple(said["gyros"]),
+            method=settings["method"],
+            interval=settings.get("interval_s"),
+            confidence=settings["confidence"],
+        ),
+        channel=document["channel"],
+        gyros_differenced=document["gyros_differenced"],
+        table_rate=None if rate is None else rate * DEGREE,
+        angle_random_walk=_stored_estimate("angle_random_walk", stated),
+        source=stated["source"],
+        average=_average(stated),
+        coefficients=_stored_coefficients(document["coefficients"]),
+        covariance=_covariance(document.get("covariance")),
+        fits={name: _fit(name, found) for name, found in document["estimates"].items()},
+        per_gyro={
+            name: _stored_estimate("angle_random_walk", one)
+            for name, one in document.get("per_gyro", {}).items()
+        },
+        parts=tuple(map(_part, document.get("parts") or ())),
+        lines=tuple(map(_stored_line, document["lines"])),
+        curve=_curve(document["curve"], "deviation_deg_per_h", "gyro", document),
+        notes=_notes(document),
+        seconds=dict(document["seconds"]),
+        gyros=alone,
+        accelerometers={
+            name: _force(name, one, document)
+            for name, one in (document.get("accelerometers") or {}).items()
+        },
+        refused={name: RecordingError(why) for name, why in document.get("refused", {}).items()},
+    )
+
+
+def _force(channel: str, stated: Document, document: Document) -> Analysis:
+    """An accelerometer of the document of its gyros."""
+    titles = SENSED["accelerometer"].titles
+    keys = {name: titles[name].replace(" ", "_") for name in COEFFICIENT_NAMES}
+    walk = _stored_estimate("angle_random_walk", stated["velocity_random_walk"], "accelerometer")
+    settings = document["settings"]
+    return Analysis.of_fields(
+        stored=stated,
+        settings=Settings(
+            gyros=(channel,),
+            method=settings["method"],
+            interval=settings.get("interval_s"),
+            confidence=walk.confidence,
+        ),
+        channel=channel,
+        gyros_differenced=1,
+        table_rate=None,
+        angle_random_walk=walk,
+        source=stated["source"],
+        coefficients={
+            name: _stored_estimate(name, stated["coefficients"][key], "accelerometer")
+            for name, key in keys.items()
+            if key in stated["coefficients"]
+        },
+        fits={},
+        per_gyro={},
+        lines=tuple(
+            _time_line(one["frequency_hz"], one["velocity_amplitude_m_per_s"], one, channel)
+            for one in stated["lines"]
+        ),
+        curve=_curve(stated["curve"], "deviation", "accelerometer", document),
+        notes=tuple(Note(text=text) for text in stated["notes"]),
+        seconds={},
+    )
+
+
+def _number(value: float | None) -> float:
+    """A number, or NaN for the None of JSON."""
+    return math.nan if value is None else float(value)
+
+
+def _stored_estimate(
+    name: CoefficientName | OptionalName, stated: Document, sensor: Sensor = "gyro"
+) -> Estimate:
+    size = estimate_units(name, sensor)[stated["unit"]]
+    return Estimate(
+        value=_number(stated["value"]) * size,
+        low=_number(stated["low"]) * size,
+        high=_number(stated["high"]) * size,
+        confidence=stated["confidence"],
+        status=stated["status"],
+        name=name,
+        sensor=sensor,
+    )
+
+
+def _stored_coefficients(stated: Document) -> dict[CoefficientName, Estimate]:
+    return {
+        name: _stored_estimate(name, stated[name]) for name in COEFFICIENT_NAMES if name in stated
+    }
+
+
+def _fit(name: FitName, stated: Document) -> Fit:
+    return Fit(method=name, coefficients=_stored_coefficients(stated))
+
+
+def _covariance(stated: Document | None) -> Covariance | None:
+    if stated is None:
+        return None
+    sizes = np.array([field_unit(name).size for name in stated["names"]])
+    matrix = np.array([[_number(one) for one in row] for row in stated["matrix"]], dtype=float)
+    return Covariance(names=tuple(stated["names"]), matrix=matrix * np.outer(sizes, sizes))
+
+
+def _average(stated: Document) -> Resting | None:
+    if "band_hz" not in stated:
+        return None
+    low, high = map(_number, stated["band_hz"])
+    return Resting(
+        band_hz=(low, high),
+        terms=tuple(stated["terms"]),
+        share=stated.get("share", 0.0),
+        member=stated.get("member", "average"),
+        slow_terms=stated.get("slow_terms", "average"),
+    )
+
+
+def _part(stated: Document) -> Part:
+    size = field_unit("angle_random_walk").size
+    return Part(
+        start_s=stated["start_s"],
+        stop_s=stated["stop_s"],
+        value=_number(stated["value"]) * size,
+        low=_number(stated["low"]) * size,
+        high=_number(stated["high"]) * size,
+    )
+
+
+def _stored_line(stated: Document) -> Line:
+    kind = "order" if stated["scale"] == "angle" else "frequency"
+    unit = "" if kind == "order" else "_hz"
+    return Line(
+        scale=stated["scale"],
+        frequency=_number(stated[f"{kind}{unit}"]),
+        frequency_error=_number(stated[f"{kind}_error{unit}"]),
+        amplitude=_number(stated["amplitude_arcsec"]) * ARCSECOND,
+        amplitude_error=_number(stated["amplitude_error_arcsec"]) * ARCSECOND,
+        phase=_number(stated["phase_deg"]) * DEGREE,
+        phase_error=_number(stated["phase_error_deg"]) * DEGREE,
+        significance=_number(stated["significance"]),
+        channel=stated["channel"],
+        name=stated["name"],
+    )
+
+
+def _time_line(frequency: float, amplitude: float, stated: Document, channel: str) -> Line:
+    """A line of which the document states no phase and no errors."""
+    return Line(
+        scale="time",
+        frequency=_number(frequency),
+        frequency_error=math.nan,
+        amplitude=_number(amplitude),
+        amplitude_error=math.nan,
+        phase=math.nan,
+        phase_error=math.nan,
+        significance=_number(stated["significance"]),
+        channel=channel,
+    )
+
+
+def _curve(stated: Document, of: str, sensor: Sensor, document: Document) -> StabilityCurve:
+    """The curve, per gyro. A document states neither terms nor noise types: both are 0."""
+    size = UNITS[stated.get("unit", SENSED[sensor].rate_unit)].size
+    tau = np.array(stated["tau_s"], dtype=float)
+    low, high = (np.array([_number(one) for one in stated[end]]) for end in ("low", "high"))
+    return StabilityCurve(
+        tau=tau,
+        deviation=np.array([_number(one) for one in stated[of]]) * size,
+        terms=np.zeros(tau.size, dtype=np.int64),
+        edf=np.array(stated.get("edf", np.full(tau.size, np.nan)), dtype=float),
+        low=low * size,
+        high=high * size,
+        noise_type=np.zeros(tau.size, dtype=np.int64),
+        estimator=stated.get("estimator", "oadev"),
+        kind="angle",
+        sample_rate=document["input"]["sample_rate_hz"],
+        confidence=document["settings"]["confidence"],
+        samples=document["input"]["samples"],
+    )
+
+
+def _notes(document: Document) -> tuple[Note, ...]:
+    """Notes by their texts; those that are findings have their names again."""
+    found = {
+        f"{one['channel']}: {one['text']}" if one["channel"] else one["text"]: Note(**one)
+        for one in document.get("findings", ())
+    }
+    return tuple(found.get(text, Note(text=text)) for text in document["notes"])

@@ -1,25 +1,255 @@
-"""The figures of an analysis in the style of the reports, as SVG and PNG."""
+"""The figures of an analysis and of the table in the style of the reports, as SVG and PNG."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO, StringIO
 from itertools import cycle
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
 from markupsafe import escape
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.markers import TICKDOWN, TICKLEFT, MarkerStyle
+from matplotlib.ticker import LogFormatterSciNotation, NullLocator, ScalarFormatter
+from numpy.typing import ArrayLike
+from scipy.special import gammainccinv, gammaincinv
 
 from sagnac import plot
 from sagnac.analysis.result import Analysis
+from sagnac.analysis.spectra import Spectrum
+from sagnac.arrays import FloatArray
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, literal, logarithmic
+from sagnac.recording.channel import per_gyro
 from sagnac.report.files import write_bytes
 from sagnac.report.quantities import curve_unit, in_field_unit, number
-from sagnac.report.style import STYLE, legend_above, styled
-from sagnac.units import DEGREE_PER_HOUR, Unit
+from sagnac.spectrum.median import running_median
+from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
+from sagnac.units import DEGREE, DEGREE_PER_HOUR, Unit
+
+# ---- style -------------------------------------------------------------------------
+
+_FAINT: Final = "#e4e4e4"
+_TICKS: Final = "#6b6b6b"
+_MINOR_TICK: Final = 1.8  # points
+
+STYLE: Final[dict[Any, Any]] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.5,
+    "axes.labelsize": 9.5,
+    "axes.edgecolor": _TICKS,
+    "axes.linewidth": 0.7,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "grid.color": _FAINT,
+    "grid.linewidth": 0.6,
+    "xtick.color": _TICKS,
+    "ytick.color": _TICKS,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+    "xtick.minor.size": _MINOR_TICK,
+    "ytick.minor.size": _MINOR_TICK,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 3.6,
+    "mathtext.fontset": "dejavusans",
+    "svg.fonttype": "path",
+    "path.simplify": True,
+    "path.simplify_threshold": 0.3,
+    # Whatever layout a user's own settings ask for: plots and legends are placed here.
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
+}
+_SIZE: Final = (6.6, 4.5)
+_FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
+_LEGEND_ROW: Final = 0.165  # inches
+_ABOVE: Final = 0.09  # inches above a plot or its legend
+_POWER: Final = re.compile(r"\$\\mathdefault\{(.*?)(?:\\times)?10\^\{(.*?)\}\}\$")
+_RAISED: Final = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class PowersOfTen(LogFormatterSciNotation):
+    """Labels of a logarithmic axis in plain characters.
+
+    The mathematical layout of matplotlib takes a third of the time that a figure takes.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> axes = Figure().add_subplot(xscale="log")
+    >>> axes.xaxis.set_major_formatter(PowersOfTen())
+    >>> axes.xaxis.get_major_formatter()(1e-3)
+    '10⁻³'
+    """
+
+    def __call__(self, value: float, position: int | None = None) -> str:
+        """The label of a tick; empty if it takes none."""
+        return _POWER.sub(_plain, super().__call__(value, position))
+
+
+def _plain(power: re.Match[str]) -> str:
+    factor, exponent = power.groups()
+    return f"{factor}{'·' if factor else ''}10{exponent.translate(_RAISED)}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Canvas:
+    """A figure and the one axis in it."""
+
+    figure: Figure
+    axes: Axes
+
+
+class _Mantissas(ScalarFormatter):
+    """Numbers of a linear axis; their common power of ten stands with the unit of the axis."""
+
+    def __init__(self) -> None:
+        super().__init__(useOffset=False)
+        self.set_powerlimits((-3, 4))
+
+    def get_offset(self) -> str:
+        """Nothing: it would stand above the axis, where the legend is."""
+        return ""
+
+    def power(self) -> str:
+        """Factor that the numbers are to be multiplied with, ``10⁻⁵``; empty if by nothing."""
+        _, marked, exponent = super().get_offset().partition("1e")
+        return f"10{exponent.translate(_RAISED)}" if marked else ""
+
+
+def _name_power(axis: Axis) -> None:
+    """Write the power of ten of a linear axis before its unit: ``N (10⁻⁵ °/√h)``."""
+    formatter = _Mantissas()
+    axis.set_major_formatter(formatter)
+    formatter.set_locs(axis.get_majorticklocs())  # type: ignore[arg-type]
+    power = formatter.power()
+    if power:
+        name, bracket, unit = axis.get_label_text().rpartition("(")
+        axis.set_label_text(f"{name}{bracket}{power} {unit}")
+
+
+def _draw_minor_ticks_at_once(axes: Axes, axis: Axis) -> None:
+    """Draw the minor ticks of a logarithmic axis as one line, unless some of them have labels.
+
+    matplotlib makes several objects of each tick: that took a third of the time of a page.
+    """
+    low, high = sorted(axis.get_view_interval())
+    if high <= 10.0 * low:
+        # Within a decade there are labels.
+        return
+    places = np.array([place for place in axis.get_minorticklocs() if low <= place <= high])
+    axis.set_minor_locator(NullLocator())
+    across = axis is axes.xaxis
+    none = np.zeros_like(places)
+    axes.add_artist(
+        Line2D(
+            *((places, none) if across else (none, places)),
+            transform=axes.get_xaxis_transform() if across else axes.get_yaxis_transform(),
+            linestyle="none",
+            marker=MarkerStyle(TICKDOWN if across else TICKLEFT),
+            markersize=_MINOR_TICK,
+            markeredgewidth=mpl.rcParams["xtick.minor.width"],
+            color=_TICKS,
+            clip_on=False,
+        )
+    )
+
+
+@contextmanager
+def styled() -> Iterator[Canvas]:
+    """A figure in the style of the reports."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=_SIZE)
+        axes = figure.add_subplot()
+        figure.subplots_adjust(**_FRAME, top=1.0 - _ABOVE / _SIZE[1])
+        yield Canvas(figure=figure, axes=axes)
+        for each in figure.axes:
+            for axis, scale in ((each.xaxis, each.get_xscale()), (each.yaxis, each.get_yscale())):
+                if scale == "log":
+                    axis.set_major_formatter(PowersOfTen())
+                    axis.set_minor_formatter(PowersOfTen())
+                    _draw_minor_ticks_at_once(each, axis)
+                else:
+                    _name_power(axis)
+
+
+def legend_above(axes: Axes, columns: int) -> None:
+    """Put the legend above the plot, so that it hides no data, and make room for its rows."""
+    rows = -(-len(axes.get_legend_handles_labels()[0]) // columns)
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    top = 1.0 - (_ABOVE + rows * _LEGEND_ROW) / figure.get_figheight()
+    figure.subplots_adjust(top=top)
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(-0.02, 0.995),
+        ncols=columns,
+        columnspacing=1.4,
+        handlelength=1.6,
+        handletextpad=0.5,
+        borderaxespad=0.0,
+        labelspacing=0.25,
+    )
+
+
+# ---- spectra -----------------------------------------------------------------------
+
+_NEIGHBOURS = 51
+
+
+def per_gyro_density(analysis: Analysis) -> Spectrum:
+    """Frequency (Hz) and one-sided rate density of one gyro, (deg/h)^2/Hz."""
+    measured = analysis.density
+    if measured is None:
+        return Spectrum.empty()
+    size = (per_gyro(1.0, analysis.gyros_differenced) / DEGREE_PER_HOUR) ** 2
+    return Spectrum(frequency=measured.frequency, density=size * measured.density)
+
+
+def coarser(spectrum: Spectrum, most: int) -> Spectrum:
+    """The spectrum in `most` log-spaced bins at most, each the mean of those it takes."""
+    if spectrum.frequency.size <= most:
+        return spectrum
+    edges = np.geomspace(spectrum.frequency[0], spectrum.frequency[-1], most + 1)[:-1]
+    starts = np.unique(np.searchsorted(spectrum.frequency, edges))
+    # Bins that were log-spaced before are wider at high frequency and count by their width.
+    width = np.gradient(spectrum.frequency)
+    total = np.add.reduceat(width, starts)
+    return Spectrum(
+        frequency=np.add.reduceat(width * spectrum.frequency, starts) / total,
+        density=np.add.reduceat(width * spectrum.density, starts) / total,
+    )
+
+
+def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:
+    """How many peaks the spectrum after removal still has.
+
+    A bin is one of a peak if it stands above the median of the bins around it by more than
+    noise does once in `false_alarm` over the whole spectrum; bins that touch are one peak.
+    Bins are means of `n` exponential ordinates, gamma distributed of shape `n`.
+    """
+    frequency, density = analysis.spectrum.frequency, analysis.spectrum.density
+    if density.size < _NEIGHBOURS:
+        return 0
+    shape = np.maximum(np.round(np.gradient(frequency) * analysis.recording.duration), 1.0)
+    threshold = gammainccinv(shape, false_alarm / density.size) / gammaincinv(shape, 0.5)
+    above = density > threshold * running_median(density, _NEIGHBOURS)
+    return int(np.count_nonzero(above[1:] & ~above[:-1]) + above[0])
+
+
+# ---- figures -----------------------------------------------------------------------
 
 COLORS: Final = {
     "none": QUIET,
@@ -231,3 +461,99 @@ def _short_answer(analysis: Analysis) -> str:
     relation = "=" if shown.status == "estimated" else "<"
     width = 0.5 * (shown.high - shown.low)
     return f"N {relation} {number(shown.value, width)} °/√h"
+
+
+# ---- frames figure -----------------------------------------------------------------
+
+# The eye stands to the south-east, above the table.
+_AZIMUTH: Final = -62.0 * DEGREE
+_HEIGHT: Final = 24.0 * DEGREE
+_TURNED: Final = 38.0 * DEGREE  # of the table since the null indicator
+_HEADING: Final = 25.0 * DEGREE  # of the null indicator from north
+_LENGTH: Final = 1.15
+_RADIUS: Final = 1.0
+
+
+def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
+    """Local level (n), null (b0), table (b) and gyro (s) frames, true to Eq. 1.
+
+    Parameters
+    ----------
+    share_deviation
+        (3,) of e_x, e_y and e_z from 1/sqrt(3), Eq. 2.
+    """
+    shares = shares_from_deviations(share_deviation)
+    level = np.eye(3)  # rows: north, east, down
+    null, table = _turned(_HEADING), _turned(_HEADING + _TURNED)
+    gyros = table_to_gyro_matrix(*shares) @ table
+    with styled() as canvas:
+        axes = canvas.axes
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        _draw_table(axes, null, table)
+        for rows, color, style, names in (
+            (level, QUIET, "-", ("$x_n$ north", "$y_n$ east", "")),
+            (null[:2], ORANGE, "--", ("$x_{b0}$, null", "$y_{b0}$")),
+            (table, INK, "-", ("$x_b$", "$y_b$", "$z_b$, $z_n$ down, shaft")),
+            (gyros, BLUE, "-", ("$x_s$", "$y_s$", "$z_s$")),
+        ):
+            _draw_axes(axes, rows, color, style, names)
+        _draw_angle(axes)
+        axes.set(xlim=(-1.4, 1.55), ylim=(-1.3, 0.6))
+    return canvas.figure
+
+
+def _turned(angle: float) -> FloatArray:
+    """(3, 3) rows: the axes of a frame turned about down from north towards east."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+
+def seen(points: ArrayLike) -> FloatArray:
+    """(points, 2) where points in north, east and down stand on the page, without perspective."""
+    north, east, down = np.atleast_2d(np.asarray(points, dtype=np.float64)).T
+    across = east * np.cos(_AZIMUTH) - north * np.sin(_AZIMUTH)
+    away = east * np.sin(_AZIMUTH) + north * np.cos(_AZIMUTH)
+    return np.stack([across, away * np.sin(_HEIGHT) - down * np.cos(_HEIGHT)], axis=1)
+
+
+def _draw_axes(axes: Axes, rows: FloatArray, color: str, style: str, names: Iterable[str]) -> None:
+    for row, name in zip(rows, names, strict=True):
+        ((across, up),) = seen(_LENGTH * row)
+        axes.annotate(
+            "",
+            (across, up),
+            (0.0, 0.0),
+            arrowprops={"arrowstyle": "-|>", "color": color, "linestyle": style, "linewidth": 1.1},
+        )
+        axes.annotate(
+            name,
+            (1.09 * across, 1.09 * up),
+            color=color,
+            ha="left" if across > 0.9 else "center",
+            va="center",
+        )
+
+
+def _draw_table(axes: Axes, null: FloatArray, table: FloatArray) -> None:
+    """The turntable, the divisions of its encoder, and the null indicator."""
+    around = np.linspace(0.0, 2.0 * np.pi, 361)
+    for radius in (_RADIUS, 0.92 * _RADIUS):
+        circle = radius * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
+        axes.plot(*seen(circle).T, color=QUIET, linewidth=0.8)
+    for angle in np.arange(0.0, 360.0, 5.0) * DEGREE:
+        mark = np.array([[np.cos(angle), np.sin(angle), 0.0]]) @ table
+        axes.plot(
+            *seen(np.concatenate([0.92 * mark, _RADIUS * mark])).T, color=QUIET, linewidth=0.5
+        )
+    place = seen(_RADIUS * null[:1])[0]
+    axes.plot(*place, marker="o", color=ORANGE, markersize=4.5)
+
+
+def _draw_angle(axes: Axes) -> None:
+    """The table angle, from the null indicator to x_b."""
+    arc = np.linspace(_HEADING, _HEADING + _TURNED, 40)
+    curve = 0.55 * np.stack([np.cos(arc), np.sin(arc), 0.0 * arc], axis=1)
+    axes.plot(*seen(curve).T, color=GREEN, linewidth=1.2)
+    ((across, up),) = seen(0.63 * curve[curve.shape[0] // 2] / 0.55)
+    axes.annotate(r"$\alpha$", (across, up), color=GREEN, ha="center", va="center")

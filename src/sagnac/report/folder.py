@@ -1,6 +1,7 @@
 """The folder of a report: page, document, tables and figures of one analysis, all of it or none."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import quote
@@ -8,10 +9,8 @@ from urllib.parse import quote
 from sagnac.analysis.result import Analysis
 from sagnac.formats.files import replacing_folder
 from sagnac.overwriting import of_report, require_free
-from sagnac.report import document, figures, page, tables
-from sagnac.report import pdf as printer
-from sagnac.report.files import folder_name, write_text
-from sagnac.report.title_block import TitleBlock
+from sagnac.report import document, figures, page, sections
+from sagnac.report.files import TitleBlock, folder_name, write_pdf, write_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,6 +108,32 @@ def write_report(
     return replace(written, paths=tuple(folder / path for path in written.paths))
 
 
+def write_accelerometers(analysis: Analysis, folder: Path, *, pdf: bool = False) -> list[Path]:
+    """Page and figure of the accelerometers of a recording, into a folder that is made for them.
+
+    With `pdf` also the page as a PDF.
+    """
+    with replacing_folder(folder) as new:
+        drawn = sections.force_figure(list(analysis.accelerometers.values()))
+        figures.write_png(drawn, new / "stability.png")
+        text = page.accelerometers_page(analysis)
+        write_text(new / "report.html", text)
+        printed = _printed(text, new, pdf=pdf)
+    return [folder / name for name in ("report.html", *printed, "stability.png")]
+
+
+def write_comparison(
+    analyses: Mapping[str, Analysis], refused: Mapping[str, str], folder: Path
+) -> list[Path]:
+    """Page, document and figure of several methods, into a folder that is made for them."""
+    with replacing_folder(folder) as new:
+        figures.write_png(figures.comparison_figure(analyses), new / "comparison.png")
+        write_text(new / "comparison.html", page.comparison_page(analyses, refused))
+        text = document.to_json(document.comparison_document(analyses, refused))
+        write_text(new / "comparison.json", text + "\n")
+    return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Sheet:
     """Contents of a report beside the analysis; see `write_report`."""
@@ -128,7 +153,12 @@ def _write_unit(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
     text = page.unit_page(shown, block=sheet.block, settings=sheet.settings, links=links)
     write_text(folder / "report.html", text)
     figures.write_png(figures.unit_figure(analysis), folder / "stability.png")
-    names = ["report.html", *_printed(text, folder, sheet), "analysis.json", "stability.png"]
+    names = [
+        "report.html",
+        *_printed(text, folder, pdf=sheet.pdf),
+        "analysis.json",
+        "stability.png",
+    ]
     if sheet.settings:
         write_text(folder / "settings.toml", sheet.settings)
         names.append("settings.toml")
@@ -156,12 +186,12 @@ def _write_gyro(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
         pictures["parts.png"] = drawn.parts
     texts = {
         "report.html": page.page(shown, drawn, block=sheet.block, settings=sheet.settings),
-        "stability.csv": tables.stability_table(analysis),
-        "lines.csv": tables.line_table(analysis),
+        "stability.csv": sections.stability_table(analysis),
+        "lines.csv": sections.line_table(analysis),
     }
     if analysis.family:
-        texts["family.csv"] = tables.family_table(analysis)
-        texts["psd.csv"] = tables.density_table(analysis)
+        texts["family.csv"] = sections.family_table(analysis)
+        texts["psd.csv"] = sections.density_table(analysis)
     if sheet.settings:
         texts["settings.toml"] = sheet.settings
     for name, figure in pictures.items():
@@ -172,7 +202,7 @@ def _write_gyro(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
     analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
     _write_document(analysis, folder)
     first, *others = texts
-    printed = _printed(texts[first], folder, sheet)
+    printed = _printed(texts[first], folder, pdf=sheet.pdf)
     names = (first, *printed, "analysis.json", *others, *pictures)
     return Report(analysis=analysis, paths=tuple(map(Path, names)))
 
@@ -182,9 +212,9 @@ def _write_document(analysis: Analysis, folder: Path) -> None:
     write_text(folder / "analysis.json", text + "\n")
 
 
-def _printed(text: str, folder: Path, sheet: _Sheet) -> list[str]:
+def _printed(text: str, folder: Path, *, pdf: bool) -> list[str]:
     """The page as a PDF, if that is wanted."""
-    if not sheet.pdf:
+    if not pdf:
         return []
-    printer.write_pdf(text, folder / "report.pdf")
+    write_pdf(text, folder / "report.pdf")
     return ["report.pdf"]

@@ -25,14 +25,11 @@ from sagnac.report.figures import (
     ReportFigures,
     comparison_figure,
     report_figures,
+    residual_peaks,
     svg,
     unit_figure,
 )
-from sagnac.report.files import write_text
-from sagnac.report.forces import force_figure, force_notes, force_rows
-from sagnac.report.html import rendered
-from sagnac.report.methods import cited, sentences
-from sagnac.report.placed_notes import placed_notes
+from sagnac.report.files import TitleBlock, placed_notes, rendered, write_text
 from sagnac.report.quantities import (
     FIT_TITLES,
     TITLES,
@@ -46,11 +43,21 @@ from sagnac.report.quantities import (
     unit_cells,
     worst_gyro,
 )
-from sagnac.report.shares import HEADER, share_remarks, share_rows
-from sagnac.report.spectra import residual_peaks
+from sagnac.report.sections import (
+    DECISIONS,
+    HEADER,
+    cited,
+    force_figure,
+    force_notes,
+    force_rows,
+    gyro_text,
+    limit_text,
+    risk_text,
+    sentences,
+    share_remarks,
+    share_rows,
+)
 from sagnac.report.text import methods_by_gyro
-from sagnac.report.title_block import TitleBlock
-from sagnac.report.verdicts import DECISIONS, gyro_text, limit_text, risk_text
 from sagnac.units import DEGREE, field_unit
 from sagnac.version import __version__
 

@@ -10,6 +10,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Estimate, FitName
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.lines.model import Line
+from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.names import Estimator
 from sagnac.units import ARCSECOND, COEFFICIENT_UNITS, UNITS, Unit, field_unit
 
@@ -47,6 +48,18 @@ def _over(estimate: Estimate, size: float) -> Estimate:
 def curve_unit(estimator: Estimator) -> Unit:
     """Unit that a curve is shown in."""
     return UNITS["arcsec" if estimator == "tdev" else "deg/h"]
+
+
+def curve_columns(curve: StabilityCurve, unit: Unit | None = None) -> dict[str, list[float]]:
+    """Columns of a curve: tau in s, deviation and its interval in `unit`, and what they rest on.
+
+    The unit is that of the estimator unless it is given.
+    """
+    size = (unit or curve_unit(curve.estimator)).size
+    shown = {name: getattr(curve, name) / size for name in ("deviation", "low", "high")}
+    columns = {"tau": curve.tau, **shown}
+    columns |= {name: getattr(curve, name) for name in ("edf", "terms", "noise_type")}
+    return {name: values.tolist() for name, values in columns.items()}
 
 
 def decimals_for(width: float) -> int:

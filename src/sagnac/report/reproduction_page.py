@@ -1,8 +1,9 @@
-"""The paper's figures and tables beside ours: one page that stands alone."""
+"""The paper's figures and tables beside ours: one page, pictures and tables of numbers."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from sagnac.coefficients.readings import READINGS, ReadingName
+from sagnac.formats.files import replacing_folder
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.paper.laboratory import DRIVEN
 from sagnac.paper.least_squares import FORM, FORMS
@@ -17,10 +19,10 @@ from sagnac.paper.prediction import adequate_rate
 from sagnac.paper.published import FIGURE_2, FIGURE_3, TABLE_1, TABLE_2
 from sagnac.paper.reproduce import Cell, Outcome, Reproduction
 from sagnac.paper.trials import NEAREST_TRIAL, Trial
-from sagnac.report.figures import svg
-from sagnac.report.html import rendered
+from sagnac.report.figures import svg, write_png
+from sagnac.report.files import rendered, write_text
 from sagnac.report.quantities import number
-from sagnac.report.reproduction_values import (
+from sagnac.report.reproduction_tables import (
     ORDERS,
     TABLES,
     Order,
@@ -30,15 +32,19 @@ from sagnac.report.reproduction_values import (
     errors_of_reading,
     estimated,
     excess,
+    figures_of,
     growth,
     mean,
     reading_error,
     readings,
     spread,
+    tables,
     turning_over_rest,
 )
 from sagnac.units import DEGREE
 from sagnac.version import __version__
+
+# ---- reproduction page -------------------------------------------------------------
 
 
 def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
@@ -269,3 +275,32 @@ def _trial_rows(reproduction: Reproduction, trial: Trial) -> dict[str, Any]:
             }
         )
     return {"name": trial.name, "meaning": trial.meaning, "rows": rows}
+
+
+# ---- reproduction ------------------------------------------------------------------
+
+
+def write(reproduction: Reproduction, folder: Path) -> list[Path]:
+    """Page, pictures and tables into `folder`, all of them or none; what else it has stays.
+
+    Returns
+    -------
+    list of Path
+        The page first.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    names = ["reproduction.html"]
+    figures = figures_of(reproduction)
+    with replacing_folder(folder) as new:
+        for name, figure in figures.items():
+            names.append(f"{name}.png")
+            write_png(figure, new / names[-1])
+        for name, text in tables(reproduction).items():
+            names.append(f"{name}.csv")
+            write_text(new / names[-1], text)
+        write_text(new / names[0], page(reproduction, figures))
+    return [folder / name for name in names]

@@ -1,26 +1,338 @@
-"""The paper's tables and curves as CSV, and both tables for a terminal; units in the headers."""
+"""The paper's figures, tables and curves from the reproduction; units stand in the headers."""
 
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
 
-from sagnac.coefficients.readings import READINGS
-from sagnac.paper.least_squares import FORMS
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.coefficients.readings import READINGS, ReadingName
+from sagnac.paper.least_squares import FORMS, Form
+from sagnac.paper.outcome import PAPER_POINT_ERROR
 from sagnac.paper.published import FIGURE_3
-from sagnac.paper.reproduce import Cell, Outcome, Reproduction
-from sagnac.report.reproduction_values import (
-    ORDERS,
-    TABLES,
-    PaperTable,
-    ReadingErrors,
-    cell_texts,
-    cells_of,
-    curves_of,
-    errors_of_reading,
-    turning_over_rest,
-    white_deviation,
-)
-from sagnac.report.tables import cell, csv_text
+from sagnac.paper.reproduce import Cell, Outcome, Reproduction, outcomes_of_table
+from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, logarithmic
+from sagnac.report.figures import frames_figure, legend_above, styled
+from sagnac.report.quantities import number
+from sagnac.report.sections import cell, csv_text
 from sagnac.report.text import table
+from sagnac.stability.noise_type import ieee_relative_error
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
+
+# ---- reproduction values -----------------------------------------------------------
+
+PaperTable = Literal["table1", "table2"]
+
+# The size in deg/sqrt(h) that the paper's tables are in units of.
+TABLES: Final[Mapping[PaperTable, float]] = {"table1": 1e-4, "table2": 1e-5}
+# N of a white rate at tau = 1 s in deg/h is 60 of its figure in deg/sqrt(h).
+_ROOT_SECONDS_IN_HOUR: Final = 60.0
+
+
+def curves_of(reproduction: Reproduction) -> dict[str, list[Outcome]]:
+    """The runs whose curves each figure shows."""
+    outcomes = reproduction.outcomes
+    return {
+        "figure2": [outcomes["figure2-day1"], outcomes["table2-40-day1"]],
+        "figure3": [outcomes[f"figure3-as-simulated-{interval:g}s"] for interval in FIGURE_3],
+        "figure4": [outcomes["table1-0-day1-paper"]],
+        "figure5": [outcomes["table1-40-day1-paper"]],
+        "figure6": [outcomes["table2-40-day1-paper"]],
+    }
+
+
+def white_deviation(deg_per_sqrt_h: float, tau: FloatArray | float) -> FloatArray:
+    """Allan deviation of a white rate in deg/h."""
+    return np.asarray(deg_per_sqrt_h * _ROOT_SECONDS_IN_HOUR / np.sqrt(tau))
+
+
+def excess(outcome: Outcome) -> float:
+    """How many times the curve stands above the white rate that was simulated, at most."""
+    return float(
+        np.max(
+            np.array(outcome.deviation)
+            / white_deviation(outcome.truth_deg_per_sqrt_h, np.array(outcome.tau_s))
+        )
+    )
+
+
+def cells_of(reproduction: Reproduction, table: PaperTable) -> list[Cell]:
+    """Cells of a table: rate in deg/s, day, the published N, and what came out of both methods."""
+    return list(outcomes_of_table(reproduction, table))
+
+
+def estimated(reproduction: Reproduction, table: PaperTable, above: float) -> list[float]:
+    """Estimates of a table above a table rate, without bounds."""
+    return [
+        one.outcome.value
+        for one in cells_of(reproduction, table)
+        if one.rate > above and one.outcome.status == "estimated"
+    ]
+
+
+Order = Literal["by_paper", "as_printed"]
+ORDERS: Final[Mapping[Order, str]] = {
+    "by_paper": "difference first",
+    "as_printed": "the paper's order",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadingErrors:
+    """How far N by one reading of Step 4 is off the truth, over the turning cells of a table.
+
+    Attributes
+    ----------
+    mean, rms
+        Relative error; NaN of no cell.
+    shown, cells
+        Cells whose curve is long enough for the reading, and all.
+    """
+
+    mean: float
+    rms: float
+    shown: int
+    cells: int
+
+
+def errors_of_reading(cells: Sequence[Cell], order: Order, reading: ReadingName) -> ReadingErrors:
+    """Errors over the cells on a turning table."""
+    turning = [one for one in cells if one.rate > 0.0]
+    errors = [reading_error(one, order, reading) for one in turning]
+    known = np.array([error for error in errors if math.isfinite(error)])
+    return ReadingErrors(
+        mean=float(known.mean()) if known.size else math.nan,
+        rms=float(np.sqrt(np.mean(known**2))) if known.size else math.nan,
+        shown=known.size,
+        cells=len(turning),
+    )
+
+
+def reading_error(one: Cell, order: Order, reading: ReadingName) -> float:
+    """Relative error of N by a reading; NaN of a curve too short for it."""
+    outcome = one.by_paper if order == "by_paper" else one.as_printed
+    return outcome.readings[reading] / outcome.truth_deg_per_sqrt_h - 1.0
+
+
+def turning_over_rest(cells: Sequence[Cell], value: Callable[[Cell], float]) -> float:
+    """The paper's check of validity: mean N on the turning table over mean N at rest (Table 1)."""
+    turning, rest = (
+        mean(found for one in group if math.isfinite(found := value(one)))
+        for group in (
+            [one for one in cells if one.rate > 0.0],
+            [one for one in cells if one.rate == 0.0],
+        )
+    )
+    return turning / rest
+
+
+def mean(values: Iterable[float]) -> float:
+    """Mean, NaN of nothing."""
+    found = list(values)
+    return sum(found) / len(found) if found else math.nan
+
+
+def spread(values: Sequence[float]) -> str:
+    """Smallest and largest, once if they are the same."""
+    if not values:
+        return "–"
+    return " … ".join(number(value) for value in sorted({min(values), max(values)}))
+
+
+def intervals_of(reproduction: Reproduction, trial: str) -> list[Outcome]:
+    """The runs of a trial, one for each interval of Figure 3."""
+    return [reproduction.outcomes[f"figure3-{trial}-{interval:g}s"] for interval in FIGURE_3]
+
+
+def readings(reproduction: Reproduction, trial: str, form: Form) -> list[str]:
+    """N by least squares at each interval, 1e-4 deg/sqrt(h)."""
+    return [
+        f"{outcome.least_squares[form] * 1e4:.1f}" if form in outcome.least_squares else "–"
+        for outcome in intervals_of(reproduction, trial)
+    ]
+
+
+def growth(reproduction: Reproduction, trial: str) -> list[str]:
+    """N at the longer intervals over N at the first.
+
+    By the form in which no square may be below zero.
+    """
+    first, *rest = (
+        outcome.least_squares.get("variance, plain, none below zero", math.nan)
+        for outcome in intervals_of(reproduction, trial)
+    )
+    return [f"{value / first:.1f}" if first else "–" for value in rest]
+
+
+def within_cut(outcome: Outcome) -> BooleanArray:
+    """(points,) of the curve that the paper shows: those with an error of 10 % or less."""
+    points = round(outcome.duration_s / outcome.interval_s)
+    clusters = np.round(np.array(outcome.tau_s) / outcome.interval_s).astype(int)
+    errors = [ieee_relative_error(points - 1, int(cluster)) for cluster in clusters]
+    return np.array(errors) <= PAPER_POINT_ERROR
+
+
+def cell_texts(
+    published: float, outcome: Outcome, size: float, by_paper: Outcome | None = None
+) -> dict[str, str]:
+    """One cell in units of `size` deg/sqrt(h); with it that of the paper's method."""
+    truth = outcome.truth_deg_per_sqrt_h
+    row = {
+        "paper": f"{published / size:.2f}",
+        "truth": f"{truth / size:.3f}",
+        "value": "–",
+        "range": outcome.status,
+        "error": "–",
+        "by_paper": "–",
+    }
+    if outcome.status == "estimated":
+        row["value"] = f"{outcome.value / size:.3f}"
+        row["range"] = f"{outcome.low / size:.3f} … {outcome.high / size:.3f}"
+        row["error"] = f"{100.0 * (outcome.value / truth - 1.0):+.1f} %"
+    elif outcome.status == "upper bound":
+        row["value"] = f"< {outcome.high / size:.3f}"
+    if by_paper is not None and math.isfinite(by_paper.value):
+        below = "< " if by_paper.status == "upper bound" else ""
+        off = f"{100.0 * (by_paper.value / truth - 1.0):+.1f} %"
+        row["by_paper"] = f"{below}{by_paper.value / size:.3f} ({off})"
+    return row
+
+
+# ---- reproduction figures ----------------------------------------------------------
+
+
+def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
+    """Figures 1 to 6, and N against table rate, by name."""
+    curves = curves_of(reproduction)
+    fitted = {name: _curve_figure(curves[name]) for name in ("figure4", "figure5", "figure6")}
+    return {
+        "figure1": frames_figure(),
+        "figure2": _fris_figure(*curves["figure2"]),
+        "figure3": _intervals_figure(curves["figure3"]),
+        **fitted,
+        "table_rate": _rate_figure(reproduction),
+    }
+
+
+def _fris_figure(fris: Outcome, fos: Outcome) -> Figure:
+    with styled() as canvas:
+        axes = canvas.axes
+        axes.plot(
+            fris.tau_s, fris.deviation, color=ORANGE, marker="^", linewidth=1.0, label="fris, 9 s"
+        )
+        axes.plot(
+            fos.tau_s, fos.deviation, color=BLUE, marker="o", linestyle="none", label="fos, 1 s"
+        )
+        _truth_line(axes, fos)
+        logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z per gyro (°/h)")
+        legend_above(axes, columns=3)
+    return canvas.figure
+
+
+def _intervals_figure(outcomes: Sequence[Outcome]) -> Figure:
+    with styled() as canvas:
+        axes = canvas.axes
+        for outcome, color, marker in zip(
+            outcomes, (BLUE, GREEN, ORANGE), ("o", "D", "^"), strict=True
+        ):
+            axes.plot(
+                outcome.tau_s,
+                outcome.deviation,
+                color=color,
+                marker=marker,
+                linewidth=0.9,
+                label=f"every {outcome.interval_s:g} s",
+            )
+        _truth_line(axes, outcomes[0])
+        logarithmic(axes, "cluster time τ (s)", "Allan deviation, z (°/h)")
+        legend_above(axes, columns=4)
+    return canvas.figure
+
+
+def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
+    """The curve as published: of the difference, points with an error of 10 % or less."""
+    (outcome,) = outcomes
+    kept = within_cut(outcome)
+    tau = np.array(outcome.tau_s)[kept]
+    low, middle, high = (
+        np.sqrt(2.0) * np.array(curve)[kept]
+        for curve in (outcome.low_curve, outcome.deviation, outcome.high_curve)
+    )
+    with styled() as canvas:
+        axes = canvas.axes
+        axes.fill_between(
+            tau,
+            low,
+            high,
+            color=BLUE,
+            alpha=0.2,
+            linewidth=0,
+            label=f"{100 * outcome.confidence:g} % interval",
+        )
+        axes.plot(tau, middle, color=BLUE, marker="o", linestyle="none", label="x − z")
+        _truth_line(axes, outcome, float(np.sqrt(2.0)))
+        logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")
+        legend_above(axes, columns=3)
+    return canvas.figure
+
+
+def _truth_line(axes: Axes, outcome: Outcome, times: float = 1.0) -> None:
+    tau = np.array([min(outcome.tau_s), max(outcome.tau_s)])
+    axes.plot(
+        tau,
+        times * white_deviation(outcome.truth_deg_per_sqrt_h, tau),
+        color=INK,
+        linewidth=0.9,
+        linestyle=(0, (5, 3)),
+        label="N as simulated",
+    )
+
+
+def _rate_figure(reproduction: Reproduction) -> Figure:
+    prediction = reproduction.prediction
+    rates = prediction.rates / DEGREE
+    with styled() as canvas:
+        axes = canvas.axes
+        for values, label, color, style in (
+            (prediction.total, "predicted", INK, "-"),
+            (prediction.lock_in, "lock-in", BLUE, "--"),
+            (prediction.quantum, "quantum limit", GREEN, "--"),
+        ):
+            axes.plot(
+                rates, values / DEGREE_PER_ROOT_HOUR, color=color, linestyle=style, label=label
+            )
+        cells = cells_of(reproduction, "table2")
+        for label, color, marker, points in (
+            (
+                "ours, Table 2",
+                BLUE,
+                "o",
+                [
+                    (one.rate, one.outcome.value)
+                    for one in cells
+                    if one.outcome.status == "estimated"
+                ],
+            ),
+            ("paper, Table 2", ORANGE, "x", [(one.rate, one.published) for one in cells]),
+        ):
+            axes.plot(
+                [rate for rate, _ in points],
+                [value for _, value in points],
+                linestyle="none",
+                marker=marker,
+                color=color,
+                label=label,
+            )
+        logarithmic(axes, "table rate (°/s)", "N̄ (°/√h)")
+        legend_above(axes, columns=3)
+    return canvas.figure
+
+
+# ---- reproduction tables -----------------------------------------------------------
 
 _UNIT = "[deg/sqrt(h)]"
 _ESTIMATE = (

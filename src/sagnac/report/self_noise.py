@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from sagnac import plot
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.self_noise import SelfNoise
+from sagnac.report.figures import legend_above, styled
 from sagnac.report.quantities import in_field_unit, sentence
-from sagnac.report.style import legend_above, styled
 from sagnac.report.text import table
 from sagnac.units import DEGREE_PER_HOUR, field_unit
 

@@ -2,15 +2,16 @@
 
 import json
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Any, Final, Self
 
 import numpy as np
 
 from sagnac.arrays import FloatArray
+from sagnac.documents import read_toml
 from sagnac.errors import RecordingError, quoted
 from sagnac.recording.channel import KINDS, Kind
 from sagnac.rig.encoder import delay_growth
@@ -21,23 +22,21 @@ from sagnac.rig.sections import (
     GYRO_NAMES,
     LONGEST_DELAY_S,
     AccelerometerConfig,
+    Choice,
+    ConfigurationError,
     DisturbanceConfig,
     DitherConfig,
     EncoderConfig,
     GyroConfig,
     MotionConfig,
+    Number,
     PlatformConfig,
     TableConfig,
-)
-from sagnac.rig.table import table_command
-from sagnac.rig.validation import (
-    Choice,
-    ConfigurationError,
-    Number,
     Whole,
     check,
     overlaid,
 )
+from sagnac.rig.table import table_command
 from sagnac.table.frames import shares_from_deviations
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
@@ -49,6 +48,17 @@ class RigConfig:
     """Everything that a simulated recording is made from, in the field's units.
 
     ``docs/simulate.md`` lists every key with its default, its range and its meaning.
+
+    Attributes
+    ----------
+    duration_s
+        length of the recording
+    sample_rate_hz
+        samples per second
+    seed
+        of every random stream
+    kind
+        of the samples of gyros and accelerometers
 
     Raises
     ------
@@ -66,13 +76,13 @@ class RigConfig:
     >>> GyroConfig(warm_up_k=200.0)
     Traceback (most recent call last):
     ...
-    sagnac.rig.validation.ConfigurationError: gyro.warm_up_k is 200.0; it must lie from -100 to 100
+    sagnac.rig.sections.ConfigurationError: gyro.warm_up_k is 200.0; it must lie from -100 to 100
     """
 
-    duration_s: Annotated[float, Number(0.01, 1e7, "length of the recording")] = 7200.0
-    sample_rate_hz: Annotated[float, Number(0.1, 1e5, "samples per second")] = 500.0
-    seed: Annotated[int, Whole(0, 2**32 - 1, "of every random stream")] = 1
-    kind: Annotated[Kind, Choice(KINDS, "of the samples of gyros and accelerometers")] = "angle"
+    duration_s: Annotated[float, Number(0.01, 1e7)] = 7200.0
+    sample_rate_hz: Annotated[float, Number(0.1, 1e5)] = 500.0
+    seed: Annotated[int, Whole(0, 2**32 - 1)] = 1
+    kind: Annotated[Kind, Choice(KINDS)] = "angle"
     table: TableConfig = TableConfig()
     encoder: EncoderConfig = EncoderConfig()
     motion: MotionConfig = MotionConfig()
@@ -147,18 +157,16 @@ class RigConfig:
         """
         where, remedy = os.fspath(path), "give a TOML configuration"
         try:
-            with open(path, "rb") as file:
-                return cls.from_mapping(tomllib.load(file), base)
+            return cls.from_mapping(read_toml(Path(path)), base)
         except FileNotFoundError:
             raise RecordingError("no such file", path=where, remedy=remedy) from None
         except OSError as error:
             problem = f"cannot be opened ({error.strerror})"
             raise RecordingError(problem, path=where, remedy=remedy) from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            problem = f"not TOML ({error})"
-            raise RecordingError(problem, path=where, remedy="correct it there") from None
         except ConfigurationError as error:
             raise RecordingError(error.problem, path=where, remedy=error.remedy) from None
+        except ValueError as error:
+            raise RecordingError(str(error), path=where, remedy="correct it there") from None
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any], base: "RigConfig | None" = None) -> Self:

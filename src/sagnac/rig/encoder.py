@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.rig import _kernels
 from sagnac.rig.sections import EncoderConfig
-from sagnac.rig.streams import RandomStreams
-from sagnac.rig.table import drawn_orders
+from sagnac.rig.table import RandomStreams, drawn_orders
 from sagnac.units import ARCSECOND
 
 _TURN: Final = 2.0 * math.pi

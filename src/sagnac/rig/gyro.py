@@ -1,4 +1,8 @@
-"""The gyros of the rig: what they sense, what lock-in takes, what they add, how they read."""
+"""The gyros of the rig: what they sense, what lock-in takes, what they add, how they read.
+
+An accelerometer has the errors of a gyro in m where that has rad: what adds to an angle of a gyro
+adds to its velocity.
+"""
 
 import math
 from dataclasses import dataclass
@@ -11,15 +15,123 @@ from sagnac.arrays import FloatArray
 from sagnac.rig import _kernels
 from sagnac.rig.own_motion import Mount
 from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
-from sagnac.rig.sections import GYRO_NAMES, GyroConfig
-from sagnac.rig.sensor_errors import SensorErrors
+from sagnac.rig.sections import GYRO_NAMES, AccelerometerConfig, GyroConfig
 from sagnac.rig.table import Motion
 from sagnac.units import (
     ARCSECOND,
     DEGREE,
     DEGREE_PER_HOUR,
     DEGREE_PER_ROOT_HOUR,
+    SENSORS,
+    Sensor,
+    field_unit,
 )
+
+# ---- sensor errors -----------------------------------------------------------------
+
+
+# Error, the coefficient whose unit it has, its key of a gyro and its key of an accelerometer.
+_KEYS: Final = (
+    ("random_walk", "angle_random_walk", "arw_deg_per_sqrt_h", "vrw_m_per_s_per_sqrt_h"),
+    ("angle_noise", "quantization", "angle_noise_arcsec", "velocity_noise_mm_per_s"),
+    ("quantum", "quantization", "quantization_step_arcsec", "quantization_step_mm_per_s"),
+    ("instability", "bias_instability", "bias_instability_deg_per_h", "bias_instability_mg"),
+    (
+        "rate_walk",
+        "rate_random_walk",
+        "rate_random_walk_deg_per_h_per_sqrt_h",
+        "acceleration_random_walk_mg_per_sqrt_h",
+    ),
+    ("markov_deviation", "bias_instability", "markov_deviation_deg_per_h", "markov_deviation_mg"),
+    ("bias", "bias_instability", "bias_deg_per_h", "bias_mg"),
+    ("ramp", "rate_ramp", "rate_ramp_deg_per_h_per_h", "acceleration_ramp_mg_per_h"),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorErrors:
+    """Errors of a gyro; of an accelerometer with m for rad.
+
+    Attributes
+    ----------
+    random_walk
+        N, rad/sqrt(s).
+    angle_noise, quantum
+        White noise of the sampled angle (Q) and readout step, rad, 0 for none.
+    instability, rate_walk
+        B, rad/s, and K, rad/s/sqrt(s).
+    markov_deviation, markov_time
+        Standard deviation, rad/s, and correlation time, s, of a Markov rate.
+    bias, ramp
+        rad/s and rad/s^2.
+    per_kelvin, warm_up, warm_up_time
+        rad/s per kelvin; rise of temperature, K, and its time constant, s.
+    corner, order
+        Of the low-pass, Hz, 0 for none.
+
+    Raises
+    ------
+    ValueError
+        If a figure is not finite.
+    """
+
+    random_walk: float
+    angle_noise: float
+    quantum: float
+    instability: float
+    rate_walk: float
+    markov_deviation: float
+    markov_time: float
+    bias: float
+    ramp: float
+    corner: float
+    order: int
+    per_kelvin: float = 0.0
+    warm_up: float = 0.0
+    warm_up_time: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            if not math.isfinite(getattr(self, name)):
+                raise ValueError(f"{name} is {getattr(self, name)}; give a finite number")
+
+    @classmethod
+    def of(cls, config: GyroConfig | AccelerometerConfig, axis: int) -> Self:
+        """Errors of the gyro x, y or z, or of the accelerometer ax, ay or az."""
+        sensor: Sensor = "gyro" if isinstance(config, GyroConfig) else "accelerometer"
+        place = SENSORS.index(sensor)
+        sized = {
+            name: getattr(config, keys[place])[axis] * field_unit(coefficient, sensor).size
+            for name, coefficient, *keys in _KEYS
+        }
+        warming = {}
+        if isinstance(config, GyroConfig):
+            warming = {
+                "per_kelvin": config.temperature_coefficient_deg_per_h_per_k[axis]
+                * DEGREE_PER_HOUR,
+                "warm_up": config.warm_up_k,
+                "warm_up_time": config.warm_up_time_s,
+            }
+        return cls(
+            **sized,
+            **warming,
+            markov_time=config.markov_time_s[axis],
+            corner=config.low_pass_hz[axis],
+            order=config.low_pass_order,
+        )
+
+    def add_trend(self, drift: FloatArray, seconds: FloatArray) -> None:
+        """Add bias, ramp and warming up at `seconds` from the first sample, (n,), to `drift`.
+
+        A rate, rad/s.
+        """
+        warmed = self.warm_up * -np.expm1(-np.maximum(seconds, 0.0) / self.warm_up_time)
+        drift += self.bias
+        drift += self.ramp * seconds
+        drift += self.per_kelvin * warmed
+
+
+# ---- gyro --------------------------------------------------------------------------
 
 _MARKOV_RATIO: Final = 3.0  # between neighbouring correlation times
 _LONGEST_CORRELATION: Final = 10.0  # of the duration
@@ -170,47 +282,6 @@ class SlowDrift:
         return np.asarray(held[(first + np.arange(count)) // self.hold - begun + 1])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trend:
-    """Bias, ramp and warming up of one gyro.
-
-    Attributes
-    ----------
-    bias
-        rad/s.
-    ramp
-        rad/s^2.
-    per_kelvin
-        Bias per kelvin of warming up, rad/s.
-    warm_up, warm_up_time
-        Temperature rise after a long time, K, and its time constant, s.
-    """
-
-    bias: float
-    ramp: float
-    per_kelvin: float
-    warm_up: float
-    warm_up_time: float
-
-    @classmethod
-    def of(cls, errors: SensorErrors) -> Self:
-        """The trend of one sensor."""
-        return cls(
-            bias=errors.bias,
-            ramp=errors.ramp,
-            per_kelvin=errors.per_kelvin,
-            warm_up=errors.warm_up,
-            warm_up_time=errors.warm_up_time,
-        )
-
-    def add_to(self, drift: FloatArray, seconds: FloatArray) -> None:
-        """Add the rate at `seconds` from the first sample, (n,), to `drift`, rad/s."""
-        warmed = self.warm_up * -np.expm1(-np.maximum(seconds, 0.0) / self.warm_up_time)
-        drift += self.bias
-        drift += self.ramp * seconds
-        drift += self.per_kelvin * warmed
-
-
 # ---- the sensor's own low-pass --------------------------------------------------------
 
 
@@ -266,8 +337,10 @@ class Gyro:
         N, rad/sqrt(s); with lock-in the quantum limit, which the laser's model counts in.
     quantum
         Readout step, rad, 0 for none.
-    slow, trend
-        Slow errors.
+    slow
+        Bias instability and rate random walk.
+    errors
+        Of which bias, ramp and warming up are taken.
     lock_in
         Of a ring laser, or None.
     low_pass
@@ -290,7 +363,7 @@ class Gyro:
     random_walk: float
     quantum: float
     slow: SlowDrift
-    trend: Trend
+    errors: SensorErrors
     lock_in: LockIn | None
     random: np.random.Generator
     low_pass: LowPass | None = None
@@ -322,7 +395,7 @@ class Gyro:
         drift = self.slow.advance(first, count)
         # A sample's drift is that of the middle of the interval before it.
         seconds: FloatArray = (first + np.arange(count, dtype=np.float64) - 0.5) * self.interval
-        self.trend.add_to(drift, seconds)
+        self.errors.add_trend(drift, seconds)
         strength: FloatArray | float = self.random_walk
         if self.lock_in is not None:
             lost, strength = self.lock_in.advance(true)

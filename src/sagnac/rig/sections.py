@@ -1,9 +1,159 @@
-"""Sections of the rig's configuration: what each key holds, its range and its meaning."""
+"""Sections of the rig's configuration: what each key holds, its range and its meaning.
 
-from dataclasses import dataclass
-from typing import Annotated, Final, Literal, get_args
+A key is a field of a frozen dataclass. Its annotation holds the rule that its value keeps, and the
+docstring says what it means; the documentation quotes both::
 
-from sagnac.rig.validation import Choice, Number, PairsOf, PerGyro, Whole, check
+    rate_deg_per_s: Annotated[float, Number(-400.0, 400.0)] = 40.0
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from difflib import get_close_matches
+from functools import cache
+from typing import Annotated, Any, Final, Literal, get_args, get_origin, get_type_hints
+
+from sagnac.errors import quoted
+
+# ---- validation --------------------------------------------------------------------
+
+
+class ConfigurationError(ValueError):
+    """A key holds what it must not: the key and its value (`problem`), what to do (`remedy`)."""
+
+    def __init__(self, problem: str, remedy: str) -> None:
+        super().__init__(f"{problem}; {remedy}")
+        self.problem, self.remedy = problem, remedy
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number between two bounds; in a pair it has a name and a unit."""
+
+    low: float
+    high: float
+    name: str = ""
+
+
+class Whole(Number):
+    """A whole number between two bounds."""
+
+
+class PerGyro(Number):
+    """Three numbers, of x, y and z; a single one is taken for all of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class PairsOf:
+    """A list of pairs."""
+
+    first: Number
+    second: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of a few words."""
+
+    choices: tuple[str, ...]
+
+
+Rule = Number | PairsOf | Choice
+
+
+def allowed(rule: Rule) -> str:
+    """Values that a key of this rule may hold, in words."""
+    if isinstance(rule, Choice):
+        return ", ".join(f'`"{choice}"`' for choice in rule.choices)
+    if isinstance(rule, PairsOf):
+        halves = (f"{half.name} {allowed(half)}" for half in (rule.first, rule.second))
+        return f"list of [{', '.join(halves)}]"
+    form = "" if isinstance(rule, Whole) else "g"
+    return f"{rule.low:{form}} to {rule.high:{form}}"
+
+
+@cache
+def rules_of(section: type, prefix: str = "") -> dict[str, Rule]:
+    """Rule of each key of a section, and of the sections in it, by the key's dotted name."""
+    found: dict[str, Rule] = {}
+    for name, hint in get_type_hints(section, include_extras=True).items():
+        if get_origin(hint) is Annotated:
+            found[prefix + name] = get_args(hint)[1]
+        else:
+            found |= rules_of(hint, f"{prefix}{name}.")
+    return found
+
+
+def check(section: Any, prefix: str = "") -> None:
+    """Check each key of a section in its ``__post_init__``, and store lists as tuples.
+
+    `prefix` begins the keys' dotted names. Sections within the section check themselves.
+
+    Raises
+    ------
+    ConfigurationError
+        If a key holds what its rule does not allow.
+    """
+    rules = rules_of(section.__class__)
+    for field in fields(section):
+        value, name = getattr(section, field.name), prefix + field.name
+        if field.name in rules:
+            object.__setattr__(section, field.name, _checked(rules[field.name], name, value))
+        elif not is_dataclass(value):
+            raise ConfigurationError(f"{name} is {quoted(value)}", f"it is a table, write [{name}]")
+
+
+def overlaid(base: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
+    """`base` with what nested tables state instead; `ConfigurationError` as by `check`."""
+    known = [field.name for field in fields(base)]
+    changes: dict[str, Any] = {}
+    for key, value in values.items():
+        if key not in known:
+            near = [*get_close_matches(key, known), *(name for name in known if key in name)]
+            meant = f"did you mean {prefix}{near[0]}? " if near else ""
+            problem = f"unknown key {prefix + key!r}"
+            raise ConfigurationError(problem, f"{meant}known here: {', '.join(known)}")
+        section = isinstance(value, Mapping) and is_dataclass(getattr(base, key))
+        changes[key] = overlaid(getattr(base, key), value, f"{key}.") if section else value
+    return replace(base, **changes)
+
+
+def _checked(rule: Rule, name: str, value: Any) -> Any:
+    if isinstance(rule, Choice):
+        _require(
+            value in rule.choices,
+            f"{name} is {quoted(value)}",
+            f"use one of {', '.join(rule.choices)}",
+        )
+    elif isinstance(rule, PairsOf):
+        halves = (rule.first, rule.second)
+        expected = f"it must be a list of pairs [{', '.join(half.name for half in halves)}]"
+        _require(isinstance(value, list | tuple), f"{name} is {quoted(value)}", expected)
+        for pair in value:
+            whole = isinstance(pair, list | tuple) and len(pair) == len(halves)
+            _require(whole, f"{name} holds {quoted(pair)}", expected)
+        names = [f"{name} ({half.name})" for half in halves]
+        return tuple(tuple(map(_checked, halves, names, pair)) for pair in value)
+    elif isinstance(rule, PerGyro):
+        three = (value,) * 3 if isinstance(value, int | float) else value
+        whole = isinstance(three, list | tuple) and len(three) == 3
+        _require(whole, f"{name} is {quoted(value)}", "it must be a number or a list of three")
+        return tuple(_checked(Number(rule.low, rule.high), name, one) for one in three)
+    else:
+        problem, limits = f"{name} is {quoted(value)}", allowed(rule)
+        if isinstance(rule, Whole):
+            _require(isinstance(value, int), problem, "it must be a whole number")
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        _require(number, problem, f"it must be a number from {limits}")
+        _require(rule.low <= value <= rule.high, problem, f"it must lie from {limits}")
+    return value
+
+
+def _require(true: bool, problem: str, remedy: str) -> None:
+    if not true:
+        raise ConfigurationError(problem, remedy)
+
+
+# ---- sections ----------------------------------------------------------------------
 
 Triple = tuple[float, float, float]
 Pairs = tuple[tuple[float, float], ...]
@@ -22,80 +172,71 @@ _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
 class TableConfig:
     """The turntable: commanded motion and what its servo and bearing add.
 
+    Attributes
+    ----------
+    rate_deg_per_s
+        commanded rate; the sign is the direction
+    start_deg
+        commanded table angle at the first sample, from the null
+    reversal_interval_s
+        time between reversals or dwells, 0 for none
+    dwell_s
+        time for which the table stands at each
+    after_dwell
+        whether the table then turns back, or onward as it did before
+    acceleration_deg_per_s2
+        acceleration of a reversal, and at a dwell
+    profile
+        commanded rate at given times, straight between; replaces rate and reversals
+    jitter_rms_deg_per_s
+        rms rate jitter of the servo
+    jitter_bandwidth_hz
+        natural frequency of the jitter
+    jitter_damping
+        damping ratio of the servo, with `position`
+    jitter_spectrum
+        `position`: the servo holds the angle; `rate`: it holds the rate and the angle walks
+    wander_fraction
+        rms slow wander of the rate, as a part of it
+    wander_time_s
+        correlation time of the wander
+    hunting_rms_deg_per_s
+        rms rate of a servo that hunts about one frequency
+    hunting_hz
+        that frequency
+    hunting_quality
+        that frequency over the width of the hunting's band
+    ripple
+        ripple of the rate at orders of the drive angle, as a part of the rate
+    wobble
+        tilt of the shaft, turning with orders of the table angle
+
     Raises
     ------
     ConfigurationError
         If a key holds what it must not, here and in every section.
     """
 
-    rate_deg_per_s: Annotated[
-        float, Number(-400.0, 400.0, "commanded rate; the sign is the direction")
-    ] = 40.0
-    start_deg: Annotated[
-        float, Number(-360.0, 360.0, "commanded table angle at the first sample, from the null")
-    ] = 0.0
-    reversal_interval_s: Annotated[
-        float, Number(0.0, 1e6, "time between reversals or dwells, 0 for none")
-    ] = 0.0
-    dwell_s: Annotated[float, Number(0.0, 1e6, "time for which the table stands at each")] = 0.0
-    after_dwell: Annotated[
-        AfterDwell,
-        Choice(
-            get_args(AfterDwell), "whether the table then turns back, or onward as it did before"
-        ),
-    ] = "back"
-    acceleration_deg_per_s2: Annotated[
-        float, Number(0.1, 1e4, "acceleration of a reversal, and at a dwell")
-    ] = 100.0
+    rate_deg_per_s: Annotated[float, Number(-400.0, 400.0)] = 40.0
+    start_deg: Annotated[float, Number(-360.0, 360.0)] = 0.0
+    reversal_interval_s: Annotated[float, Number(0.0, 1e6)] = 0.0
+    dwell_s: Annotated[float, Number(0.0, 1e6)] = 0.0
+    after_dwell: Annotated[AfterDwell, Choice(get_args(AfterDwell))] = "back"
+    acceleration_deg_per_s2: Annotated[float, Number(0.1, 1e4)] = 100.0
     profile: Annotated[
-        Pairs,
-        PairsOf(
-            Number(0.0, 1e7, "time s"),
-            Number(-400.0, 400.0, "rate deg/s"),
-            "commanded rate at given times, straight between; replaces rate and reversals",
-        ),
+        Pairs, PairsOf(Number(0.0, 1e7, "time s"), Number(-400.0, 400.0, "rate deg/s"))
     ] = ()
-    jitter_rms_deg_per_s: Annotated[float, Number(0.0, 10.0, "rms rate jitter of the servo")] = 0.0
-    jitter_bandwidth_hz: Annotated[
-        float, Number(0.01, 1000.0, "natural frequency of the jitter")
-    ] = 8.0
-    jitter_damping: Annotated[
-        float, Number(0.01, 10.0, "damping ratio of the servo, with `position`")
-    ] = 0.5
-    jitter_spectrum: Annotated[
-        JitterSpectrum,
-        Choice(
-            get_args(JitterSpectrum),
-            "`position`: the servo holds the angle; `rate`: it holds the rate and the angle walks",
-        ),
-    ] = "position"
-    wander_fraction: Annotated[
-        float, Number(0.0, 0.2, "rms slow wander of the rate, as a part of it")
-    ] = 0.0
-    wander_time_s: Annotated[float, Number(1.0, 1e6, "correlation time of the wander")] = 300.0
-    hunting_rms_deg_per_s: Annotated[
-        float, Number(0.0, 10.0, "rms rate of a servo that hunts about one frequency")
-    ] = 0.0
-    hunting_hz: Annotated[float, Number(0.1, 100.0, "that frequency")] = 3.0
-    hunting_quality: Annotated[
-        float, Number(0.5, 1000.0, "that frequency over the width of the hunting's band")
-    ] = 10.0
-    ripple: Annotated[
-        Pairs,
-        PairsOf(
-            _ORDER,
-            Number(0.0, 0.2, "fraction"),
-            "ripple of the rate at orders of the drive angle, as a part of the rate",
-        ),
-    ] = ()
-    wobble: Annotated[
-        Pairs,
-        PairsOf(
-            Number(0.01, 100.0, "order"),
-            _ARCSECONDS,
-            "tilt of the shaft, turning with orders of the table angle",
-        ),
-    ] = ()
+    jitter_rms_deg_per_s: Annotated[float, Number(0.0, 10.0)] = 0.0
+    jitter_bandwidth_hz: Annotated[float, Number(0.01, 1000.0)] = 8.0
+    jitter_damping: Annotated[float, Number(0.01, 10.0)] = 0.5
+    jitter_spectrum: Annotated[JitterSpectrum, Choice(get_args(JitterSpectrum))] = "position"
+    wander_fraction: Annotated[float, Number(0.0, 0.2)] = 0.0
+    wander_time_s: Annotated[float, Number(1.0, 1e6)] = 300.0
+    hunting_rms_deg_per_s: Annotated[float, Number(0.0, 10.0)] = 0.0
+    hunting_hz: Annotated[float, Number(0.1, 100.0)] = 3.0
+    hunting_quality: Annotated[float, Number(0.5, 1000.0)] = 10.0
+    ripple: Annotated[Pairs, PairsOf(_ORDER, Number(0.0, 0.2, "fraction"))] = ()
+    wobble: Annotated[Pairs, PairsOf(Number(0.01, 100.0, "order"), _ARCSECONDS)] = ()
 
     def __post_init__(self) -> None:
         check(self, "table.")
@@ -110,50 +251,45 @@ class TableConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EncoderConfig:
-    """The angle encoder and its null pulse."""
+    """The angle encoder and its null pulse.
 
-    lines: Annotated[int, Whole(4, 2**31, "steps per turn")] = 7_200_000
-    periodic_error: Annotated[
-        Pairs,
-        PairsOf(
-            _ORDER,
-            _ARCSECONDS,
-            "graduation error at orders of the table angle",
-        ),
-    ] = ()
-    null_accuracy_arcsec: Annotated[float, Number(0.0, 600.0, "rms error of one null passage")] = (
-        2.0
-    )
-    latch_jitter_s: Annotated[
-        float, Number(0.0, 0.01, "rms time between the encoder's sample and the gyros'")
-    ] = 0.0
-    latency_s: Annotated[
-        float, Number(0.0, LONGEST_DELAY_S, "time by which a reading is late at the start")
-    ] = 0.0
-    latency_drift_s: Annotated[
-        float,
-        Number(
-            -LONGEST_DELAY_S,
-            LONGEST_DELAY_S,
-            "what the latency has gained at the end; with clock_ppm it keeps to the same limits",
-        ),
-    ] = 0.0
-    latency_walk_s: Annotated[
-        float, Number(0.0, 1e-3, "rms of a random walk of the latency after half an hour")
-    ] = 0.0
-    clock_ppm: Annotated[
-        float,
-        Number(-1000.0, 1000.0, "by which its clock runs fast, so that readings fall behind"),
-    ] = 0.0
-    reading_rate_hz: Annotated[
-        float, Number(0.0, 1e5, "readings a second, each held to the next; 0 for one a sample")
-    ] = 0.0
-    lost_fraction: Annotated[
-        float, Number(0.0, 0.9, "part of the readings that repeat the one before")
-    ] = 0.0
-    missing_null_fraction: Annotated[
-        float, Number(0.0, 1.0, "part of the null pulses that are missing")
-    ] = 0.0
+    Attributes
+    ----------
+    lines
+        steps per turn
+    periodic_error
+        graduation error at orders of the table angle
+    null_accuracy_arcsec
+        rms error of one null passage
+    latch_jitter_s
+        rms time between the encoder's sample and the gyros'
+    latency_s
+        time by which a reading is late at the start
+    latency_drift_s
+        what the latency has gained at the end; with clock_ppm it keeps to the same limits
+    latency_walk_s
+        rms of a random walk of the latency after half an hour
+    clock_ppm
+        by which its clock runs fast, so that readings fall behind
+    reading_rate_hz
+        readings a second, each held to the next; 0 for one a sample
+    lost_fraction
+        part of the readings that repeat the one before
+    missing_null_fraction
+        part of the null pulses that are missing
+    """
+
+    lines: Annotated[int, Whole(4, 2**31)] = 7_200_000
+    periodic_error: Annotated[Pairs, PairsOf(_ORDER, _ARCSECONDS)] = ()
+    null_accuracy_arcsec: Annotated[float, Number(0.0, 600.0)] = 2.0
+    latch_jitter_s: Annotated[float, Number(0.0, 0.01)] = 0.0
+    latency_s: Annotated[float, Number(0.0, LONGEST_DELAY_S)] = 0.0
+    latency_drift_s: Annotated[float, Number(-LONGEST_DELAY_S, LONGEST_DELAY_S)] = 0.0
+    latency_walk_s: Annotated[float, Number(0.0, 1e-3)] = 0.0
+    clock_ppm: Annotated[float, Number(-1000.0, 1000.0)] = 0.0
+    reading_rate_hz: Annotated[float, Number(0.0, 1e5)] = 0.0
+    lost_fraction: Annotated[float, Number(0.0, 0.9)] = 0.0
+    missing_null_fraction: Annotated[float, Number(0.0, 1.0)] = 0.0
 
     def __post_init__(self) -> None:
         check(self, "encoder.")
@@ -161,29 +297,30 @@ class EncoderConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotionConfig:
-    """Random motion that gyros do not share, while the table turns (`sagnac.rig.own_motion`)."""
+    """Random motion that gyros do not share, while the table turns (`sagnac.rig.own_motion`).
 
-    resonance_rms_arcsec: Annotated[
-        Triple,
-        PerGyro(0.0, 3600.0, "rms angle by which each gyro's mount shakes about the input axis"),
-    ] = (0.0, 0.0, 0.0)
-    resonance_hz: Annotated[Triple, PerGyro(0.1, 1e4, "resonance of each mount")] = (
-        17.0,
-        17.0,
-        17.0,
-    )
-    resonance_quality: Annotated[
-        float, Number(0.5, 1000.0, "resonance of a mount over its width")
-    ] = 20.0
-    nutation_rms_arcsec: Annotated[
-        float, Number(0.0, 60.0, "rms random tilt of the shaft about each level axis")
-    ] = 0.0
-    nutation_hz: Annotated[
-        float, Number(0.1, 1e4, "frequency of that tilting, to a quarter of sample_rate_hz")
-    ] = 10.0
-    nutation_quality: Annotated[
-        float, Number(0.5, 1000.0, "that frequency over the width of its band")
-    ] = 5.0
+    Attributes
+    ----------
+    resonance_rms_arcsec
+        rms angle by which each gyro's mount shakes about the input axis
+    resonance_hz
+        resonance of each mount
+    resonance_quality
+        resonance of a mount over its width
+    nutation_rms_arcsec
+        rms random tilt of the shaft about each level axis
+    nutation_hz
+        frequency of that tilting, to a quarter of sample_rate_hz
+    nutation_quality
+        that frequency over the width of its band
+    """
+
+    resonance_rms_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.0, 0.0, 0.0)
+    resonance_hz: Annotated[Triple, PerGyro(0.1, 1e4)] = (17.0, 17.0, 17.0)
+    resonance_quality: Annotated[float, Number(0.5, 1000.0)] = 20.0
+    nutation_rms_arcsec: Annotated[float, Number(0.0, 60.0)] = 0.0
+    nutation_hz: Annotated[float, Number(0.1, 1e4)] = 10.0
+    nutation_quality: Annotated[float, Number(0.5, 1000.0)] = 5.0
 
     def __post_init__(self) -> None:
         check(self, "motion.")
@@ -191,16 +328,21 @@ class MotionConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlatformConfig:
-    """How the triad sits on the table and where the table stands."""
+    """How the triad sits on the table and where the table stands.
 
-    share_deviation: Annotated[
-        Triple,
-        PerGyro(
-            -0.05, 0.05, "of e_x, e_y, e_z from 1/sqrt(3); the three are scaled to unit length"
-        ),
-    ] = (0.0, 0.0, 0.0)
-    latitude_deg: Annotated[float, Number(-90.0, 90.0, "north positive")] = 28.2
-    heading_deg: Annotated[float, Number(-360.0, 360.0, "of the null pulse, from north")] = 0.0
+    Attributes
+    ----------
+    share_deviation
+        of e_x, e_y, e_z from 1/sqrt(3); the three are scaled to unit length
+    latitude_deg
+        north positive
+    heading_deg
+        of the null pulse, from north
+    """
+
+    share_deviation: Annotated[Triple, PerGyro(-0.05, 0.05)] = (0.0, 0.0, 0.0)
+    latitude_deg: Annotated[float, Number(-90.0, 90.0)] = 28.2
+    heading_deg: Annotated[float, Number(-360.0, 360.0)] = 0.0
 
     def __post_init__(self) -> None:
         check(self, "platform.")
@@ -208,71 +350,76 @@ class PlatformConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GyroConfig:
-    """The three gyros: one number for all of them, or a list for x, y, z."""
+    """The three gyros: one number for all of them, or a list for x, y, z.
 
-    mode: Annotated[
-        GyroMode,
-        Choice(
-            get_args(GyroMode),
-            "`ideal`: no lock-in; the others are a ring laser: at rest without dither, "
-            "dithered, or held above lock-in by the table",
-        ),
-    ] = "ideal"
-    arw_deg_per_sqrt_h: Annotated[
-        Triple, PerGyro(0.0, 10.0, "angle random walk N; of a ring laser its quantum limit")
-    ] = (2.5e-5, 2.5e-5, 2.5e-5)
-    quantization_step_arcsec: Annotated[
-        Triple, PerGyro(0.0, 3600.0, "readout step, 0 for none; Q is the step over sqrt(12)")
-    ] = (0.001, 0.001, 0.001)
-    angle_noise_arcsec: Annotated[
-        Triple, PerGyro(0.0, 3600.0, "white noise of the sampled angle: Q without a readout step")
-    ] = (0.0, 0.0, 0.0)
-    bias_deg_per_h: Annotated[Triple, PerGyro(-1e5, 1e5, "constant bias")] = (0.0, 0.0, 0.0)
-    bias_instability_deg_per_h: Annotated[
-        Triple, PerGyro(0.0, 1e4, "bias instability B: flicker of the rate, below 25 Hz")
-    ] = (0.0, 0.0, 0.0)
-    rate_random_walk_deg_per_h_per_sqrt_h: Annotated[
-        Triple, PerGyro(0.0, 1e4, "rate random walk K")
-    ] = (0.0, 0.0, 0.0)
-    markov_deviation_deg_per_h: Annotated[
-        Triple, PerGyro(0.0, 1e5, "standard deviation of a first-order Markov rate")
-    ] = (0.0, 0.0, 0.0)
-    markov_time_s: Annotated[Triple, PerGyro(0.1, 1e6, "its correlation time")] = (
-        100.0,
-        100.0,
-        100.0,
-    )
-    rate_ramp_deg_per_h_per_h: Annotated[Triple, PerGyro(-1e4, 1e4, "rate ramp R")] = (
-        0.0,
-        0.0,
-        0.0,
-    )
-    temperature_coefficient_deg_per_h_per_k: Annotated[
-        Triple, PerGyro(-1e3, 1e3, "bias per kelvin of warming up")
-    ] = (0.0, 0.0, 0.0)
-    warm_up_k: Annotated[float, Number(-100.0, 100.0, "temperature rise after a long time")] = 0.0
-    warm_up_time_s: Annotated[float, Number(1.0, 1e6, "time constant of the rise")] = 1800.0
-    lock_in_deg_per_h: Annotated[Triple, PerGyro(0.001, 1e5, "lock-in rate of the ring laser")] = (
-        24.0,
-        26.0,
-        28.0,
-    )
-    fringe_arcsec: Annotated[
-        float, Number(0.01, 100.0, "input angle per beat of the ring laser")
-    ] = 1.5
-    backscatter_diffusion_rad2_per_s: Annotated[
-        float,
-        Number(0.0, 1e6, "D of the backscatter phase, whose variance grows by 2 D t; assumed"),
-    ] = 150.0
-    dither_frequency_hz: Annotated[float, Number(1.0, 1e4, "frequency of the dither")] = 400.0
-    dither_rate_deg_per_s: Annotated[float, Number(0.1, 1e4, "peak rate of the dither")] = 100.0
-    dither_amplitude_noise: Annotated[
-        float, Number(0.0, 0.5, "rms of the peak rate from swing to swing, as a part of it")
-    ] = 0.02
-    low_pass_hz: Annotated[
-        Triple, PerGyro(0.0, 1e5, "corner (-3 dB) of the sensor's own low-pass, 0 for none")
-    ] = (0.0, 0.0, 0.0)
-    low_pass_order: Annotated[int, Whole(1, 2, "of that low-pass, a Butterworth filter")] = 1
+    Attributes
+    ----------
+    mode
+        `ideal`: no lock-in; the others are a ring laser: at rest without dither, dithered, or held
+        above lock-in by the table
+    arw_deg_per_sqrt_h
+        angle random walk N; of a ring laser its quantum limit
+    quantization_step_arcsec
+        readout step, 0 for none; Q is the step over sqrt(12)
+    angle_noise_arcsec
+        white noise of the sampled angle: Q without a readout step
+    bias_deg_per_h
+        constant bias
+    bias_instability_deg_per_h
+        bias instability B: flicker of the rate, below 25 Hz
+    rate_random_walk_deg_per_h_per_sqrt_h
+        rate random walk K
+    markov_deviation_deg_per_h
+        standard deviation of a first-order Markov rate
+    markov_time_s
+        its correlation time
+    rate_ramp_deg_per_h_per_h
+        rate ramp R
+    temperature_coefficient_deg_per_h_per_k
+        bias per kelvin of warming up
+    warm_up_k
+        temperature rise after a long time
+    warm_up_time_s
+        time constant of the rise
+    lock_in_deg_per_h
+        lock-in rate of the ring laser
+    fringe_arcsec
+        input angle per beat of the ring laser
+    backscatter_diffusion_rad2_per_s
+        D of the backscatter phase, whose variance grows by 2 D t; assumed
+    dither_frequency_hz
+        frequency of the dither
+    dither_rate_deg_per_s
+        peak rate of the dither
+    dither_amplitude_noise
+        rms of the peak rate from swing to swing, as a part of it
+    low_pass_hz
+        corner (-3 dB) of the sensor's own low-pass, 0 for none
+    low_pass_order
+        of that low-pass, a Butterworth filter
+    """
+
+    mode: Annotated[GyroMode, Choice(get_args(GyroMode))] = "ideal"
+    arw_deg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 10.0)] = (2.5e-5, 2.5e-5, 2.5e-5)
+    quantization_step_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.001, 0.001, 0.001)
+    angle_noise_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.0, 0.0, 0.0)
+    bias_deg_per_h: Annotated[Triple, PerGyro(-1e5, 1e5)] = (0.0, 0.0, 0.0)
+    bias_instability_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
+    rate_random_walk_deg_per_h_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
+    markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = (0.0, 0.0, 0.0)
+    markov_time_s: Annotated[Triple, PerGyro(0.1, 1e6)] = (100.0, 100.0, 100.0)
+    rate_ramp_deg_per_h_per_h: Annotated[Triple, PerGyro(-1e4, 1e4)] = (0.0, 0.0, 0.0)
+    temperature_coefficient_deg_per_h_per_k: Annotated[Triple, PerGyro(-1e3, 1e3)] = (0.0, 0.0, 0.0)
+    warm_up_k: Annotated[float, Number(-100.0, 100.0)] = 0.0
+    warm_up_time_s: Annotated[float, Number(1.0, 1e6)] = 1800.0
+    lock_in_deg_per_h: Annotated[Triple, PerGyro(0.001, 1e5)] = (24.0, 26.0, 28.0)
+    fringe_arcsec: Annotated[float, Number(0.01, 100.0)] = 1.5
+    backscatter_diffusion_rad2_per_s: Annotated[float, Number(0.0, 1e6)] = 150.0
+    dither_frequency_hz: Annotated[float, Number(1.0, 1e4)] = 400.0
+    dither_rate_deg_per_s: Annotated[float, Number(0.1, 1e4)] = 100.0
+    dither_amplitude_noise: Annotated[float, Number(0.0, 0.5)] = 0.02
+    low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = (0.0, 0.0, 0.0)
+    low_pass_order: Annotated[int, Whole(1, 2)] = 1
 
     def __post_init__(self) -> None:
         check(self, "gyro.")
@@ -283,38 +430,48 @@ _NONE: Final = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AccelerometerConfig:
-    """Three accelerometers along the axes of the gyros, with gravity: one number, or three."""
+    """Three accelerometers along the axes of the gyros, with gravity: one number, or three.
 
-    mode: Annotated[
-        Accelerometers, Choice(get_args(Accelerometers), "whether there are ax, ay and az")
-    ] = "none"
-    vrw_m_per_s_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 100.0, "velocity random walk N")] = _NONE
-    velocity_noise_mm_per_s: Annotated[
-        Triple, PerGyro(0.0, 1e4, "white noise of the sampled velocity: Q without a readout step")
-    ] = _NONE
-    quantization_step_mm_per_s: Annotated[Triple, PerGyro(0.0, 1e4, "readout step, 0 for none")] = (
-        _NONE
-    )
-    bias_mg: Annotated[Triple, PerGyro(-1e3, 1e3, "constant bias")] = _NONE
-    bias_instability_mg: Annotated[Triple, PerGyro(0.0, 1e3, "bias instability B, below 25 Hz")] = (
-        _NONE
-    )
-    acceleration_random_walk_mg_per_sqrt_h: Annotated[
-        Triple, PerGyro(0.0, 1e3, "acceleration random walk K")
-    ] = _NONE
-    markov_deviation_mg: Annotated[
-        Triple, PerGyro(0.0, 1e3, "standard deviation of a first-order Markov acceleration")
-    ] = _NONE
-    markov_time_s: Annotated[Triple, PerGyro(0.1, 1e6, "its correlation time")] = (
-        100.0,
-        100.0,
-        100.0,
-    )
-    acceleration_ramp_mg_per_h: Annotated[Triple, PerGyro(-1e3, 1e3, "acceleration ramp R")] = _NONE
-    low_pass_hz: Annotated[
-        Triple, PerGyro(0.0, 1e5, "corner (-3 dB) of the sensor's own low-pass, 0 for none")
-    ] = _NONE
-    low_pass_order: Annotated[int, Whole(1, 2, "of that low-pass, a Butterworth filter")] = 1
+    Attributes
+    ----------
+    mode
+        whether there are ax, ay and az
+    vrw_m_per_s_per_sqrt_h
+        velocity random walk N
+    velocity_noise_mm_per_s
+        white noise of the sampled velocity: Q without a readout step
+    quantization_step_mm_per_s
+        readout step, 0 for none
+    bias_mg
+        constant bias
+    bias_instability_mg
+        bias instability B, below 25 Hz
+    acceleration_random_walk_mg_per_sqrt_h
+        acceleration random walk K
+    markov_deviation_mg
+        standard deviation of a first-order Markov acceleration
+    markov_time_s
+        its correlation time
+    acceleration_ramp_mg_per_h
+        acceleration ramp R
+    low_pass_hz
+        corner (-3 dB) of the sensor's own low-pass, 0 for none
+    low_pass_order
+        of that low-pass, a Butterworth filter
+    """
+
+    mode: Annotated[Accelerometers, Choice(get_args(Accelerometers))] = "none"
+    vrw_m_per_s_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 100.0)] = _NONE
+    velocity_noise_mm_per_s: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
+    quantization_step_mm_per_s: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
+    bias_mg: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
+    bias_instability_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
+    acceleration_random_walk_mg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
+    markov_deviation_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
+    markov_time_s: Annotated[Triple, PerGyro(0.1, 1e6)] = (100.0, 100.0, 100.0)
+    acceleration_ramp_mg_per_h: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
+    low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
+    low_pass_order: Annotated[int, Whole(1, 2)] = 1
 
     def __post_init__(self) -> None:
         check(self, "accelerometer.")
@@ -326,23 +483,26 @@ class DitherConfig:
 
     Its frequency, rate and randomisation stand in `GyroConfig`. With nothing left there is no
     pick-off in the recording either.
+
+    Attributes
+    ----------
+    residue
+        part of the dither that the gyro's own stripping leaves
+    delay_s
+        time by which the gyro's own stripping is late
+    detuning_hz
+        of each gyro's dither from gyro.dither_frequency_hz
+    ring_down_s
+        correlation time of the dither's random amplitude and phase
+    pickoff_noise_arcsec
+        rms noise of a pick-off from sample to sample
     """
 
-    residue: Annotated[
-        Triple, PerGyro(0.0, 1.0, "part of the dither that the gyro's own stripping leaves")
-    ] = (0.0, 0.0, 0.0)
-    delay_s: Annotated[
-        Triple, PerGyro(-1e-3, 1e-3, "time by which the gyro's own stripping is late")
-    ] = (0.0, 0.0, 0.0)
-    detuning_hz: Annotated[
-        Triple, PerGyro(-100.0, 100.0, "of each gyro's dither from gyro.dither_frequency_hz")
-    ] = (-12.7, 0.0, 11.3)
-    ring_down_s: Annotated[
-        float, Number(0.01, 1e4, "correlation time of the dither's random amplitude and phase")
-    ] = 0.5
-    pickoff_noise_arcsec: Annotated[
-        float, Number(0.0, 3600.0, "rms noise of a pick-off from sample to sample")
-    ] = 0.01
+    residue: Annotated[Triple, PerGyro(0.0, 1.0)] = (0.0, 0.0, 0.0)
+    delay_s: Annotated[Triple, PerGyro(-1e-3, 1e-3)] = (0.0, 0.0, 0.0)
+    detuning_hz: Annotated[Triple, PerGyro(-100.0, 100.0)] = (-12.7, 0.0, 11.3)
+    ring_down_s: Annotated[float, Number(0.01, 1e4)] = 0.5
+    pickoff_noise_arcsec: Annotated[float, Number(0.0, 3600.0)] = 0.01
 
     def __post_init__(self) -> None:
         check(self, "dither.")
@@ -358,24 +518,17 @@ class DisturbanceConfig:
     """Periodic disturbances of the gyro angles, Eqs. 10 and 11.
 
     Each gyro takes between half and all of each amplitude, at a phase of its own.
+
+    Attributes
+    ----------
+    angle
+        harmonics of the table angle, Eq. 10
+    time
+        lines in time, Eq. 11
     """
 
-    angle: Annotated[
-        Pairs,
-        PairsOf(
-            _ORDER,
-            _ARCSECONDS,
-            "harmonics of the table angle, Eq. 10",
-        ),
-    ] = ()
-    time: Annotated[
-        Pairs,
-        PairsOf(
-            Number(1e-6, 1e5, "frequency Hz"),
-            _ARCSECONDS,
-            "lines in time, Eq. 11",
-        ),
-    ] = ()
+    angle: Annotated[Pairs, PairsOf(_ORDER, _ARCSECONDS)] = ()
+    time: Annotated[Pairs, PairsOf(Number(1e-6, 1e5, "frequency Hz"), _ARCSECONDS)] = ()
 
     def __post_init__(self) -> None:
         check(self, "disturbances.")

@@ -18,20 +18,33 @@ from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import quoted
 from sagnac.formats import parquet
 from sagnac.formats.files import replacing_set
-from sagnac.formats.metadata import require_no_other
 from sagnac.formats.registry import CSV, PARQUET
+from sagnac.formats.statement import require_no_other
+from sagnac.recording.channel import PICKOFF, Pickoff
 from sagnac.recording.model import Channel, Kind, Recording
-from sagnac.recording.pickoff import PICKOFF, Pickoff
 from sagnac.rig.config import RigConfig
-from sagnac.rig.disturbances import Disturbances
 from sagnac.rig.dither import DitherMotion
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
-from sagnac.rig.gyro import Gyro, LockIn, LowPass, SlowDrift, Trend, dither_of, ring_lasers_of
-from sagnac.rig.own_motion import Mount, Nutation
+from sagnac.rig.gyro import (
+    Gyro,
+    LockIn,
+    LowPass,
+    SensorErrors,
+    SlowDrift,
+    dither_of,
+    ring_lasers_of,
+)
+from sagnac.rig.own_motion import Disturbances, Mount, Nutation
 from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
-from sagnac.rig.sensor_errors import SensorErrors
-from sagnac.rig.streams import RandomStreams, random_streams
-from sagnac.rig.table import Motion, Table, TableCommand, fastest_rate, table_command
+from sagnac.rig.table import (
+    Motion,
+    RandomStreams,
+    Table,
+    TableCommand,
+    fastest_rate,
+    random_streams,
+    table_command,
+)
 from sagnac.rig.truth import Truth, truth_of
 from sagnac.table.earth import earth_rate
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
@@ -210,7 +223,7 @@ def _sensor(
         slow=SlowDrift.stationary(
             errors, sample_rate=config.sample_rate_hz, duration=config.duration_s, random=slow
         ),
-        trend=Trend.of(errors),
+        errors=errors,
         lock_in=None,
         low_pass=LowPass.of(errors, config.sample_rate_hz),
         angle_noise=errors.angle_noise,
@@ -230,7 +243,7 @@ def _gyros(
         replace(
             _sensor(
                 config,
-                SensorErrors.of_gyro(own, g),
+                SensorErrors.of(own, g),
                 matrix[g],
                 white=streams.white[g],
                 slow=streams.slow[g],
@@ -257,7 +270,7 @@ def _accelerometers(config: RigConfig, streams: RandomStreams) -> tuple[Gyro, ..
     return tuple(
         _sensor(
             config,
-            SensorErrors.of_accelerometer(config.accelerometer, axis),
+            SensorErrors.of(config.accelerometer, axis),
             matrix[axis],
             white=streams.force_white[axis],
             slow=streams.force_slow[axis],

@@ -1,21 +1,202 @@
 """The table of the rig: the motion commanded, what servo and bearing make of it, what it turns.
 
 The table stands one sample before the first when it is made, and `Table.advance` takes it on.
+Servos, structures and bearings ring: damped oscillators driven by white noise. Each thing that
+draws has a random stream of its own.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol, Self
+from typing import Final, Protocol, Self
 
 import numpy as np
+import scipy.linalg
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.rig import _kernels
-from sagnac.rig.oscillator import Oscillator
 from sagnac.rig.sections import Pairs, TableConfig
-from sagnac.rig.streams import RandomStreams
 from sagnac.units import ARCSECOND, DEGREE
+
+# ---- streams -----------------------------------------------------------------------
+
+_STREAMS = 35
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RandomStreams:
+    """Independent random streams of one seed, one for each thing that draws.
+
+    `white` and `slow` hold one for each gyro. The others belong to the table's jitter and
+    wander, the null passages, the encoder's latch, the phases of table and encoder, and the
+    disturbances. `dither` and `mount` hold one for each gyro, too. Then come the table's hunting
+    and nutation, and of the encoder the walk of its delay, the readings lost and the null pulses
+    that are missing. `readout` holds one for each gyro, for the noise of its sampled angle, and the
+    three of `force_…` one for each accelerometer. New ones are appended, so that a seed keeps its
+    numbers.
+    """
+
+    jitter: np.random.Generator
+    wander: np.random.Generator
+    null: np.random.Generator
+    phases: np.random.Generator
+    disturbances: np.random.Generator
+    white: tuple[np.random.Generator, ...]
+    slow: tuple[np.random.Generator, ...]
+    latch: np.random.Generator
+    dither: tuple[np.random.Generator, ...]
+    mount: tuple[np.random.Generator, ...]
+    hunting: np.random.Generator
+    nutation: np.random.Generator
+    delay: np.random.Generator
+    lost: np.random.Generator
+    missing: np.random.Generator
+    readout: tuple[np.random.Generator, ...]
+    force_white: tuple[np.random.Generator, ...]
+    force_slow: tuple[np.random.Generator, ...]
+    force_readout: tuple[np.random.Generator, ...]
+
+
+def random_streams(seed: int) -> RandomStreams:
+    """The streams of one seed; what one of them gives does not depend on the others."""
+    spawned = np.random.SeedSequence(seed).spawn(_STREAMS)
+    generators = [np.random.default_rng(sequence) for sequence in spawned]
+    return RandomStreams(
+        jitter=generators[0],
+        wander=generators[1],
+        null=generators[2],
+        phases=generators[3],
+        disturbances=generators[4],
+        white=tuple(generators[5:8]),
+        slow=tuple(generators[8:11]),
+        latch=generators[11],
+        dither=tuple(generators[12:15]),
+        mount=tuple(generators[15:18]),
+        hunting=generators[18],
+        nutation=generators[19],
+        delay=generators[20],
+        lost=generators[21],
+        missing=generators[22],
+        readout=tuple(generators[23:26]),
+        force_white=tuple(generators[26:29]),
+        force_slow=tuple(generators[29:32]),
+        force_readout=tuple(generators[32:35]),
+    )
+
+
+# ---- oscillator --------------------------------------------------------------------
+
+_LONG_STEP: Final = 0.1  # part of the ring-down
+
+
+@dataclass(slots=True, kw_only=True)
+class Oscillator:
+    """Angle of a damped oscillator driven by white noise, stepped exactly.
+
+    It obeys ``x'' + 2 zeta w x' + w^2 x = noise``. Its angle has the two-sided density
+    ``4 zeta w^3 s^2 / ((w^2 - v^2)^2 + (2 zeta w v)^2)`` at the angular frequency v, s being its
+    rms angle.
+
+    Attributes
+    ----------
+    transition, spread
+        (2, 2) step of angle and rate, and the factor of the noise added to it.
+    state
+        At the last step.
+    random
+        Its stream.
+    """
+
+    transition: FloatArray
+    spread: FloatArray
+    state: _kernels.OscillatorState
+    random: np.random.Generator
+
+    @classmethod
+    def stationary(
+        cls,
+        *,
+        frequency: float,
+        damping: float,
+        rms_rate: float,
+        step: float,
+        random: np.random.Generator,
+    ) -> Self:
+        """The oscillator in its stationary state.
+
+        Parameters
+        ----------
+        frequency
+            Natural, Hz.
+        damping
+            Ratio zeta; 1/(2 Q) by quality.
+        rms_rate
+            rad/s.
+        step
+            Between the instants at which it is asked for, s.
+        random
+            Its stream.
+        """
+        natural = 2.0 * math.pi * frequency
+        slope = np.array([[0.0, 1.0], [-natural * natural, -2.0 * damping * natural]])
+        angle, rate = np.array([rms_rate / natural, rms_rate]) * random.standard_normal(2)
+        return cls(
+            transition=np.asarray(scipy.linalg.expm(slope * step)),
+            spread=_noise_factor(natural * step, damping) * rms_rate * np.array([[step], [1.0]]),
+            state=_kernels.OscillatorState(float(angle), float(rate)),
+            random=random,
+        )
+
+    def stop(self) -> None:
+        """Bring it to rest."""
+        self.state = _kernels.OscillatorState(0.0, 0.0)
+
+    def begin(self, drive: float, rate: float) -> tuple[float, float]:
+        """Drive and rate one sample before the first, with the oscillator's part added."""
+        return drive + self.state.angle, rate + self.state.rate
+
+    def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
+        """Add the next steps to drive and rate, whatever is commanded (`table.Mover`)."""
+        self._add(self.random.standard_normal((commanded.size, 2)), drive, rate)
+
+    def angles(self, driven: BooleanArray) -> FloatArray:
+        """(n,) angle at the next steps, rad; it rings down where it is not `driven`, (n,)."""
+        normals = self.random.standard_normal((driven.size, 2))
+        normals[~driven] = 0.0
+        angle = np.zeros(driven.size)
+        self._add(normals, angle, np.zeros(driven.size))
+        return angle
+
+    def _add(self, normals: FloatArray, angle: FloatArray, rate: FloatArray) -> None:
+        self.state = _kernels.oscillator(
+            normals, self.transition, self.spread, self.state, angle, rate
+        )
+
+
+def _noise_factor(turn: float, damping: float) -> FloatArray:
+    """Factor of the covariance that a step adds, rate of variance 1, angle in rates times steps.
+
+    It is the stationary covariance less what a step leaves of it. If the step is a small part of
+    the ring-down, that difference loses all its digits, and Van Loan's integral (IEEE Trans.
+    Automatic Control 23, 395, 1978) is taken, whose exponential grows with long steps.
+
+    `turn` is the natural angular frequency times the step.
+    """
+    slope = np.array([[0.0, 1.0], [-turn * turn, -2.0 * damping * turn]])
+    if damping * turn < _LONG_STEP:
+        block = np.zeros((4, 4))
+        block[:2, :2], block[2:, 2:] = -slope, slope.T
+        block[1, 3] = 4.0 * damping * turn
+        ahead = np.asarray(scipy.linalg.expm(block))
+        added = ahead[2:, 2:].T @ ahead[:2, 2:]
+    else:
+        stationary = np.diag([turn**-2.0, 1.0])
+        left = np.asarray(scipy.linalg.expm(slope))
+        added = stationary - left @ stationary @ left.T
+    return np.asarray(np.linalg.cholesky(0.5 * (added + added.T)))
+
+
+# ---- table -------------------------------------------------------------------------
 
 # Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
 # turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.

@@ -9,15 +9,13 @@ import numpy as np
 
 from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.rig.config import RigConfig
-from sagnac.rig.disturbances import Disturbances, DrawnLines
 from sagnac.rig.dither import dither_frequency, folded, left_of
 from sagnac.rig.encoder import delay_growth, delay_walk
 from sagnac.rig.gyro import dither_of, ring_lasers_of
-from sagnac.rig.own_motion import nutation_walk
+from sagnac.rig.own_motion import Disturbances, DrawnLines, nutation_walk
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
-from sagnac.rig.streams import random_streams
-from sagnac.rig.table import TableCommand, table_command
+from sagnac.rig.table import TableCommand, random_streams, table_command
 from sagnac.table.earth import earth_rate
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR

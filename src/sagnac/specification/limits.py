@@ -5,13 +5,13 @@ for a product.
 """
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
+from sagnac.documents import ANY, NUMBER, read_toml, table
 from sagnac.errors import quoted
 from sagnac.stability.names import check_choice
 from sagnac.units import Quantity, Unit, field_unit, split_factor, unit_of
@@ -27,7 +27,18 @@ _QUANTITIES: Final[Mapping[CoefficientName, Quantity]] = {
     "rate_random_walk": "rate random walk",
     "rate_ramp": "rate ramp",
 }
-_WORDS: Final = ("product", "risk", "limits")
+# A limit stands in the table of them or beside it.
+_FILE: Final = table(
+    {
+        "product": ANY,
+        "risk": {**NUMBER, "description": "give a number between 0 and 0.5"},
+        "limits": {
+            "type": "object",
+            "description": 'write [limits] and N = "3e-4 deg/sqrt(h)" below it',
+        },
+    }
+    | dict.fromkeys(_NAMES, ANY)
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,30 +156,17 @@ def specification_of(text: str, *, risk: float | None = None) -> Specification:
 
 def _of_file(path: Path, risk: float | None) -> Specification:
     try:
-        stated = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"spec {path} is no TOML: {error}") from None
-    try:
-        return _of_keys(stated, risk)
+        stated = read_toml(path, _FILE)
+        limits = {name: stated[name] for name in _NAMES if name in stated}
+        limits |= stated.get("limits", {})
+        return Specification(
+            limits=tuple(_limit(name, value) for name, value in limits.items()),
+            risk=stated.get("risk") if risk is None else risk,
+            product=str(stated.get("product", "")),
+        )
     except ValueError as error:
         said = str(error).removeprefix("spec ")
         raise ValueError(f"spec {path}: {said}") from None
-
-
-def _of_keys(stated: Mapping[str, Any], risk: float | None) -> Specification:
-    """The keys of a file: limits by letter or by name, ``risk`` and ``product``."""
-    table = stated.get("limits", {})
-    if not isinstance(table, dict):
-        raise ValueError('limits is no table; write [limits] and N = "3e-4 deg/sqrt(h)" below it')
-    limits = {**{key: value for key, value in stated.items() if key not in _WORDS}, **table}
-    of_file = stated.get("risk")
-    if of_file is not None and not isinstance(of_file, int | float):
-        raise ValueError(f"risk is {quoted(of_file)}; give a number between 0 and 0.5")
-    return Specification(
-        limits=tuple(_limit(name, value) for name, value in limits.items()),
-        risk=of_file if risk is None else risk,
-        product=str(stated.get("product", "")),
-    )
 
 
 def _limit(name: str, stated: object) -> Limit:

@@ -44,8 +44,13 @@ from sagnac.stability.sums import (
     overlapping_points,
     plain_points,
 )
-from sagnac.stability.theo1 import THEO1_EFFECTIVE, theo1_points, theoh_points
-from sagnac.stability.total import modified_total_points, total_points
+from sagnac.stability.total import (
+    THEO1_EFFECTIVE,
+    modified_total_points,
+    theo1_points,
+    theoh_points,
+    total_points,
+)
 
 __all__ = ["ESTIMATORS", "Estimator", "Gaps", "Properties", "check_choice", "properties_of"]
 

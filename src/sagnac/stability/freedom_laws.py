@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.stability import _kernels
-from sagnac.stability.theo1 import THEO1_EFFECTIVE
+from sagnac.stability.total import THEO1_EFFECTIVE
 
 # Given noise type, cluster, angles and windows.
 FreedomLaw = Callable[[int, int, int, int], float]

@@ -1,18 +1,96 @@
-"""Which power law rules at a cluster time."""
+"""Cluster times of a curve, the power law that rules at each, and its degrees of freedom."""
 
 import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import gammaincinv
 
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.stability import _kernels
-from sagnac.stability.accumulate import Track
-from sagnac.stability.estimators import Properties
+from sagnac.stability.estimators import Properties, properties_of
+from sagnac.stability.names import Estimator
+from sagnac.stability.sums import Track
+
+# ---- clusters ----------------------------------------------------------------------
+
+_POINTS_PER_DECADE: Final = 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Clusters:
+    """Clusters to take: `sizes` (points,) in samples, ascending, and what was noticed."""
+
+    sizes: NDArray[np.int64]
+    notes: tuple[Note, ...] = ()
+
+
+def cluster_sizes(
+    taus: ArrayLike | None, angles: int, sample_rate: float, estimator: Properties
+) -> Clusters:
+    """Clusters at the cluster times asked for.
+
+    Parameters
+    ----------
+    taus
+        s, or None for those of the estimator's own grid.
+    angles
+        Accumulated angles in the record.
+    sample_rate
+        Hz.
+    estimator
+        Its row of the table.
+
+    Raises
+    ------
+    ValueError
+        If the record is too short, or a cluster time cannot be used.
+    """
+    smallest, largest = estimator.shortest, estimator.longest(angles)
+    if largest < smallest or angles < estimator.fewest_angles:
+        raise ValueError(
+            f"values: {angles} accumulated angles are too few for {estimator.name}; "
+            "record longer or use oadev"
+        )
+    if taus is None:
+        return Clusters(sizes=_default_sizes(smallest, largest, estimator))
+    wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
+    if wanted.ndim != 1 or wanted.size == 0:
+        raise ValueError(f"taus has shape {wanted.shape}; give one or more cluster times in s")
+    if not np.isfinite(wanted).all():
+        raise ValueError("taus holds a value that is not finite; give cluster times in s")
+    rounded = np.rint(wanted * sample_rate / estimator.step) * estimator.step
+    outside = (rounded < smallest) | (rounded > largest)
+    if outside.any():
+        raise ValueError(
+            f"taus: {wanted[outside][0]:.12g} s is out of range for {estimator.name}; "
+            f"use {smallest / sample_rate:.12g} s to {largest / sample_rate:.12g} s"
+        )
+    sizes = np.unique(rounded.astype(np.int64))
+    moved = np.abs(rounded - wanted * sample_rate) > 1e-6 * rounded
+    notes = []
+    if moved.any():
+        unit = "two sample intervals" if estimator.step == 2 else "the sample interval"
+        notes.append(f"{int(moved.sum())} of {wanted.size} taus rounded to a multiple of {unit}")
+    if sizes.size < wanted.size:
+        notes.append(f"{wanted.size - sizes.size} of {wanted.size} taus coincide and are merged")
+    return Clusters(sizes=sizes, notes=tuple(Note(text=text) for text in notes))
+
+
+def _default_sizes(smallest: int, largest: int, estimator: Properties) -> NDArray[np.int64]:
+    if estimator.octaves:
+        return 2 ** np.arange(int(largest).bit_length(), dtype=np.int64)
+    count = 1 + math.ceil(_POINTS_PER_DECADE * math.log10(largest / smallest))
+    grid = np.geomspace(smallest, largest, count)
+    sizes = np.unique(np.rint(grid / estimator.step).astype(np.int64) * estimator.step)
+    return np.asarray(sizes[(sizes >= smallest) & (sizes <= largest)])
+
+
+# ---- noise type --------------------------------------------------------------------
 
 _FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
 _SURE_OF_NOISE: Final = 200  # angles that leave no doubt between one type and the next
@@ -189,3 +267,90 @@ def check_noise_type(noise_type: int, estimator: Properties) -> None:
         raise ValueError(
             f"noise_type {noise_type!r} is out of range for {estimator.name}; use {lowest} to 2"
         )
+
+
+# ---- degrees of freedom ------------------------------------------------------------
+
+
+def ieee_relative_error(samples: int, cluster: int) -> float:
+    """Relative error of an Allan deviation, 1/sqrt(2 (N/n - 1)), of IEEE Std 952.
+
+    `samples` rates in clusters of `cluster`; it counts the N/n - 1 independent differences
+    and knows neither overlap nor noise type.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two clusters.
+    """
+    if cluster < 1 or samples < 2 * cluster:
+        raise ValueError(
+            f"cluster {cluster} leaves under two clusters in {samples} samples; "
+            f"use 1 to {samples // 2}"
+        )
+    return 1.0 / math.sqrt(2.0 * (samples / cluster - 1.0))
+
+
+def equivalent_degrees_of_freedom(
+    estimator: Estimator, noise_type: int, cluster: int, samples: int
+) -> float:
+    """Equivalent degrees of freedom of a stability variance over a whole record.
+
+    Finite-difference estimators by the exact sum of Greenhall and Riley; the total and Theo1
+    families by the formulas of SP1065, section 5.4, and by counting for total variances of
+    angle noise, which it leaves out.
+
+    Greenhall and Riley average the angle over each sample interval. White rate samples are
+    not like that at m = 1, where overlapped terms have 2 (N - 2)/3 degrees of freedom and the
+    paper has 15 % more: a 95 % interval covers 93 % there. At m = 2 and beyond it covers 95 to
+    96 %.
+
+    Parameters
+    ----------
+    estimator
+        As in `stability_curve`; ``theoh`` at a cluster means its Theo1 part.
+    noise_type
+        Power law of the rate noise, 2 to -2, or to -4 for ``hdev`` and ``ohdev``.
+    cluster
+        m: tau = m tau0; for ``theo1`` and ``theoh`` the span m.
+    samples
+        N: accumulated angles, one more than there are rates.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range.
+    """
+    row = properties_of(estimator)
+    check_noise_type(noise_type, row)
+    smallest, largest = row.shortest, row.longest(samples)
+    if not smallest <= cluster <= largest:
+        raise ValueError(
+            f"cluster {cluster} is out of range for {estimator}; use {smallest} to {largest}"
+        )
+    return row.freedom(noise_type, cluster, samples, row.windows(cluster, samples))
+
+
+def chi_squared_limits(
+    deviation: FloatArray, edf: FloatArray, confidence: float
+) -> tuple[FloatArray, FloatArray]:
+    """Limits of the deviation: edf s^2 / sigma^2 is chi-squared with edf degrees.
+
+    Parameters
+    ----------
+    deviation, edf
+        (points,).
+    confidence
+        Probability content between the limits.
+
+    Returns
+    -------
+    low, high
+        (points,) in the unit of `deviation`.
+    """
+    tail = 0.5 * (1.0 - confidence)
+    upper = 2.0 * gammaincinv(0.5 * edf, 1.0 - tail)
+    lower = 2.0 * gammaincinv(0.5 * edf, tail)
+    return np.asarray(deviation * np.sqrt(edf / upper)), np.asarray(
+        deviation * np.sqrt(edf / lower)
+    )

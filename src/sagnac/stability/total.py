@@ -1,6 +1,6 @@
-"""Total and modified total variance: differences beyond the ends of the record.
+"""Total and modified total variance, Theo1 and its bias-removed hybrid.
 
-SP1065, sections 5.2.11 and 5.2.12.
+SP1065, sections 5.2.11, 5.2.12, 5.2.15 and 5.2.16.
 """
 
 from dataclasses import dataclass
@@ -13,17 +13,130 @@ from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.stability import _kernels
-from sagnac.stability.accumulate import Track, mirrored_values
 from sagnac.stability.names import Estimator
-from sagnac.stability.strides import stride_notes, window_stride
 from sagnac.stability.sums import (
     Points,
     Sums,
+    Track,
     Windows,
     averaged,
+    mirrored_values,
     second_difference_sums,
+    stride_notes,
     whole_counts,
+    window_stride,
 )
+
+# ---- theo1 -------------------------------------------------------------------------
+
+_ALLAN: Final[Estimator] = "oadev"
+_THEO1: Final[Estimator] = "theo1"
+# Effective cluster time of Theo1 as a share of its span.
+THEO1_EFFECTIVE: Final = 0.75
+# Share of the record up to which the hybrid is the overlapping Allan deviation.
+_ALLAN_SHARE: Final = 0.2
+# Ratios that the bias is the mean of, at most.
+_BIAS_RATIOS: Final = 48
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Theo1:
+    """Theo1 variances of some spans: (spans,) each, with the spacing of the windows averaged."""
+
+    variance: FloatArray
+    windows: NDArray[np.int64]
+    strides: tuple[int, ...]
+
+
+def theo1_points(track: Track, spans: NDArray[np.int64]) -> Points:
+    """Theo1 of even spans m; tau = 0.75 m tau0."""
+    found = _theo1(track.angle, spans)
+    return Points(
+        tau_samples=THEO1_EFFECTIVE * spans.astype(np.float64),
+        variance=found.variance,
+        terms=found.windows * (spans // 2),
+        windows=found.windows,
+        clusters=spans,
+        rules=(_THEO1,) * spans.size,
+        notes=(
+            *stride_notes(_THEO1, found.strides, spans),
+            Note(
+                text="theo1 keeps its bias (theoh removes it); taus asked for are its spans m tau0"
+            ),
+        ),
+    )
+
+
+def theoh_points(track: Track, clusters: NDArray[np.int64]) -> Points:
+    """Overlapping Allan up to a fifth of the record, Theo1 less its bias beyond."""
+    angle = track.angle
+    short = clusters[clusters <= _ALLAN_SHARE * (angle.size - 1)]
+    spans = np.unique(2 * np.rint(clusters[short.size :] / (2 * THEO1_EFFECTIVE)).astype(np.int64))
+    long = _theo1(angle, spans)
+    variance = long.variance
+    notes: tuple[Note, ...] = ()
+    if spans.size:
+        ratio, noticed = _allan_to_theo1(angle)
+        variance = variance * ratio
+        notes = (*noticed, *stride_notes("theoh", long.strides, spans))
+    windows = angle.size - 2 * short
+    return Points(
+        tau_samples=np.concatenate((short.astype(np.float64), THEO1_EFFECTIVE * spans)),
+        variance=np.concatenate((_overlapping_allan(angle, short), variance)),
+        terms=np.concatenate((windows, long.windows * (spans // 2))),
+        windows=np.concatenate((windows, long.windows)),
+        clusters=np.concatenate((short, spans)),
+        rules=(_ALLAN,) * short.size + (_THEO1,) * spans.size,
+        notes=notes,
+    )
+
+
+def _theo1(angle: FloatArray, spans: NDArray[np.int64]) -> _Theo1:
+    variance, windows, strides = [], [], []
+    mirrored = mirrored_values(angle)
+    for m in map(int, spans):
+        stride = window_stride(angle.size - m, m // 2, m)
+        count = -(-(angle.size - m) // stride)
+        with series.gone_through(angle, mirrored):
+            total = _kernels.sum_theo1_terms(angle, mirrored, m, stride)
+        variance.append(total / (THEO1_EFFECTIVE * m * m * count))
+        windows.append(count)
+        strides.append(stride)
+    return _Theo1(
+        variance=np.array(variance),
+        windows=np.array(windows, dtype=np.int64),
+        strides=tuple(strides),
+    )
+
+
+def _overlapping_allan(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
+    m = clusters.astype(np.float64)
+    sums = second_difference_sums(angle, clusters)
+    return sums / (2.0 * m * m * (angle.size - 2 * clusters))
+
+
+def _allan_to_theo1(angle: FloatArray) -> tuple[float, tuple[Note, ...]]:
+    """Mean ratio of Allan to Theo1 variance at equal tau up to a tenth of the record.
+
+    Allan at m = 9 + 3 i beside Theo1 at 12 + 4 i, i = 0 .. 0.1 N / 3 - 3.
+    """
+    notes: tuple[Note, ...] = ()
+    last = int(0.1 * angle.size / 3.0 - 3.0)
+    steps = np.arange(last + 1)
+    if steps.size > _BIAS_RATIOS:
+        steps = np.unique(np.rint(np.linspace(0, last, _BIAS_RATIOS)).astype(np.int64))
+        notes = (
+            Note(
+                text=f"theoh takes its bias from {steps.size} of {last + 1} ratios, evenly spaced"
+            ),
+        )
+    theo1 = _theo1(angle, 12 + 4 * steps).variance
+    allan = _overlapping_allan(angle, 9 + 3 * steps)
+    usable = theo1 > 0.0
+    return float(np.mean(allan[usable] / theo1[usable])) if usable.any() else 1.0, notes
+
+
+# ---- total -------------------------------------------------------------------------
 
 _MODIFIED_TOTAL: Final[Estimator] = "mtotdev"
 

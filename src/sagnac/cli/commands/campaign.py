@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 
 from sagnac.cli import output as results
-from sagnac.cli.errors import DATA_ERROR, DONE, UsageError, complain
 from sagnac.cli.options import (
     NO_OPTIONS,
     OUTPUT,
@@ -19,53 +18,26 @@ from sagnac.cli.options import (
     settings_of,
     statement_of,
 )
-from sagnac.cli.progress import standings
+from sagnac.cli.output import DATA_ERROR, DONE, UsageError, complain, standings
 
 if TYPE_CHECKING:
     from sagnac.fleet.campaign import CampaignReport
-    from sagnac.fleet.config import Choices
+    from sagnac.fleet.config import Choices, Task
     from sagnac.fleet.runner import Completed
-    from sagnac.fleet.tasks import Task
 
 _WORK = Group("Work", sort_key=2)
 
 
 def campaign(
-    sources: Annotated[
-        list[Path],
-        Parameter(name="SOURCE", help="A CONFIG.toml, or recordings and folders of them."),
-    ],
+    sources: Annotated[list[Path], Parameter(name="SOURCE")],
     /,
     *,
     options: Options = NO_OPTIONS,
-    output: Annotated[
-        Path, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR", help="Folder.")
-    ],
-    pattern: Annotated[
-        str,
-        Parameter(
-            group=_WORK,
-            metavar="REGEX",
-            show_default=False,
-            help="Finds (?P<unit>…), (?P<day>…) and (?P<rate>…) in the path of a recording.",
-        ),
-    ] = "",
-    span: Annotated[
-        float | None,
-        one_argument(
-            seconds,
-            group=_WORK,
-            metavar="2h",
-            help="Also cut each recording into spans of this length: N against time.",
-        ),
-    ] = None,
+    output: Annotated[Path, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR")],
+    pattern: Annotated[str, Parameter(group=_WORK, metavar="REGEX", show_default=False)] = "",
+    span: Annotated[float | None, one_argument(seconds, group=_WORK, metavar="2h")] = None,
     workers: Annotated[Workers, Parameter(group=_WORK)] = None,
-    scheduler: Annotated[
-        str | None,
-        Parameter(
-            group=_WORK, metavar="ADDRESS", help="Of a Dask cluster, tcp://host:8786, to work on."
-        ),
-    ] = None,
+    scheduler: Annotated[str | None, Parameter(group=_WORK, metavar="ADDRESS")] = None,
     force: Force = False,
 ) -> int:
     """Many recordings in; one table and one page out, a report for each.
@@ -73,11 +45,24 @@ def campaign(
     campaign.csv, campaign.parquet and index.html go into DIR. Started again with the same DIR it
     does only what is not there yet. The exit status is 1 if a recording could not be analyzed;
     else, with --spec, 3 if a gyro fails and 4 if one is undecided.
+
+    Parameters
+    ----------
+    sources
+        A CONFIG.toml, or recordings and folders of them.
+    output
+        Folder.
+    pattern
+        Finds (?P<unit>…), (?P<day>…) and (?P<rate>…) in the path of a recording.
+    span
+        Also cut each recording into spans of this length: N against time.
+    scheduler
+        Of a Dask cluster, tcp://host:8786, to work on.
     """
     from sagnac.fleet.campaign import title_of
     from sagnac.fleet.config import Choices, tasks_of
     from sagnac.fleet.page import reason_text
-    from sagnac.fleet.verdicts import yield_of
+    from sagnac.fleet.table import yield_of
 
     if options.as_json:
         raise UsageError("--json is not for a campaign; its table is campaign.csv")
@@ -137,9 +122,7 @@ def _done(
 
 def _print(report: "CampaignReport", output: Path, choices: "Choices") -> None:
     from sagnac.fleet.page import deviation_words
-    from sagnac.fleet.scatter import scatter_of
-    from sagnac.fleet.table import groups_of
-    from sagnac.fleet.verdicts import limit_texts, specifications_of, yield_of
+    from sagnac.fleet.table import groups_of, limit_texts, scatter_of, specifications_of, yield_of
     from sagnac.report.quantities import number
 
     made, lines = report.campaign, report.lines

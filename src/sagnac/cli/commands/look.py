@@ -1,0 +1,339 @@
+"""``sagnac check``, ``convert`` and ``plan``: a recording looked at before it is analyzed."""
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+from cyclopts import Parameter
+
+from sagnac import overwriting
+from sagnac.cli import output as results
+from sagnac.cli.options import (
+    ANALYSIS,
+    NO_OPTIONS,
+    NO_STATEMENT,
+    File,
+    Force,
+    Options,
+    Reading,
+    names,
+    one_or_by_name,
+    settings_of,
+    statement_of,
+)
+from sagnac.cli.output import DATA_ERROR, DONE, UsageError, complain, print_paths
+from sagnac.cli.reading import (
+    command_for,
+    command_with_accelerometers,
+    inputs,
+    naming,
+    read_file,
+    with_settings,
+)
+from sagnac.errors import RecordingError, rounded
+from sagnac.version import __version__
+
+if TYPE_CHECKING:
+    from sagnac.analysis.planning import Plan, PlanRow
+    from sagnac.analysis.result import Analysis
+    from sagnac.errors import Note, RecordingError
+    from sagnac.formats import Statement
+    from sagnac.recording.model import Recording
+    from sagnac.specification.verdict import Shown
+
+
+# ---- check -------------------------------------------------------------------------
+
+CHECK_SCHEMA: Final = "sagnac.check/1"
+
+
+def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
+    """Data quality: gaps, jumps, wraps, stuck channels, clipping, units that look wrong.
+
+    Exit status 1 if an error was found, or with --strict a warning.
+    """
+    options = with_settings(options)
+    statement = statement_of(options)
+    settings = settings_of(options)
+    with results.progress_shown() as progress:
+        try:
+            recording = read_file(
+                file, statement, progress, memory=options.memory, verify=False
+            ).recording
+        except RecordingError:
+            if not options.as_json:
+                _suggest(file, statement)
+            raise
+        from sagnac.recording.quality import check as findings_of
+
+        progress("check", 0.0)
+        with naming(file, recording):
+            findings = findings_of(recording, accepted=settings.accepted)
+    if options.as_json:
+        print(json.dumps(_check_document(file, recording, findings), allow_nan=False, indent=1))
+    else:
+        from sagnac.report import text
+
+        print(
+            text.blocks(
+                text.recording(recording), text.findings(findings), text.notes(recording.notes)
+            ),
+            f"read with: {command_for(file, statement)}",
+            sep="\n\n",
+        )
+        if (command := command_with_accelerometers(file, statement)) is not None:
+            print(f"with its accelerometers: {command}")
+    refused = ("error", "warning") if settings.strict else ("error",)
+    errors = [finding for finding in findings if finding.level in refused]
+    if not errors:
+        return DONE
+    from sagnac.report.command_line import note_text
+
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    complain(f"{file}: {note_text(errors[0])}{more}")
+    return DATA_ERROR
+
+
+def _suggest(file: Path, statement: "Statement") -> None:
+    """Print the command that would read a file that states too little; nothing if it is wrong."""
+    from sagnac.formats import missing
+
+    try:
+        lacking = missing(file, statement)
+    except RecordingError:
+        return
+    if not lacking:
+        return
+    command = command_for(file, statement, lacking)
+    words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
+    said = "To read it, put in what stands in capitals"
+    if not words:
+        said = _outcome(file, statement, lacking)
+    print(f"{said}:\n\n    {command}\n")
+    if "COLUMN" in words:
+        from sagnac.formats import gyros_in
+
+        if found := gyros_in(file, statement):
+            print(f"COLUMN may be any of {', '.join(found)}\n")
+
+
+def _outcome(file: Path, statement: "Statement", lacking: Mapping[str, str]) -> str:
+    """Outcome for a file once what is lacking is stated, in words."""
+    from sagnac.formats import read
+    from sagnac.report.command_line import error_text
+
+    parsed: dict[str, Any] = {
+        name: one_or_by_name(value) if name in ("columns", "kind", "unit") else value
+        for name, value in lacking.items()
+    }
+    if "columns" in lacking:
+        parsed["gyros"] = None
+    try:
+        read(file, replace(statement, **parsed), verify=False)
+    except RecordingError as error:
+        return f"Even with what is missing stated it cannot be read: {error_text(error)}"
+    return "This reads it"
+
+
+def _check_document(
+    file: Path, recording: "Recording", findings: "Sequence[Note]"
+) -> dict[str, Any]:
+    """Findings in the schema ``sagnac.check/1``."""
+    from sagnac.report.command_line import findings_data, note_text
+
+    return {
+        "schema": CHECK_SCHEMA,
+        "version": __version__,
+        "input": {
+            "path": str(file),
+            "sha256": recording.provenance.sha256 if recording.provenance else None,
+            "samples": recording.samples,
+            "sample_rate_hz": recording.sample_rate,
+            "gyros": [channel.name for channel in recording.gyros],
+            "table": recording.table is not None,
+        },
+        "findings": [{**one, "message": one["text"]} for one in findings_data(findings)],
+        "notes": [note_text(note) for note in recording.notes],
+    }
+
+
+# ---- convert -----------------------------------------------------------------------
+
+
+def convert(
+    source: Annotated[Path, Parameter(name="IN")],
+    target: Annotated[Path, Parameter(name="OUT")],
+    /,
+    *,
+    options: Reading = NO_STATEMENT,
+    force: Force = False,
+) -> int:
+    """Read a recording and write it so that reading it again needs no option.
+
+    Parameters
+    ----------
+    source
+        A recording.
+    target
+        Its suffix says the format.
+    """
+    from sagnac.formats.statement import of_conversion
+
+    statement = statement_of(options)
+    reads = inputs([source], options)
+    overwriting.require_free(of_conversion(target), reads, force=force)
+    with results.progress_shown() as progress:
+        recording = read_file(source, statement, progress, memory=options.memory).recording
+        from sagnac.formats import write
+
+        progress("write", 0.0)
+        written = write(recording, target, force=force)
+    from sagnac.report import text
+
+    print(text.blocks(text.recording(recording), text.notes(recording.notes)))
+    print_paths([written])
+    return DONE
+
+
+# ---- plan --------------------------------------------------------------------------
+
+PLAN_SCHEMA: Final = "sagnac.plan/1"
+
+
+def plan(
+    file: File,
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    within: Annotated[str | None, Parameter(group=ANALYSIS, metavar="1%,…")] = None,
+) -> int:
+    """How long to record for an interval of N, or to decide --spec, from a short recording.
+
+    Several gyros at rest have a plan each; --gyros picks one.
+
+    Parameters
+    ----------
+    within
+        Half width of the interval of N: 10%,5%,2%,1% unless stated.
+    """
+    options = with_settings(options)
+    statement, settings = statement_of(options), settings_of(options)
+    widths = None if within is None else _widths(within)
+    with results.progress_shown() as progress:
+        read = read_file(file, statement, progress, memory=options.memory)
+        from sagnac.analysis.pipeline import analyze as run
+        from sagnac.analysis.planning import WIDTHS
+        from sagnac.analysis.planning import plan as planned
+
+        with naming(file, read.recording):
+            analysis = run(read.recording, settings, progress=progress)
+            try:
+                found = planned(analysis, within=widths or WIDTHS)
+            except ValueError as error:
+                if type(error) is not ValueError:
+                    raise
+                raise UsageError(f"--{error}") from None
+    if options.as_json:
+        print(json.dumps(_plan_document(found.plans, found.refused), allow_nan=False, indent=1))
+    else:
+        said = [f"{name}: {why}" for name, why in _texts(found.refused).items()]
+        print("\n\n".join([*(_text(one) for one in found.plans), *said]))
+    return DONE
+
+
+def _texts(refused: "Mapping[str, RecordingError]") -> dict[str, str]:
+    from sagnac.report.command_line import error_text
+
+    return {name: error_text(error) for name, error in refused.items()}
+
+
+def _widths(text: str) -> tuple[float, ...]:
+    found = []
+    for one in names(text):
+        try:
+            value = float(one.removesuffix("%")) / (100.0 if one.endswith("%") else 1.0)
+        except ValueError:
+            value = 0.0
+        if not 0.0 < value < 1.0:
+            raise UsageError(f"--within {one}: give a half width such as 1% or 0.01")
+        found.append(value)
+    return tuple(found)
+
+
+def _wanted(row: "PlanRow") -> str:
+    if row.limit is None:
+        return f"± {rounded(100.0 * (row.half_width or 0.0), 3)} %"
+    return f"N ≤ {row.limit.in_unit:.6g} {row.limit.unit.symbol} decided, 90 % sure"
+
+
+def _text(plan: "Plan") -> str:
+    from sagnac.report import text
+
+    shown = plan.shown
+    listed = [(_wanted(row), _spoken(row.hours)) for row in plan.rows]
+    return "\n\n".join(
+        (
+            text.answer(plan.analysis),
+            f"After {_spoken(shown.duration / 3600.0)} the interval is "
+            f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
+            _supposition(plan.analysis, shown),
+            text.table(("interval of N", "record"), listed),
+        )
+    )
+
+
+def _supposition(analysis: "Analysis", shown: "Shown") -> str:
+    """Basis of a longer recording's answer, as the forecast takes it."""
+    resting = analysis.average
+    supposed = "whole band" if shown.efficient else "average"
+    now = resting is not None and resting.member == supposed
+    verb = "stays" if now else "becomes"
+    if not shown.efficient:
+        said = f"Forecast for an answer that {verb} an average over bands of the spectrum."
+        if "bias_instability" in shown.coefficients:
+            return said
+        return f"{said}\nB is not estimated yet: one that a longer record shows widens it."
+    return (
+        f"Forecast for an answer that {verb} the likelihood of the whole\n"
+        f"band to {shown.highest:.3g} Hz. An average over bands would have another interval."
+    )
+
+
+def _spoken(hours: float | None) -> str:
+    if hours is None:
+        return "over a year"
+    if hours < 1.0:
+        return f"{60.0 * hours:.2g} min" if hours >= 1.0 / 60.0 else f"{3600.0 * hours:.2g} s"
+    return f"{hours:.3g} h" if hours < 100.0 else f"{hours / 24.0:.3g} days"
+
+
+def _plan_document(
+    plans: "Sequence[Plan]", refused: "Mapping[str, RecordingError]"
+) -> dict[str, Any]:
+    """The plan of the first gyro, and if there are several that of each by name."""
+    document = {"schema": PLAN_SCHEMA, "version": __version__, **_plain(plans[0])}
+    if len(plans) > 1:
+        document["gyros"] = {plan.analysis.channel: _plain(plan) for plan in plans}
+    if refused:
+        document["refused"] = _texts(refused)
+    return document
+
+
+def _plain(plan: "Plan") -> dict[str, Any]:
+    shown = plan.shown
+    return {
+        "channel": plan.analysis.channel,
+        "recorded_h": shown.duration / 3600.0,
+        "half_width": shown.half_width,
+        "confidence": shown.confidence,
+        "supposes": "whole band" if shown.efficient else "average",
+        "plan": [
+            {"half_width": row.half_width, "hours": row.hours}
+            if row.limit is None
+            else {"limit_rad_per_sqrt_s": row.limit.value, "hours": row.hours}
+            for row in plan.rows
+        ],
+    }

@@ -1,0 +1,476 @@
+"""``sagnac analyze``, ``avar``, ``compare`` and ``lines``: recordings in, answers out."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+from cyclopts import Parameter
+
+from sagnac import overwriting
+from sagnac.cli import output as results
+from sagnac.cli.options import (
+    ANALYSIS,
+    NO_HEADING,
+    NO_OPTIONS,
+    Curve,
+    Estimators,
+    File,
+    Files,
+    Folder,
+    Force,
+    Heading,
+    Options,
+    band,
+    estimators_of,
+    one_argument,
+    settings_of,
+    statement_of,
+    title_block_of,
+)
+from sagnac.cli.output import DONE, Progress, UsageError, explain, print_documents, verdict_status
+from sagnac.cli.reading import ReadFile, inputs, naming, read_file, settings_text, with_settings
+
+if TYPE_CHECKING:
+    from sagnac.analysis.result import Analysis
+    from sagnac.analysis.settings import Method, Settings
+    from sagnac.analysis.still_bench import AtRest
+    from sagnac.coefficients.self_noise import SelfNoise
+    from sagnac.formats import Statement
+    from sagnac.recording.model import Recording
+    from sagnac.report.folder import Report
+
+
+# ---- analyze -----------------------------------------------------------------------
+
+
+def analyze(
+    files: Files,
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    heading: Heading = NO_HEADING,
+    curve: Curve = False,
+    output: Folder = None,
+    force: Force = False,
+) -> int:
+    """A recording in; report.html, analysis.json, tables and figures out.
+
+    They go into DIR (several files: a folder each in it), by default NAME-report; with
+    --json and no DIR nothing is written.
+    """
+    options, block = with_settings(options), title_block_of(heading)
+    statement = statement_of(options)
+    settings = settings_of(options)
+    written = results.report_writer(block, settings_text(options), pdf=heading.pdf, force=force)
+    folders = results.folders_of(files, output, as_json=options.as_json)
+    reads = inputs(files, options, heading.heading)
+    for folder in folders:
+        results.require_writable(folder)
+        if folder is not None:
+            overwriting.require_free(overwriting.of_report(folder), reads, force=force)
+    several = len(files) > 1
+    done: list[Analysis] = []
+    named: list[tuple[str, Analysis]] = []
+    failed = DONE
+    for file, folder in zip(files, folders, strict=True):
+        try:
+            stage_of = file.name * several
+            analysis = _analyzed(file, statement, settings, options.memory, stage_of=stage_of)
+            one = _analysis_reported(analysis, folder, written)
+        except Exception as error:
+            if not several or options.debug:
+                raise
+            failed = max(failed, explain(error))
+            continue
+        done.append(one.analysis)
+        named.append((file.name, one.analysis))
+        if not options.as_json:
+            if several:
+                print(file, end="\n\n")
+            _print_analysis(one, curve=curve, end="\n\n\n" if several else "\n")
+    if several and not options.as_json:
+        results.print_closing(named)
+    if options.as_json and done:
+        results.print_documents(done, single=not several)
+    return failed or results.verdict_status(done)
+
+
+def _analyzed(
+    file: Path,
+    statement: "Statement",
+    settings: "Settings",
+    memory: int | None,
+    *,
+    stage_of: str = "",
+) -> "Analysis":
+    """One file."""
+    with results.progress_shown(stage_of) as progress:
+        read = read_file(file, statement, progress, memory=memory)
+        from sagnac.analysis.pipeline import analyze as run
+
+        with naming(file, read.recording):
+            return run(read.recording, settings, progress=progress).with_seconds(read.seconds)
+
+
+def _analysis_reported(
+    analysis: "Analysis", folder: Path | None, written: "Callable[..., Report]"
+) -> "Report":
+    """The analysis with its report in `folder`, unless that is None."""
+    results.ready_to_draw()
+    from sagnac.report.folder import Report
+
+    if folder is None:
+        return Report(analysis=analysis, paths=())
+    with results.progress_shown() as progress:
+        progress("report", 0.0)
+        return written(analysis, folder)
+
+
+def _print_analysis(one: "Report", *, curve: bool, end: str) -> None:
+    from sagnac.report import text
+
+    analysis = one.analysis
+    for gyro in analysis.each:
+        shown = results.in_full(gyro) if curve else results.in_brief(gyro)
+        print(text.blocks(text.answer(gyro), text.verdict(gyro), *shown), end="\n\n")
+    results.print_beside(analysis)
+    results.print_paths(one.paths)
+    if analysis.gyros:
+        results.print_closing([("", analysis)], end="\n\n")
+    print(text.seconds(analysis), end=end)
+
+
+# ---- avar --------------------------------------------------------------------------
+
+# Folder of their report, beside those of the gyros.
+_ACCELEROMETERS: Final = "accelerometers"
+
+
+def avar(
+    file: File,
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    estimator: Estimators = None,
+    gaps: Annotated[
+        Literal["reject", "omit"],
+        Parameter(
+            group=ANALYSIS,
+            help="Missing samples (NaN, jumps of the time stamps): an error that says where, or "
+            "terms that touch one are left out, counted and noted.",
+        ),
+    ] = "reject",
+    self_noise: Annotated[
+        tuple[float, float] | None,
+        one_argument(
+            band,
+            group=ANALYSIS,
+            metavar="LOW:HIGH",
+            help="Also the noise of each of three or more parallel gyros without what all of them "
+            "turn, from their cross spectra; N of each over this band, Hz.",
+        ),
+    ] = None,
+    heading: Heading = NO_HEADING,
+    curve: Curve = False,
+    output: Folder = None,
+    force: Force = False,
+) -> int:
+    """The still bench: the ARW of each gyro, its curves, and the lines in it.
+
+    The answer is with the lines out; curves and fits are of the recording as it is unless
+    --method says what to remove; with --method none the answer is of the recording as it is, too.
+    With -o, each gyro's report goes into a folder of its own beside a page of all of them, and the
+    accelerometers' into another.
+    """
+    options, block = with_settings(options), title_block_of(heading)
+    statement = statement_of(options)
+    settings = settings_of(options, method="none", estimators=estimators_of(estimator))
+    results.require_writable(output)
+    with results.progress_shown() as progress:
+        read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
+        if output is not None:
+            reads = inputs([file], options, heading.heading)
+            for one in _outputs(read, settings, output):
+                overwriting.require_free(one, reads, force=force)
+        with naming(file, read.recording):
+            if gaps == "omit":
+                from sagnac.recording.gaps import with_gaps_marked
+
+                read = replace(read, recording=with_gaps_marked(read.recording))
+            alone = None if self_noise is None else _alone(read, settings, self_noise)
+            made = _made(read, settings, progress, lines_in=options.method == "none")
+            paths: list[Path] = []
+            if output is not None:
+                written = results.report_writer(
+                    block, settings_text(options), pdf=heading.pdf, force=force
+                )
+                made, paths = _bench_reported(made, output, progress, written, pdf=heading.pdf)
+                if alone is not None:
+                    paths.append(_drawn(alone, output))
+    if options.as_json:
+        analyses = made.analysis.each
+        single = not made.analysis.gyros
+        beside = None
+        if alone is not None:
+            from sagnac.report.self_noise import self_noise_data
+
+            beside = self_noise_data(alone)
+        results.print_documents(analyses, single=single, unit=made.analysis, beside=beside)
+        return results.verdict_status([made.analysis])
+    for name, bench in made.benches.items():
+        _print_bench(
+            bench, made.analysis.gyros.get(name, made.analysis), curve or estimator is not None
+        )
+    if alone is not None and self_noise is not None:
+        from sagnac.report.self_noise import self_noise_text
+
+        print(self_noise_text(alone, self_noise), end="\n\n")
+    results.print_beside(made.analysis)
+    results.print_paths(paths)
+    results.print_closing([("", made.analysis)])
+    return results.verdict_status([made.analysis])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Made:
+    """Result of the still bench: all gyros, and each with its lines in and out."""
+
+    analysis: "Analysis"
+    benches: "Mapping[str, AtRest]"
+
+
+def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in: bool) -> _Made:
+    """One gyro after another, and the accelerometers.
+
+    With `lines_in` the answer is of the recording as it is, since that was asked for.
+    """
+    from sagnac.analysis.alone import gyros_alone
+    from sagnac.analysis.pipeline import accelerometers_of
+    from sagnac.analysis.still_bench import at_rest
+
+    benches: dict[str, AtRest] = {}
+
+    def run(
+        recording: "Recording", chosen: "Settings", /, *, progress: Progress | None = None
+    ) -> "Analysis":
+        bench = at_rest(recording, chosen, progress=progress, lines_in=lines_in)
+        analysis = bench.analysis.with_seconds(read.seconds)
+        (name,) = chosen.gyros
+        benches[name] = replace(bench, analysis=analysis)
+        return analysis
+
+    def run_force(
+        recording: "Recording", chosen: "Settings", /, *, progress: Progress | None = None
+    ) -> "Analysis":
+        return at_rest(recording, chosen, progress=progress).analysis
+
+    still = replace(read.recording, table=None, null_pulse=None)
+    names = settings.gyros_of(still)
+    settings = replace(settings, gyros=names)
+    if len(names) == 1:
+        analysis = run(still, settings, progress=results.prefixed(progress, names[0]))
+    else:
+        analysis = gyros_alone(still, settings, run, progress)
+    forces = accelerometers_of(still, settings, run=run_force, progress=progress)
+    return _Made(analysis=analysis.with_accelerometers(forces), benches=benches)
+
+
+def _alone(read: ReadFile, settings: "Settings", band: tuple[float, float]) -> "SelfNoise":
+    """The noise of each gyro without what all of them turn.
+
+    Raises
+    ------
+    UsageError
+        If there are too few gyros.
+    """
+    from sagnac.coefficients.self_noise import self_noise
+
+    try:
+        return self_noise(
+            read.recording,
+            gyros=settings.gyros_of(read.recording),
+            band=band,
+            confidence=settings.confidence,
+        )
+    except ValueError as error:
+        raise UsageError(f"--self-noise: {error}") from None
+
+
+def _drawn(alone: "SelfNoise", folder: Path) -> Path:
+    from sagnac.report.figures import write_png
+    from sagnac.report.self_noise import self_noise_figure
+
+    path = folder / "self_noise.png"
+    write_png(self_noise_figure(alone), path)
+    return path
+
+
+def _outputs(read: ReadFile, settings: "Settings", output: Path) -> list[overwriting.Outputs]:
+    """Places to be written: a folder for each gyro beside the page of all, and the forces'."""
+    names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
+    from sagnac.report.files import folder_name
+
+    made = [overwriting.of_report(output / folder_name(name)) for name in names]
+    if len(names) > 1:
+        made.append(overwriting.of_report(output))
+    if read.recording.accelerometers:
+        made.append(overwriting.of_accelerometers(output / _ACCELEROMETERS))
+    return made
+
+
+def _bench_reported(
+    made: _Made,
+    output: Path,
+    progress: Progress,
+    written: "Callable[..., Report]",
+    *,
+    pdf: bool,
+) -> tuple[_Made, list[Path]]:
+    """The benches with the time of their reports, and every file written.
+
+    One gyro's report goes into a folder of its own, too.
+    """
+    results.ready_to_draw()
+    from sagnac.report.files import folder_name
+    from sagnac.report.folder import write_accelerometers
+
+    analysis = made.analysis
+    place = output if analysis.gyros else output / folder_name(analysis.channel)
+    progress("report", 0.0)
+    report = written(analysis, place, with_forces=False)
+    paths = list(report.paths)
+    if analysis.accelerometers:
+        progress("accelerometers: report", 0.0)
+        paths += write_accelerometers(analysis, output / _ACCELEROMETERS, pdf=pdf)
+    return replace(made, analysis=report.analysis), paths
+
+
+def _print_bench(bench: "AtRest", analysis: "Analysis", curve: bool) -> None:
+    """One gyro."""
+    from sagnac.report import text
+
+    print(text.answer(analysis))
+    if bench.as_it_is is not bench.without_lines and analysis.lines:
+        print(text.with_lines(bench.as_it_is))
+    print()
+    print(
+        text.blocks(
+            text.verdict(analysis),
+            *(
+                results.in_full(analysis)
+                if curve
+                else results.in_brief(analysis, (bench.without_lines, bench.as_it_is))
+            ),
+            text.seconds(analysis),
+        ),
+        end="\n\n",
+    )
+
+
+# ---- compare -----------------------------------------------------------------------
+
+METHODS: "Final[tuple[Method, ...]]" = ("none", "fris", "fos-korenberg", "fos-paper", "fos")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """Analyses by method; and why, of each method that the recording does not allow."""
+
+    analyses: "Mapping[str, Analysis]"
+    refused: Mapping[str, str]
+
+    @property
+    def best(self) -> "Analysis":
+        """The one that a verdict rests on: fos, or the last if that is not among them."""
+        return self.analyses.get("fos") or list(self.analyses.values())[-1]
+
+
+def compare(
+    file: File,
+    /,
+    *,
+    options: Options = NO_OPTIONS,
+    output: Folder = None,
+    force: Force = False,
+) -> int:
+    """No removal, fris, fos-korenberg, fos-paper and fos, side by side; with -o also as a page.
+
+    --method picks one to run alone, --gyros one of several gyros at rest, each of which is shown.
+    """
+    options = with_settings(options)
+    statement = statement_of(options)
+    settings = settings_of(options)
+    results.require_writable(output)
+    if output is not None:
+        reads = inputs([file], options)
+        overwriting.require_free(overwriting.of_comparison(output), reads, force=force)
+    methods = (options.method,) if options.method else METHODS
+    with results.progress_shown() as progress:
+        read = read_file(file, statement, progress, memory=options.memory)
+        with naming(file, read.recording):
+            found = _compared(read, settings, methods, progress)
+        written = []
+        if output is not None:
+            progress("report", 0.0)
+            results.ready_to_draw()
+            from sagnac.report.folder import write_comparison
+
+            written = write_comparison(found.analyses, found.refused, output)
+    from sagnac.report import text
+    from sagnac.report.document import comparison_document, to_json
+
+    if options.as_json:
+        print(to_json(comparison_document(found.analyses, found.refused)))
+        return results.verdict_status([found.best])
+    for each in text.methods_by_gyro(found.analyses).values():
+        print(f"{file}: {text.comparison(each, found.refused)}")
+    results.print_paths(written)
+    return results.verdict_status([found.best])
+
+
+def _compared(
+    read: ReadFile, settings: "Settings", methods: "Sequence[Method]", progress: Progress
+) -> Comparison:
+    """Each method; its refusal is an error only if no method gives anything."""
+    from sagnac.analysis.pipeline import analyze as run
+    from sagnac.errors import RecordingError
+    from sagnac.report.command_line import error_text
+
+    analyses: dict[str, Analysis] = {}
+    errors: dict[str, RecordingError] = {}
+    for method in methods:
+        named = results.prefixed(progress, method)
+        try:
+            analysis = run(read.recording, replace(settings, method=method), progress=named)
+        except RecordingError as error:
+            errors[method] = error
+        else:
+            analyses[method] = analysis.with_seconds(read.seconds)
+    if not analyses:
+        raise next(iter(errors.values()))
+    return Comparison(
+        analyses=analyses,
+        refused={method: error_text(error) for method, error in errors.items()},
+    )
+
+
+# ---- lines -------------------------------------------------------------------------
+
+
+def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
+    """The periodic components found, strongest first."""
+    options = with_settings(options)
+    analysis = _analyzed(file, statement_of(options), settings_of(options), options.memory)
+    if options.as_json:
+        print_documents([analysis], single=True)
+        return verdict_status([analysis])
+    from sagnac.report import text
+
+    shown = [text.lines(one, most=None) for one in analysis.each]
+    print(
+        text.blocks(
+            text.verdict(analysis), *shown, text.refused(analysis), text.notes(analysis.notes)
+        )
+    )
+    return verdict_status([analysis])

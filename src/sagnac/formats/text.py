@@ -1,0 +1,374 @@
+"""Text as instruments write it: encoding, lines, numbers (decimal commas) and times."""
+
+import codecs
+import io
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+
+from sagnac import series
+from sagnac.errors import RecordingError
+
+# ---- text numbers ------------------------------------------------------------------
+
+_SPACES: Final = "\u00a0\u202f"
+# What stands where a number is missing; pyarrow takes the same.
+MISSING: Final = frozenset(
+    {"", "#N/A", "#N/A N/A", "#NA", "-1.#IND", "-1.#QNAN", "-NaN", "-nan", "1.#IND", "1.#QNAN"}
+    | {"N/A", "NA", "NULL", "NaN", "n/a", "nan", "null"}
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NumberStyle:
+    """How numbers are written.
+
+    Attributes
+    ----------
+    decimal
+        Mark before the decimals: ``.`` or ``,``.
+    thousands
+        Mark between thousands; empty if there is none.
+
+    Raises
+    ------
+    ValueError
+        If the two are the same, or the decimal mark is neither.
+    """
+
+    decimal: str = "."
+    thousands: str = ""
+    _pattern: re.Pattern[str] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if self.decimal not in (".", ",") or self.decimal == self.thousands:
+            raise ValueError(
+                f"decimal is {self.decimal!r} and thousands {self.thousands!r}; "
+                "use . or , and another mark"
+            )
+        point = re.escape(self.decimal)
+        whole = r"\d+"
+        if self.thousands:
+            whole = rf"(?:\d{{1,3}}(?:{re.escape(self.thousands)}\d{{3}})+|\d+)"
+        number = rf"(?:{whole}(?:{point}\d*)?|{point}\d+)(?:[eE][+-]?\d+)?|inf|Inf|INF"
+        object.__setattr__(self, "_pattern", re.compile(rf"[+-]?(?:{number})\Z"))
+
+    def holds(self, text: str) -> bool:
+        """Whether `text` is a number so written, or stands for a missing one."""
+        return text in MISSING or self._pattern.match(text) is not None
+
+    def value(self, text: str) -> float:
+        """The number that `text` is, NaN if it stands for a missing one.
+
+        Raises
+        ------
+        ValueError
+            If it is none.
+
+        Examples
+        --------
+        >>> NumberStyle(decimal=",", thousands=".").value("1.234,5")
+        1234.5
+        """
+        if not self.holds(text):
+            raise ValueError(f"{text!r} is not a number")
+        if text in MISSING:
+            return float("nan")
+        plain = text.replace(self.thousands, "") if self.thousands else text
+        return float(plain.replace(self.decimal, "."))
+
+
+PLAIN: Final = NumberStyle()
+# The first that reads most of a file's numbers is taken.
+STYLES: Final = (
+    PLAIN,
+    NumberStyle(decimal=","),
+    NumberStyle(decimal=",", thousands="."),
+    NumberStyle(decimal=".", thousands=","),
+    NumberStyle(decimal=".", thousands="'"),
+    *(NumberStyle(decimal=",", thousands=space) for space in _SPACES),
+)
+_EITHER: Final = re.compile(r"[+-]?\d{1,3},\d{3}\Z")
+
+
+def style_of(fields: Sequence[str]) -> NumberStyle:
+    """The style that reads most of these fields, the plainest if several do.
+
+    Examples
+    --------
+    >>> style_of(["1,5", "2", "1e3"]).decimal
+    ','
+    """
+    return max(STYLES, key=lambda style: sum(map(style.holds, fields)))
+
+
+def is_in_doubt(fields: Sequence[str]) -> bool:
+    """Whether every comma may stand before decimals or between thousands: ``1,234``.
+
+    A point beside the comma, or another number of digits behind it, would tell.
+    """
+    with_comma = [text for text in fields if "," in text]
+    return (
+        bool(with_comma)
+        and all(_EITHER.match(text) for text in with_comma)
+        and not any(text.startswith(("0,", "-0,", "+0,")) for text in with_comma)
+        and not any("." in text for text in fields)
+    )
+
+
+# ---- text times --------------------------------------------------------------------
+
+TimeForm = Literal["clock", "iso"]
+
+_TIME: Final = r"(?P<h>\d{1,2}):(?P<m>[0-5]\d)(?::(?P<s>[0-5]\d|60)(?:[.,](?P<f>\d{1,9})\d*)?)?"
+_HALF: Final = r"\s*(?P<p>[AaPp]\.?[Mm]\.?)?"
+_ZONE: Final = r"\s*(?:Z|(?P<z>[+-]\d{2}):?(?P<zm>\d{2}))?"
+# Year first as ISO 8601 has it, day first with points, month first with strokes.
+_DATES: Final = (
+    r"(?P<y>\d{4})[-/.](?P<mo>\d{1,2})[-/.](?P<d>\d{1,2})",
+    r"(?P<d>\d{1,2})\.(?P<mo>\d{1,2})\.(?P<y>\d{4})",
+    r"(?P<mo>\d{1,2})/(?P<d>\d{1,2})/(?P<y>\d{4})",
+)
+_CLOCK: Final = rf"^\s*{_TIME}{_HALF}\s*$"
+_ISO: Final = tuple(rf"^\s*{date}[T ]+{_TIME}{_HALF}{_ZONE}\s*$" for date in _DATES)
+_DAY: Final = 86_400 * 10**9  # ns
+
+
+def form_of(text: str) -> TimeForm | None:
+    """Kind of time that a text is, None if it is none.
+
+    Examples
+    --------
+    >>> form_of("14:03:00,002"), form_of("2024-03-05T14:03:00Z"), form_of("14.03")
+    ('clock', 'iso', None)
+    """
+    if any(re.match(pattern, text) for pattern in _ISO):
+        return "iso"
+    return "clock" if re.match(_CLOCK, text) else None
+
+
+def nanoseconds(texts: Any, form: TimeForm) -> NDArray[np.int64]:
+    """Times of an Arrow array of text, ns: from midnight, or from 1970.
+
+    Raises
+    ------
+    ValueError
+        If one is no such time.
+    """
+    patterns = (_CLOCK,) if form == "clock" else _ISO
+    for pattern in patterns:
+        parts = pc.extract_regex(texts, pattern)
+        if parts.null_count < len(parts) or not len(parts):
+            break
+    if parts.null_count:
+        raise ValueError("a time cannot be read")
+    found = _of_day(parts)
+    return found if form == "clock" else found + _of_date(parts)
+
+
+def _number(parts: Any, name: str, width: int = 1) -> NDArray[np.int64]:
+    """Digits of a part as numbers, 0 where there are none."""
+    digits = pc.utf8_rpad(pc.struct_field(parts, name), width, "0")
+    return np.asarray(pc.cast(digits, pa.int64()).to_numpy(zero_copy_only=False))
+
+
+def _of_day(parts: Any) -> NDArray[np.int64]:
+    """Time of the clock, ns."""
+    hour = _number(parts, "h")
+    half = pc.utf8_lower(pc.struct_field(parts, "p"))
+    is_afternoon = pc.starts_with(half, "p").to_numpy(zero_copy_only=False)
+    is_morning = pc.starts_with(half, "a").to_numpy(zero_copy_only=False)
+    hour = np.where(is_morning | is_afternoon, hour % 12, hour) + 12 * is_afternoon
+    seconds = 3600 * hour + 60 * _number(parts, "m") + _number(parts, "s")
+    return np.asarray(seconds * 10**9 + _number(parts, "f", 9), dtype=np.int64)
+
+
+def _of_date(parts: Any) -> NDArray[np.int64]:
+    """Midnight of the date in its zone, ns from 1970."""
+    year = (_number(parts, "y") - 1970).astype("datetime64[Y]")
+    month = year.astype("datetime64[M]") + (_number(parts, "mo") - 1)
+    day = month.astype("datetime64[D]") + (_number(parts, "d") - 1)
+    zone = np.asarray(pc.struct_field(parts, "z").to_numpy(zero_copy_only=False), dtype=str)
+    east = np.where(np.char.startswith(zone, "-"), -1, 1)
+    hours = np.where(zone == "", "0", zone).astype(np.int64)
+    minutes = 60 * hours + east * _number(parts, "zm")
+    midnight = day.astype("datetime64[ns]").astype(np.int64)
+    return np.asarray(midnight - minutes * 60 * 10**9, dtype=np.int64)
+
+
+def past_midnight(times: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Times of the clock made continuous, in place: a step back by over half a day is midnight.
+
+    Parameters
+    ----------
+    times
+        (samples,) ns from midnight.
+    """
+    days = 0
+    last = int(times[0]) if times.size else 0
+    for start in range(0, times.size, series.SPAN):
+        block = times[start : start + series.SPAN]
+        back = np.diff(block, prepend=np.int64(last)) < -_DAY // 2
+        last = int(block[-1])
+        over = np.cumsum(back) + days
+        days = int(over[-1])
+        block += over * _DAY
+    return times
+
+
+# ---- text file ---------------------------------------------------------------------
+
+_HEAD_BYTES: Final = 1 << 16
+_PART_BYTES: Final = 1 << 14
+_LONGEST_LINE: Final = 1 << 20
+
+
+def encoding_of(head: bytes) -> str:
+    """Codec of a text by its first bytes: UTF-8, UTF-16 or, if it is neither, cp1252.
+
+    Raises
+    ------
+    RecordingError
+        If this is no text.
+
+    Examples
+    --------
+    >>> encoding_of("Zähler".encode("cp1252")), encoding_of("x;y".encode("utf-16"))
+    ('cp1252', 'utf-16-le')
+    """
+    if head.startswith(codecs.BOM_UTF16_LE):
+        return "utf-16-le"
+    if head.startswith(codecs.BOM_UTF16_BE):
+        return "utf-16-be"
+    if b"\0" in head:
+        # Digits and marks of a text without a mark of its order have a zero beside each.
+        half = max(1, len(head) // 2)
+        for name, first in (("utf-16-le", 1), ("utf-16-be", 0)):
+            zeros = head[first::2].count(0)
+            if len(head) >= 4 and zeros > 0.9 * half and not head[1 - first :: 2].count(0):
+                return name
+        raise RecordingError(
+            "holds binary data, not text", remedy="give it the suffix of its own format"
+        )
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """First lines of a text file, which its layout is judged by.
+
+    Attributes
+    ----------
+    encoding
+        See `encoding_of`.
+    head
+        Its first lines, whole.
+    later
+        Whole lines from its middle and its end.
+    """
+
+    encoding: str
+    head: tuple[str, ...]
+    later: tuple[str, ...]
+
+
+def sample_of(path: Path) -> Sample:
+    """Lines of a file.
+
+    Raises
+    ------
+    RecordingError
+        If this is no text, or a line is longer than any table's.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        head = stream.read(_HEAD_BYTES)
+        encoding = encoding_of(head)
+        first = _lines(head, encoding, is_whole=size <= len(head))
+        if not first and size > len(head):
+            raise RecordingError(
+                f"has no line end in its first {_HEAD_BYTES // 1024} KiB",
+                remedy="give a table with a line for each sample",
+            )
+        later: list[str] = []
+        if size > 4 * _HEAD_BYTES:
+            for place in (size // 2, size - _PART_BYTES):
+                stream.seek(place - place % 2)
+                later += _lines(stream.read(_PART_BYTES), encoding)[1:]
+    return Sample(encoding=encoding, head=tuple(first), later=tuple(later))
+
+
+def _lines(part: bytes, encoding: str, *, is_whole: bool = False) -> list[str]:
+    """Lines of a part of a file, without the last one if that may be cut."""
+    text = part.decode(encoding, errors="replace").lstrip("\ufeff")
+    lines = re.split(r"\r\n|\n|\r", text)
+    return lines if is_whole else lines[:-1]
+
+
+def ends_in_newline(path: Path, encoding: str) -> bool:
+    """Whether the last line of a file has its end."""
+    width = 2 if encoding.startswith("utf-16") else 1
+    with path.open("rb") as stream:
+        stream.seek(-min(width, path.stat().st_size), io.SEEK_END)
+        return stream.read().decode(encoding, errors="replace") in ("\n", "\r")
+
+
+def lines_of(path: Path, encoding: str) -> Iterator[str]:
+    """All lines, one after the other, without their ends."""
+    with path.open(encoding=encoding, errors="replace", newline=None) as stream:
+        for number, line in enumerate(stream):
+            yield (line.lstrip("\ufeff") if number == 0 else line).rstrip("\n")
+
+
+def blocks_of(path: Path, *, encoding: str, blanks: bool) -> Iterator[bytes]:
+    """Blocks of whole lines, about 1 MiB each, as UTF-8 unless the codec is of single bytes.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    encoding
+        Its codec.
+    blanks
+        Whether runs of blanks and tabs become one blank and those at the ends of lines go.
+
+    Raises
+    ------
+    ValueError
+        If a line is longer than any table's.
+    """
+    decoder = (
+        codecs.getincrementaldecoder(encoding)("replace") if encoding.startswith("utf-16") else None
+    )
+    pending = b""
+    with path.open("rb") as stream:
+        while part := stream.read(_LONGEST_LINE):
+            block = pending + (part if decoder is None else decoder.decode(part).encode())
+            # A carriage return at the very end may be half of a line end.
+            end = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
+            pending = block[end:]
+            if len(pending) > _LONGEST_LINE:
+                raise ValueError("a line is longer than 1 MiB")
+            if end:
+                yield _single(block[:end]) if blanks else block[:end]
+    if pending:
+        yield _single(pending) if blanks else pending
+
+
+def _single(lines: bytes) -> bytes:
+    """Lines with one blank between two fields and none at their ends."""
+    tidy = lines.replace(b"\t", b" ").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    while b"  " in tidy:
+        tidy = tidy.replace(b"  ", b" ")
+    return tidy.replace(b"\n ", b"\n").replace(b" \n", b"\n").strip(b" ")

@@ -1,0 +1,419 @@
+"""Parts of a report that several outputs share.
+
+How a number came about, shares of the table's rate, accelerometers, a verdict, tables as CSV.
+"""
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from itertools import zip_longest
+from typing import Any, Final
+
+from matplotlib.figure import Figure
+
+from sagnac.analysis.headline_coefficients import answer_coefficients
+from sagnac.analysis.judgement import verdict_of
+from sagnac.analysis.result import Analysis
+from sagnac.analysis.shares import Interval, Share
+from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
+from sagnac.errors import one_line, rounded
+from sagnac.report.command_line import note_text
+from sagnac.report.figures import curves_figure, per_gyro_density
+from sagnac.report.quantities import (
+    curve_columns,
+    curve_unit,
+    figures,
+    in_field_unit,
+    number,
+    reading,
+)
+from sagnac.specification.verdict import Decision, Judgement, Verdict, overall
+from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, field_unit
+
+# ---- methods -----------------------------------------------------------------------
+
+REFERENCES: Final[dict[str, str]] = {
+    "paper": "Yu, Wang, Wang and Wu, Sensors 2013, 13, 2750, doi:10.3390/s130302750",
+    "ieee": "IEEE Std 952-1997, Annex C, and IEEE Std 647-2006, Annex C",
+    "average": "Jay and Neil, Phys. Rev. D 103, 114502, 2021, arXiv:2008.01069",
+}
+_REMOVED: Final[dict[str, str]] = {
+    "fos": "Lines that stand above the noise floor at their own frequency, in time and in table "
+    "angle, were fitted together with the motion of the table and taken off; the noise that went "
+    "with them was given back to the curve.",
+    "fos-paper": "Lines were taken off each gyro by fast orthogonal search, as published [paper].",
+    "fris": "The angle was taken once a turn of the table, so that whatever repeats with it drops "
+    "out.",
+    "none": "Nothing was taken off before the curve.",
+}
+
+
+def sentences(analysis: Analysis) -> list[str]:
+    """The method, one step a sentence; references by number (see `cited`)."""
+    said = []
+    if analysis.gyros_differenced > 1:
+        first, _, second = analysis.channel.partition("-")
+        said.append(
+            f"The angles of gyros {first} and {second} were differenced, so that the motion of the "
+            "table drops out; coefficients and curve are per gyro, the root mean square of the two "
+            "[paper]."
+        )
+    said.append(_REMOVED[analysis.settings.method])
+    said.append(
+        "The overlapping Allan deviation has intervals by chi-squared with equivalent degrees of "
+        "freedom; Q, N, B, K and R are defined by IEEE [ieee]."
+    )
+    resting = analysis.average
+    if resting is not None and resting.member == "whole band":
+        said.append(
+            "N rests on the likelihood of the whole spectrum, which its multitaper levels bear out."
+        )
+    elif resting is not None and resting.member == "both":
+        said.append(
+            "N comes from the likelihood of the whole spectrum. Its multitaper levels neither bear "
+            "it out nor reject it, so that the interval also holds the average over bands and "
+            "terms [average]."
+        )
+    elif resting is not None and resting.terms:
+        said.append(
+            "N is the average over bands of the multitaper spectrum and over the terms fitted "
+            "there, weighted by how well each describes it [average]."
+        )
+    if resting is not None and resting.slow_terms == "low band":
+        said.append(
+            "B and K come from the likelihood of the lowest frequencies of the spectrum, which "
+            "its multitaper levels bear out."
+        )
+    if analysis.per_gyro:
+        said.append("N of each gyro was told apart by the three-cornered hat of the differences.")
+    return said
+
+
+def cited(said: list[str]) -> tuple[str, list[str]]:
+    """The paragraph with numbers for references, and the references by number."""
+    paragraph = " ".join(said)
+    used = sorted(
+        (key for key in REFERENCES if f"[{key}]" in paragraph),
+        key=lambda key: paragraph.index(f"[{key}]"),
+    )
+    for place, key in enumerate(used, start=1):
+        paragraph = paragraph.replace(f"[{key}]", f"[{place}]")
+    return paragraph, [REFERENCES[key] for key in used]
+
+
+# ---- shares ------------------------------------------------------------------------
+
+_PPM = 1e-6
+
+HEADER = (
+    "gyro",
+    "share of the table's rate",
+    "angle to the table's axis °",
+    "asymmetry ppm",
+    "bias °/h",
+)
+
+
+def share_rows(analysis: Analysis) -> list[tuple[str, ...]]:
+    """A row for each gyro under `HEADER`, each value with its interval; empty at rest.
+
+    What the recording does not tell is an empty cell.
+    """
+    return [
+        (
+            name,
+            with_interval(one.share),
+            _angle(analysis, name, one),
+            with_interval(one.asymmetry, _PPM),
+            with_interval(one.bias, DEGREE_PER_HOUR),
+        )
+        for name, one in analysis.shares.items()
+    ]
+
+
+def share_remarks(analysis: Analysis) -> list[str]:
+    """Basis of the shares, and the scale factor of a triad."""
+    if not analysis.shares:
+        return []
+    remarks = []
+    if analysis.triad is not None:
+        remarks.append(
+            f"Common scale factor {with_interval(analysis.triad.scale)}, and angles to the "
+            "table's axis, if the three axes are square to each other."
+        )
+    elif any(_alone(one) is not None for one in analysis.shares.values()):
+        remarks.append("Angle to the table's axis if the scale factor is exactly 1.")
+    shares: Sequence[Share] = tuple(analysis.shares.values())
+    if all(one.bias is None for one in shares):
+        remarks.append(
+            "The table turns one way: a share holds the gyro's bias and the Earth's rate along "
+            "the axis, over the table's rate."
+        )
+    elif all(one.asymmetry is None for one in shares):
+        remarks.append("At one speed both ways an asymmetry is not told from a bias.")
+    remarks.append(
+        f"A share is scale factor times direction cosine; intervals at "
+        f"{100.0 * shares[0].confidence:g} %."
+    )
+    return remarks
+
+
+def with_interval(interval: Interval | None, size: float = 1.0) -> str:
+    """``0.57735 [0.57734, 0.57736]`` in units of `size`, with the digits that it allows.
+
+    Examples
+    --------
+    >>> with_interval(Interval(value=0.5773503, low=0.5773482, high=0.5773524))
+    '0.5773503 [0.5773482, 0.5773524]'
+    >>> with_interval(None)
+    ''
+    """
+    if interval is None:
+        return ""
+    width = 0.5 * (interval.high - interval.low) / size
+    ends = (interval.value, interval.low, interval.high)
+    value, low, high = (number(end / size, width, plain=True) for end in ends)
+    return f"{value} [{low}, {high}]"
+
+
+def _angle(analysis: Analysis, name: str, share: Share) -> str:
+    """Angle between a gyro's axis and the table's, deg."""
+    if analysis.triad is not None:
+        return with_interval(analysis.triad.angles[name], DEGREE)
+    return with_interval(_alone(share), DEGREE)
+
+
+def _alone(share: Share) -> Interval | None:
+    """The angle of one axis if its scale factor is 1; None if no axis has so large a share."""
+    one = share.share
+    if abs(one.value) > 1.0:
+        return None
+    low, value, high = (
+        math.acos(max(-1.0, min(1.0, end))) for end in (one.high, one.value, one.low)
+    )
+    return Interval(value=value, low=low, high=high)
+
+
+# ---- forces ------------------------------------------------------------------------
+
+_SENSED: Final = SENSED["accelerometer"]
+
+
+def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, ...]]]:
+    """The coefficients of accelerometers: symbol and title, unit, and a reading of each.
+
+    Parameters
+    ----------
+    analyses
+        Of accelerometers.
+    """
+    rows = []
+    for name in COEFFICIENT_NAMES:
+        unit = field_unit(name, "accelerometer")
+        readings = [_reading(answer_coefficients(one).get(name), unit.size) for one in analyses]
+        rows.append((f"{SYMBOLS[name]} {_SENSED.titles[name]}", unit.symbol, tuple(readings)))
+    return rows
+
+
+def _reading(estimate: Estimate | None, size: float) -> str:
+    if estimate is None:
+        return "not fitted"
+    shown = estimate.times(1.0 / size)
+    if shown.status == "not observable":
+        return shown.status
+    if shown.status == "upper bound":
+        return f"< {number(shown.high, plain=True)}"
+    value, interval = figures(shown, plain=True)
+    return f"{value} [{interval.replace(' … ', ', ')}]"
+
+
+def force_figure(analyses: Sequence[Analysis]) -> Figure:
+    """Allan deviation of accelerometers against cluster time, as recorded."""
+    return curves_figure(analyses, UNITS[_SENSED.rate_unit])
+
+
+def force_notes(analyses: Sequence[Analysis]) -> tuple[str, ...]:
+    """Notes on accelerometers that do not stand among those of the recording."""
+    read = [note for one in analyses for note in one.recording.notes]
+    return tuple(
+        dict.fromkeys(note_text(note) for one in analyses for note in one.notes if note not in read)
+    )
+
+
+# ---- verdicts ----------------------------------------------------------------------
+
+DECISIONS: Final[dict[Decision, str]] = {"pass": "PASS", "fail": "FAIL", "undecided": "UNDECIDED"}
+
+
+def verdict_data(verdict: Verdict) -> dict[str, Any]:
+    """The verdict as plain data, figures in the units of the field."""
+    return {
+        "overall": verdict.decision,
+        "risk": verdict.risk,
+        "product": verdict.specification.product or None,
+        "gyros": dict(verdict.by_gyro),
+        "limits": [_judgement(one) for one in verdict.judgements],
+    }
+
+
+def overall_decision(analyses: "list[Analysis]") -> Decision | None:
+    """The decision on several analyses together; None if none has a specification."""
+    found = [verdict.decision for each in analyses if (verdict := verdict_of(each)) is not None]
+    return overall(found) if found else None
+
+
+def limit_text(judgement: Judgement) -> str:
+    """The limit as it was stated: ``N ≤ 0.0003 °/√h``."""
+    limit = judgement.limit
+    return f"{limit.letter} ≤ {limit.in_unit:.6g} {limit.unit.symbol}"
+
+
+def found_text(judgement: Judgement) -> str:
+    """Measured value in the field's unit: with its interval, a bound, or neither."""
+    name = judgement.limit.coefficient
+    said = reading(name, judgement.estimate)
+    if judgement.estimate.status == "not observable":
+        return said
+    return f"{said} {field_unit(name).symbol}"
+
+
+def risk_text(verdict: Verdict) -> str:
+    """The risk in words."""
+    percent = f"{rounded(100.0 * verdict.risk, 3)} %"
+    return f"a gyro at its limit passes with a probability of {percent} at most"
+
+
+def gyro_text(judgement: Judgement) -> str:
+    """The gyro, or the pair whose root mean square N̄ is judged."""
+    first, dash, second = judgement.gyro.partition("-")
+    return f"{first} − {second}, per gyro" if dash else first
+
+
+def _judgement(one: Judgement) -> dict[str, Any]:
+    name = one.limit.coefficient
+    shown = in_field_unit(name, one.estimate)
+    unit = field_unit(name)
+    return {
+        "gyro": one.gyro,
+        "coefficient": name,
+        "limit": one.limit.value / unit.size,
+        "value": shown.value,
+        "low": shown.low,
+        "high": shown.high,
+        "unit": unit.name,
+        "status": shown.status,
+        "confidence": shown.confidence,
+        "verdict": one.decision,
+        "risk": one.risk,
+        "reason": one.reason,
+        "stated": f"{one.limit.in_unit:.9g} {one.limit.unit.name}",
+    }
+
+
+# ---- tables ------------------------------------------------------------------------
+
+# A spreadsheet computes a cell that begins so.
+_FORMULA: Final = ("=", "+", "-", "@")
+
+
+def cell(value: float) -> str:
+    """A number with nine significant digits; empty if there is none."""
+    return f"{value:.9g}" if math.isfinite(value) else ""
+
+
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Header and rows as CSV, in which no text is a formula to a spreadsheet."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerows([as_text(one) for one in row] for row in (header, *rows))
+    return text.getvalue()
+
+
+def as_text(content: str) -> str:
+    """A cell that is a number or text: what would be a formula gets a quote before it.
+
+    Examples
+    --------
+    >>> as_text("-1.5e-3"), as_text("=1+1"), as_text("x")
+    ('-1.5e-3', "'=1+1", 'x')
+    """
+    plain = one_line(content)
+    if not plain.startswith(_FORMULA):
+        return plain
+    try:
+        float(plain)
+    except ValueError:
+        return f"'{plain}"
+    return plain
+
+
+def stability_table(analysis: Analysis) -> str:
+    """CSV of the curve, per gyro, after and before removal; units stand in the header."""
+    units = {"tau": "[s]", **dict.fromkeys(("deviation", "low", "high"), "[deg/h]")}
+    columns = {
+        f"{prefix}{name}{units.get(name, '')}": [cell(value) for value in values]
+        for prefix, curve in (("", analysis.curve), ("before_", analysis.curve_before))
+        for name, values in curve_columns(curve.per_gyro(), UNITS["deg/h"]).items()
+    }
+    return csv_text(list(columns), zip_longest(*columns.values(), fillvalue=""))
+
+
+def family_table(analysis: Analysis) -> str:
+    """CSV of every curve asked for, per gyro, one below the other."""
+    rows = []
+    for measured in analysis.family:
+        curve = measured.per_gyro()
+        unit = curve_unit(curve.estimator)
+        rows += [
+            [curve.estimator, unit.name, *(cell(value) for value in row)]
+            for row in zip(*curve_columns(curve).values(), strict=True)
+        ]
+    header = ("estimator", "unit", "tau[s]", "deviation", "low", "high", "edf", "terms")
+    return csv_text((*header, "noise_type"), rows)
+
+
+def density_table(analysis: Analysis) -> str:
+    """CSV of the multitaper rate spectrum, per gyro, one-sided."""
+    shown = per_gyro_density(analysis)
+    rows = zip(shown.frequency.tolist(), shown.density.tolist(), strict=True)
+    return csv_text(
+        ("frequency[Hz]", "density[(deg/h)^2/Hz]"), ([cell(value) for value in row] for row in rows)
+    )
+
+
+def line_table(analysis: Analysis) -> str:
+    """CSV of the lines, strongest first; units stand in the header."""
+    header = (
+        "scale",
+        "order",
+        "order_error",
+        "frequency[Hz]",
+        "frequency_error[Hz]",
+        "amplitude[arcsec]",
+        "amplitude_error[arcsec]",
+        "phase[deg]",
+        "phase_error[deg]",
+        "significance",
+        "channel",
+        "name",
+    )
+    rows = []
+    for line in analysis.lines:
+        position = [cell(line.frequency), cell(line.frequency_error)]
+        rows.append(
+            [
+                line.scale,
+                *(position if line.scale == "angle" else ["", ""]),
+                *(position if line.scale == "time" else ["", ""]),
+                cell(line.amplitude / ARCSECOND),
+                cell(line.amplitude_error / ARCSECOND),
+                cell(line.phase / DEGREE),
+                cell(line.phase_error / DEGREE),
+                cell(line.significance),
+                line.channel,
+                line.name,
+            ]
+        )
+    return csv_text(header, rows)
