@@ -153,7 +153,7 @@ def run(
         Of the campaign; made if it is not there. Its results are what the next start goes on
         from, however this one ends.
     completed
-        Does tasks and gives their results as they come; by default the processes of `local`.
+        Does tasks and gives their results as they come; by default processes here.
     span
         Also cut each recording into spans of this length, s, each a row of its own.
     told

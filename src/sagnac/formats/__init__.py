@@ -4,7 +4,7 @@ A module for each format (`csv`, `parquet`, `matlab`, `npz`, `psins`, `hdf5`) op
 `source.Source`: its columns, what it states about them, and how to load them. `registry` lists the
 formats, and `read_write` picks one. `assemble` builds the recording from the source and from what
 the caller (`Statement`) and a TOML beside the file state; they are heard in this order: caller,
-TOML, file (`precedence`).
+TOML, file (`statement`).
 """
 
 from sagnac.formats.read_write import accelerometers_in, columns, gyros_in, missing, read, write

@@ -2,15 +2,13 @@
 
 Low to high, each module importing only from those above it in this list:
 
-- `channel`: one column in SI; what one sample of it is.
-- `stamps`: the rate that time stamps give. `kinds`: from rate and increment to angle.
-  `unwrapping`: readings that start over, made continuous. `stretches`: samples for which something
-  holds. `difference`: one gyro from two.
-- `encoder`: readings made the angle of a table, missing ones interpolated.
-- `columns`, `frames`: columns of numbers, and of frames, as channels.
+- `channel`: one column in SI, what one sample of it is, and the way from rate and increment to
+  angle. `stamps`: the rate that time stamps give, and stretches of samples. `effects`: what a
+  finding does to N.
+- `frames`, `encoder_readings`, `columns`: names and columns as channels, and the table's angle.
 - `model`: the recording.
-- `readout`: the step that an angle is read out in. `soundness`: the stretch to take instead.
-- `stuck`, `jumps`, `saturation`, `not_finite`, `encoder_mismatch` (an encoder that does not follow
-  its gyros), `wrong_unit`, `gaps` (and late stamps): one fault each.
+- `profile`: how the noise runs through it.
+- `readout`, `distribution`, `gaps`, `encoder_faults`, `repeats`, `wraps`, `spikes`, `physics`:
+  detectors, each with the faults that it sees.
 - `quality`: all of these.
 """

@@ -99,14 +99,14 @@ class Properties:
 
     name: Estimator
     title: str
-    order: int
-    overlapping: bool
-    whole_record_only: bool
-    shortest: int
     longest: Callable[[int], int]
     windows: Windows
     sums: Sums
     freedom: FreedomLaw
+    order: int = 2
+    overlapping: bool = True
+    whole_record_only: bool = False
+    shortest: int = 1
     fewest_angles: int = 0
     step: int = 1
     octaves: bool = False
@@ -145,8 +145,6 @@ def _difference_row(
         title=title,
         order=order,
         overlapping=overlapping,
-        whole_record_only=False,
-        shortest=1,
         longest=lambda angles: (angles - 1) // order,
         windows=windows,
         sums=points(name, order=order, divisor=divisor, windows=windows),
@@ -170,10 +168,6 @@ def _modified_row(
     return Properties(
         name=name,
         title=title,
-        order=2,
-        overlapping=True,
-        whole_record_only=False,
-        shortest=1,
         longest=lambda angles: angles // 3,
         windows=_windows_of_three,
         sums=modified_points(name, windows=_windows_of_three),
@@ -207,10 +201,7 @@ _ROWS: Final = (
     Properties(
         name="totdev",
         title="total",
-        order=2,
-        overlapping=True,
         whole_record_only=True,
-        shortest=1,
         longest=lambda angles: angles - 1,
         windows=_inner_angles,
         sums=total_points(windows=_inner_angles),
@@ -219,10 +210,7 @@ _ROWS: Final = (
     Properties(
         name="mtotdev",
         title="modified total",
-        order=2,
-        overlapping=True,
         whole_record_only=True,
-        shortest=1,
         longest=lambda angles: angles // 3,
         windows=_windows_of_three,
         sums=modified_total_points(windows=_windows_of_three),
@@ -231,8 +219,6 @@ _ROWS: Final = (
     Properties(
         name="theo1",
         title="Theo1",
-        order=2,
-        overlapping=True,
         whole_record_only=True,
         shortest=10,
         longest=_longest_span,
@@ -244,10 +230,7 @@ _ROWS: Final = (
     Properties(
         name="theoh",
         title="overlapping Allan and bias-removed Theo1",
-        order=2,
-        overlapping=True,
         whole_record_only=True,
-        shortest=1,
         longest=lambda angles: int(THEO1_EFFECTIVE * _longest_span(angles)),
         windows=_starts_of_span,
         sums=theoh_points,
