@@ -51,7 +51,7 @@ def cache_notes() -> tuple[Note, ...]:
         return ()
     text = (
         "compiled loops are not kept, since no folder for them may be written to: every run "
-        "compiles them anew, which takes the better part of a minute; name a folder in "
+        "compiles them anew, which takes five seconds and more; name a folder in "
         "NUMBA_CACHE_DIR"
     )
     return (Note(text=text),)

@@ -8,58 +8,50 @@ from sagnac.coefficients import _kernels
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
-def test_breaks_are_sorted_lags_inside_the_record():
-    first, second, angles = 9, 130, 601
-    breaks, far = np.empty(27), np.empty(27)
-    _kernels.lag_breaks(first, second, angles, breaks)
-    assert np.all(np.diff(breaks) >= 0.0)
-    assert breaks[0] == -(angles - 2 * second - 1)
-    assert breaks[-1] == angles - 2 * first - 1
-    for p in range(3):
-        for q in range(3):
-            assert q * second - p * first in breaks
-    # In a long record far lags are left out.
-    _kernels.lag_breaks(1, 1, 1_000_001, far)
-    assert (far[0], far[-1]) == (-129.0, 129.0)
+def counted(first, second, angles):
+    pairs, lags, counts = _kernels.counted_lags(
+        first, np.array([second, second]), angles, NODES, WEIGHTS
+    )
+    assert np.count_nonzero(pairs == 0) == np.count_nonzero(pairs == 1)
+    return lags[pairs == 1], counts[pairs == 1]
 
 
-@pytest.mark.parametrize("panels", [_kernels.PANELS, _kernels.WHOLE])
-def test_panel_points_sum_a_cubic_over_every_lag(panels):
-    lag, span = 40.0, 900.0
-    count = (panels.size - 1) * NODES.size
-    points = [
-        _kernels.panel_point(number, lag, span, panels, NODES, WEIGHTS) for number in range(count)
-    ]
-    places, weights = np.array(points).T
-    assert weights.sum() == pytest.approx(span)
-    assert np.all((places > lag + 0.5) & (places < lag + span + 0.5))
-    exact = ((lag + span + 0.5) ** 4 - (lag + 0.5) ** 4) / 4.0
-    assert weights @ places**3 == pytest.approx(exact, rel=1e-12)
+@pytest.mark.parametrize(("first", "second"), [(1, 1), (2, 9), (9, 130), (30, 7)])
+def test_counts_are_how_often_the_record_holds_the_lags(first, second):
+    """Between breaks an integral stands for the sum: the same of a straight line, near of more."""
+    angles = 601
+    lags, counts = counted(first, second, angles)
+    starts, others = np.arange(angles - 2 * first), np.arange(angles - 2 * second)
+    reach = max(2 * second, 2 * first) + 127 * max(first, second)
+    every = np.subtract.outer(starts, others)
+    every = every[np.abs(every) <= reach]
+    assert np.abs(lags).max() <= reach
+    for power in range(4):
+        size = (1e-4 if power else 1e-12) * (np.abs(every) ** power).sum()
+        assert counts @ lags**power == pytest.approx((1.0 * every**power).sum(), abs=size)
 
 
-def test_products_count_how_often_the_record_holds_a_lag():
-    first, second, angles, lag = 3, 5, 101, 17.0
-    covariance, total = np.empty(6), np.zeros((6, 6))
-    covariance[5] = (first * second) ** 2
-    _kernels.add_products(lag, 2.0, first, second, angles, 0.0, covariance, total)
-    starts = np.arange(angles - 2 * first)
-    held = np.count_nonzero(np.isin(starts - int(lag), np.arange(angles - 2 * second)))
-    assert total == pytest.approx(2.0 * held * np.outer(covariance, covariance))
+def test_far_lags_of_a_long_record_are_left_out():
+    lags, _ = counted(1, 1, 1_000_001)
+    assert (lags.min(), lags.max()) == (-129.0, 129.0)
 
 
 @pytest.mark.parametrize(("first", "second"), [(1, 1), (2, 9), (30, 7)])
-def test_summed_products_are_the_sum_over_every_lag(first, second):
-    angles = 121
-    found = np.full((6, 6), np.nan)
-    _kernels.summed_products(
-        first, second, angles, 4.5, _kernels.PANELS, _kernels.WHOLE, NODES, WEIGHTS, np.empty(27),
-        np.empty(6), found,
-    )  # fmt: skip
+def test_covariances_are_the_sum_over_every_lag(first, second):
+    angles, correlation = 401, 4.5
+    factors = np.array([first, second])
+    found = _kernels.overlapped_covariances(factors, angles, correlation, NODES, WEIGHTS)
     covariance, total = np.empty(6), np.zeros((6, 6))
     covariance[5] = (first * second) ** 2
     reach = 129.0 * max(first, second)
     for lag in range(-(angles - 2 * second - 1), angles - 2 * first):
         if abs(lag) <= reach:
-            _kernels.add_products(lag, 1.0, first, second, angles, 4.5, covariance, total)
+            held = min(angles - 2 * first, angles - 2 * second + lag) - max(0, lag)
+            _kernels.second_difference_covariances(
+                float(lag), first, second, correlation, covariance
+            )
+            total += held * np.outer(covariance, covariance)
     total[5, 5] = 0.0
-    assert found == pytest.approx(total, rel=1e-6, abs=1e-6 * np.abs(total).max())
+    total *= 0.5 / ((first * second) ** 2 * (angles - 2 * first) * (angles - 2 * second))
+    assert found[:, :, 0, 1] == pytest.approx(total, rel=1e-6, abs=1e-6 * np.abs(total).max())
+    assert np.array_equal(found[:, :, 1, 0], found[:, :, 0, 1])

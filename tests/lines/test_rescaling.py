@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from sagnac.lines import _kernels
 from sagnac.lines.components import Components
+from sagnac.lines.mixing import MIX_BLOCK, mixed_down
 from sagnac.lines.rescaling import rescaled_components, wander
 from sagnac.lines.turning import turning
 
-SAMPLES = 64 * _kernels.MIX_BLOCK + 1
+SAMPLES = 64 * MIX_BLOCK + 1
 RATE = 2.0 * np.pi / 400.0
 NOISE = 1e-3
 FREQUENCY = 100.0
@@ -24,7 +24,7 @@ def wandered(table):
 
 def test_wander_is_the_mean_angle_of_each_block_less_a_straight_line():
     found = wandered(WANDERING)
-    block = _kernels.MIX_BLOCK
+    block = MIX_BLOCK
     angle = np.array([WANDERING[n : n + block].mean() for n in range(0, SAMPLES - 1, block)])
     middle = np.array([n + 0.5 * (block - 1) for n in range(0, SAMPLES - 1, block)])
     slope, level = np.polyfit(middle, angle, 1)
@@ -36,7 +36,7 @@ def test_wander_is_the_mean_angle_of_each_block_less_a_straight_line():
 def test_a_table_that_comes_back_has_no_rate_and_a_short_record_tells_none():
     back_and_forth = 30.0 * np.sin(2.0 * np.pi * NUMBER / SAMPLES)
     assert wandered(back_and_forth) is None
-    assert wandered(WANDERING[: 2 * _kernels.MIX_BLOCK]) is None
+    assert wandered(WANDERING[: 2 * MIX_BLOCK]) is None
 
 
 def tone(order, amplitude=1.0):
@@ -93,3 +93,10 @@ def test_at_a_steady_rate_a_tone_and_an_order_are_one():
 def test_a_tone_too_weak_to_tell_stays():
     found = tone(5.0, amplitude=1e-4)
     assert rescaled(found, in_phase(5.0, found)) is None
+
+
+def test_mixed_down_is_its_definition():
+    values = np.random.default_rng(8).standard_normal(4 * MIX_BLOCK + 7)
+    turning = values * np.exp(-2j * np.pi * 0.1234567 * (np.arange(values.size) - 31.5))
+    means = turning[: 4 * MIX_BLOCK].reshape(4, MIX_BLOCK).mean(axis=1)
+    assert mixed_down(values, 0.1234567, 31.5) == pytest.approx(means, rel=1e-12, abs=1e-13)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.stability.curve import stability_curve
+from sagnac.stability.noise_type import lag_one_order
 from tests import naive_stability as naive
 
 
@@ -58,3 +59,30 @@ def test_a_silent_gyro_has_no_noise_type():
     curve = stability_curve(np.full(100, 3.0), kind="rate", sample_rate=1.0, taus=[1, 10])
     assert curve.deviation.tolist() == [0.0, 0.0]
     assert any("noise type taken as 0" in note.text for note in curve.notes)
+
+
+@pytest.mark.parametrize("walks", [0, 1, 2, 3])
+@pytest.mark.parametrize(("cluster", "counts"), [(1, [400]), (3, [90, 60])])
+def test_lag_one_order_is_its_definition(walks, cluster, counts):
+    """Riley and Greenhall: less a parabola, differenced until r1/(1 + r1) < 1/4."""
+    angle = np.random.default_rng(26).standard_normal(500)
+    for _ in range(walks):
+        angle = np.cumsum(angle)
+    starts, total = np.array([7, 300])[: len(counts)], sum(counts)
+    stretches = []
+    for start, count in zip(starts, counts, strict=True):
+        taken = angle[start : start + cluster * count : cluster]
+        place = np.linspace(-1.0, 1.0, count)
+        stretches.append(taken - np.polyval(np.polyfit(place, taken, 2), place))
+    expected = None
+    for order in range(4):
+        centred = [stretch - stretch.mean() for stretch in stretches]
+        r1 = sum(part[:-1] @ part[1:] for part in centred) / sum(part @ part for part in centred)
+        # The parabola's parameters that differencing has not undone pull r1 down.
+        r1 += max(3 - order, 1) / (total / len(counts))
+        expected = order + r1 / (1.0 + r1)
+        if expected - order < 0.25:
+            break
+        stretches = [np.diff(stretch) for stretch in stretches]
+    found = lag_one_order(angle, starts, np.array(counts), cluster, 3)
+    assert found == pytest.approx(expected, rel=1e-6)

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from sagnac import series
 from sagnac.recording.channel import angle_of
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate as make_by_rig
-from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
+from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift, smoothed
 from tests.second_rig import ARCSECOND, DEGREE, Bench, Simulated, simulate
 
 RATE = 100.0
@@ -200,3 +201,12 @@ def test_no_delay_is_named_for_a_ripple_that_stands_between_two_groups_of_freque
     recording = make_by_rig(config).recording
     angles = [angle_of(recording.gyro(name), 200.0) for name in "xz"]
     assert estimated_table(angles, recording.table.values, 200.0).delay is None
+
+
+@pytest.mark.parametrize("corner", [0.004, 0.03, 0.7])
+def test_smoothed_is_a_butterworth_filter_there_and_back(corner):
+    """Beside that of scipy, which runs over a long odd extension."""
+    values = 3.0 + np.cumsum(np.random.default_rng(5).standard_normal(2000))
+    sections = butter(2, min(2.0 * corner, 0.99), output="sos")
+    expected = sosfiltfilt(sections, values, padtype="odd", padlen=1990)
+    assert smoothed(values, corner) == pytest.approx(expected, abs=1e-6)

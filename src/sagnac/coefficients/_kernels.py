@@ -9,8 +9,13 @@ from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.kernels import compiled
 
 # Shares of a span between two breaks at which panels of a quadrature begin and end.
-PANELS = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
-WHOLE = np.array([0.0, 1.0])
+_PANELS = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
+_WHOLE = np.array([0.0, 1.0])
+# Lags between two breaks that are summed one by one.
+_DIRECT = 64
+_STEPS = np.arange(3)
+# Distance of far breaks, in longer clusters.
+_FARTHER = 2.0 ** np.arange(1, 8) - 1.0
 
 
 @compiled()
@@ -89,119 +94,77 @@ def second_difference_covariances(
 
 
 @compiled()
-def lag_breaks(first: int, second: int, angles: int, breaks: FloatArray) -> None:
-    """Lags at which the covariance of two second differences, or its weight, breaks, to (27,).
-
-    Ascending, and some more than once: whole sums of the two clusters, the ends of the record,
-    and beyond the clusters' own span places ever farther apart, to the last lag that counts.
-    """
-    first_terms, second_terms = angles - 2 * first, angles - 2 * second
-    lowest, highest = -(second_terms - 1.0), first_terms - 1.0
-    for p in range(3):
-        for q in range(3):
-            breaks[3 * p + q] = q * second - p * first
-    breaks[9], breaks[10] = 0.0, first_terms - second_terms
-    breaks[11], breaks[12] = lowest, highest
-    reach = 1.0 * max(first, second)
-    for k in range(7):
-        breaks[13 + 2 * k] = 2.0 * second + (2.0 ** (k + 1) - 1.0) * reach
-        breaks[14 + 2 * k] = -2.0 * first - (2.0 ** (k + 1) - 1.0) * reach
-    # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
-    limit_low = lowest if lowest > breaks[26] else breaks[26]
-    limit_high = highest if highest < breaks[25] else breaks[25]
-    # Insertion by hand: a sort of numpy takes two seconds to compile.
-    for k in range(27):
-        value = breaks[k]
-        value = max(value, limit_low)
-        value = min(value, limit_high)
-        place = k
-        while place > 0 and breaks[place - 1] > value:
-            breaks[place] = breaks[place - 1]
-            place -= 1
-        breaks[place] = value
-
-
-@compiled()
-def panel_point(
-    number: int, lag: float, span: float, panels: FloatArray, nodes: FloatArray, weights: FloatArray
-) -> tuple[float, float]:
-    """Lag and weight of a Gauss-Legendre point of the `span` lags after the break at `lag`.
-
-    Points are counted through panels between the `panels`, shares of the span.
-    """
-    panel, place = number // nodes.size, number % nodes.size
-    start, stop = panels[panel], panels[panel + 1]
-    half = 0.5 * span * (stop - start)
-    return lag + 0.5 + span * start + half * (1.0 + nodes[place]), half * weights[place]
-
-
-@compiled()
 def add_products(
-    lag: float,
-    weight: float,
+    pairs: IntegerArray,
+    lags: FloatArray,
+    counts: FloatArray,
     first: int,
-    second: int,
-    angles: int,
+    second: IntegerArray,
     correlation: float,
     covariance: FloatArray,
-    total: FloatArray,
+    totals: FloatArray,
 ) -> None:
-    """Products of the terms' covariances at `lag`, as often as the record holds it, to `total`.
+    """Add products of the terms' covariances at each lag, times its count, to those of its pair.
 
-    `covariance` (6,) holds the ramp in its last place; its others are written over.
+    A pair is that of `first` and one of `second`; `covariance` (6,) is room to work in.
     """
-    first_terms, second_terms = angles - 2 * first, angles - 2 * second
-    weight *= min(first_terms, second_terms + lag) - max(0.0, lag)
-    second_difference_covariances(lag, first, second, correlation, covariance)
-    for a in range(6):
-        for b in range(6):
-            total[a, b] += weight * covariance[a] * covariance[b]
+    for n in range(lags.size):
+        other = second[pairs[n]]
+        second_difference_covariances(lags[n], first, other, correlation, covariance)
+        covariance[5] = 1.0 * first * first * other * other
+        for a in range(6):
+            for b in range(6):
+                totals[pairs[n], a, b] += counts[n] * covariance[a] * covariance[b]
 
 
-@compiled()
-def summed_products(
-    first: int,
-    second: int,
-    angles: int,
-    correlation: float,
-    panels: FloatArray,
-    whole: FloatArray,
-    nodes: FloatArray,
-    weights: FloatArray,
-    ordered: FloatArray,
-    covariance: FloatArray,
-    total: FloatArray,
-) -> None:
-    """Sum over all lags of products of the covariances of two second differences, to (6, 6).
+def counted_lags(
+    first: int, second: IntegerArray, angles: int, nodes: FloatArray, weights: FloatArray
+) -> tuple[IntegerArray, FloatArray, FloatArray]:
+    """Lags of second differences over `first` and each of `second` (pairs,), and their counts.
 
-    The terms are Q, N, B, K, a Markov rate and the ramp. Between breaks up to 64 lags are
-    summed one by one; more go by Gauss-Legendre panels (`nodes` and `weights` on [-1, 1]), finer
-    towards the breaks at both ends, or the `whole` where all is smooth. `ordered` (27,) and
-    `covariance` (6,) are room to work in.
+    The covariance, and how often the record holds a lag, break at whole sums of the two clusters
+    and at the ends of the record. Up to 64 lags between breaks stand one by one; for more there
+    are Gauss-Legendre panels (`nodes` and `weights` on [-1, 1]), finer towards the breaks at both
+    ends. Beyond the clusters' own span all is smooth, and breaks stand ever farther apart, to the
+    last lag that counts.
+
+    Returns
+    -------
+    pairs, lags, counts
+        Sums over the counts are those over every lag that the record holds.
     """
-    lag_breaks(first, second, angles, ordered)
-    covariance[5] = 1.0 * first * first * second * second
-    for a in range(6):
-        for b in range(6):
-            total[a, b] = 0.0
-    for k in range(ordered.size):
-        lag = ordered[k]
-        last = k + 1 == ordered.size
-        if not last and ordered[k + 1] == lag:
-            continue
-        add_products(lag, 1.0, first, second, angles, correlation, covariance, total)
-        span = 0.0 if last else ordered[k + 1] - lag - 1.0
-        if span <= 64.0:
-            for step in range(1, int(span) + 1):
-                add_products(lag + step, 1.0, first, second, angles, correlation, covariance, total)
-            continue
-        # Beyond the clusters' own span all is smooth, and the breaks double.
-        smooth = lag >= 2.0 * second or lag < -2.0 * first
-        cuts = whole if smooth else panels
-        for number in range((cuts.size - 1) * nodes.size):
-            place, weight = panel_point(number, lag, span, cuts, nodes, weights)
-            add_products(place, weight, first, second, angles, correlation, covariance, total)
-    total[5, 5] = 0.0  # a ramp does not vary
+    first_terms, second_terms = angles - 2 * first, (angles - 2 * second)[:, np.newaxis]
+    others, ones = second[:, np.newaxis].astype(np.float64), np.ones((second.size, 1))
+    farther = np.maximum(others, first) * _FARTHER
+    sums = others[:, np.newaxis] * _STEPS - _STEPS[:, np.newaxis] * first
+    breaks = np.concatenate([
+        sums.reshape(second.size, 9), 0.0 * ones, first_terms - second_terms,
+        2.0 * others + farther, -2.0 * first - farther,
+    ], axis=1)  # fmt: skip
+    # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
+    low = np.maximum(1.0 - second_terms, breaks.min(axis=1, keepdims=True))
+    high = np.minimum(first_terms - 1.0, breaks.max(axis=1, keepdims=True))
+    breaks = np.sort(np.clip(breaks, low, high), axis=1)
+    spans = np.diff(breaks, axis=1, append=np.inf * ones) - 1.0
+    pair, place = np.nonzero(spans >= 0.0)
+    lag, span = breaks[pair, place], spans[pair, place]
+    span[np.isinf(span)] = 0.0
+    single = np.where(span <= _DIRECT, span, 0.0).astype(np.int64) + 1
+    begin = np.repeat(np.arange(lag.size), single)
+    steps = np.arange(begin.size) - np.repeat(np.cumsum(single) - single, single)
+    pairs, counts = [np.asarray(pair[begin])], [np.ones(begin.size)]
+    lags = [np.asarray(lag[begin] + steps, dtype=np.float64)]
+    smooth = (lag >= 2.0 * second[pair]) | (lag < -2.0 * first)
+    for cuts, some in ((_PANELS, ~smooth), (_WHOLE, smooth)):
+        half = 0.5 * np.diff(cuts)[:, np.newaxis]
+        inside = (cuts[:-1, np.newaxis] + half * (1.0 + nodes)).ravel()
+        many = np.flatnonzero(some & (span > _DIRECT))
+        pairs.append(np.repeat(pair[many], inside.size))
+        lags.append((lag[many, np.newaxis] + 0.5 + span[many, np.newaxis] * inside).ravel())
+        counts.append((span[many, np.newaxis] * (half * weights).ravel()).ravel())
+    each, every = np.concatenate(pairs), np.concatenate(lags)
+    held = np.minimum(first_terms, second_terms[each, 0] + every) - np.maximum(0.0, every)
+    return each, every, np.concatenate(counts) * held
 
 
 def overlapped_covariances(
@@ -218,39 +181,13 @@ def overlapped_covariances(
     coefficients it is the covariance.
     """
     out = np.zeros((6, 6, factors.size, factors.size))
-    _overlapped_covariances(
-        factors, int(angles), float(correlation), PANELS, WHOLE, nodes, weights, np.empty(27),
-        np.empty(6), np.empty((6, 6)), out,
-    )  # fmt: skip
+    for i in range(factors.size):
+        first, second = int(factors[i]), factors[i:]
+        totals = np.zeros((second.size, 6, 6))
+        points = counted_lags(first, second, angles, nodes, weights)
+        add_products(*points, first, second, float(correlation), np.empty(6), totals)
+        totals[:, 5, 5] = 0.0  # a ramp does not vary
+        squares = 1.0 * first * first * second * second
+        totals *= (0.5 / (squares * (angles - 2 * first) * (angles - 2 * second)))[:, None, None]
+        out[:, :, i, i:] = out[:, :, i:, i] = np.moveaxis(totals, 0, -1)
     return out
-
-
-@compiled()
-def _overlapped_covariances(
-    factors: IntegerArray,
-    angles: int,
-    correlation: float,
-    panels: FloatArray,
-    whole: FloatArray,
-    nodes: FloatArray,
-    weights: FloatArray,
-    ordered: FloatArray,
-    covariance: FloatArray,
-    total: FloatArray,
-    out: FloatArray,
-) -> None:
-    """The same into `out`; see `summed_products` for what is before it."""
-    points = factors.size
-    for i in range(points):
-        for j in range(i, points):
-            first, second = factors[i], factors[j]
-            first_terms, second_terms = angles - 2 * first, angles - 2 * second
-            summed_products(
-                first, second, angles, correlation, panels, whole, nodes, weights, ordered,
-                covariance, total,
-            )  # fmt: skip
-            scale = 0.5 / (1.0 * first * first * second * second * first_terms * second_terms)
-            for a in range(6):
-                for b in range(6):
-                    out[a, b, i, j] = scale * total[a, b]
-                    out[a, b, j, i] = scale * total[a, b]

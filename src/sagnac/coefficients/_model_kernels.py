@@ -195,6 +195,34 @@ def _gamma_deviance(
 
 
 @compiled(error_model="numpy")
+def _propose(
+    laws: FloatArray,
+    first: int,
+    last: int,
+    positive: bool,
+    share: float,
+    squares: FloatArray,
+    inverse: FloatArray,
+    vector: FloatArray,
+    trial: FloatArray,
+) -> None:
+    """Fill `trial` with squares a `share` of the way to the next, or `positive` ones to begin with.
+
+    Least squares with large residuals may fall below zero.
+    """
+    for c in range(squares.size):
+        target = 0.0
+        for d in range(squares.size):
+            target += inverse[c, d] * vector[d]
+        trial[c] = squares[c] + share * (target - squares[c])
+        if positive:
+            typical = 0.0
+            for b in range(first, last):
+                typical += abs(laws[b, c]) / (last - first)
+            trial[c] = max(target, 1e-3 / typical)
+
+
+@compiled(error_model="numpy")
 def _fitted(
     level: FloatArray,
     shape: FloatArray,
@@ -236,18 +264,9 @@ def _fitted(
             break
         share, outcome = 1.0, np.inf
         for attempt in range(8):
-            for c in range(size):
-                target = 0.0
-                for d in range(size):
-                    target += matrix[c, d] * vector[d]
-                trial[c] = squares[c] + share * (target - squares[c])
-                if step == 0 and attempt > 0:
-                    # Least squares with large residuals may fall below zero: start from what is
-                    # positive.
-                    typical = 0.0
-                    for b in range(first, last):
-                        typical += abs(laws[b, c]) / (last - first)
-                    trial[c] = max(target, 1e-3 / typical)
+            _propose(
+                laws, first, last, step == 0 and attempt > 0, share, squares, matrix, vector, trial
+            )
             outcome = _gamma_deviance(level, shape, laws, first, last, falls, trial)
             if outcome <= deviance + 1e-9 and outcome < np.inf:
                 break

@@ -23,7 +23,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import rfft
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.coefficients.estimates import Estimate, Status, require_confidence
@@ -256,7 +256,7 @@ def _told_apart(cross: ComplexArray, motions: int, segments: int, confidence: fl
         whitened = beside / np.sqrt(noise)
         residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real / len(beside)
         freedom = 2.0 * TAPERS * segments * len(beside)
-        kept = residual < chi2.isf(_CHANCE, freedom) / freedom
+        kept = residual < chdtri(freedom, _CHANCE) / freedom
         if kept.all() or band_degrees(int(kept.sum()), segments) < 2 * motions:
             break
     mean = cross[kept].mean(axis=0) if kept.any() else cross.mean(axis=0)
@@ -267,8 +267,8 @@ def _told_apart(cross: ComplexArray, motions: int, segments: int, confidence: fl
     tail = 0.5 * (1.0 - confidence)
     return _Apart(
         noise=noise,
-        low=noise * each / chi2.isf(tail, each),
-        high=noise * each / chi2.ppf(tail, each),
+        low=noise * each / chdtri(each, tail),
+        high=noise * each / chdtri(each, 1.0 - tail),
         motion=float(np.mean(np.sum(np.abs(motion) ** 2, axis=1))),
         sensed=motion,
         left_out=int(np.count_nonzero(~kept)),

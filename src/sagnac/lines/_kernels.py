@@ -85,10 +85,6 @@ def paired_sums(
     return straight, mirrored
 
 
-MIX_BLOCK = 50
-"""Samples in each mean of `mixed_down`."""
-
-
 @compiled(fastmath=True)
 def spread(
     table: FloatArray, steps: FloatArray, low: float, scale: float, grid: FloatArray
@@ -108,29 +104,6 @@ def spread(
         grid[at + 1] += weight * (4.0 - 3.0 * t * t * (1.0 + u))
         grid[at + 2] += weight * (4.0 - 3.0 * u * u * (1.0 + t))
         grid[at + 3] += weight * t * t * t
-
-
-@compiled(fastmath=True)
-def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
-    """Means over blocks of ``values * exp(-2j pi frequency (n - center))``."""
-    blocks = values.size // MIX_BLOCK
-    mixed = np.empty(blocks, dtype=np.complex128)
-    fine_cos = np.empty(MIX_BLOCK)
-    fine_sin = np.empty(MIX_BLOCK)
-    for b in range(MIX_BLOCK):
-        fine_cos[b] = np.cos(2.0 * np.pi * frequency * b)
-        fine_sin[b] = np.sin(2.0 * np.pi * frequency * b)
-    for a in range(blocks):
-        real = 0.0
-        imaginary = 0.0
-        for b in range(MIX_BLOCK):
-            value = values[a * MIX_BLOCK + b]
-            real += value * fine_cos[b]
-            imaginary -= value * fine_sin[b]
-        turns = frequency * (a * MIX_BLOCK - center)
-        turns -= np.floor(turns)
-        mixed[a] = (real + 1j * imaginary) * np.exp(-2j * np.pi * turns) / MIX_BLOCK
-    return mixed
 
 
 @compiled()

@@ -8,9 +8,9 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import ComplexArray, FloatArray
-from sagnac.lines import _kernels
+from sagnac.lines.mixing import MIX_BLOCK, mixed_down
 
-SHORTEST_MEAN: Final = _kernels.MIX_BLOCK
+SHORTEST_MEAN: Final = MIX_BLOCK
 """Samples in the mean that one value of a baseband is, at least."""
 
 NEAR: Final = 30.0
@@ -116,7 +116,7 @@ def baseband(
         rest = steps[span]
         if taken is not None:
             rest = rest - np.diff(taken(span.start, rest.size + 1))
-        return _kernels.mixed_down(rest, frequency, center - span.start)
+        return mixed_down(rest, frequency, center - span.start)
 
     mixed_blocks = series.map(
         mixed, steps.size, steps, length=length * max(1, series.SPAN // length)

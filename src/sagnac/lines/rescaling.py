@@ -7,13 +7,13 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
-from sagnac.lines import _kernels
 from sagnac.lines.components import Components, joined
+from sagnac.lines.mixing import MIX_BLOCK, mixed_down
 from sagnac.lines.turning import Turning
 from sagnac.table.kinematics import averaged
 
 # Blocks of samples at a time.
-_LENGTH: Final = _kernels.MIX_BLOCK * max(1, series.SPAN // _kernels.MIX_BLOCK)
+_LENGTH: Final = MIX_BLOCK * max(1, series.SPAN // MIX_BLOCK)
 # Phase error over its deviation, below which a tone and an order look the same.
 _TOLD_APART: Final = 6.0
 # Noise levels of a mean by which an order has to say more of the power than a tone.
@@ -51,7 +51,7 @@ def wander(turns: Turning) -> Wander | None:
 
     Such a table has no rate that a tone could be an order of.
     """
-    table, block = turns.table, _kernels.MIX_BLOCK
+    table, block = turns.table, MIX_BLOCK
     steps = table.size - 1
     if steps < _FEWEST_BLOCKS * block:
         return None
@@ -123,7 +123,7 @@ def _follows(
     # The component is put back, and its neighbours too: sidebands that the table's wander makes
     # of one order.
     apart = components.frequencies - frequency
-    reach = min(_NEIGHBOURS * frequency, _NEAREST / _kernels.MIX_BLOCK)
+    reach = min(_NEIGHBOURS * frequency, _NEAREST / MIX_BLOCK)
     phasors = _phasors(components)
     for other in np.flatnonzero(np.abs(apart) < reach):
         turning = np.exp(2j * np.pi * apart[other] * strays.middles[: mixed.size])
@@ -137,7 +137,7 @@ def _mixed_down(steps: FloatArray, frequency: float, center: float) -> ComplexAr
     """Means over blocks of the steps, mixed down from `frequency` (cycles a sample) to zero."""
 
     def mixed(span: slice) -> ComplexArray:
-        return _kernels.mixed_down(steps[span], frequency, center - span.start)
+        return mixed_down(steps[span], frequency, center - span.start)
 
     return np.concatenate(series.map(mixed, steps.size, steps, length=_LENGTH))
 

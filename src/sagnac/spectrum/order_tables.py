@@ -36,6 +36,9 @@ def table_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
     (samples,) in the unit of the sums.
     """
     series = np.empty(phase.size)
+    # Read-only as the table is: what may be written to would be compiled for once more.
+    phase = phase.view()
+    phase.flags.writeable = False
     _kernels.table_evaluated(phase, _polynomials(sums.tobytes()), series)
     return series
 

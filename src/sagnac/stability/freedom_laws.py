@@ -16,9 +16,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
-import numpy as np
-
-from sagnac.stability import _kernels
+from sagnac.stability.difference_freedom import inverse_freedom
 from sagnac.stability.total import THEO1_EFFECTIVE
 
 # Given noise type, cluster, angles and windows.
@@ -27,7 +25,6 @@ FreedomLaw = Callable[[int, int, int, int], float]
 _SMALLEST_EDF: Final = 0.5
 # Lags beyond which Greenhall and Riley let the filter factor grow to infinity.
 _LONGEST_FILTERED: Final = 100
-_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 # edf = b T / tau - c: SP1065 Tables 7 and 8.
 _TOTAL: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
 _MODIFIED_TOTAL: Final = {
@@ -85,16 +82,9 @@ def greenhall_riley_freedom(
         filter_factor = math.inf
     else:
         filter_factor = float(cluster)
-    inverse = _kernels.inverse_degrees_of_freedom(
-        windows,
-        cluster if overlapping else 1,
-        filter_factor,
-        noise_type,
-        order,
-        _GAUSS_NODES,
-        _GAUSS_WEIGHTS,
+    return 1.0 / inverse_freedom(
+        windows, cluster if overlapping else 1, filter_factor, noise_type, order
     )
-    return 1.0 / float(inverse)
 
 
 def total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> float:

@@ -11,7 +11,6 @@ from scipy.special import gammaincinv
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note
-from sagnac.stability import _kernels
 from sagnac.stability.estimators import Properties, properties_of
 from sagnac.stability.names import Estimator
 from sagnac.stability.sums import Track
@@ -93,6 +92,7 @@ def _default_sizes(smallest: int, largest: int, estimator: Properties) -> NDArra
 # ---- noise type --------------------------------------------------------------------
 
 _FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
+_STATIONARY: Final = 0.25  # fractional order below which there is nothing to difference
 _SURE_OF_NOISE: Final = 200  # angles that leave no doubt between one type and the next
 _NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
 # Angles taken a cluster apart stay correlated after differencing if they are integrals of
@@ -195,30 +195,72 @@ def _read_noise(track: Track, cluster: int, order: int) -> _Reading:
     counts = (track.lengths - 1) // cluster + 1
     enough = counts >= _FEWEST_FOR_NOISE
     first, count = _sample_stretches(track.starts[enough], track.lengths[enough], cluster)
-    level = _lag_one_order(track.angle, first, count, cluster, order)
+    level = lag_one_order(track.angle, first, count, cluster, order)
     fewest = min(int(counts[enough].sum()), int(count.sum()))
     return _Reading(exponent=2.0 - 2.0 * level, scatter=2.0 / math.sqrt(fewest))
 
 
-def _lag_one_order(
+def lag_one_order(
     angle: FloatArray,
     first: NDArray[np.int64],
     count: NDArray[np.int64],
     cluster: int,
     order: int,
 ) -> float:
-    """Integrations of white noise that angles a cluster apart amount to; NaN for a constant."""
+    """Differences needed plus fractional order, from pooled lag-1 autocorrelation.
+
+    Stretches begin at `first` and hold `count` angles a cluster apart. Each loses its own
+    parabola; the whole is differenced, up to `order` times, until ``r1 / (1 + r1) < 1/4``. NaN for
+    a constant.
+    """
+    stretches = _stretches(angle, first, count, cluster)
+    stretches = [_without_parabola(rows) for rows in stretches]
+    for differences in range(order + 1):
+        product = square = 0.0
+        for rows in stretches:
+            about = rows - rows.mean(axis=1, keepdims=True)
+            product += float(np.einsum("ij,ij->", about[:, 1:], about[:, :-1]))
+            square += float(np.vdot(about, about))
+        if not square > 0.0:
+            return math.nan
+        # What is left of the parabola's three parameters pulls the correlation down.
+        correlation = product / square + max(3 - differences, 1) / float(count.mean())
+        fraction = correlation / (1.0 + correlation)
+        if fraction < _STATIONARY:
+            break
+        if differences < order:
+            stretches = [np.diff(rows, axis=1) for rows in stretches]
+    return differences + fraction
+
+
+def _stretches(
+    angle: FloatArray, first: NDArray[np.int64], count: NDArray[np.int64], cluster: int
+) -> list[FloatArray]:
+    """(stretches, count) angles of the stretches of each count."""
     if not series.is_mapped(angle):
-        return float(_kernels.lag_one_order(angle, first, count, cluster, order))
-    # Reading here and there would bring in all of the record.
-    places = np.concatenate(
-        [start + cluster * np.arange(size) for start, size in zip(first, count, strict=True)]
-    )
-    ascending = np.argsort(places)
-    values = np.empty(places.size)
-    values[ascending] = series.at(angle, places[ascending])
-    ends = np.cumsum(count)
-    return float(_kernels.lag_one_order(values, ends - count, count, 1, order))
+        rows = [angle[a : a + n * cluster : cluster] for a, n in zip(first, count, strict=True)]
+    else:
+        # Reading here and there would bring in all of the record.
+        places = np.concatenate(
+            [start + cluster * np.arange(size) for start, size in zip(first, count, strict=True)]
+        )
+        ascending = np.argsort(places)
+        values = np.empty(places.size)
+        values[ascending] = series.at(angle, places[ascending])
+        rows = np.split(values, np.cumsum(count)[:-1])
+    by_count: dict[int, list[FloatArray]] = {}
+    for row in rows:
+        by_count.setdefault(row.size, []).append(row)
+    return [np.stack(alike) for alike in by_count.values()]
+
+
+def _without_parabola(rows: FloatArray) -> FloatArray:
+    """(stretches, count) angles from the first of each on, less the parabola of each."""
+    size = rows.shape[1]
+    place = np.arange(size) - 0.5 * (size - 1)
+    terms = np.stack([np.ones(size), place, place**2 - (size**2 - 1.0) / 12.0])
+    rows = rows - rows[:, :1]
+    return np.asarray(rows - (rows @ terms.T / (terms**2).sum(axis=1)) @ terms)
 
 
 def _nearest_type(exponent: float, cluster: int) -> int:

@@ -166,16 +166,11 @@ def _filled(samples: FloatArray, value: float) -> FloatArray:
 
 
 def _without_ramp(samples: FloatArray, slope: float, offset: float) -> FloatArray:
-    angle = series.empty(samples.size)
-    series.map(
-        lambda block: _kernels.subtract_ramp(
-            samples[block], slope, offset, block.start, angle[block]
-        ),
+    return series.made(
+        lambda block: (samples[block] - slope * np.arange(block.start, block.stop)) - offset,
         samples.size,
         samples,
-        angle,
     )
-    return angle
 
 
 def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
@@ -185,7 +180,10 @@ def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
 
     def accumulate(total: float, block: slice) -> float:
         after = angle[block.start + 1 : block.stop + 1]
-        return float(_kernels.accumulate_deviations(samples[block], mean, total, after))
+        np.subtract(samples[block], mean, out=after)
+        after[0] += total
+        np.cumsum(after, out=after)
+        return float(after[-1])
 
     series.reduce(accumulate, 0.0, samples.size, samples, angle)
     return angle
@@ -289,8 +287,10 @@ def stride_notes(
 # Starts worked on at once: of a mapped angle, an eighth of a megabyte beside each of some hundred
 # places. A multiple of the kernels' block, so that the sums of the parts are those of the whole.
 STARTS: Final = 2**14
-# Angles in a stretch up to which many stretches go through the kernels at a time.
+# Angles in a stretch up to which stretches, if there are more than a few, go through the kernels
+# many at a time.
 _SHORT: Final = 2**16
+_FEW: Final = 100
 _ONE: Final = np.ones(1, dtype=np.int64)
 
 
@@ -360,6 +360,7 @@ def modified_points(name: Estimator, *, windows: Windows) -> Sums:
     def points(track: Track, clusters: NDArray[np.int64]) -> Points:
         sums = _stretch_sums(
             track,
+            clusters.size,
             lambda stretch: _window_sums(stretch, clusters),
             lambda starts, lengths: _kernels.sum_squared_window_differences_in_stretches(
                 track.angle, starts, lengths, clusters
@@ -475,6 +476,7 @@ def _overlapping_sums(
     )
     return _stretch_sums(
         track,
+        clusters.size,
         lambda stretch: _difference_sums(kernel, stretch, clusters),
         lambda starts, lengths: _kernels.sum_squared_differences_in_stretches(
             track.angle, starts, lengths, clusters, order
@@ -513,13 +515,14 @@ def _counts(track: Track, reaches: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _stretch_sums(
     track: Track,
+    clusters: int,
     of_long: Callable[[FloatArray], FloatArray],
     of_short: Callable[[NDArray[np.int64], NDArray[np.int64]], FloatArray],
 ) -> FloatArray:
     """Sums over all stretches, the long ones one by one, the short ones many at a time."""
     angle = track.angle
-    short = track.lengths <= _SHORT
-    sums = of_short(track.starts[:0], track.lengths[:0])
+    short = (track.lengths <= _SHORT) & (track.lengths.size > _FEW)
+    sums = np.zeros(clusters)
     for start, length in zip(track.starts[~short], track.lengths[~short], strict=True):
         sums += of_long(angle[start : start + length])
     starts, lengths = track.starts[short], track.lengths[short]

@@ -53,22 +53,3 @@ def sine_cosine_integrals(
         of_cosine[n] = cosine_sum
         of_sine[n] = sine_sum
         cosine_before, sine_before = cosine, sine
-
-
-@compiled()
-def motion(
-    table: FloatArray, first: int, rates: FloatArray, begins: FloatArray, series: FloatArray
-) -> None:
-    """Fill `series` with the motion that a table angle makes of a gyro.
-
-    `rates` (5,) holds share, drift in a sample, both coefficients of Earth rate and the time
-    between samples; `begins` (2,) the integrals of cosine and sine at the `first` sample.
-    """
-    share, drift, of_cosine, of_sine, dt = rates
-    sine_sums = np.empty(table.size)
-    # The sums of the cosine stand in the series until its sample is made.
-    sine_cosine_integrals(table, dt, series, sine_sums)
-    for n in range(table.size):
-        value = share * table[n] + drift * (first + n)
-        value += of_cosine * (series[n] + begins[0])
-        series[n] = value + of_sine * (sine_sums[n] + begins[1])

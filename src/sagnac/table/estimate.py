@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Self
 
 import numpy as np
+from scipy.fft import dst, idst
 
 from sagnac import series
 from sagnac.arrays import FloatArray
@@ -57,6 +58,8 @@ _PART_OF_RATE: Final = 0.35
 # Corner of the readings in the angle, Hz: not below this, and cycles of it in the record at least.
 _LOWEST_CORNER: Final = 0.01
 _FEWEST_CYCLES: Final = 8.0
+# Corner of a low-pass, cycles a sample, above which it would let everything through.
+_HIGHEST_CORNER: Final = 0.495
 # Part of the rate of averages from which on a corner leaves the readings as they are.
 _AS_READ: Final = 0.25
 
@@ -480,19 +483,10 @@ class _Fit:
 
     def guide(self, corner: float) -> FloatArray:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
-        # Imported here: it takes half a second that a bench at rest need not wait for.
-        from scipy.signal import butter, sosfiltfilt  # noqa: PLC0415
-
         # The share's error goes with the motion, which no corner may smooth.
         plain = [0, *range(_FIRST_ORDER, _FIRST_DELAY)]
         fitted = self.fit.values[plain] @ self.columns[plain]
-        rest = self.difference - fitted
-        place = np.arange(rest.size, dtype=np.float64)
-        line = np.polynomial.Polynomial.fit(place, rest, 1)(place)
-        sections = butter(2, min(2.0 * corner * self.interval, 0.99), output="sos")
-        pad = min(rest.size - 1, round(3.0 / (corner * self.interval)))
-        smooth = sosfiltfilt(sections, rest - line, padtype="odd", padlen=pad)
-        return np.asarray(smooth + line + fitted)
+        return smoothed(self.difference - fitted, corner * self.interval) + fitted
 
     def delay(self, known: Delay | None) -> Delay | None:
         """The delay with what is known of it already; None if none is seen."""
@@ -513,6 +507,27 @@ class _Fit:
             change_error=float(error[1]),
             duration=self.difference.size * self.interval,
         )
+
+
+def smoothed(values: FloatArray, corner: float) -> FloatArray:
+    """Values behind a Butterworth low-pass of second order, there and back.
+
+    Beyond both ends they go on point by point reflected: less the line from end to end, they are
+    a sum of sines, each of which the filter multiplies by ``1 / (1 + (tan pi f / tan pi fc)^4)``.
+
+    Parameters
+    ----------
+    values
+        (samples,), three or more.
+    corner
+        fc, cycles a sample.
+    """
+    line = np.linspace(values[0], values[-1], values.size)
+    frequency = np.arange(1, values.size - 1) / (2.0 * (values.size - 1))
+    ratio = np.tan(np.pi * frequency) / math.tan(math.pi * min(corner, _HIGHEST_CORNER))
+    sines = dst((values - line)[1:-1], type=1)
+    line[1:-1] += idst(sines / (1.0 + ratio**4), type=1)
+    return line
 
 
 def _columns(

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.table import _kernels
 from sagnac.table.kinematic_fit import KinematicFit, kinematic_fit, kinematic_fits
 from sagnac.table.kinematics import (
     Kinematics,
     block_gain,
     harmonic_sum,
     highest_harmonic,
+    sine_cosine_integrals,
     steadiness,
 )
 from sagnac.table.turns import FEW_TURNS, full_turns
@@ -69,9 +69,11 @@ class TableMotion:
         if span.start % of.length:
             raise ValueError(f"a block starts at {span.start}; give a multiple of {of.length}")
         alpha, dt = of.table[span], 1.0 / of.sample_rate
-        rates = np.array([self.share, self.drift * dt, *self.earth, dt])
-        motion = np.empty(alpha.size)
-        _kernels.motion(alpha, span.start, rates, of.starts[span.start // of.length], motion)
+        motion = self.share * alpha + self.drift * dt * np.arange(span.start, span.stop)
+        begins = of.starts[span.start // of.length]
+        integrals = sine_cosine_integrals(alpha, dt)
+        for rate, begin, integral in zip(self.earth, begins, integrals, strict=True):
+            motion += rate * (begin + integral)
         return motion
 
     @property
