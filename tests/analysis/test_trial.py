@@ -31,6 +31,14 @@ def analysis(recorded):
     return found
 
 
+def test_what_an_earlier_trial_had_before_is_taken_as_it_is(analysis):
+    first = sagnac.trial(analysis)
+    again = sagnac.trial(analysis, masked=[(20.0, 30.0)], before=first.before)
+    assert again.before is first.before
+    alone = sagnac.trial(analysis, masked=[(20.0, 30.0)])
+    assert again.angle_random_walk == alone.angle_random_walk
+
+
 def test_nothing_changed_is_what_was_before(analysis):
     tried = sagnac.trial(analysis)
     assert tried.angle_random_walk.value == tried.before.value
