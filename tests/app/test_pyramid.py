@@ -46,6 +46,25 @@ def test_a_window_holds_the_lowest_and_highest_value_of_every_block(size, differ
             assert found.first.size <= 5 * most + 2
 
 
+@pytest.mark.parametrize("differenced", [False, True])
+def test_mean_and_deviation_are_those_of_all_numbers(differenced):
+    random = np.random.default_rng(3)
+    # More samples than are worked on at once, far from zero, some of them no numbers.
+    values = 1e6 + np.cumsum(random.standard_normal(1_300_000))
+    values[random.integers(0, values.size, 500)] = np.nan
+    pyramid = Pyramid.of(values, factor=3.0, differenced=differenced).times(0.5)
+    drawn = 1.5 * (np.diff(values, prepend=2.0 * values[0] - values[1]) if differenced else values)
+    assert pyramid.mean == pytest.approx(np.nanmean(drawn), rel=1e-9)
+    assert pyramid.deviation == pytest.approx(np.nanstd(drawn), rel=1e-9)
+    whole = pyramid.window(0, values.size, 50)
+    assert np.nanmax(whole.high) == pytest.approx(np.nanmax(drawn), rel=1e-12)
+
+
+def test_without_a_number_there_is_no_mean():
+    pyramid = Pyramid.of(np.full(100, np.nan))
+    assert np.isnan([pyramid.mean, pyramid.deviation]).all()
+
+
 def test_a_single_spike_is_seen_at_any_zoom():
     values = np.zeros(2_000_000)
     values[1_234_567] = 5.0

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import sagnac
 from sagnac.app.server import HOST
 from sagnac.app.sessions import Sessions
 from sagnac.cli import main
+from tests.app.conftest import PAGE
 
 OTHER = "fedcba9876543210"
 
@@ -65,7 +67,8 @@ def test_a_wrong_token_is_refused_at_every_address(server, method, path):
     ],
 )
 @pytest.mark.parametrize(
-    ("method", "name"), [("GET", ""), ("GET", "events"), ("POST", "call/start"), ("POST", "bye")]
+    ("method", "name"),
+    [("GET", ""), ("GET", "events"), ("POST", "call/start"), ("POST", "call/bye")],
 )
 def test_another_origin_and_another_host_are_refused(server, headers, method, name):
     path = f"/{server.state.token}/{name}?page={OTHER}"
@@ -301,8 +304,9 @@ def test_an_analysis_tells_how_far_it_is_answers_and_is_saved(server, still):
     script = server.call("repeat", **asked, changed=request)["script"]
     assert "left_in=lines, masked=bands" in script
     compile(script, "script", "exec")
+    changed = {"channel": 0, "off": [0], "bands": []}
     for what, name in (("report", "unit 7"), ("json", "unit 7.json"), ("toml", "unit 7.toml")):
-        request = {"ask": "save", "what": what, "target": name}
+        request = {"ask": "save", "what": what, "target": name, "changed": changed}
         assert server.call("ask", run=number, request=request) == {"asked": True}
         assert until(stream, "saved", "failed")["event"] == "saved"
         assert (
@@ -317,11 +321,29 @@ def test_an_analysis_tells_how_far_it_is_answers_and_is_saved(server, still):
         channel["answer"]["value"], rel=1e-6
     )
     repeated = server.call("repeat", **asked)
-    assert (server.folder / "unit 7.toml").read_text() == repeated["toml"]
+    saved = (server.folder / "unit 7.toml").read_text()
+    assert saved.startswith("# lines put back: 1; bands masked: none;")
+    assert tomllib.loads(saved) == tomllib.loads(repeated["toml"])
+    assert "lines put back" not in (server.folder / "unit 7" / "settings.toml").read_text()
     assert "--gyros x --spec '1deg/sqrt(h)'" in repeated["command"]
     process = server.state.sessions.open["abcdef0123456789"].runs[number].process
-    server.request("POST", f"/{server.state.token}/bye?page=abcdef0123456789", "")
+    server.call("bye", left=PAGE)
     assert ended(process.pid)
+
+
+def test_what_only_the_python_repeats_is_said_in_command_and_toml(server, still):
+    asked = {"path": "still.parquet", "texts": {"gyros": "x"}, "analysis": {"method": "none"}}
+    plain = server.call("repeat", **asked)
+    changed = {"channel": 0, "off": [0, 2], "bands": [[20.0, 30.0]]}
+    said = server.call("repeat", **asked, changed=changed)
+    for name in ("command", "toml"):
+        remark, _, rest = said[name].partition("\n")
+        assert remark == (
+            "# lines put back: 1, 3; bands masked: 20 to 30 Hz; only the Python repeats this"
+        )
+        assert rest == plain[name]
+    assert "for number in [0, 2]]" in said["script"]
+    assert "sagnac.trial" not in plain["script"]
 
 
 def test_cancel_ends_the_process_and_the_other_page_keeps_its_own(server, still):
@@ -335,7 +357,7 @@ def test_cancel_ends_the_process_and_the_other_page_keeps_its_own(server, still)
     assert ended(processes[0].pid)
     assert processes[1].is_alive()
     assert "no longer open" in server.call("ask", run=mine, request={"ask": "verdict"})["error"]
-    server.request("POST", f"/{server.state.token}/bye?page={OTHER}", "")
+    server.call("bye", OTHER, left=OTHER)
     assert ended(processes[1].pid)
     assert OTHER not in of
 

@@ -6,6 +6,7 @@ rate, the rate of the table, the stamps.
 
 import math
 import re
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -19,10 +20,8 @@ from sagnac.app.pyramid import Pyramid
 
 FloatArray = NDArray[np.float64]
 
-EARTH_RATE: Final = 15.041
-"""Rate of the Earth against the stars, deg/h."""
-GRAVITY: Final = 9.80665
-"""Standard gravity, m/s^2."""
+EARTH_RATE: Final = 15.041  # deg/h, against the stars
+GRAVITY: Final = 9.80665  # m/s^2, the standard one
 
 _PER_HOUR: Final = math.degrees(3600.0)
 # Rates beyond this, deg/h, are shown in deg/s.
@@ -53,16 +52,12 @@ class Shown:
         In that unit; of an angle or of increments the rate.
     of
         ``gyro``, ``accelerometer`` or ``table``.
-    mean, deviation
-        In that unit.
     """
 
     name: str
     unit: str
     pyramid: Pyramid
     of: str
-    mean: float
-    deviation: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,7 +75,7 @@ class Look:
     lacking
         Inputs that are still to be stated: option -> guess; empty if nothing is missing.
     refusal
-        Why it cannot be read as it is stated; empty if it can.
+        Why it cannot be read as it is stated, so that numbers stand as written; empty if it can.
     shown
         What is drawn.
     """
@@ -91,11 +86,6 @@ class Look:
     lacking: dict[str, str] = field(default_factory=dict)
     refusal: str = ""
     shown: tuple[Shown, ...] = ()
-
-    @property
-    def is_raw(self) -> bool:
-        """Whether numbers stand as they are written, since nobody stated what they are."""
-        return bool(self.refusal)
 
 
 def look(path: Path, texts: stated.Texts) -> Look:
@@ -122,7 +112,7 @@ def look(path: Path, texts: stated.Texts) -> Look:
         recording = sagnac.read(path, statement, verify=False)
     except sagnac.RecordingError as error:
         lacking = sagnac.missing(path, statement)
-        refusal = error.line(lambda name, value: f"{name} {value}".strip())
+        refusal = stated.line(error)
         if not lacking:
             raise
         recording = _as_written(path, texts, lacking, error)
@@ -150,17 +140,14 @@ def _as_written(
         columns = ",".join(f"{name}={name}" for name in names[:_MOST_COLUMNS])
     for kind, unit in _STAND_INS:
         words = {"KIND": kind, "UNIT": unit, "HZ": "1", "SIZE": f"1{unit}"}
-
-        def filled(text: str, words: dict[str, str] = words) -> str:
-            return re.sub(r"\b(KIND|UNIT|HZ|SIZE)\b", lambda found: words[found[0]], text)
-
-        given = {**texts, **{name: filled(text) for name, text in lacking.items()}}
+        given = dict(texts)
+        for name, text in lacking.items():
+            given[name] = re.sub(r"\b(KIND|UNIT|HZ|SIZE)\b", lambda one: words[one[0]], text)  # noqa: B023
         if columns:
             given["columns"] = columns
-        if "table" in lacking:
-            given["table"] = lacking["table"].replace("UNIT", "deg")
-        if "time" in lacking:
-            given["time"] = lacking["time"].replace("UNIT", "s")
+        for name, of in (("table", "deg"), ("time", "s")):
+            if name in lacking:
+                given[name] = lacking[name].replace("UNIT", of)
         try:
             return sagnac.read(path, verify=False, **stated.reads(given, {}))
         except (sagnac.RecordingError, ValueError):
@@ -173,57 +160,28 @@ def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[Shown, ...]:
     channels: list[tuple[sagnac.Channel, str]] = [(one, one.sensor) for one in sensors]
     if recording.table is not None:
         channels.append((recording.table, "table"))
-    rates = [_as_rate(one, recording.sample_rate) for one, _ in channels]
-    moments = [_moments(one) for one in rates]
+
+    def in_si(one: tuple[sagnac.Channel, str]) -> Pyramid:
+        factor = 1.0 if one[0].kind == "rate" else recording.sample_rate
+        return Pyramid.of(one[0].values, factor=factor, differenced=one[0].kind == "angle")
+
+    # The loops within hold no lock of the interpreter.
+    with ThreadPoolExecutor() as pool:
+        pyramids = list(pool.map(in_si, channels))
     fast = any(
-        max(abs(mean), deviation) * _PER_HOUR > _FAST
-        for (mean, deviation), (_, of) in zip(moments, channels, strict=True)
+        max(abs(one.mean), one.deviation) * _PER_HOUR > _FAST
+        for one, (_, of) in zip(pyramids, channels, strict=True)
         if of != "accelerometer"
     )
     shown = []
-    for (channel, of), rate, (mean, deviation) in zip(channels, rates, moments, strict=True):
+    for (channel, of), pyramid in zip(channels, pyramids, strict=True):
         unit, size = ("°/s", math.degrees(1.0)) if fast else ("°/h", _PER_HOUR)
         if raw and of != "table":
             unit, size = "", 1.0
         elif of == "accelerometer":
             unit, size = "m/s²", 1.0
-        made = Pyramid.of(channel.values, factor=size * rate.factor, differenced=rate.differenced)
-        shown.append(
-            Shown(
-                name=channel.name, unit=unit, pyramid=made, of=of,
-                mean=size * mean, deviation=size * deviation,
-            )
-        )  # fmt: skip
+        shown.append(Shown(name=channel.name, unit=unit, pyramid=pyramid.times(size), of=of))
     return tuple(shown)
-
-
-def _as_rate(channel: sagnac.Channel, rate: float) -> Pyramid:
-    """The rate of a channel in SI, without layers."""
-    return Pyramid(
-        values=channel.values,
-        factor=1.0 if channel.kind == "rate" else rate,
-        differenced=channel.kind == "angle",
-        layers=(),
-    )
-
-
-def _moments(series: Pyramid) -> tuple[float, float]:
-    """Mean and standard deviation of what is drawn; NaN if there is no number."""
-    count = total = squares = 0.0
-    offset = None
-    for start in range(0, series.values.size, 2**20):
-        part = series.samples(start, min(start + 2**20, series.values.size))
-        part = part[np.isfinite(part)]
-        if not part.size:
-            continue
-        offset = float(part.mean()) if offset is None else offset
-        away = part - offset
-        count += part.size
-        total += float(away.sum())
-        squares += float(away @ away)
-    if offset is None:
-        return math.nan, math.nan
-    return offset + total / count, math.sqrt(max(squares / count - (total / count) ** 2, 0.0))
 
 
 def facts(look: Look) -> dict[str, Any]:
@@ -235,17 +193,16 @@ def facts(look: Look) -> dict[str, Any]:
         "samples": recording.samples,
         "rate": recording.sample_rate,
         "duration": recording.duration,
-        "raw": look.is_raw,
+        "raw": bool(look.refusal),
         "refusal": look.refusal,
         "lacking": look.lacking,
         "texts": dict(look.texts),
         "columns": list(sagnac.columns(look.path)),
         "format": recording.provenance.format if recording.provenance else "",
-        "sha256": recording.provenance.sha256 if recording.provenance else "",
         "channels": [
             {
                 "name": one.name, "unit": one.unit, "of": one.of,
-                "mean": _plain(one.mean), "deviation": _plain(one.deviation),
+                "mean": _plain(one.pyramid.mean), "deviation": _plain(one.pyramid.deviation),
             }
             for one in look.shown
         ],
@@ -260,7 +217,7 @@ def _plain(value: float) -> float | None:
 
 def _beside(look: Look) -> list[dict[str, str]]:
     """Lines beside the trace: what is measured, what physics wants, and whether they agree."""
-    if look.is_raw:
+    if look.refusal:
         return []
     lines: list[dict[str, str]] = []
 
@@ -269,7 +226,7 @@ def _beside(look: Look) -> list[dict[str, str]]:
         lines.append({"what": what, "found": found, "wanted": wanted, "verdict": verdict})
 
     def in_hours(one: Shown) -> float:
-        return one.mean * (3600.0 if one.unit == "°/s" else 1.0)
+        return one.pyramid.mean * (3600.0 if one.unit == "°/s" else 1.0)
 
     gyros = [one for one in look.shown if one.of == "gyro"]
     forces = [one for one in look.shown if one.of == "accelerometer"]
@@ -290,7 +247,7 @@ def _beside(look: Look) -> list[dict[str, str]]:
             share = in_hours(one) / in_hours(table)
             add(f"{one.name} over table rate", f"{share:.4g}", "at most 1", abs(share) < 1.02)
     if len(forces) > 1:
-        size = math.hypot(*(one.mean for one in forces))
+        size = math.hypot(*(one.pyramid.mean for one in forces))
         add(
             f"mean of {', '.join(one.name for one in forces)} together",
             f"{size:.4g} m/s²",
@@ -302,17 +259,18 @@ def _beside(look: Look) -> list[dict[str, str]]:
 
 
 def _stamps(recording: sagnac.Recording) -> dict[str, str]:
-    found, verdict, wanted = "uniform, or none", "", ""
-    if recording.times is not None:
-        steps = np.diff(recording.times)
-        steps = steps[np.isfinite(steps)]
-        if steps.size:
-            middle = float(np.median(steps))
-            gaps = int(np.count_nonzero(steps > 1.5 * middle))
-            found = f"median step {1e3 * middle:.5g} ms, longest {1e3 * float(steps.max()):.5g} ms"
-            wanted = f"{gaps} longer than 1.5 steps"
-            verdict = "differs" if gaps or float(steps.min()) <= 0.0 else "agrees"
-    return {"what": "time stamps", "found": found, "wanted": wanted, "verdict": verdict}
+    steps = np.zeros(0) if recording.times is None else np.diff(recording.times)
+    steps = steps[np.isfinite(steps)]
+    if not steps.size:
+        return {"what": "time stamps", "found": "uniform, or none", "wanted": "", "verdict": ""}
+    middle, longest = float(np.median(steps)), float(steps.max())
+    gaps = int(np.count_nonzero(steps > 1.5 * middle))
+    return {
+        "what": "time stamps",
+        "found": f"median step {1e3 * middle:.5g} ms, longest {1e3 * longest:.5g} ms",
+        "wanted": f"{gaps} longer than 1.5 steps",
+        "verdict": "differs" if gaps or float(steps.min()) <= 0.0 else "agrees",
+    }
 
 
 def window(look: Look, start: float, stop: float, pixels: int) -> list[dict[str, Any]]:
@@ -385,13 +343,9 @@ def _histograms(look: Look) -> list[dict[str, Any]]:
         if one.of == "table":
             continue
         size = one.pyramid.values.size
-        parts = max(1, min(_COUNTED, size) // 4096)
-        starts = np.linspace(0, max(size - 4096, 0), parts).astype(np.int64).tolist()
-        if size <= _COUNTED:
-            starts = list(range(0, size, 4096))
-        values = np.concatenate(
-            [one.pyramid.samples(start, min(start + 4096, size)) for start in starts]
-        )
+        starts = np.linspace(0, size - 4096, _COUNTED // 4096).astype(np.int64).tolist()
+        parts = [(0, size)] if size <= _COUNTED else [(start, start + 4096) for start in starts]
+        values = np.concatenate([one.pyramid.samples(*part) for part in parts])
         values = values[np.isfinite(values)]
         counts, edges = np.zeros(0, dtype=np.int64), np.zeros(1)
         if values.size:
@@ -419,7 +373,7 @@ def _bars(values: FloatArray) -> FloatArray:
 
 def findings(look: Look) -> list[dict[str, Any]]:
     """What `sagnac.check` finds, each with the spans that it names, s; nothing of bare numbers."""
-    return [] if look.is_raw else [noted(note) for note in sagnac.check(look.recording)]
+    return [] if look.refusal else [noted(note) for note in sagnac.check(look.recording)]
 
 
 def noted(note: sagnac.Note) -> dict[str, Any]:

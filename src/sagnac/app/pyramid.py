@@ -1,6 +1,7 @@
 """A series at any zoom: lowest and highest value of blocks, of blocks of blocks, and so on."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -47,12 +48,16 @@ class Pyramid:
         stands for what the second does.
     layers
         Lowest and highest values of blocks of 64, 256, 1024 … samples: (2, blocks) each.
+    mean, deviation
+        Of all numbers, as they are drawn; NaN if there is none.
     """
 
     values: FloatArray
     factor: float
     differenced: bool
-    layers: tuple[FloatArray, ...]
+    layers: tuple[FloatArray, ...] = ()
+    mean: float = math.nan
+    deviation: float = math.nan
 
     @classmethod
     def of(cls, values: FloatArray, *, factor: float = 1.0, differenced: bool = False) -> "Pyramid":
@@ -62,16 +67,28 @@ class Pyramid:
         """
         if values.ndim != 1 or not values.size:
             raise ValueError(f"values have shape {values.shape}; give one sample or more")
-        bare = cls(values=values, factor=factor, differenced=differenced, layers=())
-        parts = [
-            _extremes(bare.samples(start, min(start + _AT_ONCE, values.size)), BLOCK)
-            for start in range(0, values.size, _AT_ONCE)
-        ]
+        bare = cls(values=values, factor=factor, differenced=differenced)
+        parts, moments = [], []
+        for start in range(0, values.size, _AT_ONCE):
+            drawn = bare.samples(start, min(start + _AT_ONCE, values.size))
+            parts.append(_extremes(drawn, BLOCK))
+            moments.append(_moments(drawn))
         layers = [np.concatenate(parts, axis=1)]
         while layers[-1].shape[1] > STEP:
             low, high = layers[-1]
             layers.append(np.stack([_extremes(low, STEP)[0], _extremes(high, STEP)[1]]))
-        return cls(values=values, factor=factor, differenced=differenced, layers=tuple(layers))
+        mean, deviation = _joined(np.array(moments))
+        return replace(bare, layers=tuple(layers), mean=mean, deviation=deviation)
+
+    def times(self, size: float) -> "Pyramid":
+        """The same in another unit."""
+        return replace(
+            self,
+            factor=size * self.factor,
+            layers=tuple(size * one for one in self.layers),
+            mean=size * self.mean,
+            deviation=size * self.deviation,
+        )
 
     def samples(self, start: int, stop: int) -> FloatArray:
         """The values of some samples, as they are drawn."""
@@ -126,3 +143,23 @@ def _extremes(values: FloatArray, size: int) -> FloatArray:
         for rule in (np.fmin, np.fmax)
     ]
     return np.stack(found)
+
+
+def _moments(values: FloatArray) -> tuple[float, float, float]:
+    """Count, mean and sum of squares about the mean of those that are numbers."""
+    finite = np.isfinite(values)
+    values = values if finite.all() else values[finite]
+    if not values.size:
+        return 0.0, 0.0, 0.0
+    mean = float(values.mean())
+    away = values - mean
+    return float(values.size), mean, float(away @ away)
+
+
+def _joined(moments: FloatArray) -> tuple[float, float]:
+    """Mean and standard deviation of the whole, from (parts, 3) `_moments`."""
+    count, means, squares = moments.T
+    if not count.any():
+        return math.nan, math.nan
+    mean = float(np.average(means, weights=count))
+    return mean, math.sqrt(float(squares.sum() + count @ (means - mean) ** 2) / count.sum())

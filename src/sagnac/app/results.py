@@ -40,7 +40,6 @@ def result(analysis: sagnac.Analysis, specification: str = "") -> dict[str, Any]
     return {
         "channels": channels,
         "refused": [f"{name}: {error.problem}" for name, error in analysis.refused.items()],
-        "per_gyro": {name: _estimate(one) for name, one in analysis.per_gyro.items()},
         "notes": [noted(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
         "verdict": verdict(analysis, specification) if specification else [],
@@ -52,10 +51,9 @@ def verdict(analysis: sagnac.Analysis, specification: str) -> list[dict[str, str
 
     ValueError if the text states no limits.
     """
-    found = sagnac.judge(analysis, specification)
     return [
         {"gyro": one.gyro, "decision": one.decision, "reason": one.reason}
-        for one in found.judgements
+        for one in sagnac.judge(analysis, specification).judgements
     ]
 
 
@@ -81,8 +79,6 @@ def lines(analysis: sagnac.Analysis) -> list[dict[str, Any]]:
             "frequency": one.frequency,
             "hz": one.frequency * (turning if one.scale == "angle" else 1.0),
             "amplitude": math.degrees(3600.0 * one.amplitude),
-            "error": math.degrees(3600.0 * one.amplitude_error),
-            "significance": one.significance,
             "channel": one.channel,
             "name": one.name,
         }
@@ -90,16 +86,19 @@ def lines(analysis: sagnac.Analysis) -> list[dict[str, Any]]:
     ]
 
 
-def tried(analysis: sagnac.Analysis, request: dict[str, Any]) -> dict[str, Any]:
+def tried(analysis: sagnac.Analysis, request: dict[str, Any], before: Any) -> dict[str, Any]:
     """N with the lines of some numbers put back and some bands masked, and what is drawn of it.
 
-    RecordingError if the analysis rests on no levels, or too few are left.
+    `before` keeps, by channel, what is the same each time. RecordingError if the analysis rests on
+    no levels, or too few are left.
     """
     found = sagnac.trial(
         analysis,
         left_in=[analysis.lines[number] for number in request["off"]],
         masked=[(float(low), float(high)) for low, high in request["bands"]],
+        before=before.get(request["channel"]),
     )
+    before[request["channel"]] = found.before
     again = replace(analysis, curve=found.curve, spectrum=found.spectrum)
     return {
         "asked": request,
@@ -133,15 +132,14 @@ def _estimate(one: sagnac.Estimate, name: str = "angle_random_walk") -> dict[str
 def figures(analysis: sagnac.Analysis) -> dict[str, Any]:
     """The figures of the report as plain data; one that the analysis has not is not among them."""
     residual = analysis.residual
+    turned = residual is not None and residual.by_angle is not None
     has = {
-        "stability": True,
-        "spectrum": True,
         "parts": sum(part.shows for part in analysis.parts) > 1,
         "residual": residual is not None and residual.time.size > 1,
-        "angle": residual is not None and residual.by_angle is not None,
-        "orders": residual is not None and residual.by_angle is not None,
+        "angle": turned,
+        "orders": turned,
     }
-    return {name: drawn(draw, analysis) for name, draw in _FIGURES.items() if has[name]}
+    return {name: drawn(draw, analysis) for name, draw in _FIGURES.items() if has.get(name, True)}
 
 
 def drawn(draw: Callable[..., Axes], *given: Any) -> dict[str, Any]:
@@ -162,7 +160,10 @@ def drawn(draw: Callable[..., Axes], *given: Any) -> dict[str, Any]:
             one for one in (_line(each, axes) for each in axes.get_lines()) if one["x"]
         ]
         + [segment for container in axes.containers for segment in _bars(container)],
-        "bands": [_band(one) for one in axes.collections if isinstance(one, PolyCollection)]
+        "bands": [
+            _filled(np.asarray(one.get_paths()[0].vertices), one)
+            for one in axes.collections if isinstance(one, PolyCollection)
+        ]
         + [_span(one, axes) for one in axes.patches if isinstance(one, Rectangle)],
         "texts": [
             {"x": numbers(np.array([one.xy[0]]))[0], "y": numbers(np.array([one.xy[1]]))[0],
@@ -207,11 +208,6 @@ def _bars(container: Any) -> list[dict[str, Any]]:
                  "marker": "", "size": 0.0, "alpha": 1.0, "label": ""}
             )  # fmt: skip
     return found
-
-
-def _band(one: PolyCollection) -> dict[str, Any]:
-    corners = np.asarray(one.get_paths()[0].vertices, dtype=np.float64)
-    return _filled(corners, one)
 
 
 def _span(one: Rectangle, axes: Axes) -> dict[str, Any]:

@@ -16,6 +16,9 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any, Final
 
+import sagnac
+from sagnac.app import stated
+
 # Seconds that a process is given to end before it is killed.
 _PATIENCE: Final = 3.0
 
@@ -103,8 +106,7 @@ def _work(pipe: Connection, task: Task) -> None:
 def _analyzed(pipe: Connection, task: Task) -> None:
     pipe.send({"event": "progress", "stage": "start", "fraction": 0.0})
     # Half a second, in which the page is told already that something happens.
-    import sagnac  # noqa: PLC0415
-    from sagnac.app import results, stated  # noqa: PLC0415
+    from sagnac.app import results  # noqa: PLC0415
 
     def progress(stage: str, fraction: float) -> None:
         pipe.send({"event": "progress", "stage": stage, "fraction": fraction})
@@ -112,24 +114,19 @@ def _analyzed(pipe: Connection, task: Task) -> None:
     def guarded(work: Callable[[], dict[str, Any]]) -> bool:
         try:
             answer = work()
-        except sagnac.RecordingError as error:
-            answer = {
-                "event": "failed",
-                "line": error.line(lambda name, value: f"{name} {value}".strip()),
-            }
         except (ValueError, OSError, MemoryError, ImportError) as error:
-            answer = {"event": "failed", "line": " ".join(str(error).split()) or "out of memory"}
+            answer = {"event": "failed", "line": stated.line(error)}
         pipe.send(answer)
         return bool(answer["event"] != "failed")
 
-    kept: list[sagnac.Analysis] = []
+    kept: list[tuple[Any, Any]] = []
 
     def analyze() -> dict[str, Any]:
         progress("read", 0.0)
         recording = sagnac.read(task.path, **stated.reads(task.reading, task.analysis))
         choices = stated.choices(task.analysis)
         analysis = sagnac.analyze(recording, progress=progress, **choices)
-        kept.append(analysis)
+        kept.append((analysis, {}))
         progress("figures", 0.0)
         return {"event": "done", "result": results.result(analysis, task.analysis.get("spec", ""))}
 
@@ -137,19 +134,19 @@ def _analyzed(pipe: Connection, task: Task) -> None:
         return
     while True:
         request = pipe.recv()
-        guarded(lambda request=request: _answered(kept[0], task, request))  # type: ignore[misc]
+        guarded(lambda: _answered(kept[0], task, request))  # noqa: B023  (at once)
 
 
-def _answered(analysis: Any, task: Task, request: dict[str, Any]) -> dict[str, Any]:
+def _answered(kept: tuple[Any, Any], task: Task, request: dict[str, Any]) -> dict[str, Any]:
     """What is asked of an analysis: a verdict, a trial, or files."""
-    import sagnac  # noqa: PLC0415
-    from sagnac.app import results, stated  # noqa: PLC0415
+    from sagnac.app import results  # noqa: PLC0415
 
+    analysis, before = kept
     if request["ask"] == "verdict":
         return {"event": "verdict", "verdict": results.verdict(analysis, request["spec"])}
     if request["ask"] == "trial":
         each = (*analysis.each, *analysis.accelerometers.values())
-        return {"event": "trial", **results.tried(each[request["channel"]], request)}
+        return {"event": "trial", **results.tried(each[request["channel"]], request, before)}
     target, what = Path(request["target"]), request["what"]
     text = stated.toml(task.reading, task.analysis)
     if what == "report":
@@ -157,6 +154,7 @@ def _answered(analysis: Any, task: Task, request: dict[str, Any]) -> dict[str, A
     elif what == "json":
         analysis.to_json(target)
     else:
+        text = stated.remark(request.get("changed")) + text
         # Beside, then renamed: a process that is ended leaves no half of it.
         part = target.with_name(f".{target.name}.part")
         part.write_text(text, encoding="utf-8")

@@ -22,6 +22,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 import sagnac
 from sagnac.app import looks, stated
 from sagnac.app.folders import Room
@@ -152,7 +154,7 @@ class _Call(_Handler):
                 self.state.threads, _guarded, answer, self.state, session, asked
             )
         except (ValueError, OSError) as error:
-            found = {"error": _line(error)}
+            found = {"error": stated.line(error)}
         self.set_header("Content-Type", "application/json; charset=utf-8")
         self.finish(json.dumps(found, allow_nan=False, separators=(",", ":")))
 
@@ -164,15 +166,7 @@ def _guarded(
     try:
         return answer(state, session, asked)
     except (ValueError, TypeError, KeyError, OSError, MemoryError, ImportError) as error:
-        return {"error": _line(error)}
-
-
-def _line(error: BaseException) -> str:
-    if isinstance(error, sagnac.RecordingError):
-        return error.line(lambda name, value: f"{name} {value}".strip())
-    if isinstance(error, KeyError):
-        return f"{error.args[0]} is missing, or no longer open; load the page again"
-    return " ".join(str(error).split()) or type(error).__name__
+        return {"error": stated.line(error)}
 
 
 class _Events(_Handler):
@@ -249,10 +243,11 @@ def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, 
     reading = stated.cleaned(asked["texts"], stated.READING)
     analysis = stated.cleaned(asked["analysis"], stated.ANALYSIS)
     named = path.name if state.room.dropped in path.parents else str(path)
+    changed = asked.get("changed")
     return {
-        "command": stated.command(named, reading, analysis),
-        "script": stated.script(named, reading, analysis, asked.get("changed")),
-        "toml": stated.toml(reading, analysis),
+        "command": stated.remark(changed) + stated.command(named, reading, analysis),
+        "script": stated.script(named, reading, analysis, changed),
+        "toml": stated.remark(changed) + stated.toml(reading, analysis),
     }
 
 
@@ -297,17 +292,8 @@ _ANSWERS: Final[dict[str, Answer]] = {
     "analyze": _analyze,
     "cancel": lambda state, page, asked: {"cancelled": page.cancel(int(asked["run"]))},
     "ask": _ask,
+    "bye": lambda state, page, asked: {"closed": state.sessions.close(asked["left"])},
 }
-
-
-class _Bye(_Handler):
-    """A page was closed."""
-
-    async def post(self, _token: str) -> None:
-        name = self.get_query_argument("page", "")
-        loop = asyncio.get_running_loop()
-        await loop.run_in_executor(self.state.threads, self.state.sessions.close, name)
-        self.finish()
 
 
 class _Nothing(_Handler):
@@ -337,7 +323,6 @@ def application(state: State) -> web.Application:
         [
             (r"/([^/]+)/events", _Events, given),
             (r"/([^/]+)/drop", _Drop, given),
-            (r"/([^/]+)/bye", _Bye, given),
             (r"/([^/]+)/call/([a-z]+)", _Call, given),
             (r"/([^/]+)/([a-z.-]*)", _File, given),
         ],
@@ -390,6 +375,14 @@ def serve(file: Path | None, *, port: int = 0, opened: Callable[[str], None]) ->
         signal.raise_signal(ended)
 
 
+def _warm_up(room: Room) -> None:
+    """Look at a recording of nothing: what reads and checks is loaded before it is asked for."""
+    path, rates = room.dropped / "warm-up.parquet", np.random.default_rng(1).standard_normal(999)
+    with contextlib.suppress(sagnac.RecordingError, OSError):
+        made = sagnac.Recording.from_arrays(x=rates, kind="rate", unit="deg/h", sample_rate=1.0)
+        looks.findings(looks.look(sagnac.write(made, path), {}))
+
+
 async def _served(room: Room, first: str, port: int, opened: Callable[[str], None]) -> int:
     """Serve until a signal; its number."""
     try:
@@ -408,6 +401,7 @@ async def _served(room: Room, first: str, port: int, opened: Callable[[str], Non
     with _signals() as ended:
         try:
             opened(state.address)
+            state.threads.submit(_warm_up, room)
             while not ended.done():
                 await asyncio.wait([ended], timeout=30.0)
                 await asyncio.to_thread(state.sessions.forget_left)

@@ -134,11 +134,11 @@ class Sessions:
             self.open[name] = Session(loop=loop)
         return self.open[name]
 
-    def close(self, name: str) -> None:
-        """A page was closed."""
-        session = self.open.pop(name, None)
-        if session is not None:
+    def close(self, name: str) -> str:
+        """A page was closed; its name."""
+        if session := self.open.pop(name, None):
             session.end()
+        return name
 
     def forget_left(self, now: Callable[[], float] = time.monotonic) -> None:
         """Close those that were left long ago."""

@@ -8,6 +8,8 @@ import shlex
 from collections.abc import Mapping
 from typing import Any, Final
 
+import sagnac
+
 READING: Final = (
     "gyros", "columns", "kind", "unit", "scale", "rate", "time", "table", "slice",
     "counter_bits", "counter_period", "null_pulse", "accelerometers", "layout",
@@ -91,6 +93,25 @@ def _number(name: str, text: str) -> float:
         return float(text.removesuffix("s") if name == "interval" else text)
     except ValueError:
         raise ValueError(f"{name} is {text!r}; give a number") from None
+
+
+def line(error: BaseException) -> str:
+    """What is wrong, in one line."""
+    if isinstance(error, sagnac.RecordingError):
+        return error.line(lambda name, value: f"{name} {value}".strip())
+    if isinstance(error, KeyError):
+        return f"{error.args[0]} is missing, or no longer open; load the page again"
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def remark(changed: Mapping[str, Any] | None) -> str:
+    """A comment that names lines put back and bands masked, for texts which cannot repeat them."""
+    if not changed:
+        return ""
+    lines = ", ".join(str(int(one) + 1) for one in changed["off"]) or "none"
+    bands = [f"{float(low):.6g} to {float(high):.6g} Hz" for low, high in changed["bands"]]
+    said = f"lines put back: {lines}; bands masked: {', '.join(bands) or 'none'}"
+    return f"# {said}; only the Python repeats this\n"
 
 
 def command(path: str, reading: Texts, analysis: Texts) -> str:

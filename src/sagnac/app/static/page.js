@@ -40,7 +40,7 @@ function listen() {
   events.onerror = () => { document.body.dataset.live = "no"; lost = true; if (state.facts) say("the server does not answer; the page comes back when it does"); };
   events.onmessage = (message) => happened(JSON.parse(message.data));
 }
-addEventListener("pagehide", (event) => { if (!event.persisted) navigator.sendBeacon(`bye?page=${PAGE}`); });
+addEventListener("pagehide", (event) => { if (!event.persisted) navigator.sendBeacon(`call/bye?page=${PAGE}`, JSON.stringify({ left: PAGE })); });
 // ---- small parts of the page -------------------------------------------------------------------
 function element(tag, properties = {}, ...children) {
   const made = Object.assign(document.createElement(tag), properties);
@@ -281,7 +281,6 @@ async function shown(number) {
   notes($("notes"), one.result.notes, "none");
   for (const line of one.result.refused) $("notes").prepend(element("li", { className: "error", textContent: line }));
   $("target").value = `${one.file.replace(/\.[^.]*$/, "")} report`;
-  repeat(one);
   await channelShown();
 }
 async function channelShown() {
@@ -292,7 +291,7 @@ async function channelShown() {
   $("answer").textContent = `N of ${channel.name}: ${channel.answer.text}` + (channel.answer.status === "estimated" ? `, ${100 * channel.answer.confidence} %` : "");
   $("source").textContent = `Rests on: ${channel.source}`;
   $("coefficients").replaceChildren(head("coefficient", "value", "low", "high", "unit", ""), ...Object.entries(channel.coefficients).map(([name, one]) => row(name.replaceAll("_", " "), digits(one.value), digits(one.low), digits(one.high), one.unit, one.status)));
-  lines(); bands(); $("trial").hidden = true;
+  lines(); bands(); $("trial").hidden = true; repeat(state.runs.get(state.current));
   const figures = channel.figures;
   await drawn($("stability"), figures.stability);
   await spectrum();
@@ -302,6 +301,7 @@ async function channelShown() {
   }
   document.body.dataset.shown = `${state.current}:${state.channel}`;
 }
+const change = () => (state.bands.length || state.off.size ? { channel: state.channel, off: [...state.off], bands: state.bands } : null);
 const current = () => state.runs.get(state.current).result.channels[state.channel];
 async function spectrum(figure = current().figures.spectrum) {
   const made = await drawn($("spectrum"), figure, { height: 380, selected: (low, high) => { state.bands.push([low, high]); changed(); } });
@@ -332,9 +332,10 @@ function bands() {
 }
 async function changed() {
   // Asked at once; what the process answers is drawn if nothing was clicked since.
-  lines(); bands(); if (!state.bands.length && !state.off.size) { await channelShown(); return repeat(state.runs.get(state.current)); }
+  lines(); bands();
+  if (!change()) return channelShown();
   state.asked = performance.now();
-  await trying("try", () => call("ask", { run: state.current, request: { ask: "trial", channel: state.channel, off: [...state.off], bands: state.bands } }));
+  await trying("try", () => call("ask", { run: state.current, request: { ask: "trial", ...change() } }));
 }
 async function tried(event) {
   const { off, bands: masked, channel } = event.asked;
@@ -359,12 +360,11 @@ async function repeat(one = null, changed = null) {
   for (const name of ["command", "script", "toml"]) $(name).textContent = found[name] || "(nothing is stated)";
 }
 function save(what) {
-  const suffix = { report: "", json: ".json", toml: ".toml" }[what];
-  const target = $("target").value.trim() + suffix;
+  const target = $("target").value.trim() + { report: "", json: ".json", toml: ".toml" }[what];
   return trying("save", async () => {
     if (!state.current) throw new Error("analyze a recording first");
     $("saved").textContent = "";
-    await call("ask", { run: state.current, request: { ask: "save", what, target } });
+    await call("ask", { run: state.current, request: { ask: "save", what, target, changed: change() } });
   });
 }
 // ---- at the start --------------------------------------------------------------------------------------------

@@ -51,7 +51,7 @@ export class Trace {
     const made = P.figure({
       height: last ? 158 : 118, sizing_mode: "stretch_width", tools: [wheel, pan, select], toolbar_location: null, x_range: this.range,
       y_range: new Bokeh.DataRange1d({ range_padding: 0.06, only_visible: true }),
-      x_axis_label: last ? "time (s)" : null, y_axis_label: `${channel.name} (${unit})`, min_border_left: 84, min_border_right: 12, lod_threshold: null,
+      x_axis_label: last ? ("rate" in this.facts.lacking ? "sample" : "time (s)") : null, y_axis_label: `${channel.name} (${unit})`, min_border_left: 84, min_border_right: 12, lod_threshold: null,
     });
     styled(made);
     made.toolbar.active_scroll = wheel;
