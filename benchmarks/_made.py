@@ -165,6 +165,11 @@ MADE: Final = (
         may_be_older=True,
     ),
     Made(
+        page="app_steps.md",
+        sources=("benchmarks/app_steps.py", "src/sagnac/app/*.py", "src/sagnac/app/static/*"),
+        command="python -m benchmarks.app_steps --write",
+    ),
+    Made(
         page="coverage.md",
         sources=(
             "src/sagnac/analysis/*.py",

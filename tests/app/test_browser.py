@@ -5,85 +5,16 @@ Out of the default suite: ``make test-browser``.
 
 import json
 import os
-import shutil
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks._page import Page, chromium, served
 
 import sagnac
 
 pytestmark = pytest.mark.browser
-
-OPTIONS = (
-    "--headless --no-sandbox --disable-dev-shm-usage --disable-gpu --disable-quic --no-first-run "
-    "--disable-background-networking --disable-component-update --disable-sync "
-    "--window-size=1500,1000"
-)
-PATIENCE = 240.0
-
-
-class Page:
-    """A tab, driven as a person does."""
-
-    def __init__(self, driver, address):
-        self.driver = driver
-        driver.get(address)
-
-    def script(self, text, *arguments):
-        return self.driver.execute_script(text, *arguments)
-
-    def until(self, condition):
-        """Wait until an expression of the page is true; its value."""
-        begun = time.monotonic()
-        while time.monotonic() - begun < PATIENCE:
-            found = self.script(f"return {condition}")
-            if found:
-                return found
-            time.sleep(0.05)
-        raise AssertionError(f"{condition}: never; {self.text('message')!r}")
-
-    def find(self, selector):
-        return self.driver.find_element("css selector", selector)
-
-    def text(self, name):
-        return self.script(f"return document.getElementById('{name}').textContent")
-
-    def click(self, selector):
-        element = self.find(selector)
-        self.script("arguments[0].scrollIntoView({block: 'center'})", element)
-        element.click()
-
-    def state(self, **texts):
-        """Type into fields of the forms, and leave each."""
-        for name, text in texts.items():
-            element = self.find(f"[name={name}]")
-            element.clear()
-            element.send_keys(text + "\t")
-
-    def drag(self, selector, start, stop):
-        """Drag across a figure, from one share of its width to another."""
-        from selenium.webdriver import ActionChains  # noqa: PLC0415  (of an extra)
-
-        element = self.find(selector)
-        self.script("arguments[0].scrollIntoView({block: 'center'})", element)
-        width = element.size["width"]
-        chain = ActionChains(self.driver).move_to_element_with_offset(
-            element, int((start - 0.5) * width), 0
-        )
-        chain.click_and_hold().move_by_offset(int(0.5 * (stop - start) * width), 2)
-        chain.move_by_offset(int(0.5 * (stop - start) * width), 2).release().perform()
-
-    def run(self):
-        """Analyze, and wait for the answer."""
-        before = self.script("return document.querySelectorAll('#runs button:enabled').length")
-        self.click("#run")
-        self.until(f"document.querySelectorAll('#runs button:enabled').length > {before}")
-        self.until("document.getElementById('run').disabled === false")
-        self.until("document.querySelector('#spectrum').dataset.lines")
 
 
 @pytest.fixture
@@ -100,29 +31,15 @@ def folder(tmp_path):
 
 
 @pytest.fixture
-def served(folder):
-    command = [sys.executable, "-m", "sagnac", "app", str(folder), "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            yield process, process.stdout.readline().strip()
-        finally:
-            process.terminate()
+def server(folder):
+    with served(folder) as found:
+        yield found
 
 
 @pytest.fixture
 def driver(tmp_path):
-    from selenium import webdriver  # noqa: PLC0415  (of an extra)
-
-    options = webdriver.ChromeOptions()
-    for option in (*OPTIONS.split(), f"--user-data-dir={tmp_path / 'profile'}"):
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    # Named, so that nothing is looked for elsewhere.
-    options.binary_location = shutil.which("chromium")
-    service = webdriver.ChromeService(shutil.which("chromedriver"))
-    made = webdriver.Chrome(options=options, service=service)
-    yield made
-    made.quit()
+    with chromium(tmp_path / "profile") as made:
+        yield made
 
 
 def children(process_id):
@@ -144,8 +61,8 @@ def require_quiet(driver, address):
             assert asked.startswith((origin, "data:", "blob:", "chrome"))
 
 
-def test_from_a_csv_to_a_report_by_clicks(served, driver, folder):
-    process, address = served
+def test_from_a_csv_to_a_report_by_clicks(server, driver, folder):
+    process, address = server
     page = Page(driver, address)
     page.until("document.querySelectorAll('#listing button').length >= 2")
     page.click("#listing li:nth-child(2) button")
@@ -203,8 +120,8 @@ def test_from_a_csv_to_a_report_by_clicks(served, driver, folder):
     assert not children(process.pid)
 
 
-def test_zoom_span_and_a_file_that_is_hostile(served, driver):
-    _, address = served
+def test_zoom_span_and_a_file_that_is_hostile(server, driver):
+    _, address = server
     page = Page(driver, address)
     page.until("document.querySelectorAll('#listing button').length >= 2")
     page.click("#listing li:nth-child(1) button")
@@ -235,8 +152,31 @@ def test_zoom_span_and_a_file_that_is_hostile(served, driver):
     require_quiet(driver, address)
 
 
-def test_two_tabs_a_cancelled_run_and_a_server_that_ends(served, driver):
-    process, address = served
+def test_a_table_that_turns(server, driver, folder):
+    """Ten revolutions at 20 deg/s: the page against the truth that was put in."""
+    _, address = server
+    turning = sagnac.RigConfig.from_mapping(
+        {"duration_s": 180, "sample_rate_hz": 100, "seed": 3, "table": {"rate_deg_per_s": 20}}
+    )
+    sagnac.write(sagnac.simulate(turning).recording, folder / "table.parquet")
+    page = Page(driver, address)
+    page.until("document.querySelectorAll('#listing button').length >= 3")
+    page.click("#listing li:nth-child(3) button")
+    page.until("document.body.dataset.first")
+    assert "table rate20 °/s" in page.text("beside")
+    page.state(gyros="x,z")
+    page.until("document.getElementById('facts').textContent.includes('18000')")
+    page.run()
+    assert "per gyro" in page.text("answer") or "x-z" in page.text("answer")
+    page.until("document.body.dataset.shown")
+    for name in ("angle", "orders"):
+        assert page.find(f"#{name}").size["height"] > 100
+    assert "order " in page.text("lines")
+    require_quiet(driver, address)
+
+
+def test_two_tabs_a_cancelled_run_and_a_server_that_ends(server, driver):
+    process, address = server
     page = Page(driver, address)
     first = driver.current_window_handle
     page.until("document.querySelectorAll('#listing button').length >= 2")
@@ -267,8 +207,8 @@ def test_two_tabs_a_cancelled_run_and_a_server_that_ends(served, driver):
     page.until("document.getElementById('message').textContent.includes('does not answer')")
 
 
-def test_another_page_cannot_ask(served, driver, tmp_path):
-    _, address = served
+def test_another_page_cannot_ask(server, driver, tmp_path):
+    _, address = server
     (tmp_path / "other.html").write_text(
         "<script>fetch('" + address + "call/start', {method: 'POST', body: '{}', mode: 'no-cors'})"
         ".finally(() => document.title = 'asked')</script>"
