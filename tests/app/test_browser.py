@@ -26,6 +26,9 @@ def folder(tmp_path):
     rates = np.array([9.0, 2.0, 11.88]) + 1.8 * random.standard_normal((30_000, 3))
     rates[:, 0] += 2.0 * np.cos(2.0 * np.pi * 7.0 * time_s)
     np.savetxt(place / "run.csv", rates, "%.6f", delimiter=",", header="x,y,z", comments="")
+    rows = np.column_stack([10.0 * np.arange(3000.0), rates[:3000] / 3600.0])
+    names = "Timestamp (ms),Gyro X (dps),Gyro Y (dps),Gyro Z (dps)"
+    np.savetxt(place / "units.csv", rows, "%.9f", delimiter=",", header=names, comments="")
     (place / "hostile.csv").write_bytes(b"x,y\n<script>alert(1)</script>,\xff\n")
     return place
 
@@ -149,6 +152,19 @@ def test_zoom_span_and_a_file_that_is_hostile(server, driver):
             break
     assert page.script(taken)
     page.until("document.getElementById('facts').textContent.split(' ')[0] < 15000")
+    page.until("!document.getElementById('analysis').hidden")
+    # What was open is neither shown nor analyzed beside a file that cannot be read.
+    page.click("#listing li:nth-child(1) button")
+    page.until("document.getElementById('message').textContent.includes('hostile.csv')")
+    for name in ("recording", "analysis"):
+        assert page.script(f"return document.getElementById('{name}').hidden")
+    # All that this one leaves open is guessed, and taken by a click.
+    page.click("#listing li:nth-child(3) button")
+    page.until("document.getElementById('lacking').offsetHeight")
+    assert page.script("return document.getElementById('analysis').hidden")
+    page.click("#reread")
+    page.until("!document.getElementById('analysis').hidden")
+    assert "100 Hz" in page.text("facts")
     require_quiet(driver, address)
 
 

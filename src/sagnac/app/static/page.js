@@ -136,15 +136,16 @@ async function open(path, stated) {
   const opened = await trying("read", async () => {
     const began = performance.now();
     // A file that says too little of itself is stated in the form, whether or not it can be drawn.
-    state.path = path; $("reading").hidden = false;
+    // What is shown of another file, or of an earlier statement, is not analyzed by mistake.
+    if (path !== state.path) $("recording").hidden = true;
+    $("lacking").hidden = $("analysis").hidden = true; $("facts").textContent = "";
+    state.path = path; $("reading").hidden = false; $("name").textContent = path.split("/").pop();
     if (!Object.keys(stated).length) fill($("reading-form"), {});
     const number = (state.opens = (state.opens ?? 0) + 1), facts = await call("open", { path, texts: stated });
     // Several fields may be stated before the first of them is read: only the latest counts.
     if (number !== state.opens) return;
-    Object.assign(state, { path, facts, look: facts.look });
-    $("recording").hidden = false; $("analysis").hidden = facts.raw;
-    $("path").value = path; $("name").textContent = facts.name;
-    document.title = `${facts.name} · sagnac`;
+    Object.assign(state, { facts, look: facts.look }); $("recording").hidden = false; $("analysis").hidden = facts.raw;
+    $("path").value = path; document.title = `${facts.name} · sagnac`;
     $("facts").textContent = facts.raw ? `${facts.samples} samples; kind, unit or rate not stated` : `${facts.samples} samples, ${digits(facts.rate, 6)} Hz, ${digits(facts.duration, 6)} s, ${facts.format}`;
     asked(facts);
     $("window-text").textContent = facts.raw ? "numbers as they are written, until it is stated what they are" : "";
@@ -266,8 +267,7 @@ function runs() {
 }
 // ---- a result -----------------------------------------------------------------------------------------
 async function shown(number) {
-  state.current = number;
-  state.channel = 0;
+  Object.assign(state, { current: number, channel: 0 });
   runs();
   const one = state.runs.get(number);
   $("result").hidden = false;
@@ -373,7 +373,7 @@ form($("analysis-form"), ANALYSIS, (event) => {
   if (event.target.name === "spec" && state.current && event.target.value.trim()) trying("judge", () => call("ask", { run: state.current, request: { ask: "verdict", spec: event.target.value.trim() } }));
   repeat();
 });
-$("reading-form").addEventListener("submit", (event) => event.preventDefault());
+$("reading-form").addEventListener("submit", (event) => { event.preventDefault(); reread(); });
 $("analysis-form").addEventListener("submit", (event) => event.preventDefault());
 $("open-form").addEventListener("submit", (event) => { event.preventDefault(); open($("path").value.trim(), {}); });
 $("choose").addEventListener("click", () => { trace.choosing(true); $("window-text").textContent = "drag over the trace to take that span"; });
