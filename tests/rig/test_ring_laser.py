@@ -12,7 +12,6 @@ from sagnac.rig.ring_laser import (
     Dither,
     RingLaser,
     angle_random_walk,
-    integrate,
     mean_rate,
     quantum_limit,
 )
@@ -20,6 +19,7 @@ from sagnac.rig.sections import DisturbanceConfig
 from sagnac.rig.simulate import simulate
 from sagnac.stability.curve import stability_curve
 from sagnac.units import DEGREE_PER_ROOT_HOUR
+from tests.rig.lock_in import integrate
 
 TURN = 2.0 * math.pi  # a fringe of one turn makes input angle and beat phase the same
 

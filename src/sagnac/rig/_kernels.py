@@ -54,30 +54,6 @@ class NullState(NamedTuple):
     passed: float
 
 
-class LockInSteps(NamedTuple):
-    """Lock-in equation in steps: rates in rad/s of beat phase, kicks in rad rms per step.
-
-    A stretch is one half cycle of dither (without dither, just a stretch) of `steps` steps.
-    The excess is kept every `stretches` of them.
-    """
-
-    lock_in: float
-    rate: float
-    step: float
-    steps: int
-    stretches: int
-    quantum_kick: float
-    backscatter_kick: float
-
-
-class BeatState(NamedTuple):
-    """Beat phase in excess of the input's, input phase, and backscatter phase, rad."""
-
-    excess: float
-    input: float
-    backscatter: float
-
-
 # ---- table ---------------------------------------------------------------------------
 
 
@@ -387,56 +363,6 @@ def readout(
             angle = np.rint(angle / quantum) * quantum
         out[n] = angle
     return walked
-
-
-# ---- lock-in equation ----------------------------------------------------------------
-
-
-@compiled()
-def _input_phase(time: float, rate: float, swing: float, bend: float, start: float) -> float:
-    return float(start + rate * time + swing * (1.0 - np.cos(bend * time)))
-
-
-@compiled()
-def lock_in_steps(
-    equation: LockInSteps,
-    peaks: FloatArray,
-    normals: FloatArray,
-    state: BeatState,
-    excess: FloatArray,
-) -> BeatState:
-    """Runge-Kutta steps of the lock-in equation for the phase in excess of the input's.
-
-    `peaks` holds the peak rate of each stretch, 0 without dither; `normals` (steps, 2), or
-    (0, 2) without noise; `excess` takes the phase at the end of each sample.
-    """
-    lock_in, rate, step, steps, stretches, quantum_kick, backscatter_kick = equation
-    ahead, entered, backscatter = state
-    bend = np.pi / (steps * step)
-    for k in range(peaks.size):
-        swing = peaks[k] / bend
-        for n in range(steps):
-            time = n * step
-            origin = entered + backscatter
-            start = _input_phase(time, rate, swing, bend, origin)
-            time += 0.5 * step
-            middle = _input_phase(time, rate, swing, bend, origin)
-            time += 0.5 * step
-            end = _input_phase(time, rate, swing, bend, origin)
-            slope_1 = -lock_in * np.sin(start + ahead)
-            slope_2 = -lock_in * np.sin(middle + ahead + 0.5 * step * slope_1)
-            slope_3 = -lock_in * np.sin(middle + ahead + 0.5 * step * slope_2)
-            slope_4 = -lock_in * np.sin(end + ahead + step * slope_3)
-            ahead += step / 6.0 * (slope_1 + 2.0 * slope_2 + 2.0 * slope_3 + slope_4)
-            if normals.shape[0] > 0:
-                ahead += quantum_kick * normals[k * steps + n, 0]
-                backscatter += backscatter_kick * normals[k * steps + n, 1]
-        # Whole turns of the input are left out: the sine keeps its digits.
-        entered += rate * steps * step + 2.0 * swing
-        entered -= 2.0 * np.pi * np.floor(entered / (2.0 * np.pi))
-        if (k + 1) % stretches == 0:
-            excess[k // stretches] = ahead
-    return BeatState(ahead, entered, backscatter)
 
 
 @compiled()

@@ -1,4 +1,4 @@
-"""The ring laser gyro: the lock-in equation integrated, and a fast model of what it does.
+"""The ring laser gyro: a fast model of what the lock-in equation does.
 
 The beat phase psi between the two waves, 2 pi for every `fringe` of input angle, obeys
 
@@ -9,8 +9,8 @@ phase beta. That beta wanders, as a random walk with variance 2 D t, is an assum
 scatterers' optical paths would have to move by a wavelength in 1/D seconds (a hundredth of a
 second at the rig's 150 rad^2/s), faster than mirrors warm or creep, so that vibration or the
 discharge would have to do it. No source gives a D.
-`integrate` steps this equation. `mean_rate` and `angle_random_walk` are its slow
-behaviour, derived below and tested against the integration:
+`mean_rate` and `angle_random_walk` are its slow behaviour, derived below and tested against the
+equation integrated step by step:
 
 At constant rate
     The beat runs at sqrt(w^2 - w_L^2), or stands still below w_L. Quantum noise is passed
@@ -36,14 +36,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.constants import Planck, speed_of_light
 
-from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.rig import _kernels
 
 # Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
 _RANDOM_ENOUGH: Final = 3.0  # rad: a correlation of 1 %
 _HELIUM_NEON: Final = 632.8e-9  # m
-_CHUNK_STEPS: Final = 1 << 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -244,109 +241,3 @@ def _check_dither(laser: RingLaser, dither: Dither, rates: NDArray[np.float64]) 
             "between turn-arounds, so their kicks are correlated; give at least "
             f"{_RANDOM_ENOUGH / swing:.3g}"
         )
-
-
-def integrate(
-    laser: RingLaser,
-    rate: float,
-    samples: int,
-    interval: float,
-    *,
-    dither: Dither | None = None,
-    seed: int = 0,
-    phase_step: float = 0.2,
-) -> FloatArray:
-    """Integrate the lock-in equation from zero phase.
-
-    The lock-in term takes fourth-order Runge-Kutta steps along the known input angle; quantum
-    noise and backscatter phase take a random step after each.
-
-    Parameters
-    ----------
-    laser
-        What is integrated.
-    rate
-        Constant input rate, rad/s.
-    samples, interval
-        Samples to return, and s between them; with a dither a whole number of its cycles.
-    dither
-        Added to `rate`, starting at zero rate.
-    seed
-        Of quantum noise, backscatter phase and dither amplitude.
-    phase_step
-        Largest advance of the phase in a step, rad.
-
-    Returns
-    -------
-    FloatArray
-        (samples,) measured less true input angle at the end of each interval, rad.
-
-    Raises
-    ------
-    ValueError
-        If an argument is out of range.
-    """
-    if samples < 1 or not interval > 0.0 or not phase_step > 0.0:
-        raise ValueError(
-            f"samples {samples}, interval {interval:g} and phase_step {phase_step:g} must be "
-            "positive"
-        )
-    equation = _equation(laser, rate, interval, dither, phase_step)
-    stretches, steps = equation.stretches, equation.steps
-    quantum, backscatter, amplitude = (
-        np.random.default_rng(sequence) for sequence in np.random.SeedSequence(seed).spawn(3)
-    )
-    noisy = equation.quantum_kick > 0.0 or equation.backscatter_kick > 0.0
-    excess = np.empty(samples)
-
-    def advance(state: _kernels.BeatState, part: slice) -> _kernels.BeatState:
-        halves = (part.stop - part.start) * stretches
-        normals = np.empty((halves * steps if noisy else 0, 2))
-        normals[:, 0] = quantum.standard_normal(len(normals))
-        normals[:, 1] = backscatter.standard_normal(len(normals))
-        peaks = _dither_peaks(laser, dither, halves, amplitude)
-        return _kernels.lock_in_steps(equation, peaks, normals, state, excess[part])
-
-    length = max(1, _CHUNK_STEPS // (stretches * steps))
-    series.reduce(advance, _kernels.BeatState(0.0, 0.0, 0.0), samples, length=length)
-    return excess / laser.phase_per_angle
-
-
-def _equation(
-    laser: RingLaser, rate: float, interval: float, dither: Dither | None, phase_step: float
-) -> _kernels.LockInSteps:
-    """The equation in steps that advance the phase by no more than `phase_step`."""
-    scale = laser.phase_per_angle
-    peak = abs(rate)
-    stretches = 1
-    if dither is not None:
-        cycles = interval * dither.frequency
-        if round(cycles) < 1 or abs(cycles - round(cycles)) > 1e-9 * cycles:
-            raise ValueError(
-                f"interval {interval:g} s is {cycles:g} dither cycles; give a whole number"
-            )
-        stretches = 2 * round(cycles)
-        peak += dither.rate * (1.0 + 4.0 * dither.amplitude_noise)
-    steps = max(1, math.ceil(interval / stretches * scale * (peak + laser.lock_in) / phase_step))
-    step = interval / (stretches * steps)
-    return _kernels.LockInSteps(
-        lock_in=laser.lock_in * scale,
-        rate=rate * scale,
-        step=step,
-        steps=steps,
-        stretches=stretches,
-        quantum_kick=laser.quantum_noise * scale * math.sqrt(step),
-        backscatter_kick=math.sqrt(2.0 * laser.backscatter_diffusion * step),
-    )
-
-
-def _dither_peaks(
-    laser: RingLaser, dither: Dither | None, halves: int, random: np.random.Generator
-) -> FloatArray:
-    """Peak rate of each half cycle of dither, rad/s of beat phase, or zeros without dither."""
-    if dither is None:
-        return np.zeros(halves)
-    drawn = 1.0 + dither.amplitude_noise * random.standard_normal(halves)
-    peaks = dither.rate * laser.phase_per_angle * drawn
-    peaks[1::2] *= -1.0
-    return np.asarray(peaks)
