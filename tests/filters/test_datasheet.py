@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from sagnac.coefficients.laws import markov_allan_variance
-from sagnac.filters.datasheet import datasheet_setting
+from sagnac.filters.export import datasheet_setting
 from sagnac.filters.exports import Wanted, exported
 
 DEGREE = math.pi / 180.0

@@ -16,8 +16,7 @@ from sagnac.errors import RecordingError
 from sagnac.filters.definitions import definition_of
 from sagnac.filters.exports import FORMATS, Wanted, exported
 from sagnac.filters.overbound import UpperLimit
-from sagnac.filters.sensors import sensors_in
-from sagnac.filters.settings import FilterSetting, setting_of, worst
+from sagnac.filters.settings import FilterSetting, sensors_in, setting_of, worst
 from sagnac.filters.state_space import FilterModel, Markov
 from tests.filters.examples import document, keys
 

@@ -5,14 +5,14 @@ import pytest
 from benchmarks.gallery import Gyro, shaken
 
 from sagnac.lines.components import no_components
-from sagnac.lines.crowding import (
+from sagnac.lines.detection import (
+    Peaks,
     bands_of_peaks,
     crowded_bands,
     joined_bands,
     plain_peaks,
     wandering_bands,
 )
-from sagnac.lines.peaks import Peaks
 from sagnac.lines.search import remove_lines
 
 BINS = 50_001

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.components import Components
+from sagnac.lines.components import Components, turning
 from sagnac.lines.detection import (
     LOWEST_CYCLES,
     detection_threshold,
@@ -15,8 +15,7 @@ from sagnac.lines.detection import (
     spectrum,
 )
 from sagnac.lines.joint_fit import ComponentFit
-from sagnac.lines.turning import turning
-from sagnac.spectrum.floor import floor_scatter
+from sagnac.spectrum.power_laws import floor_scatter
 
 BINS = 501
 SAMPLES = 2 * (BINS - 1) + 1

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from sagnac.lines.components import turning
 from sagnac.lines.model import Line, Removal
 from sagnac.lines.naming import Lineup, _name
-from sagnac.lines.turning import turning
 
 ARCSECOND = np.pi / 648_000
 RATE = 100.0

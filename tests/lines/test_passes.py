@@ -8,7 +8,7 @@ import pytest
 from sagnac.lines import passes, state
 from sagnac.lines.candidates import new_lines
 from sagnac.lines.components import no_components
-from sagnac.lines.peaks import peaks_in_frequency
+from sagnac.lines.detection import peaks_in_frequency
 from sagnac.lines.state import Kept, Record, first_state
 
 RATE = 100.0

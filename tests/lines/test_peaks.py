@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.lines import _kernels
-from sagnac.lines.peaks import Peaks, _level_of_half_bins, _peaks
+from sagnac.lines.detection import Peaks, _level_of_half_bins, _peaks
 
 
 def test_spread_products_have_the_sums_of_the_samples():

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.lines.naming import taken_allan_variance
 from sagnac.lines.published import (
     AS_PRINTED,
     FAIR,
@@ -14,7 +15,6 @@ from sagnac.lines.published import (
     PublishedSearch,
     remove_lines_as_published,
 )
-from sagnac.lines.taken_noise import taken_allan_variance
 from sagnac.stability.curve import stability_curve
 
 RATE = 50.0

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.components import Components
+from sagnac.lines.components import Components, turning
 from sagnac.lines.mixing import MIX_BLOCK, mixed_down
 from sagnac.lines.rescaling import rescaled_components, wander
-from sagnac.lines.turning import turning
 
 SAMPLES = 64 * MIX_BLOCK + 1
 RATE = 2.0 * np.pi / 400.0

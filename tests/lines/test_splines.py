@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 from scipy.interpolate import BSpline
 
-from sagnac.lines.splines import (
+from sagnac.lines.envelopes import (
     knot_values,
     knot_variances,
     normal_bands,

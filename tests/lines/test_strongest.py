@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.lines.strongest import PEAKS_A_ROUND, Candidates, strongest
+from sagnac.lines.candidates import PEAKS_A_ROUND, Candidates, strongest
 
 SAMPLES = 10_000
 BIN = 1.0 / SAMPLES

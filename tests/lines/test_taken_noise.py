@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.taken_noise import taken_allan_variance, with_noise_restored
+from sagnac.lines.naming import taken_allan_variance, with_noise_restored
 from sagnac.stability.curve import stability_curve
 
 RATES = np.random.default_rng(4).standard_normal(1000)

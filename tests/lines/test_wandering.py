@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from sagnac import series
-from sagnac.lines.taken_noise import taken_bands
+from sagnac.lines.naming import taken_bands
 from sagnac.lines.wandering import clusters, fit_drifting, values
 
 SAMPLES = 150_000

@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac.spectrum.factored import (
+from sagnac.spectrum.transforms import (
     Factors,
     Samples,
     combine_columns,
     factored,
     factors,
+    scratch,
     split,
     transform_columns,
 )
-from sagnac.spectrum.scratch import scratch
 
 
 def samples_of(values):

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from sagnac import series
-from sagnac.spectrum import floor as floors
-from sagnac.spectrum.floor import (
+from sagnac.spectrum import power_laws as floors
+from sagnac.spectrum.periodogram import periodogram
+from sagnac.spectrum.power_laws import (
+    PowerLaws,
     Tabulated,
     floor_scatter,
     floor_windows,
@@ -15,8 +17,6 @@ from sagnac.spectrum.floor import (
     ratios_to_law,
     tabulated,
 )
-from sagnac.spectrum.periodogram import periodogram
-from sagnac.spectrum.power_laws import PowerLaws
 from tests.spectrum.examples import (
     SAMPLES,
     angle_random_walk,

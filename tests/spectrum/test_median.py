@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import median_filter
 
-from sagnac.spectrum.median import median, running_median
+from sagnac.spectrum.power_laws import median, running_median
 
 
 @settings(max_examples=60, deadline=None)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac import series
-from sagnac.spectrum.scratch import scratch
+from sagnac.spectrum.transforms import scratch
 
 
 @pytest.mark.parametrize("in_file", [False, True])

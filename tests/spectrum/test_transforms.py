@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 from scipy.fft import dct, idct
 
 from sagnac import series
-from sagnac.spectrum.factored import factors
 from sagnac.spectrum.periodogram import periodogram
 from sagnac.spectrum.transforms import (
     cosine_length,
     cosine_transform,
     even_then_odd,
+    factors,
     power_spectrum,
     sine_taper,
     transform_length,
@@ -52,8 +52,8 @@ def test_a_factored_transform_of_any_length(samples, padding, columns, seed):
     length = padding * transform_length(samples)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sagnac.spectrum.transforms._FACTORED", 0)
-        patch.setattr("sagnac.spectrum.factored._COLUMNS", columns)
-        patch.setattr("sagnac.spectrum.factored._COMBINED", 16)
+        patch.setattr("sagnac.spectrum.transforms._COLUMNS", columns)
+        patch.setattr("sagnac.spectrum.transforms._COMBINED", 16)
         power = periodogram(steps, padding)
     expected = np.abs(np.fft.rfft(steps, length)) ** 2 / samples
     np.testing.assert_allclose(power, expected, rtol=1e-9, atol=1e-12)
@@ -64,8 +64,8 @@ def test_a_factored_transform_of_any_length(samples, padding, columns, seed):
 def test_cosine_transform_is_the_direct_sum(samples, columns, mapped, seed):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sagnac.spectrum.transforms._FACTORED", 500)
-        patch.setattr("sagnac.spectrum.factored._COLUMNS", columns)
-        patch.setattr("sagnac.spectrum.factored._COMBINED", 16)
+        patch.setattr("sagnac.spectrum.transforms._COLUMNS", columns)
+        patch.setattr("sagnac.spectrum.transforms._COMBINED", 16)
         if mapped:
             patch.setattr(series, "IN_MEMORY", 100)
             patch.setattr(series, "SPAN", 700)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.constants import EARTH_RATE
-from sagnac.table.earth import LARGEST_EARTH_RATE, bounded_by_earth, earth_rate
+from sagnac.table.kinematics import LARGEST_EARTH_RATE, bounded_by_earth, earth_rate
 
 
 def ridge(free):

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sagnac.constants import EARTH_RATE
-from sagnac.table.earth import earth_rate
-from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
+from sagnac.table.kinematics import earth_rate, shares_from_deviations, table_to_gyro_matrix
 
 deviation = st.floats(-0.01, 0.01)
 

@@ -10,7 +10,7 @@ from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
-from sagnac.lines.taken_noise import taken_allan_variance, with_noise_restored
+from sagnac.lines.naming import taken_allan_variance, with_noise_restored
 from sagnac.recording.model import Kind
 from sagnac.stability.curve import StabilityCurve, stability_curve
 from sagnac.stability.names import Gaps

@@ -10,7 +10,7 @@ from sagnac.coefficients.estimates import Fit, FitBand
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.coefficients.model_average import Resting
 from sagnac.errors import RecordingError
-from sagnac.lines.taken_noise import WIDEST_BINS
+from sagnac.lines.naming import WIDEST_BINS
 from sagnac.specification.verdict import LeftOut, Shown
 
 # Cells that a fit leaves out on either side of what is masked.

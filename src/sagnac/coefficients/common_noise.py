@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len, rfft
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.spectrum.median import running_median
+from sagnac.spectrum.power_laws import running_median
 from sagnac.spectrum.tapers import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 
 # A cell this many times the median of its neighbourhood, and those cells, is a line.

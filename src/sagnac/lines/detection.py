@@ -1,18 +1,30 @@
-"""Peaks above the noise floor."""
+"""Peaks of a spectrum over its noise floor, in frequency and in order of table angle.
 
-from dataclasses import dataclass
+Peaks that crowd over too many bins to be lines, even lines that drift, are bands of vibration.
+
+A motor shaft whose speed wanders, or a structure that is shaken, fills a band with hundreds of
+peaks. Fitted as lines they would take hours and mean nothing: such a band is named, left in the
+angle, and left out of every fit of the spectrum.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+import scipy.fft
 from scipy.optimize import brentq
 
+from sagnac import series
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
-from sagnac.lines.components import Components
+from sagnac.lines import _kernels
+from sagnac.lines.components import MOST_ORDERS, Components, Turning
 from sagnac.lines.joint_fit import ComponentFit
 from sagnac.lines.products import Sampling
-from sagnac.lines.turning import Turning
-from sagnac.spectrum.floor import floor_scatter, noise_floor
 from sagnac.spectrum.periodogram import periodogram
+from sagnac.spectrum.power_laws import floor_scatter, noise_floor
+
+# ---- detection ---------------------------------------------------------------------
 
 # Below this many cycles a record nothing can be told from the random walk.
 LOWEST_CYCLES: Final = 4
@@ -193,3 +205,378 @@ def _doubled(components: Components, significance: FloatArray, turns: float) -> 
             pair = (begin + int(first), begin + int(second))
             doubled[min(pair, key=lambda index: float(significance[index]))] = True
     return doubled
+
+
+# ---- peaks -------------------------------------------------------------------------
+
+# Phase, in rad rms, by which an order strays from a tone before it is looked for on its own scale;
+# whether a line found in time follows the table better is asked in the end.
+_SMEARED: Final = 1.0
+# Even angles for a cycle of the highest order there, and how many there may be in all.
+_ANGLES_A_CYCLE: Final = 8
+_MOST_ANGLES: Final = 2**24
+# Orders at which the floor is taken; it changes slowly with order.
+_FLOOR_POINTS: Final = 400
+# A peak midway between half bins shows this share of its height: one below the threshold by that
+# much may be above it once refined, and is pruned there if it is not.
+_MIDWAY: Final = 0.9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Peaks:
+    """Peaks of a spectrum.
+
+    Attributes
+    ----------
+    place
+        (peaks,) in half bins: half cycles a record, or over the table's whole range.
+    height
+        (peaks,) power of the increments, rad^2.
+    """
+
+    place: FloatArray
+    height: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.place.shape != self.height.shape:
+            raise ValueError(
+                f"place has shape {self.place.shape}; give that of height, {self.height.shape}"
+            )
+
+    def select(self, keep: BooleanArray) -> "Peaks":
+        """The peaks where `keep`, (peaks,) bool, is true."""
+        return Peaks(place=self.place[keep], height=self.height[keep])
+
+
+NO_PEAKS: Final = Peaks(place=np.empty(0), height=np.empty(0))
+
+
+def peaks_in_frequency(left: Residue) -> Peaks:
+    """Peaks of the increments' spectrum over frequency."""
+    power = left.spectrum.power
+    # In red noise the jump from the record's end to its start leaks with one sign into whole bins
+    # and with the other into the halves between, whose floor may be twice as high.
+    halves = noise_floor(power[1::2])
+    floor = left.spectrum.floor
+    return _peaks(
+        power,
+        lambda span: _level_of_half_bins(floor, halves, span),
+        left.threshold,
+        2 * LOWEST_CYCLES,
+        floor,
+        halves,
+    )
+
+
+def peaks_in_order(left: Residue, *, crowded: bool) -> Peaks:
+    """Peaks of the increments' spectrum over table angle.
+
+    There are none at orders so low that on this table they are tones.
+
+    Parameters
+    ----------
+    left
+        What is left of the angle.
+    crowded
+        Whether peaks crowd beyond the frequencies of order 128. If so, the search goes on to the
+        highest order that samples tell.
+    """
+    turns = left.turning
+    if turns is None:
+        return NO_PEAKS
+    highest = _highest_order(turns, crowded=crowded)
+    lowest = _SMEARED / max(_wander(left.sampled), 1e-300)
+    if lowest > highest:
+        return NO_PEAKS
+    power, spacing = _power_over_angle(left.steps, turns, highest)
+    coarse = np.geomspace(LOWEST_CYCLES / turns.turns, highest, _FLOOR_POINTS)
+    level = floor_of_orders(coarse, turns.speeds, left.spectrum.floor)
+    level = np.interp(np.arange(power.size) * spacing, coarse, level)
+    first = max(2 * LOWEST_CYCLES, int(lowest / spacing))
+    found = _peaks(power, lambda span: level[span], left.threshold, first)
+    return replace(found, place=found.place * (2.0 * turns.turns * spacing))
+
+
+def _highest_order(turns: Turning, *, crowded: bool) -> float:
+    """Highest order looked for: 128, more if crowded, and none that samples do not tell."""
+    highest = float(MOST_ORDERS)
+    if crowded:
+        highest = max(highest, _MOST_ANGLES / (2.0 * _ANGLES_A_CYCLE * max(turns.turns, 1.0)))
+    return min(highest, np.pi / turns.fastest) if turns.fastest > 0.0 else 0.0
+
+
+def _power_over_angle(
+    steps: FloatArray, turns: Turning, highest: float
+) -> tuple[FloatArray, float]:
+    """Power of the increments at even orders up to `highest`, and how far apart these are.
+
+    An increment of exp(1j k alpha) is 1j k step exp(1j k alpha): the steps' products with those
+    of the table, shared out among even angles, are transformed in one. With eight angles to a
+    cycle of the highest order, a millionth of the power of what lies beyond it is folded back.
+    """
+    table = turns.table
+    scale = _ANGLES_A_CYCLE * highest / (2.0 * np.pi)
+    span_of_table = (turns.high - turns.low) * scale
+    length = scipy.fft.next_fast_len(int(2.0 * span_of_table) + 4, real=True)
+
+    def spread(grid: FloatArray, span: slice) -> FloatArray:
+        """One block added to the grid, which all of them add to, one after the other."""
+        here = table[span.start : span.stop + 1]
+        _kernels.spread(here, steps[span], turns.low, scale, grid)
+        return grid
+
+    grid = series.reduce(spread, np.zeros(length), steps.size, table, steps)
+    sums = scipy.fft.rfft(grid, overwrite_x=True)[: int(length / _ANGLES_A_CYCLE)]
+    power = np.square(sums.real) + np.square(sums.imag)
+    power /= np.sinc(np.arange(power.size) / length) ** 8
+    power /= table.size * float(np.mean(turns.speeds**2))
+    return power, _ANGLES_A_CYCLE * highest / length
+
+
+def _wander(sampled: Sampling) -> float:
+    """How far the table strays from a steady rate, rad rms."""
+    # The last block may be a short one, and the lags then have a mean.
+    lag = sampled.lag - sampled.lag.mean()
+    rate = float(lag @ (sampled.angle - sampled.angle.mean())) / max(float(lag @ lag), 1e-300)
+    return float(np.std(sampled.angle - rate * lag))
+
+
+def _level_of_half_bins(floor: FloatArray, halves: FloatArray, span: slice) -> FloatArray:
+    """Floor at half bins: the mean of the whole ones beside, or that of the halves if higher.
+
+    Parameters
+    ----------
+    floor
+        (bins,) at the whole bins.
+    halves
+        (bins - 1,) or fewer, at the bins between; half bin n takes that of n // 2.
+    span
+        Which half bins; bin k is half bin 2 k.
+    """
+    first, last = span.start // 2, (span.stop - 1) // 2
+    whole = floor[first : last + 2]
+    if whole.size < last - first + 2:
+        whole = np.append(whole, floor[-1])
+    between = halves[first : last + 1]
+    if between.size < last - first + 1:
+        between = np.append(between, np.full(last - first + 1 - between.size, halves[-1]))
+    level = np.empty(2 * between.size)
+    np.maximum(whole[:-1], between, out=level[0::2])
+    np.maximum(0.5 * (whole[:-1] + whole[1:]), between, out=level[1::2])
+    return level[span.start - 2 * first : span.stop - 2 * first]
+
+
+def _peaks(
+    power: FloatArray,
+    level_over: Callable[[slice], FloatArray],
+    threshold: float,
+    first: int,
+    *levels: FloatArray,
+) -> Peaks:
+    """Where power over floor peaks above the threshold, from half bin `first` on.
+
+    Parameters
+    ----------
+    power
+        (half bins,) rad^2.
+    level_over
+        Gives the floor over a slice of the half bins.
+    threshold
+        Ratio of power to floor.
+    first
+        Half bin to begin with, one or more.
+    levels
+        Series that `level_over` reads.
+    """
+
+    def over(span: slice) -> FloatArray:
+        start, stop = max(span.start, first), span.stop
+        if stop <= start:
+            return np.empty((2, 0))
+        here = power[start - 1 : stop + 1]
+        ratio = here / level_over(slice(start - 1, stop + 1))
+        left, inner, right = ratio[:-2], ratio[1:-1], ratio[2:]
+        top = np.flatnonzero((inner > _MIDWAY * threshold) & (inner >= left) & (inner > right))
+        left, inner, right = left[top], inner[top], right[top]
+        # The top of a parabola through three ordinates.
+        offset = 0.5 * (left - right) / (left - 2.0 * inner + right)
+        return np.stack([start + top + offset, here[top + 1]])
+
+    found = series.map(over, power.size - 1, power, *levels)
+    place, height = np.concatenate(found, axis=1) if found else np.empty((2, 0))
+    return Peaks(place=place, height=height)
+
+
+# ---- crowding ----------------------------------------------------------------------
+
+Band = tuple[float, float]
+
+# Width of a band to begin with, octaves, and peaks that crowd in it.
+_WIDTH: Final = 0.125
+_CROWD: Final = 40
+# Tones that may be fitted together. If there are more, fewer peaks are a crowd.
+_MANY: Final = 60
+_SMALLER_CROWDS: Final = (20, 10, 5)
+# Bins over which the middle half of a crowd has to spread: a line that drifts spreads over fewer.
+_SPREAD: Final = 150
+# Tones beside which nobody asks whether a crowd is a line that drifts.
+_TOO_MANY: Final = 120
+# Lines that drift, this many of them nearer than a 64th of an octave, are one band; if there are
+# more than `_MANY_DRIFT` in all, so are two in an eighth of an octave.
+_DRIFT_ALIKE: Final = 3
+_BESIDE: Final = 1.0 / 64.0
+_MANY_DRIFT: Final = 6
+# Half width of a peak in half bins, and how far above the leakage of higher ones it is its own.
+_MAIN_LOBE: Final = 3.0
+_ROOM: Final = 10.0
+# Highest peaks looked at.
+_MOST: Final = 3000
+
+
+def plain_peaks(peaks: Peaks) -> Peaks:
+    """The peaks that are no leakage of a higher one.
+
+    Parameters
+    ----------
+    peaks
+        In frequency, half bins.
+    """
+    order = np.argsort(-peaks.height, kind="stable")[:_MOST]
+    place, height = peaks.place[order], peaks.height[order]
+    leakage = np.zeros(place.size)
+    plain = np.ones(place.size, dtype=bool)
+    for at in range(place.size):
+        if height[at] < _ROOM * leakage[at]:
+            plain[at] = False
+        if not plain[at]:
+            continue
+        apart = np.abs(place - place[at])
+        beside = apart < _MAIN_LOBE
+        beside[: at + 1] = False
+        plain &= ~beside
+        leakage += height[at] / (0.5 * np.pi * np.maximum(apart, 2.0)) ** 2
+    return Peaks(place=place[plain], height=height[plain])
+
+
+def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...]:
+    """Bands in which peaks and known tones crowd.
+
+    Parameters
+    ----------
+    peaks
+        In frequency, half bins.
+    known
+        Lines that are out of the increments already.
+    bins
+        Of the spectrum, from 0 to half a cycle a sample.
+
+    Returns
+    -------
+    tuple of (low, high)
+        Cycles a sample, ascending and apart. With 40 tones and more in an eighth of an octave;
+        with fewer, down to 5, if more than 60 were left to fit.
+    """
+    half_bins = 2.0 * (bins - 1)
+    # A peak at half bin n lies at n / (2 half_bins) cycles a sample.
+    found = np.concatenate([plain_peaks(peaks).place / (2.0 * half_bins), known.frequencies])
+    bands: tuple[Band, ...] = ()
+    steps = [(0, _CROWD, _SPREAD)]
+    steps += [(_MANY, crowd, _SPREAD) for crowd in _SMALLER_CROWDS]
+    steps += [(_TOO_MANY, crowd, 0) for crowd in _SMALLER_CROWDS]
+    for most, crowd, spread in steps:
+        if np.count_nonzero(~inside(found, bands)) > most:
+            bands = joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
+    return bands
+
+
+def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
+    """An eighth of an octave about every peak, of a search that has gone on for long enough.
+
+    Parameters
+    ----------
+    peaks
+        In frequency, half bins.
+    bins
+        Of the spectrum, from 0 to half a cycle a sample.
+    """
+    found = plain_peaks(peaks).place / (4.0 * (bins - 1))
+    margin = 2.0 ** (0.5 * _WIDTH)
+    return joined_bands(
+        tuple((place / margin, min(place * margin, 0.5)) for place in found.tolist())
+    )
+
+
+def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
+    """Eighths of an octave with a crowd whose middle half spreads over some cycles a sample."""
+    octave = np.floor(np.log2(np.maximum(found, 1e-300)) / _WIDTH)
+    bands = []
+    for number in np.unique(octave):
+        here = found[octave == number]
+        if here.size < crowd:
+            continue
+        low, high = np.quantile(here, [0.25, 0.75])
+        if high - low >= spread:
+            bands.append((2.0 ** (number * _WIDTH), 2.0 ** ((number + 1.0) * _WIDTH)))
+    return [(float(low), float(min(high, 0.5))) for low, high in bands]
+
+
+def wandering_bands(drifting: tuple[Band, ...]) -> tuple[Band, ...]:
+    """Bands of vibration that were taken for several lines that drift.
+
+    Parameters
+    ----------
+    drifting
+        (low, high) of each such line, cycles a sample.
+
+    Returns
+    -------
+    tuple of (low, high)
+        Cycles a sample: from the lowest to the highest of lines side by side.
+    """
+    bands = _side_by_side(drifting, _BESIDE, _DRIFT_ALIKE)
+    if len(drifting) > _MANY_DRIFT:
+        bands += _side_by_side(drifting, _WIDTH, 2)
+    return joined_bands(tuple(bands))
+
+
+def _side_by_side(drifting: tuple[Band, ...], octaves: float, least: int) -> list[Band]:
+    """From the lowest to the highest of runs of lines no farther apart than that."""
+    result, run = [], list[Band]()
+    for line in (*sorted(drifting), (np.inf, np.inf)):
+        if run and line[0] > max(high for _, high in run) * 2.0**octaves:
+            if len(run) >= least:
+                # What wanders is seen but in part.
+                margin = 2.0 ** (0.5 * octaves)
+                highest = max(high for _, high in run)
+                result.append((run[0][0] / margin, min(highest * margin, 0.5)))
+            run = []
+        run.append(line)
+    return result
+
+
+def joined_bands(bands: tuple[Band, ...]) -> tuple[Band, ...]:
+    """The same bands, ascending, those that touch made one."""
+    result: list[Band] = []
+    for low, high in sorted(bands):
+        if result and low <= result[-1][1] * (1.0 + 1e-9):
+            result[-1] = (result[-1][0], max(high, result[-1][1]))
+        else:
+            result.append((low, high))
+    return tuple(result)
+
+
+def inside(frequencies: FloatArray, bands: tuple[Band, ...]) -> BooleanArray:
+    """(frequencies,) which lie in one of the bands."""
+    within = np.zeros(frequencies.size, dtype=bool)
+    for low, high in bands:
+        within |= (frequencies >= low) & (frequencies <= high)
+    return within
+
+
+def without_tones_in(components: Components, bands: tuple[Band, ...]) -> Components:
+    """Lines less the tones in some bands."""
+    if not bands or components.frequencies.size == 0:
+        return components
+    keep = np.ones(components.size, dtype=bool)
+    keep[components.orders.size :] = ~inside(components.frequencies, bands)
+    return components if keep.all() else components.select(keep)

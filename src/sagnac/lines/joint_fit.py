@@ -18,10 +18,21 @@ import scipy.linalg
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
-from sagnac.lines.components import Components, phase_multiples
+from sagnac.lines.components import (
+    MOST_ORDERS,
+    Components,
+    Turning,
+    mean_square_step,
+    phase_multiples,
+    speeds,
+)
 from sagnac.lines.products import Sampling, inner_products, phase_range, tone_factors
 from sagnac.spectrum.sums import angle_sums
 from sagnac.spectrum.sums import tone_sums as sums_of_tones
+from sagnac.table.kinematics import LARGEST_EARTH_RATE
+from sagnac.table.turns import mean_rate
+
+# ---- joint fit ---------------------------------------------------------------------
 
 # Eigenvalues below this share of the largest (of the scaled normal matrix) are directions that
 # the data do not distinguish; nothing is fitted along them. Products of an order and a tone are
@@ -326,3 +337,54 @@ def _data_sums(
         sums[angles : components.size] = 1j * size * plain
         sums[components.size + angles :] = 1j * size * tilted + slope * plain
     return sums
+
+
+# ---- earth orders ------------------------------------------------------------------
+
+# Angles that are kept at the least.
+_FEWEST_ANGLES: Final = 10_000
+
+
+def earth_amplitudes(turns: Turning) -> FloatArray:
+    """(orders,) largest amplitude, rad, that Earth rate on an unsteady table puts into each order.
+
+    0 for order 1, in which Earth rate and the harmonic are one at a steady table (Eq. 16).
+    """
+    orders = np.arange(1.0, MOST_ORDERS + 1.0)
+    every, rate = _thinned(turns)
+    length = every.size * mean_square_step(orders, speeds(every)) / 2.0
+    steady = _steady_time(every, rate)
+    largest = np.zeros(MOST_ORDERS)
+    for function, whole, sign in ((np.cos, np.sin, 1.0), (np.sin, np.cos, -1.0)):
+
+        def made(
+            span: slice,
+            function: np.ufunc = function,
+            whole: np.ufunc = whole,
+            sign: float = sign,
+        ) -> FloatArray:
+            here = every[span.start : span.stop + 1]
+            return np.asarray(function(here[1:]) / rate - sign * steady * np.diff(whole(here)))
+
+        steps = series.made(made, every.size - 1, every)
+        sums = order_sums(steps, every, MOST_ORDERS)[1:]
+        largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
+    largest[0] = 0.0
+    return LARGEST_EARTH_RATE * largest
+
+
+def _thinned(turns: Turning) -> tuple[FloatArray, float]:
+    """Table angles, rad, at a lower rate, Hz: the table turns slowly beside the samples."""
+    stride = max(1, int(1.0 / (MOST_ORDERS * turns.fastest + 1e-9)))
+    stride = min(stride, max(1, turns.table.size // _FEWEST_ANGLES))
+    return series.every(turns.table, stride), turns.sample_rate / stride
+
+
+def _steady_time(table: FloatArray, rate: float) -> float:
+    """Seconds in which the table turns by 1 rad on its way; 0 if it goes back and forth.
+
+    Order 1 is what a steady table would make of Earth rate. It is taken out first: with ripple in
+    the rate neighbouring orders are not orthogonal to it and would not show beside it.
+    """
+    net = float(table[-1] - table[0]) / (table.size - 1) * rate
+    return 1.0 / net if abs(net) > 0.5 * abs(mean_rate(table, rate)) else 0.0

@@ -14,8 +14,15 @@ from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.constants import EARTH_RATE
 from sagnac.lines import joint_fit
 from sagnac.lines.components import Components, joined
-from sagnac.lines.crowding import inside, joined_bands, wandering_bands, without_tones_in
-from sagnac.lines.detection import floors, significances, significant
+from sagnac.lines.detection import (
+    floors,
+    inside,
+    joined_bands,
+    significances,
+    significant,
+    wandering_bands,
+    without_tones_in,
+)
 from sagnac.lines.products import pairs_summed
 from sagnac.lines.rescaling import rescaled_components
 from sagnac.lines.state import State

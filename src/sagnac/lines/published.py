@@ -12,15 +12,15 @@ from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.errors import Note, quoted
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale
+from sagnac.lines.naming import TAKEN_BINS
 from sagnac.lines.orthogonal_search import (
     OrthogonalSearch,
     Stop,
     fast_orthogonal_search,
     require_rule,
 )
-from sagnac.lines.taken_noise import TAKEN_BINS
 from sagnac.spectrum import periodogram
-from sagnac.spectrum.floor import noise_floor
+from sagnac.spectrum.power_laws import noise_floor
 from sagnac.spectrum.sums import angle_series
 from sagnac.table.kinematics import sine_cosine_integrals
 from sagnac.table.turns import is_turning

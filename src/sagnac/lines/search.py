@@ -18,10 +18,17 @@ from sagnac.arrays import FloatArray
 from sagnac.errors import Note, rounded
 from sagnac.lines.candidates import NewLines, new_lines
 from sagnac.lines.components import Components, joined
-from sagnac.lines.crowding import Band, bands_of_peaks, crowded_bands, joined_bands
-from sagnac.lines.detection import floor_of
+from sagnac.lines.detection import (
+    Band,
+    Peaks,
+    bands_of_peaks,
+    crowded_bands,
+    floor_of,
+    joined_bands,
+    peaks_in_frequency,
+)
 from sagnac.lines.model import Removal
-from sagnac.lines.naming import blocks_text, describe_lines
+from sagnac.lines.naming import blocks_text, describe_lines, masked_bands, noise_taken
 from sagnac.lines.passes import (
     followed,
     gathered,
@@ -36,14 +43,11 @@ from sagnac.lines.passes import (
     without_earth_orders,
     without_vibration,
 )
-from sagnac.lines.peaks import Peaks, peaks_in_frequency
 from sagnac.lines.products import pairs_summed
 from sagnac.lines.state import End, Record, State, centre, first_state, motion_removed
-from sagnac.lines.taken_noise import masked_bands, noise_taken
 from sagnac.table.kinematics import block_averages, kinematics
 from sagnac.table.motion import follow_table
-from sagnac.table.part_turn import function_of_angle
-from sagnac.table.turns import FEW_TURNS, full_turns, is_turning
+from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
 
 # Products within a block are too small to share out among threads.
 _BLAS: Final = ThreadpoolController()
@@ -84,7 +88,7 @@ def remove_lines(
     """Find, refine, fit jointly and remove every periodic component of `angle`.
 
     Table motion and Earth rate come first (`table.motion.follow_table`); over part of a turn, or a
-    few, what goes with the table angle comes with them (`table.part_turn`). Rounds follow until
+    few, what goes with the table angle comes with them (`table.turns`). Rounds follow until
     nothing exceeds the noise floor: new lines in frequency and in order of table angle
     (`candidates.new_lines`); a joint Gauss-Newton step of all (`joint_fit.fit`); table motion again
     without them; tones that follow the table moved to the angle scale (`rescaling`); and clusters

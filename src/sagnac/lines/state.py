@@ -14,15 +14,19 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import ComplexArray, FloatArray
-from sagnac.lines.components import MOST_ORDERS, Components, no_components, removed
-from sagnac.lines.crowding import Band
-from sagnac.lines.detection import Residue, Spectrum, detection_threshold, spectrum
-from sagnac.lines.earth_orders import earth_amplitudes
-from sagnac.lines.joint_fit import ComponentFit, order_sums
+from sagnac.lines.components import (
+    MOST_ORDERS,
+    Components,
+    Turning,
+    no_components,
+    removed,
+    turning,
+)
+from sagnac.lines.detection import Band, Residue, Spectrum, detection_threshold, spectrum
+from sagnac.lines.joint_fit import ComponentFit, earth_amplitudes, order_sums
 from sagnac.lines.naming import Lineup
 from sagnac.lines.products import Sampling, sampling
 from sagnac.lines.rescaling import Wander, wander
-from sagnac.lines.turning import Turning, turning
 from sagnac.lines.wandering import DriftingLine, values
 from sagnac.table.kinematics import averaged, block_averages, kinematics
 from sagnac.table.motion import TableMotion, follow_table

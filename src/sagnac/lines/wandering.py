@@ -23,8 +23,9 @@ from sagnac.lines.baseband import (
     steady_lines,
     sum_of_tones,
 )
-from sagnac.lines.envelopes import Description, best_description
-from sagnac.lines.splines import (
+from sagnac.lines.envelopes import (
+    Description,
+    best_description,
     coefficients_of,
     knot_values,
     knot_variances,

@@ -13,7 +13,7 @@ from sagnac.recording.channel import per_gyro
 from sagnac.rig.config import PRESETS, RigConfig
 from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.truth import truth_of
-from sagnac.table.frames import shares_from_deviations
+from sagnac.table.kinematics import shares_from_deviations
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 
 

@@ -6,7 +6,7 @@ from sagnac.analysis.result import Answer
 from sagnac.coefficients.curve_fit import paper_squares
 from sagnac.coefficients.readings import READINGS, ReadingName
 from sagnac.errors import RecordingError
-from sagnac.lines.taken_noise import with_noise_restored
+from sagnac.lines.naming import with_noise_restored
 
 
 def by_each_reading(answer: Answer) -> dict[ReadingName, float]:

@@ -37,7 +37,7 @@ from sagnac.rig.sections import (
     overlaid,
 )
 from sagnac.rig.table import table_command
-from sagnac.table.frames import shares_from_deviations
+from sagnac.table.kinematics import shares_from_deviations
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
 _CLEAR_OF_LOCK_IN = 10.0  # lock-in rates that the bias must exceed, so that jitter never locks

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import betainc, gammaincinv
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.spectrum.median import running_median
+from sagnac.spectrum.power_laws import running_median
 from sagnac.spectrum.tapered import Cells, TaperedSpectrum, smoothed_law
 from sagnac.spectrum.tapers import CELL, band_degrees_of_freedom
 

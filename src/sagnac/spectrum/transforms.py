@@ -1,14 +1,240 @@
-"""Fourier and cosine transforms of a series of any length, in bounded memory."""
+"""Fourier and cosine transforms of a series of any length, in bounded memory.
+
+Long ones go in two rounds of short ones; a scratch file holds what crosses rows and columns.
+
+With the length N1 N2, every N1-th of the samples goes into a transform of length N2, and the N1
+results at one of their frequencies k, brought into phase, into one of length N1, which gives the
+frequencies k + N2 j of the whole (Bailey 1990, doi:10.1007/BF00162341). The short transforms stay
+in cache, and of a long series little is in memory at a time.
+"""
 
 import math
-from typing import Final
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import BufferedRandom
+from typing import Any, Final
 
 import numpy as np
 import scipy.fft
+from numpy.typing import NDArray
 
+from sagnac import series
 from sagnac.arrays import ComplexArray, FloatArray
-from sagnac.spectrum.factored import Factors, Samples, Store, factored, factors
-from sagnac.spectrum.scratch import Scratch
+
+# ---- scratch -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scratch:
+    """Numbers in rows, in memory or in a file, written and read in blocks.
+
+    A file is not mapped: writes to pages all over a mapping cost several times what plain ones
+    do, and each may map two megabytes around it.
+
+    Attributes
+    ----------
+    width
+        Numbers in a row.
+    values
+        (rows, width) in memory; empty where they lie in the file.
+    file
+        None where they lie in memory.
+    """
+
+    width: int
+    values: NDArray[Any]
+    file: BufferedRandom | None
+
+    def write(self, row: int, column: int, block: NDArray[Any]) -> None:
+        """Store `block`, (rows, columns), from a row and a column on."""
+        if self.file is None:
+            self.values[row : row + block.shape[0], column : column + block.shape[1]] = block
+            return
+        block = np.ascontiguousarray(block)
+        for index, line in enumerate(block, start=row):
+            self.file.seek((index * self.width + column) * block.itemsize)
+            self.file.write(line.view(np.uint8))
+
+    def read(self, rows: slice, columns: slice) -> NDArray[Any]:
+        """Stored values, (rows, columns); not to be written to."""
+        if self.file is None:
+            return self.values[rows, columns]
+        block = np.empty((rows.stop - rows.start, columns.stop - columns.start), self.values.dtype)
+        for index, line in enumerate(block, start=rows.start):
+            self.file.seek((index * self.width + columns.start) * block.itemsize)
+            self.file.readinto(line.view(np.uint8))
+        return block
+
+    def first_row(self) -> FloatArray:
+        """The first row, which holds real numbers, as a series."""
+        if self.file is None:
+            return np.asarray(self.values[0])
+        self.file.flush()
+        return series.mapped(self.file, self.width)
+
+
+@contextmanager
+def scratch(rows: int, width: int, dtype: type) -> Iterator[Scratch]:
+    """Room for (rows, width) numbers, in a file if that is more than `series.IN_MEMORY` floats."""
+    itemsize = np.dtype(dtype).itemsize
+    if rows * width * itemsize <= 8 * series.IN_MEMORY:
+        yield Scratch(width=width, values=np.empty((rows, width), dtype), file=None)
+    else:
+        with tempfile.TemporaryFile(prefix="sagnac-") as file:
+            yield Scratch(width=width, values=np.empty(0, dtype), file=file)
+
+
+# ---- factored ----------------------------------------------------------------------
+
+# Transforms in the first round, about; each is that much shorter than the whole.
+_COLUMNS: Final = 256
+# Frequencies of each of them that are combined at once: 4 MiB.
+_COMBINED: Final = 1024
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Factors:
+    """The two factors of a length.
+
+    Attributes
+    ----------
+    count
+        Transforms in the first round, N1 (columns).
+    size
+        Length of each, N2.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not positive.
+    """
+
+    count: int
+    size: int
+
+    def __post_init__(self) -> None:
+        if self.count < 1 or self.size < 1:
+            raise ValueError(f"count and size are {self.count} and {self.size}; both count from 1")
+
+    @property
+    def length(self) -> int:
+        """Length of the whole transform."""
+        return self.count * self.size
+
+    @property
+    def frequencies(self) -> int:
+        """Frequencies of one column, zero to half a cycle; the others mirror them."""
+        return self.size // 2 + 1
+
+    @property
+    def is_balanced(self) -> bool:
+        """Whether there are about as many columns as are quick to work with."""
+        return _COLUMNS // 2 <= self.count <= 2 * _COLUMNS
+
+
+def factors(length: int) -> Factors:
+    """`length` by its divisor that is nearest the usual number of columns, by ratio.
+
+    Examples
+    --------
+    >>> factors(1_000_000)
+    Factors(count=250, size=4000)
+    """
+    divisors = np.arange(1, 5 * _COLUMNS)
+    divisors = divisors[length % divisors == 0]
+    count = int(divisors[np.argmin(np.abs(np.log(divisors / _COLUMNS)))])
+    return Factors(count=count, size=length // count)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Samples:
+    """The real samples that are transformed.
+
+    Attributes
+    ----------
+    size
+        How many; zeros follow up to the length of the transform.
+    piece
+        Gives a block of them.
+    touched
+        Series that they are made of, whose memory is given back on the way.
+    """
+
+    size: int
+    piece: Callable[[slice], FloatArray]
+    touched: tuple[FloatArray, ...]
+
+
+Store = Callable[[Scratch, slice, ComplexArray], None]
+
+
+def factored(samples: Samples, by: Factors, width: int, store: Store) -> FloatArray:
+    """A series of `width` made of the Fourier sums at k / length, block by block.
+
+    Parameters
+    ----------
+    samples
+        Real samples, no more than the length.
+    by
+        Factors of the length.
+    width
+        Samples in the series.
+    store
+        Called with the row to write to, a slice of frequencies k of the columns, and the sums at
+        k + N2 j, a row for each j. The other frequencies of a real series mirror these.
+    """
+    filled = -(-samples.size // by.count)
+    with scratch(by.count, by.frequencies, np.complex128) as spectra:
+        with scratch(by.count, filled, np.float64) as columns:
+            split(samples, by, columns)
+            transform_columns(columns, by, spectra)
+        with scratch(1, width, np.float64) as result:
+            combine_columns(spectra, by, lambda some, block: store(result, some, block))
+            return result.first_row()
+
+
+def split(samples: Samples, by: Factors, columns: Scratch) -> None:
+    """Every N1-th sample into a row of its own, zeros after the last."""
+
+    def deal(rows: slice) -> None:
+        block = slice(rows.start * by.count, min(rows.stop * by.count, samples.size))
+        values = samples.piece(block)
+        if values.size % by.count:
+            values = np.append(values, np.zeros(-values.size % by.count))
+        columns.write(0, rows.start, values.reshape(-1, by.count).T)
+
+    rows_at_once = max(1, 4 * series.SPAN // by.count)
+    series.map(deal, columns.width, *samples.touched, length=rows_at_once)
+
+
+def transform_columns(columns: Scratch, by: Factors, spectra: Scratch) -> None:
+    """The first round: a transform of length N2 of every row."""
+
+    def transform(some: slice) -> None:
+        rows = columns.read(some, slice(0, columns.width))
+        spectra.write(some.start, 0, scipy.fft.rfft(rows, by.size))
+
+    series.map(transform, by.count, length=max(1, series.SPAN // (2 * by.size)))
+
+
+def combine_columns(
+    spectra: Scratch, by: Factors, store: Callable[[slice, ComplexArray], None]
+) -> None:
+    """The second round: a transform of length N1 across the rows, at every frequency."""
+    number = np.arange(by.count)[:, np.newaxis] * (-2j * np.pi / by.length)
+    turns = np.exp(number * np.arange(min(_COMBINED, by.frequencies)))
+
+    def combine(some: slice) -> None:
+        block = spectra.read(slice(0, by.count), some) * np.exp(number * some.start)
+        block *= turns[:, : some.stop - some.start]
+        store(some, scipy.fft.fft(block, axis=0, overwrite_x=True))
+
+    series.map(combine, by.frequencies, length=_COMBINED)
+
+
+# ---- transforms --------------------------------------------------------------------
 
 # One thread in one transform: several recordings are worked on by several processes.
 THREADS: Final = 1

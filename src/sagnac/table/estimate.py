@@ -21,8 +21,12 @@ from scipy.fft import dst, idst
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.table.earth import LARGEST_EARTH_RATE
-from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, sine_cosine_integrals
+from sagnac.table.kinematics import (
+    KINEMATIC_RATE,
+    LARGEST_EARTH_RATE,
+    averages_of,
+    sine_cosine_integrals,
+)
 from sagnac.table.whitened import Whitened, whitened
 from sagnac.units import ARCSECOND
 

@@ -14,8 +14,14 @@ import scipy.linalg.lapack
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.table.earth import LARGEST_EARTH_RATE, bounded_by_earth
-from sagnac.table.kinematics import Kinematics, are_whole, harmonics_of, highest_harmonic
+from sagnac.table.kinematics import (
+    LARGEST_EARTH_RATE,
+    Kinematics,
+    are_whole,
+    bounded_by_earth,
+    harmonics_of,
+    highest_harmonic,
+)
 
 # Orders allowed for while nobody knows which there are.
 _NUISANCE_ORDERS: Final = 128
