@@ -66,6 +66,40 @@ def test_a_curve_alone_is_drawn_in_its_own_unit_and_per_gyro():
     np.testing.assert_array_equal(drawn(axes)["oadev"].get_ydata(), single.deviation)
 
 
+def test_several_gyros_on_one_axis_are_told_apart():
+    alone = {name: dataclasses.replace(analysis(gyros=("x",)), channel=name) for name in "xyz"}
+    unit = dataclasses.replace(alone["x"], gyros=alone)
+    together = plot.stability(unit, Figure().add_subplot())
+    one_by_one = Figure().add_subplot()
+    for one in alone.values():
+        plot.stability(one, one_by_one)
+    for axes in (together, one_by_one):
+        curves = [drawn(axes)[name] for name in alone]
+        assert len({line.get_color() for line in curves}) == 3
+        for line in curves:
+            expected = alone["x"].curve.deviation / DEGREE_PER_HOUR
+            np.testing.assert_allclose(line.get_ydata(), expected)
+        legend = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert [text for text in legend if text in alone] == list(alone)
+        assert axes.get_ylabel() == "Allan deviation (°/h)"
+
+
+def test_a_curve_that_joins_another_leaves_room_for_both():
+    low = analysis(gyros=("x",))
+    high = dataclasses.replace(
+        low, channel="z", curve=dataclasses.replace(
+            low.curve, deviation=100.0 * low.curve.deviation, low=100.0 * low.curve.low,
+            high=100.0 * low.curve.high,
+        ),
+    )  # fmt: skip
+    axes = Figure().add_subplot()
+    for one in (low, high, low):
+        plot.stability(one, axes)
+    bottom, top = axes.get_ylim()
+    assert bottom < low.curve.low.min() / DEGREE_PER_HOUR
+    assert top > high.curve.deviation.max() / DEGREE_PER_HOUR
+
+
 def test_lines_stand_at_their_frequency_and_amplitude():
     axes = plot.lines(analysis(), Figure().add_subplot())
     of_angle, of_time = (container[0] for container in axes.containers)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,8 +18,10 @@ from sagnac.coefficients.laws import (
 )
 from sagnac.plot.frame import (
     BLUE,
+    COLORS,
     INK,
     QUIET,
+    STATES,
     after_removal,
     axes_of,
     channel_of,
@@ -42,6 +45,9 @@ _SLOPES: Final[Mapping[CoefficientName, str]] = {
     "rate_ramp": "+1",
 }
 _ROOM_FOR_LABEL: Final = 75.0  # points
+# What stands at the axis of deviations, before and behind the channel.
+_OF_CHANNEL: Final = "Allan deviation, "
+_UNIT: Final = " (°/h)"
 
 
 def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "Axes":
@@ -52,9 +58,12 @@ def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "A
     result
         An analysis: Allan deviation before and after removal (°/h), the fit that the answer
         rests on, and each term that it estimated with its slope. Or one curve, in its own unit.
-        The curve of a difference of two gyros is drawn per gyro, as the answer is.
+        The curve of a difference of two gyros is drawn per gyro, as the answer is. Several gyros
+        that were taken alone are drawn one over the other: of each the curve after removal and
+        the fit, in a colour of its own, with its name.
     ax
-        Where to draw; without it the current axis of ``pyplot``.
+        Where to draw; without it the current axis of ``pyplot``. An analysis that joins others
+        there is drawn over them in the same way.
 
     Returns
     -------
@@ -73,6 +82,10 @@ def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "A
     axes = axes_of(ax)
     if isinstance(result, StabilityCurve):
         _draw_curve(axes, result.per_gyro())
+    elif result.gyros or axes.collections:
+        _name_first(axes)
+        for analysis in result.each:
+            _draw_over(axes, analysis)
     else:
         _draw_curves(axes, result)
     axes.legend()
@@ -85,6 +98,35 @@ def _draw_curve(axes: "Axes", curve: StabilityCurve) -> None:
     _points(axes, curve, 1.0, label=curve.estimator)
     logarithmic(axes, "cluster time τ (s)", f"{curve.estimator} ({unit})")
     _limits(axes, curve.tau, curve.deviation, curve.low)
+
+
+def _name_first(axes: "Axes") -> None:
+    """The curve of an analysis that stood alone is called by its channel, as others join it."""
+    name = axes.get_ylabel().removeprefix(_OF_CHANNEL).removesuffix(_UNIT)
+    for line in axes.get_lines():
+        if line.get_label() in STATES:
+            line.set_label(name)
+
+
+def _draw_over(axes: "Axes", analysis: Analysis) -> None:
+    """The curve after removal and the fit, in the next colour, beside those that are there."""
+    there = len(axes.collections)
+    color = COLORS[there % len(COLORS)]
+    sides, heights = axes.get_xlim(), axes.get_ylim()
+    curve = analysis.curve.per_gyro()
+    _points(axes, curve, DEGREE_PER_HOUR, label=channel_of(analysis), color=color)
+    logarithmic(axes, "cluster time τ (s)", f"Allan deviation{_UNIT}")
+    _limits(axes, curve.tau, *(one / DEGREE_PER_HOUR for one in (curve.deviation, curve.low)))
+    if there:
+        axes.set_xlim(_widest(axes.get_xlim(), sides))
+        axes.set_ylim(_widest(axes.get_ylim(), heights))
+    if (fit := _fit_of(analysis)) is not None:
+        tau, total = fit.sum_over(*axes.get_xlim())
+        axes.plot(tau, total, color=color, linewidth=1.0)
+
+
+def _widest(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    return min(one[0], other[0]), max(one[1], other[1])
 
 
 def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
@@ -104,7 +146,7 @@ def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
             label="before removal",
         )
     _points(axes, after, DEGREE_PER_HOUR, label=after_removal(analysis))
-    logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel_of(analysis)} (°/h)")
+    logarithmic(axes, "cluster time τ (s)", f"{_OF_CHANNEL}{channel_of(analysis)}{_UNIT}")
     _limits(
         axes,
         after.tau,
@@ -113,16 +155,18 @@ def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
     _fitted(axes, analysis)
 
 
-def _points(axes: "Axes", curve: StabilityCurve, unit: float, *, label: str) -> None:
+def _points(
+    axes: "Axes", curve: StabilityCurve, unit: float, *, label: str, color: str = BLUE
+) -> None:
     """The points of a curve and its interval, in `unit`."""
     axes.plot(
-        curve.tau, curve.deviation / unit, color=BLUE, marker="o", linestyle="none", label=label
+        curve.tau, curve.deviation / unit, color=color, marker="o", linestyle="none", label=label
     )
     axes.fill_between(
         curve.tau,
         curve.low / unit,
         curve.high / unit,
-        color=BLUE,
+        color=color,
         alpha=0.2,
         linewidth=0,
         label=f"its {100 * curve.confidence:g} % interval",
@@ -139,8 +183,22 @@ def _limits(axes: "Axes", tau: FloatArray, *deviations: FloatArray) -> None:
         axes.set_ylim(0.6 * values.min(), 1.7 * values.max())
 
 
-def _fitted(axes: "Axes", analysis: Analysis) -> None:
-    """Basis of the answer: its sum, and each term it estimated with its slope."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Drawn:
+    """Terms of the answer that are drawn, SI, and from which cluster time on, s."""
+
+    name: str
+    values: Mapping[CoefficientName, float]
+    shortest: float
+
+    def sum_over(self, left: float, right: float) -> tuple[FloatArray, FloatArray]:
+        """Cluster times between two, s, and the deviation of all terms there, °/h."""
+        tau = np.geomspace(max(left, self.shortest), right, 200)
+        return tau, np.sqrt(allan_variance(tau, self.values)) / DEGREE_PER_HOUR
+
+
+def _fit_of(analysis: Analysis) -> _Drawn | None:
+    """Basis of the answer; None if it estimated no term."""
     fit = headline_fit(analysis)
     shortest = 0.0
     if fit is None and analysis.average is not None and analysis.average.terms:
@@ -153,16 +211,22 @@ def _fitted(axes: "Axes", analysis: Analysis) -> None:
         if name in coefficients and coefficients[name].status == "estimated"
     }
     if not values:
-        return
-    left, right = axes.get_xlim()
-    tau = np.geomspace(max(left, shortest), right, 200)
-    total = np.sqrt(allan_variance(tau, values)) / DEGREE_PER_HOUR
+        return None
     resting = analysis.average
     both = resting is not None and resting.member == "both"
-    name_of_fit = "N of the likelihood" if both else "average" if fit is None else fit.method
-    axes.plot(tau, total, color=INK, linewidth=1.2, label=f"fit ({name_of_fit})")
+    name = "N of the likelihood" if both else "average" if fit is None else fit.method
+    return _Drawn(name=name, values=values, shortest=shortest)
+
+
+def _fitted(axes: "Axes", analysis: Analysis) -> None:
+    """Basis of the answer: its sum, and each term it estimated with its slope."""
+    fit = _fit_of(analysis)
+    if fit is None:
+        return
+    tau, total = fit.sum_over(*axes.get_xlim())
+    axes.plot(tau, total, color=INK, linewidth=1.2, label=f"fit ({fit.name})")
     low, high = axes.get_ylim()
-    for name, value in values.items():
+    for name, value in fit.values.items():
         part = np.sqrt(allan_variance(tau, {name: value})) / DEGREE_PER_HOUR
         axes.plot(tau, part, color=INK, linewidth=0.7, linestyle=(0, (2, 3)))
         inside = np.flatnonzero((part > low) & (part < high))

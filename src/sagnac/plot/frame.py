@@ -12,6 +12,11 @@ QUIET: Final = "#9a9a9a"
 BLUE: Final = "#1f5a96"
 ORANGE: Final = "#c4561b"
 GREEN: Final = "#2f7d5b"
+# Of several curves, one after another.
+COLORS: Final = (BLUE, ORANGE, GREEN, "#7a4f9a", "#8a6d00", INK)
+
+# Labels of a curve that stands alone: of the residual, or of the recording as it is.
+STATES: Final = ("after removal", "as recorded")
 
 
 def axes_of(given: "Axes | None") -> "Axes":
@@ -49,4 +54,4 @@ def removed(analysis: Analysis) -> bool:
 
 def after_removal(analysis: Analysis) -> str:
     """State of the residual, for a label: as recorded if nothing was removed."""
-    return "after removal" if removed(analysis) else "as recorded"
+    return STATES[0] if removed(analysis) else STATES[1]
