@@ -1,5 +1,6 @@
 """The pages of the docs name what there is; ``make docs`` runs them."""
 
+import dataclasses
 import json
 import re
 from importlib import import_module
@@ -14,6 +15,7 @@ import sagnac
 from sagnac.cli.app import app
 from sagnac.filters.definitions import DEFINITIONS
 from sagnac.formats.registry import FORMATS
+from sagnac.formats.statement import Statement
 from sagnac.report.document import analysis_document
 from sagnac.stability.estimators import ESTIMATORS
 from sagnac.units import UNITS
@@ -168,6 +170,33 @@ def test_a_fault_of_the_table_is_said():
     strength, note = tables.said(fault, turning=False)
     assert note is not None
     assert (note.name, strength) == ("dropouts", "0.001 share")
+
+
+def test_what_physics_contradicts_is_said():
+    assert "15.04" in tables.contradicted("three gyros in °/h called °/s").text
+    rows = tables.physics().splitlines()[2:]
+    assert len(rows) >= 5
+    for row in rows:
+        assert "`units`" in row or "`motion`" in row, row
+        assert "warning" in row or "error" in row, row
+
+
+def test_read_names_everything_that_may_be_stated():
+    for one in dataclasses.fields(Statement):
+        assert f"``{one.name}``" in (sagnac.read.__doc__ or ""), one.name
+
+
+def test_commands_of_the_front_page_have_their_options():
+    """Each leads to a page of the site; the five tasks of a newcomer are among them."""
+    page = PAGES["docs/index.md"]
+    for task in ("bag", "accept", "wrong_unit", "batch", "script"):
+        assert f"](tasks/{task}.md) |" in page
+    commands = re.findall(r"^\| \[.*\.md\S*\) \| `sagnac (\w+)([^`]*)` \|$", page, re.M)
+    assert len(commands) >= 10
+    for command, rest in commands:
+        assert command in OPTIONS
+        for option in re.findall(r"(?<!\S)(--[a-z][a-z-]*)", rest):
+            assert option in OPTIONS[command], f"sagnac {command} {option}"
 
 
 def test_every_command_is_on_its_page():

@@ -7,6 +7,7 @@ from importlib import import_module
 from importlib.resources import files
 from typing import Any, Final
 
+import numpy as np
 from benchmarks._faults import PATHOLOGIES, Pathology
 
 import sagnac
@@ -155,9 +156,69 @@ def _pathologies(*, turning: bool) -> str:
     return _markdown(("fault", "strength", "finding", "level", "what `check` says"), rows)
 
 
+def _noise(*, seed: int, scale: float = 1.8) -> Any:
+    """Three minutes of white noise at 100 Hz; of 1.8 °/h, that of N = 0.003 °/√h."""
+    return scale * np.random.default_rng(seed).standard_normal(18_000)
+
+
+def _triad(means: Sequence[float], unit: str) -> sagnac.Recording:
+    """Three gyros at rest whose mean rates, in °/h, are read as if they were in another unit."""
+    rates = {
+        name: mean + _noise(seed=seed)
+        for seed, (name, mean) in enumerate(zip("xyz", means, strict=True))
+    }
+    return sagnac.Recording.from_arrays(**rates, kind="rate", unit=unit, sample_rate=100.0)
+
+
+def _forces(scale: float) -> sagnac.Recording:
+    """A gyro, and three accelerometers whose numbers are called m/s²."""
+    forces = {
+        name: scale * (mean + _noise(seed=seed, scale=1e-3))
+        for seed, (name, mean) in enumerate({"ax": 0.1, "ay": 0.2, "az": 9.8}.items(), start=1)
+    }
+    units = {"x": "deg/h", **dict.fromkeys(forces, "m/s^2")}
+    gyro = 10.0 + _noise(seed=0)
+    return sagnac.Recording.from_arrays(
+        x=gyro, **forces, kind="rate", unit=units, sample_rate=100.0
+    )
+
+
+_EARTH: Final = (9.0, 7.2, 9.6)  # °/h: 15.04 across one another
+# Recordings that contradict physics: what is wrong, and what is read.
+_PHYSICS: Final[Mapping[str, Callable[[], sagnac.Recording]]] = {
+    "three gyros in °/h called °/s": lambda: _triad(_EARTH, "deg/s"),
+    "three gyros in °/h called rad/s": lambda: _triad(_EARTH, "rad/s"),
+    "one gyro with a bias of 40 °/h called °/s": lambda: sagnac.Recording.from_arrays(
+        x=40.0 + _noise(seed=0), kind="rate", unit="deg/s", sample_rate=100.0
+    ),
+    "accelerometers in g called m/s²": lambda: _forces(1.0 / 9.80665),
+    "accelerometers read as gyros": lambda: sagnac.Recording.from_arrays(
+        x=0.1 + _noise(seed=1, scale=1e-3),
+        y=0.2 + _noise(seed=2, scale=1e-3),
+        z=9.8 + _noise(seed=3, scale=1e-3),
+        kind="rate", unit="deg/s", sample_rate=100.0,
+    ),
+}  # fmt: skip
+
+
+@cache
+def contradicted(fault: str) -> sagnac.Note:
+    """The worst that is said of a recording of `_PHYSICS`."""
+    return sagnac.check(_PHYSICS[fault]())[0]
+
+
+def physics() -> str:
+    """Units and sensors that the Earth's rate, gravity or the bench gives away."""
+    notes = ((fault, contradicted(fault)) for fault in _PHYSICS)
+    rows = ((fault, f"`{note.name}`", note.level, f"{note}") for fault, note in notes)
+    return _markdown(("what is wrong", "finding", "level", "what `check` says"), rows)
+
+
 def findings() -> str:
     """Names by which findings are accepted, each with the faults that make it."""
     made: dict[str, list[str]] = {name: [] for name in FINDINGS}
+    for fault_of_unit in _PHYSICS:
+        made[contradicted(fault_of_unit).name].append(fault_of_unit)
     for turning in (False, True):
         for fault in PATHOLOGIES:
             if fault.turning if turning else fault.standing:
@@ -174,6 +235,7 @@ TABLES: Final[Mapping[str, Callable[[], str]]] = {
     "formats": formats,
     "pathologies-at-rest": pathologies_at_rest,
     "pathologies-turning": pathologies_turning,
+    "physics": physics,
     "schema": schema,
     "tools": tools,
     "units": units,

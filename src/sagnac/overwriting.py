@@ -112,8 +112,8 @@ def of_alignment(folder: Path) -> Outputs:
 
 
 def of_campaign(folder: Path) -> Outputs:
-    """The table and the page of a campaign; results and reports are named by their content."""
-    names = ("campaign.csv", "campaign.parquet", "index.html")
+    """Table, page and picture of a campaign; results and reports are named by their content."""
+    names = ("campaign.csv", "campaign.parquet", "campaign.png", "index.html")
     return _in(folder, names, "index.html", "page")
 
 

@@ -75,7 +75,7 @@ def test_second_start_does_nothing_again_and_says_the_same(rack, done) -> None:
     times = {path: path.stat().st_mtime_ns for path in (output / "results").iterdir()}
     said = campaign(str(rack), "-o", str(output), "--span", "1min")
     assert said.returncode == 1
-    assert "0 of 13 rows made" in said.stdout
+    assert "0 rows analyzed now, 13 kept from an earlier start" in said.stdout
     assert (output / "campaign.csv").read_bytes() == before
     assert all(path.stat().st_mtime_ns == then for path, then in times.items())
 
@@ -99,7 +99,7 @@ def test_campaign_that_was_ended_goes_on(rack, done, tmp_path, sign) -> None:
         assert process.returncode == 130
         assert b"Traceback" not in said
     again = campaign(*arguments)
-    assert f"{5 - len(kept)} of 5 rows made" in again.stdout
+    assert f" analyzed now, {len(kept)} kept from an earlier start" in again.stdout
     assert all(path.stat().st_mtime_ns == then for path, then in kept.items())
     wanted = [row for row in table(whole) if not row["start_s"]]
     assert table(tmp_path) == wanted

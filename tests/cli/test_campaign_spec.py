@@ -3,6 +3,7 @@
 import csv
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,6 +64,15 @@ def test_status_words_and_page_are_those_of_the_verdict(  # noqa: PLR0917
     assert (decisions.count("pass"), decisions.count("fail")) == (passed, failed)
     assert found[6]["state"] == "failed"
     assert "stuck" in found[6]["reason"]
+    # A row that passes has no reason; each other one says why, in the table, here and on the page.
+    for row in found[:6]:
+        why = "" if row["verdict"] == "pass" else "N: the interval lies above the limit"
+        assert row["reason"] == why
+        of_row = f"{Path(row['file']).name}, gyro {row['gyros']}: fail: {why}"
+        assert (of_row in shown) == bool(why)
+    assert page.count("N: the interval lies above the limit") == failed
+    assert "3 rows analyzed now\n" in shown
+    assert (tmp_path / "campaign.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):

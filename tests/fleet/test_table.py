@@ -1,6 +1,7 @@
 """The table of a campaign: equal data count once."""
 
 import csv
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,11 +10,16 @@ import pytest
 from sagnac.analysis.settings import Settings
 from sagnac.fleet import runner
 from sagnac.fleet.config import Task
+from sagnac.fleet.page import write_overview
 from sagnac.fleet.runner import run
 from sagnac.fleet.table import groups_of, lines_of, read_table, write_tables
 from sagnac.formats import read, write
 from sagnac.processes import GIBIBYTE, Means
+from sagnac.recording.effects import finding
+from sagnac.report.document import analysis_document
+from sagnac.specification.limits import specification_of
 from tests.fleet.conftest import write_recording
+from tests.handmade import analysis
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +51,50 @@ def test_equal_data_count_once_and_the_row_says_so(made, tmp_path) -> None:
         assert [row["same_as"] for row in csv.DictReader(stream)] == ["", *paths[:1] * 2, ""]
     (counted,) = groups_of(read_table(tmp_path)).values()
     assert [line.file for line in counted] == [paths[0], paths[3]]
+
+
+@pytest.mark.parametrize(
+    ("limit", "verdict", "reason"),
+    [
+        ("N=1", "pass", ""),
+        ("N=2.5e-5", "undecided", "N: the limit lies within the interval"),
+        ("N=1,B=1e-9", "undecided", "B: "),
+    ],
+)
+def test_a_row_says_why_it_does_not_pass(made, limit, verdict, reason) -> None:
+    single = analysis(gyros=("x",))
+    settings = replace(single.settings, specification=specification_of(limit))
+    document = analysis_document(replace(single, settings=settings))
+    row = made.each[0]
+    result = replace(row.result, analysis={**document, "lines": 0})
+    (line,) = lines_of([replace(row, result=result)])
+    assert line.verdict == verdict
+    assert line.reason.startswith(reason)
+    assert bool(line.reason) == bool(reason)
+
+
+def test_a_row_without_an_estimate_says_what_spoils_it(made) -> None:
+    spoilt = analysis(gyros=("x",), notes=(finding("clipping", "x", "is cut off", effect=0.6),))
+    unseen = replace(
+        spoilt,
+        angle_random_walk=replace(spoilt.angle_random_walk, status="upper bound"),
+    )
+    row = made.each[0]
+    for one, why in ((unseen, "is cut off; "), (spoilt, "")):
+        result = replace(row.result, analysis={**analysis_document(one), "lines": 0})
+        (line,) = lines_of([replace(row, result=result)])
+        assert line.reason.startswith(why)
+        assert bool(line.reason) == bool(why)
+
+
+def test_the_picture_of_a_campaign_is_of_what_shows_n(made, tmp_path) -> None:
+    lines = lines_of(made.each)
+    (path,) = write_overview(lines, (1e-3,), tmp_path)
+    assert path.read_bytes().startswith(b"\x89PNG")
+    # A later start in the same folder that shows no N leaves no picture of an earlier one.
+    nothing = [replace(line, n_deg_per_sqrt_h=math.nan, status="not observable") for line in lines]
+    assert write_overview(nothing, (1e-3,), tmp_path) == ()
+    assert not path.exists()
 
 
 def test_data_that_differ_by_little_are_two_measurements(made) -> None:

@@ -54,6 +54,12 @@ def zeros(share: float) -> Recording:
     return of_rate(_changed(still(), lost, 0.0))
 
 
+def far_zeros(share: float) -> Recording:
+    """As `zeros`, of a gyro whose mean is a thousand times its noise."""
+    lost = np.random.default_rng(2).random(SAMPLES) < share
+    return of_rate(_changed(still() + 1000.0 * SIGMA - MEAN, lost, 0.0))
+
+
 def stuck(runs: int, length: int) -> Recording:
     values = still()
     for start in np.linspace(0, SAMPLES - length, runs).astype(int):
@@ -129,6 +135,11 @@ PATHOLOGIES: dict[str, tuple[str, Callable[[], Recording], float | None]] = {
         "dropouts",
         lambda: zeros(0.05),
         np.sqrt(0.95 + 0.05 * 0.95 * (MEAN / SIGMA) ** 2),
+    ),
+    "a hundredth zeros, far from the mean": (
+        "dropouts",
+        lambda: far_zeros(0.01),
+        np.sqrt(0.99 + 0.01 * 0.99 * 1e6),
     ),
     "angle that falls to zero": (
         "dropouts",

@@ -64,6 +64,18 @@ def test_the_strongest_five_lines_and_how_many_more():
     assert "No periodic component" in text.strongest_lines(analysis(lines=()))
 
 
+def test_what_was_warned_of_stands_below_the_last_table():
+    doubt = Note(name="units", level="warning", channel="x, z", text="looks like another unit")
+    seen = Note(name="motion", level="remark", channel="z", text="moves a little")
+    alone = {name: analysis(gyros=("x",), notes=(seen,)) for name in "xz"}
+    unit = replace(alone["x"], gyros=alone, notes=(doubt, seen))
+    assert text.closing([("", unit)]).splitlines()[-1] == "warned of above: units (x, z)"
+    sound = replace(unit, notes=(seen,))
+    assert "warned" not in text.closing([("", sound)])
+    shown = text.closing([("a.csv", unit), ("b.csv", sound)])
+    assert shown.splitlines()[-1] == "warned of above: a.csv: units (x, z)"
+
+
 def test_several_analyses_end_in_one_table():
     triad, single = analysis(gyros=("x", "y", "z")), analysis(gyros=("x",))
     assert text.closing([("a.csv", triad)]) == ""

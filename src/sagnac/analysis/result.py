@@ -73,6 +73,10 @@ class Answer:
 class Analysis:
     """Everything one recording gave; what the report, the JSON and the tables are made of.
 
+    Of several gyros at rest each has an analysis of its own in `gyros`, and `each` gives them one
+    by one; `to_frame` has a row for every one. All other figures are then those of the **first**
+    gyro alone, which `channel` names: ``for one in analysis.each: one.lines`` has the lines of all.
+
     Attributes
     ----------
     recording
@@ -93,7 +97,7 @@ class Analysis:
     fits
         By method.
     lines
-        Every periodic component found, strongest first.
+        Every periodic component found in `channel`, strongest first.
     curve, curve_before
         Stability of `channel` after and before removal, at the same interval. For a difference
         of two gyros ``curve.per_gyro()`` is that of one gyro.
@@ -291,7 +295,7 @@ class Analysis:
 
     @property
     def each(self) -> "tuple[Analysis, ...]":
-        """Those that stand for themselves: of every gyro taken alone, else this one."""
+        """The analyses that hold all figures: one for each gyro in `gyros`, or this one alone."""
         return tuple(self.gyros.values()) or (self,)
 
     def with_accelerometers(self, forces: "Alone") -> "Analysis":

@@ -10,9 +10,9 @@ from sagnac.dataframes import pandas_for
 from sagnac.fleet import cluster
 from sagnac.fleet.config import Choices, Task, tasks_of
 from sagnac.fleet.measure import Result
-from sagnac.fleet.page import write_page
+from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, run
-from sagnac.fleet.table import Line, lines_of, write_tables
+from sagnac.fleet.table import Line, lines_of, walk_limits, write_tables
 from sagnac.formats.statement import Statement
 from sagnac.overwriting import of_campaign, require_free
 from sagnac.processes import Standing, means_of
@@ -29,7 +29,7 @@ class CampaignReport:
     lines
         Of the table: N, its interval and its status for each gyro of each recording.
     paths
-        Page and tables.
+        Page, tables and picture.
 
     Examples
     --------
@@ -77,8 +77,8 @@ def campaign(
     sources
         A TOML of a campaign, or recordings and folders of recordings.
     folder
-        ``campaign.csv``, ``campaign.parquet``, ``index.html`` and the reports go into it. What an
-        earlier start with the same folder has done is kept.
+        ``campaign.csv``, ``campaign.parquet``, ``index.html``, ``campaign.png`` and the reports go
+        into it. What an earlier start with the same folder has done is kept.
     settings
         For all recordings; ``Settings()`` unless given.
     pattern
@@ -177,7 +177,8 @@ def carried_out(
     lines = tuple(lines_of(made.each))
     tables = write_tables(lines, folder)
     page = write_page(made, lines, folder, title)
-    return CampaignReport(campaign=made, lines=lines, paths=(page, *tables))
+    picture = write_overview(lines, walk_limits(made), folder)
+    return CampaignReport(campaign=made, lines=lines, paths=(page, *tables, *picture))
 
 
 def title_of(sources: Sequence[Path], tasks: Sequence[Task]) -> str:

@@ -39,6 +39,7 @@ _KEPT: Final = (
     "per_gyro",
     "refused",
     "curve",
+    "findings",
     "notes",
     "verdict",
 )

@@ -20,15 +20,16 @@ from sagnac.fleet.table import (
     limit_texts,
     scatter_of,
     specifications_of,
+    walk_limits,
     yield_of,
 )
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, literal
 from sagnac.repeatability.study import Range, Repeatability
-from sagnac.report.figures import STYLE, PowersOfTen, legend_above, styled, svg
+from sagnac.report.figures import STYLE, PowersOfTen, legend_above, styled, svg, write_png
 from sagnac.report.files import rendered, write_text
 from sagnac.report.quantities import number, typeset
 from sagnac.specification.limits import Specification
-from sagnac.units import HOUR, field_unit
+from sagnac.units import HOUR
 from sagnac.version import __version__
 
 # ---- figures -----------------------------------------------------------------------
@@ -36,6 +37,9 @@ from sagnac.version import __version__
 # Panels beyond this are too small to read.
 MOST_PANELS: Final = 48
 _PANELS: Final = 4
+# Recordings beyond this have no names in the overview, and a name no more characters.
+_MOST_NAMES: Final = 30
+_LONGEST_NAME: Final = 20
 _PANEL: Final = (1.65, 1.5)
 _TITLE: Final = {"fontsize": 7.0, "loc": "left", "pad": 3.0}
 
@@ -125,6 +129,54 @@ def control_chart(
     return canvas.figure
 
 
+def write_overview(
+    lines: Sequence[Line], limits: Sequence[float], folder: Path
+) -> tuple[Path, ...]:
+    """Write ``campaign.png``: N of every gyro of every whole recording, in the table's order.
+
+    Parameters
+    ----------
+    lines
+        Of the table.
+    limits
+        Of N, deg/sqrt(h), a line each.
+    folder
+        Of the campaign.
+
+    Returns
+    -------
+    tuple of Path
+        The picture; none if no recording shows N, and an earlier picture goes then.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    path = folder / "campaign.png"
+    groups = groups_of(line for line in lines if not math.isnan(line.n_deg_per_sqrt_h))
+    shown = [line for line in lines if any(line in group for group in groups.values())]
+    if not shown:
+        path.unlink(missing_ok=True)
+        return ()
+    figure = control_chart(shown, None, limits)
+    if len(shown) <= _MOST_NAMES:
+        (axes,) = figure.axes
+        several = len(groups) > 1
+        names = [_row_name(line, several=several) for line in shown]
+        axes.set_xticks(range(1, len(shown) + 1), names, rotation=60, ha="right", fontsize=7.0)
+        axes.set_xlabel("")
+        figure.subplots_adjust(bottom=0.09 + 0.009 * max(map(len, names)))
+    write_png(figure, path)
+    return (path,)
+
+
+def _row_name(line: Line, *, several: bool) -> str:
+    name = Path(line.file).stem
+    name = name if len(name) <= _LONGEST_NAME else f"…{name[1 - _LONGEST_NAME :]}"
+    return literal(f"{name}, {line.gyros}" if several else name)
+
+
 def time_chart(lines: Sequence[Line]) -> Figure:
     """N of the spans of one recording against time, with intervals."""
     middle = np.array([0.5 * (line.start_s + line.stop_s) for line in lines]) / HOUR
@@ -204,12 +256,7 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
         for row, line in zip(campaign.each, lines, strict=True)
     }
     specifications = specifications_of(campaign)
-    limits = [
-        limit.value / field_unit("angle_random_walk").size
-        for one in specifications
-        for limit in one.limits
-        if limit.coefficient == "angle_random_walk"
-    ]
+    limits = walk_limits(campaign)
     failed = [line for line in lines if line.state != "done"]
     twice = sum(bool(line.same_as) for line in lines)
     equal = f" {twice} have the data of another and do not count." * bool(twice)
@@ -417,7 +464,7 @@ def _cells(line: Line) -> list[dict[str, Any]]:
         {"text": line.method, "key": line.method},
         {"text": span, "key": "" if not span else line.start_s, "numeric": True},
         {**_numeric(line.n_deg_per_sqrt_h, value), "range": _beside(line, interval)},
-        {"text": line.verdict, "key": line.verdict},
+        {"text": line.verdict, "key": line.verdict, "range": line.reason * bool(line.verdict)},
         _numeric(line.lines if found else math.nan, str(line.lines)),
         _numeric(line.notes if found else math.nan, str(line.notes)),
         _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
@@ -425,8 +472,12 @@ def _cells(line: Line) -> list[dict[str, Any]]:
 
 
 def _beside(line: Line, interval: str) -> str:
-    """Text beside N: its interval, or whose data these are."""
-    return f"the data of {Path(line.same_as).name}" if line.same_as else interval
+    """Text beside N: its interval, or whose data these are, or why it is no estimate."""
+    if line.same_as:
+        return f"the data of {Path(line.same_as).name}"
+    # Beside a verdict it stands there.
+    why = line.reason if line.state == "done" and not line.verdict else ""
+    return f"{interval}: {why}" if why else interval
 
 
 def _numeric(value: float, text: str) -> dict[str, Any]:

@@ -97,11 +97,14 @@ def _refused(row: Row, name: str, reason: str) -> Result:
 def _of_hat(row: Row, name: str) -> Row:
     """One gyro of a triad: its own N, and what was decided of it."""
     analysis = row.result.analysis
-    kept = {key: analysis[key] for key in ("settings", "notes", "lines") if key in analysis}
+    names = ("settings", "findings", "notes", "lines")
+    kept = {key: analysis[key] for key in names if key in analysis}
     kept["input"] = {**analysis["input"], "gyros": [name]}
     kept["angle_random_walk"] = analysis["per_gyro"][name]
     if "verdict" in analysis:
-        kept["verdict"] = analysis["verdict"]["gyros"].get(name, "")
+        verdict = analysis["verdict"]
+        own = [one for one in verdict["limits"] if one["gyro"] == name]
+        kept["verdict"] = {"overall": verdict["gyros"].get(name, ""), "limits": own}
     return replace(row, result=replace(row.result, analysis=kept))
 
 

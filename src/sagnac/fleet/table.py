@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 from scipy.special import betaincinv, ndtri
 
 from sagnac.alignment.noise import GyroNoise
+from sagnac.coefficients.laws import SYMBOLS
 from sagnac.errors import RecordingError
 from sagnac.fleet.config import Task
 from sagnac.fleet.measure import span_of
@@ -24,7 +25,7 @@ from sagnac.report.files import write_text
 from sagnac.report.sections import csv_text
 from sagnac.specification.limits import Specification
 from sagnac.specification.verdict import Decision, overall
-from sagnac.units import DEGREE_PER_ROOT_HOUR
+from sagnac.units import DEGREE_PER_ROOT_HOUR, field_unit
 
 # ---- table -------------------------------------------------------------------------
 
@@ -58,7 +59,7 @@ class Line:
     duration_s, lines, notes
         Length, and how many lines and notes.
     reason
-        Why there is no answer.
+        Why there is no answer, or only a bound, and why a limit is not kept or not decided.
     report, key
         Folder of the report, and key of the result.
     same_as
@@ -148,11 +149,11 @@ def line_of(row: Row) -> Line:
         k_deg_per_h_per_sqrt_h=_estimated(analysis, "rate_random_walk"),
         band_low_hz=_number(band[0]),
         band_high_hz=_number(band[1]),
-        verdict=_verdict(analysis.get("verdict")),
+        verdict=analysis.get("verdict", {}).get("overall", ""),
         duration_s=_number(given.get("duration_s")),
         lines=int(analysis.get("lines", 0)),
         notes=len(analysis.get("notes", ())),
-        reason=row.result.reason,
+        reason=row.result.reason or _reason(analysis),
         report=row.result.report,
         key=row.result.key,
     )
@@ -236,11 +237,16 @@ def _rate(task: Task, table_rate: Any, *, measured: bool) -> float:
         return 0.0 if table_rate is None else round(abs(float(table_rate)), 1)
 
 
-def _verdict(verdict: Any) -> str:
-    """The decision of an ``analysis.json``, which holds one only if a specification was given."""
-    if isinstance(verdict, Mapping):
-        return str(verdict.get("overall", ""))
-    return verdict if isinstance(verdict, str) else ""
+def _reason(analysis: Mapping[str, Any]) -> str:
+    """What keeps a row from an estimate, and then what keeps it from passing; empty if nothing."""
+    answer, reasons = analysis.get("angle_random_walk", {}), []
+    if answer and answer.get("status") != "estimated":
+        spoilt = [one["text"] for one in analysis.get("findings", ()) if one["level"] == "error"]
+        reasons += spoilt or [answer["source"]] if "source" in answer else spoilt
+    for one in analysis.get("verdict", {}).get("limits", ()):
+        if one["verdict"] != "pass":
+            reasons.append(f"{SYMBOLS[one['coefficient']]}: {one['reason']}")
+    return "; ".join(dict.fromkeys(reasons))
 
 
 def _estimated(analysis: Any, name: str) -> float:
@@ -474,6 +480,16 @@ def specifications_of(campaign: Campaign) -> tuple[Specification, ...]:
     """Statements, each once."""
     stated = [row.task.settings.specification for row in campaign.rows]
     return tuple(dict.fromkeys(one for one in stated if one is not None))
+
+
+def walk_limits(campaign: Campaign) -> tuple[float, ...]:
+    """Limits of N that were stated, deg/sqrt(h)."""
+    return tuple(
+        limit.value / field_unit("angle_random_walk").size
+        for one in specifications_of(campaign)
+        for limit in one.limits
+        if limit.coefficient == "angle_random_walk"
+    )
 
 
 def limit_texts(specification: Specification) -> list[str]:

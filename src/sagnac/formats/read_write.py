@@ -41,8 +41,8 @@ def read(
         as they are, for `sagnac.recording.quality.check`.
     **stated
         The fields of a `sagnac.formats.Statement`, by name, in place of `statement`: ``gyros``,
-        ``kind``, ``unit``, ``scale``, ``sample_rate``, ``time``, ``table``, ``columns``,
-        ``span``, ``counter_bits``, ``counter_period``, ``null_pulse``, ``layout``.
+        ``accelerometers``, ``kind``, ``unit``, ``scale``, ``sample_rate``, ``time``, ``table``,
+        ``columns``, ``span``, ``counter_bits``, ``counter_period``, ``null_pulse``, ``layout``.
 
     Returns
     -------

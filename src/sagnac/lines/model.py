@@ -6,7 +6,8 @@ from typing import Final, Literal, get_args
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import Note
+from sagnac.errors import Note, quoted
+from sagnac.units import ANGLE_UNITS, VELOCITY_UNITS
 
 Scale = Literal["angle", "time"]
 SCALES: Final[tuple[Scale, ...]] = get_args(Scale)
@@ -25,7 +26,8 @@ class Line:
     frequency_error
         Standard deviation of `frequency`; 0 where the order was given, not fitted.
     amplitude, amplitude_error
-        Peak amplitude of the angle and its standard deviation, rad.
+        Peak amplitude of the angle and its standard deviation, rad (m/s of an accelerometer);
+        `amplitude_in` converts.
     phase, phase_error
         rad, of ``amplitude * cos(2 pi f t + phase)`` at the first sample, or of
         ``amplitude * cos(order * alpha + phase)``.
@@ -54,6 +56,9 @@ class Line:
     ('time', 7.3)
     >>> abs(line.amplitude - 1e-6) < 4.0 * line.amplitude_error
     True
+    >>> value, error = line.amplitude_in("arcsec")
+    >>> round(value, 2), error < 0.01
+    (0.21, True)
     """
 
     scale: Scale
@@ -72,6 +77,25 @@ class Line:
             raise ValueError(f"scale is {self.scale!r}; use one of {', '.join(SCALES)}")
         if self.amplitude < 0.0:
             raise ValueError(f"amplitude is {self.amplitude}; give zero or more")
+
+    def amplitude_in(self, unit: str) -> tuple[float, float]:
+        """The amplitude and its standard deviation in a unit of the field.
+
+        Parameters
+        ----------
+        unit
+            Of angle (``arcsec``, ``deg``, ``rad``); of velocity (``um/s``, ``m/s``) for a line of
+            an accelerometer.
+
+        Raises
+        ------
+        ValueError
+            If it is none of these.
+        """
+        sizes = {**ANGLE_UNITS, **VELOCITY_UNITS}
+        if unit not in sizes:
+            raise ValueError(f"unit is {quoted(unit)}; use one of {', '.join(sizes)}")
+        return self.amplitude / sizes[unit], self.amplitude_error / sizes[unit]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

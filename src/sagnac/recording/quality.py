@@ -121,8 +121,9 @@ def _of_samples(
         lambda: _rolled_over(recording, gyro) or wrap_notes(recording, gyro),
         lambda: interleaved_notes(recording, gyro, profile),
         lambda: motion_notes(recording, gyro, profile) if is_bench else (),
-        lambda: resolution_notes(recording, gyro, profile),
+        # Zeros far from the mean look like a readout of one step from there to zero.
         lambda: dropout_notes(recording, gyro, profile),
+        lambda: resolution_notes(recording, gyro, profile),
         lambda: saturation_notes(recording, gyro, profile),
         lambda: repeat_notes(recording, gyro, profile),
         lambda: twice_notes(recording, gyro),

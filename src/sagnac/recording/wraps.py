@@ -45,7 +45,7 @@ def wrap_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     if middle is None:
         return ()
     bits = _counter_bits(gyro, highest - lowest)
-    if bits is None and not _is_by_chance(values, middle):
+    if bits is None and (_is_one_value(values, middle) or not _is_by_chance(values, middle)):
         return ()
     width = f"a counter of {bits} bits has" if bits else "a counter has"
     text = (
@@ -96,6 +96,24 @@ def _middle_of_gap(values: FloatArray, lowest: float, highest: float) -> float |
         return None
     at = int(np.argmax(gaps))
     return 0.5 * float(edges[filled[at] + 1] + edges[filled[at + 1]])
+
+
+def _is_one_value(values: FloatArray, middle: float) -> bool:
+    """Whether all samples at one end are equal, as those are that a logger wrote for lost ones."""
+
+    def extents(block: slice) -> FloatArray:
+        part = values[block]
+        low, high = part[part < middle], part[part > middle]
+        return np.array(
+            [
+                low.min(initial=math.inf), low.max(initial=-math.inf),
+                high.min(initial=math.inf), high.max(initial=-math.inf),
+            ]
+        )  # fmt: skip
+
+    found = np.array(series.map(extents, values.size, values))
+    first, last = found.min(axis=0), found.max(axis=0)
+    return bool(first[0] == last[1] or first[2] == last[3])
 
 
 def _is_by_chance(values: FloatArray, middle: float) -> bool:

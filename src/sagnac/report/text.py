@@ -429,6 +429,8 @@ def _levelled(note: Note) -> str:
 def closing(named: Sequence[tuple[str, Analysis]]) -> str:
     """One row for each gyro of several analyses, or of several gyros; empty for one alone.
 
+    What was warned of stands below, since the table is what one looks at last.
+
     Parameters
     ----------
     named
@@ -438,7 +440,25 @@ def closing(named: Sequence[tuple[str, Analysis]]) -> str:
         return ""
     rows = [row for file, analysis in named for row in _closing_rows(file, analysis)]
     unit = field_unit("angle_random_walk").symbol
-    return table(("file", "gyro", f"N {unit}", "interval", "status", "verdict"), rows)
+    listed = table(("file", "gyro", f"N {unit}", "interval", "status", "verdict"), rows)
+    warned = [line for file, analysis in named for line in _warned_of(file, analysis)]
+    return "\n".join((listed, *warned))
+
+
+def _warned_of(file: str, analysis: Analysis) -> list[str]:
+    """Each finding that is more than a remark, and the channels that it is of: a line each."""
+    channels: dict[str, list[str]] = {}
+    for one in (analysis, *analysis.each):
+        for note in ranked(one.findings):
+            known = channels.setdefault(note.name, [])
+            if note.level != "remark" and note.channel not in known:
+                known.append(note.channel)
+    of_file = f"{file}: " if file else ""
+    return [
+        wrapped(f"warned of above: {of_file}{name} ({', '.join(found)})")
+        for name, found in channels.items()
+        if found
+    ]
 
 
 def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:

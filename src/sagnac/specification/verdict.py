@@ -39,6 +39,7 @@ Decision = Literal["pass", "fail", "undecided"]
 
 # By this much rounding may move a sum of confidence and risk off one.
 _ROUNDING: Final = 1e-9
+_DIGITS: Final = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,7 +149,8 @@ def judged(gyro: str, limit: Limit, estimate: Estimate, specification: Specifica
     """
     if estimate.name is not None and estimate.name != limit.coefficient:
         raise ValueError(f"estimate is of {estimate.name}, the limit of {limit.coefficient}")
-    lacking = 1.0 - estimate.confidence
+    # In decimals, as a confidence is stated: 0.05, not 0.050000000000000044.
+    lacking = round(1.0 - estimate.confidence, _DIGITS)
     risk = 0.5 * lacking if estimate.status == "estimated" else lacking
     decision, reason = _decided(limit, estimate, risk, specification.risk)
     return Judgement(

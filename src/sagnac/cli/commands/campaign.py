@@ -1,8 +1,9 @@
 """``sagnac campaign``: many recordings, one table, one page; resumes."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 from cyclopts import Group, Parameter
 
@@ -19,13 +20,17 @@ from sagnac.cli.options import (
     statement_of,
 )
 from sagnac.cli.output import DATA_ERROR, DONE, UsageError, complain, standings
+from sagnac.errors import counted, one_line
 
 if TYPE_CHECKING:
     from sagnac.fleet.campaign import CampaignReport
     from sagnac.fleet.config import Choices, Task
     from sagnac.fleet.runner import Completed
+    from sagnac.fleet.table import Line
 
 _WORK = Group("Work", sort_key=2)
+# Rows with a reason that a terminal shows.
+_MOST_REASONS: Final = 20
 
 
 def campaign(
@@ -42,9 +47,9 @@ def campaign(
 ) -> int:
     """Many recordings in; one table and one page out, a report for each.
 
-    campaign.csv, campaign.parquet and index.html go into DIR. Started again with the same DIR it
-    does only what is not there yet. The exit status is 1 if a recording could not be analyzed;
-    else, with --spec, 3 if a gyro fails and 4 if one is undecided.
+    campaign.csv, campaign.parquet, index.html and campaign.png go into DIR. Started again with the
+    same DIR it does only what is not there yet. The exit status is 1 if a recording could not be
+    analyzed; else, with --spec, 3 if a gyro fails and 4 if one is undecided.
 
     Parameters
     ----------
@@ -145,5 +150,22 @@ def _print(report: "CampaignReport", output: Path, choices: "Choices") -> None:
     if found is not None:
         limits = [text for one in specifications_of(made) for text in limit_texts(one)]
         print(f"{', '.join(limits)}: {found.in_words()}; {found.share_in_words()}")
-    print(f"{made.computed} of {len(made.rows)} rows made, the others were there")
+    _print_reasons(lines)
+    kept = len(made.rows) - made.computed
+    before = f", {kept} kept from an earlier start" if kept else ""
+    print(f"{counted(made.computed, 'row')} analyzed now{before}")
     results.print_paths([output / path.name for path in report.paths])
+
+
+def _print_reasons(lines: "Sequence[Line]") -> None:
+    """Rows without an estimate, or that do not pass, each with its reason; the table has all."""
+    told = [
+        line
+        for line in lines
+        if line.state == "done" and line.reason and math.isnan(line.start_s) and not line.same_as
+    ]
+    for line in told[:_MOST_REASONS]:
+        said = line.verdict or line.status
+        print(f"{Path(line.file).name}, gyro {line.gyros}: {said}: {one_line(line.reason)}")
+    if len(told) > _MOST_REASONS:
+        print(f"… and {len(told) - _MOST_REASONS} more: column reason of campaign.csv")
