@@ -191,12 +191,13 @@ def _worded(channel: str, shared: CommonWalk, walk: float) -> Sharing:
         differenced_factor(square, walk) for square in (shared.high, shared.square, shared.low)
     )
     if not shared.is_present or factor > _ODD:
+        most = max(0.0, 1.0 - low)
         text = (
             "whether the two gyros share an angle random walk cannot be told beside the noise of "
             "the encoder"
             if low < _TELLING or shared.is_present
             else "no angle random walk that the two gyros share is seen beside the table's motion: "
-            f"the difference reads at most {rounded(100.0 * (1.0 - low))} % low against the gyros "
+            f"the difference reads at most {rounded(100.0 * most)} % low against the gyros "
             "themselves"
         )
         return Sharing(notes=(Note(channel=channel, text=text),))

@@ -13,12 +13,13 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import stdtrit
+from scipy.special import ndtr, stdtr, stdtrit
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.common_noise import SharedCells, band_cells
 from sagnac.coefficients.estimates import require_confidence
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, rate_density_basis
+from sagnac.coefficients.limits import PRESENCE
 
 # Bins to a decade, and fewest cells in one: a covariance made of fewer bends its own weights.
 _BINS: Final = 6
@@ -44,12 +45,15 @@ class CommonWalk:
         rad^2/s with its interval; below zero if the gyros lean on each other.
     confidence
         Of the interval.
+    chance
+        Of a square as far from zero where there is none.
     """
 
     square: float
     low: float
     high: float
     confidence: float
+    chance: float
 
     def __post_init__(self) -> None:
         if not self.low <= self.square <= self.high:
@@ -57,8 +61,12 @@ class CommonWalk:
 
     @property
     def is_present(self) -> bool:
-        """Whether the interval leaves zero out."""
-        return self.low > 0.0 or self.high < 0.0
+        """Whether it is farther from zero than three standard deviations, as any term has to be.
+
+        The interval alone leaves zero out in one of twenty pairs that share nothing, and N would
+        then have to allow for all that it holds.
+        """
+        return self.chance < 2.0 * float(ndtr(-math.sqrt(PRESENCE)))
 
 
 def differenced_factor(shared: float, walk: float) -> float:
@@ -129,9 +137,17 @@ def common_walk(
     spectra = np.stack([each.matrix for each in moments])
     solution, covariance, left = _fitted(spectra, basis / scale, freedom)
     square = float(solution[own] / scale[own])
-    reach = float(stdtrit(left.freedom, 0.5 + 0.5 * confidence) / scale[own])
-    reach *= math.sqrt(max(1.0, left.square / left.freedom) * float(covariance[own, own]))
-    return CommonWalk(square=square, low=square - reach, high=square + reach, confidence=confidence)
+    error = (
+        math.sqrt(max(1.0, left.square / left.freedom) * float(covariance[own, own])) / scale[own]
+    )
+    reach = float(stdtrit(left.freedom, 0.5 + 0.5 * confidence)) * error
+    return CommonWalk(
+        square=square,
+        low=square - reach,
+        high=square + reach,
+        confidence=confidence,
+        chance=2.0 * float(stdtr(left.freedom, -abs(square) / error)),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
