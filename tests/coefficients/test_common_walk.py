@@ -47,8 +47,8 @@ def test_the_readout_of_an_encoder_alone_is_no_common_walk():
 def test_what_chance_often_does_is_no_common_walk():
     """At 2.5 standard deviations an interval of 95 % leaves zero out, which proves nothing."""
     interval = {"square": 2.5, "low": 0.5, "high": 4.5, "confidence": 0.95}
-    assert not CommonWalk(**interval, chance=0.0124).is_present
-    assert CommonWalk(**interval, chance=0.0026).is_present
+    assert not CommonWalk(**interval, error=1.0).is_present
+    assert CommonWalk(**interval, error=0.8).is_present
 
 
 def test_the_factor_is_that_of_the_difference():
@@ -64,7 +64,7 @@ def test_too_narrow_a_band_is_refused():
     with pytest.raises(ValueError, match="bins do not tell"):
         common_walk(averaged_triad(2, share=0.0), sample_rate=RATE, band_hz=(0.1, 0.3))
     with pytest.raises(ValueError, match="lies outside"):
-        CommonWalk(square=2.0, low=0.0, high=1.0, confidence=0.95, chance=0.5)
+        CommonWalk(square=2.0, low=0.0, high=1.0, confidence=0.95, error=0.5)
 
 
 @pytest.mark.statistics

@@ -195,7 +195,7 @@ def _worded(channel: str, shared: CommonWalk, walk: float) -> Sharing:
         text = (
             "whether the two gyros share an angle random walk cannot be told beside the noise of "
             "the encoder"
-            if low < _TELLING or shared.is_present
+            if low < _TELLING or factor > _ODD
             else "no angle random walk that the two gyros share is seen beside the table's motion: "
             f"the difference reads at most {rounded(100.0 * most)} % low against the gyros "
             "themselves"

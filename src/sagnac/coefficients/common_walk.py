@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr, stdtr, stdtrit
+from scipy.special import stdtrit
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.common_noise import SharedCells, band_cells
@@ -45,15 +45,15 @@ class CommonWalk:
         rad^2/s with its interval; below zero if the gyros lean on each other.
     confidence
         Of the interval.
-    chance
-        Of a square as far from zero where there is none.
+    error
+        Standard error of the square.
     """
 
     square: float
     low: float
     high: float
     confidence: float
-    chance: float
+    error: float
 
     def __post_init__(self) -> None:
         if not self.low <= self.square <= self.high:
@@ -63,10 +63,10 @@ class CommonWalk:
     def is_present(self) -> bool:
         """Whether it is farther from zero than three standard deviations, as any term has to be.
 
-        The interval alone leaves zero out in one of twenty pairs that share nothing, and N would
-        then have to allow for all that it holds.
+        Chance alone brings the end of an interval beyond zero, and N would then have to allow for
+        all that the interval holds.
         """
-        return self.chance < 2.0 * float(ndtr(-math.sqrt(PRESENCE)))
+        return self.square**2 > PRESENCE * self.error**2
 
 
 def differenced_factor(shared: float, walk: float) -> float:
@@ -146,7 +146,7 @@ def common_walk(
         low=square - reach,
         high=square + reach,
         confidence=confidence,
-        chance=2.0 * float(stdtr(left.freedom, -abs(square) / error)),
+        error=error,
     )
 
 
