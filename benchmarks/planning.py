@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from sagnac.analysis.forecast import shown_by
 from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.planning import shown_by
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.formats import read
@@ -71,12 +71,12 @@ def row(path: Path, seconds: float, settings: Settings) -> tuple[str, float]:
     analysis = beginning(path, seconds, settings)
     whole = shown_by(analysis)
     foretold = early.expected(whole.duration)
-    resting = "" if analysis.average is None else analysis.average.member
+    choice = "" if analysis.average is None else analysis.average.member
     supposed = "whole band" if early.efficient else "average"
     ratio = foretold / whole.half_width
     text = (
         f"{100.0 * early.half_width:10.2f} %  {100.0 * foretold:9.2f} %  {supposed:<10}  "
-        f"{100.0 * whole.half_width:7.2f} %  {resting:<10}  {ratio:14.3f}"
+        f"{100.0 * whole.half_width:7.2f} %  {choice:<10}  {ratio:14.3f}"
     )
     return text, ratio
 

@@ -216,8 +216,8 @@ def in_words(walk: Estimate) -> str:
 
 def row(one: Answered) -> str:
     """A row of the table."""
-    resting = one.analysis.average
-    on = resting.in_words() if resting is not None and resting.terms else "–"
+    choice = one.analysis.average
+    on = choice.in_words() if choice is not None and choice.terms else "–"
     parts = [part for part in one.analysis.parts if not math.isnan(part.value)]
     reach = "–"
     if parts:

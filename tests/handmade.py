@@ -35,7 +35,7 @@ def estimate(value: float, spread: float = 0.02, status: str = "estimated") -> E
     )
 
 
-def curve(tau: np.ndarray, deviation: np.ndarray, *, gyros_differenced: int = 1) -> StabilityCurve:
+def curve(tau: np.ndarray, deviation: np.ndarray) -> StabilityCurve:
     edf = np.maximum(7200.0 / tau, 1.0)
     return StabilityCurve(
         tau=tau,
@@ -50,7 +50,6 @@ def curve(tau: np.ndarray, deviation: np.ndarray, *, gyros_differenced: int = 1)
         sample_rate=1.0,
         confidence=0.95,
         samples=7200,
-        gyros_differenced=gyros_differenced,
     )
 
 
@@ -83,19 +82,13 @@ def analysis(
 ) -> Analysis:
     random = np.random.default_rng(11)
     answer = answer or estimate(N)
-    differenced = 2 if len(gyros) > 1 else 1
     tau = np.unique(np.round(np.geomspace(1, 2400, 45)))
-    model = differenced * (N**2 / tau + 3 * (3e-4 * ARCSECOND) ** 2 / tau**2 + 1e-22 * tau / 3)
+    model = N**2 / tau + 3 * (3e-4 * ARCSECOND) ** 2 / tau**2 + 1e-22 * tau / 3
     wiggle = 1 + random.normal(size=tau.size) * 0.4 * np.sqrt(tau / 7200.0)
     tones = 1e-9 * np.abs(np.sin(np.pi * tau * 0.0137)) ** 2 / tau
     frequency = np.geomspace(1 / 7200, 250, 2000)
     bins = np.maximum(np.round(np.gradient(frequency) * 7200), 1)
-    density = (
-        2
-        * differenced
-        * (N**2 + (1e-22 / (2 * np.pi * frequency) ** 2))
-        * random.gamma(bins, 1 / bins)
-    )
+    density = 2 * (N**2 + (1e-22 / (2 * np.pi * frequency) ** 2)) * random.gamma(bins, 1 / bins)
     before = density.copy()
     found = (
         (
@@ -133,7 +126,6 @@ def analysis(
         recording=recording,
         settings=Settings(gyros=gyros, method=method, interval=1.0),
         channel="-".join(gyros[:: len(gyros) - 1]) if len(gyros) > 1 else gyros[0],
-        gyros_differenced=differenced,
         table_rate=table_rate,
         angle_random_walk=answer,
         source="likelihood fit of the spectrum, 0.0006 to 0.5 Hz",
@@ -149,8 +141,8 @@ def analysis(
             "likelihood": Fit(method="likelihood", coefficients=coefficients),
         },
         lines=found,
-        curve=curve(tau, np.sqrt(model) * wiggle, gyros_differenced=differenced),
-        curve_before=curve(tau, np.sqrt(model + tones) * wiggle, gyros_differenced=differenced),
+        curve=curve(tau, np.sqrt(model) * wiggle),
+        curve_before=curve(tau, np.sqrt(model + tones) * wiggle),
         spectrum=Spectrum(frequency=frequency, density=density),
         spectrum_before=Spectrum(frequency=frequency, density=before),
         per_gyro={name: estimate(N, 0.04) for name in gyros} if len(gyros) == 3 else {},

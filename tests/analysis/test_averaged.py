@@ -17,9 +17,9 @@ from benchmarks.gallery import (
 
 from sagnac.analysis import averaged
 from sagnac.analysis.curves import Points
-from sagnac.analysis.headline_coefficients import headline_coefficients
 from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.plain import covariance_data, parts_data, resting_data
+from sagnac.analysis.plain import choice_data, covariance_data, parts_data
+from sagnac.analysis.result import headline_coefficients
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.still_bench import at_rest
 from sagnac.coefficients.whole_band import WholeBand
@@ -70,7 +70,7 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     assert walk.high - walk.low < fitted.high - fitted.low
     # They tell more of what is slow.
     assert "; B and K: likelihood fit of the spectrum" in few.source
-    assert few.average.slow_terms == resting_data(few)["slow_terms"] == "low band"
+    assert few.average.slow_terms == choice_data(few)["slow_terms"] == "low band"
 
 
 def test_where_the_levels_do_not_tell_the_interval_holds_average_and_likelihood():
@@ -138,7 +138,7 @@ def test_two_gyros_that_share_noise_at_rest_are_each_what_they_are_alone():
     pair = common_pair(np.random.default_rng(4), SAMPLES, RATE, gyro=Gyro(), share=0.4)
     recording = recording_of(x=pair[0], z=pair[1])
     found = analyze(recording, Settings(gyros=("x", "z"), method="none"))
-    assert found.gyros_differenced == 1
+    assert not found.is_pair
     for name, walk in found.per_gyro.items():
         alone = analyze(recording, Settings(gyros=(name,), method="none"))
         assert walk == alone.angle_random_walk
@@ -169,12 +169,12 @@ def test_resonances_are_no_angle_random_walk():
 
 def test_what_the_answer_rests_on_as_plain_data():
     found, _ = analysis_of(low_passed, gyro=Gyro(), corner=0.1, order=2)
-    resting = resting_data(found)
-    assert resting["band_hz"][0] < resting["band_hz"][1] <= 0.5 * RATE
-    assert "angle_random_walk" in resting["terms"]
+    choice = choice_data(found)
+    assert choice["band_hz"][0] < choice["band_hz"][1] <= 0.5 * RATE
+    assert "angle_random_walk" in choice["terms"]
     document = analysis_document(found)
-    assert document["angle_random_walk"]["band_hz"] == resting["band_hz"]
-    assert document["angle_random_walk"]["terms"] == resting["terms"]
+    assert document["angle_random_walk"]["band_hz"] == choice["band_hz"]
+    assert document["angle_random_walk"]["terms"] == choice["terms"]
     assert document["parts"] == parts_data(found)
     assert set(document["parts"][0]) == {"start_s", "stop_s", "value", "low", "high"}
     walk = document["angle_random_walk"]

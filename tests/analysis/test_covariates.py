@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import sagnac
-from sagnac.analysis.covariates import thermal_drift, without_temperature
+from sagnac.analysis.corrections import thermal_drift, without_temperature
 from sagnac.errors import RecordingError
 from tests.alignment.strapdown import coloured
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from sagnac.analysis.headline_coefficients import headline_estimates, headline_fit
+from sagnac.analysis.result import headline_estimates, headline_fit
 from tests.handmade import N, analysis, estimate
 
 

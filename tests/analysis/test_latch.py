@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sagnac
-from sagnac.analysis.latch import half_interval, white_noise
+from sagnac.analysis.encoder import half_interval, white_noise
 from sagnac.analysis.result import Analysis
 from tests.second_rig import DEGREE, Bench, simulate
 

@@ -107,7 +107,7 @@ def test_both_commands_and_python_agree(gyros, forces, tmp_path, capsys):
 
 def test_each_holds_its_own_and_the_first_stands_on_top():
     found = sagnac.analyze(recording(("x", "y", "z")))
-    assert (found.channel, found.gyros_differenced) == ("x", 1)
+    assert (found.channel, found.is_pair) == ("x", False)
     assert found.angle_random_walk == found.per_gyro["x"]
     assert found.settings.gyros == ("x", "y", "z")
     truth = {"x": 2e-6, "y": 3e-6, "z": np.hypot(2.5e-6, 0.3 * 2e-6)}

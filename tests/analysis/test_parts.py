@@ -10,8 +10,8 @@ from sagnac.analysis.parts import Reading, over_parts, reading_in_band
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.coefficients.band_models import BandModel
-from sagnac.coefficients.mixture import Interval
-from sagnac.coefficients.model_average import Resting
+from sagnac.coefficients.estimates import Interval
+from sagnac.coefficients.model_average import ModelChoice
 from sagnac.recording.model import Recording
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
@@ -89,12 +89,12 @@ def test_the_change_of_a_part_is_that_of_its_walk_with_all_else_as_it_is(quantum
     generator = np.random.default_rng(3)
     law = BandModel(squares=(quantum**2, 1.0, 0.0, 0.0), interval=1.0 / RATE)
     terms = ("quantization", "angle_random_walk") if quantum else ("angle_random_walk",)
-    resting = Resting(
+    choice = ModelChoice(
         band_hz=(0.1, 24.0), terms=terms, mask=0b11 if quantum else 0b10, share=1.0, law=law
     )
     deviates = []
     for walk in np.linspace(0.9, 1.1, 21):
-        found = reading_in_band(levels(walk, quantum, generator), resting, 0.95)
+        found = reading_in_band(levels(walk, quantum, generator), choice, 0.95)
         deviates.append((found.change - 2.0 * np.log(walk)) / found.error)
     # The error also allows every bin 3 % that these levels do not have.
     assert abs(np.mean(deviates)) < 0.6
@@ -106,7 +106,7 @@ def test_the_change_is_found_under_a_low_pass_and_beside_bias_instability():
     seen = levels(1.0, 0.0, np.random.default_rng(3))
     frequency = seen.frequency
     law = BandModel(squares=(0.0, 1.0, 0.3, 0.0), interval=1.0 / RATE, order=1, fall=1.0 / 3.0**2)
-    resting = Resting(
+    choice = ModelChoice(
         band_hz=(0.03, 4.0),
         terms=("angle_random_walk", "bias_instability"),
         mask=0b10110,
@@ -116,7 +116,7 @@ def test_the_change_is_found_under_a_low_pass_and_beside_bias_instability():
     for change in (-0.1, 0.0, 0.1):
         rates = 2.0 * np.exp(change) + 0.3 / (np.pi * frequency)
         made = replace(seen, level=rates / (1.0 + (frequency / 3.0) ** 2))
-        found = reading_in_band(made, resting, 0.95)
+        found = reading_in_band(made, choice, 0.95)
         # The tapers see B a little higher than it is at the middle of a bin.
         assert found.change == pytest.approx(change, abs=0.015)
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import welch
 
 from sagnac import series
 from sagnac.analysis.pipeline import analyze, answer_of
@@ -61,17 +62,35 @@ def test_the_pair_gives_the_walk_that_was_put_in(simulation, answers):
     half = 0.5 * (answer.high - answer.low)
     assert abs(answer.value - truth) < 4.0 / 1.96 * half
     assert half < 0.1 * truth
-    assert answers["fos"].gyros_differenced == 2
+    assert answers["fos"].is_pair
     assert answers["fos"].channel == "x-z"
 
 
 @pytest.mark.parametrize("method", ["fos", "fos-paper", "none"])
 def test_the_answer_alone_is_that_of_the_whole_analysis(simulation, answers, method):
     alone, whole = answer_of(simulation.recording, replace(PAIR, method=method)), answers[method]
-    for name in ("angle_random_walk", "gyros_differenced", "fits", "lines"):
+    for name in ("angle_random_walk", "fits", "lines"):
         assert repr(getattr(alone, name)) == repr(getattr(whole, name))
     for name in ("tau", "deviation", "low", "high"):
         np.testing.assert_array_equal(getattr(alone.curve, name), getattr(whole.curve, name))
+
+
+def test_all_of_a_pair_is_per_gyro(simulation, answers):
+    """Written out: the curve at 1 s and 4 s and the density of the difference, both halved."""
+    made = answers["none"]
+    x, z = (simulation.recording.gyro(name).values for name in ("x", "z"))
+    for cluster in (1, 4):
+        steps = (x - z)[::100]
+        second = steps[2 * cluster :] - 2.0 * steps[cluster:-cluster] + steps[: -2 * cluster]
+        variance = np.mean(second**2) / (2.0 * cluster**2)
+        at = int(np.argmin(np.abs(made.curve.tau - cluster)))
+        assert made.curve.deviation[at] == pytest.approx(np.sqrt(0.5 * variance), rel=1e-6)
+    frequency, density = welch(np.diff(x - z) * 100.0, fs=100.0, nperseg=2000)
+    within = (frequency > 30.0) & (frequency < 45.0)
+    shown = (made.spectrum.frequency > 30.0) & (made.spectrum.frequency < 45.0)
+    assert np.median(made.spectrum.density[shown]) == pytest.approx(
+        0.5 * np.median(density[within]), rel=0.1
+    )
 
 
 def test_every_line_put_in_is_listed_and_no_other(simulation, answers):
@@ -172,7 +191,7 @@ def test_a_single_gyro_at_rest(method):
     assert half < 0.1e-6
     assert result.lines == ()
     assert result.table_rate is None
-    assert result.gyros_differenced == 1
+    assert not result.is_pair
 
 
 def test_every_sample_where_no_interval_is_asked():

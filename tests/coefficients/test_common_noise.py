@@ -3,7 +3,7 @@
 import numpy as np
 from benchmarks.gallery import Gyro, common_pair
 
-from sagnac.coefficients.common_noise import band_cells
+from sagnac.coefficients.common_walk import band_cells
 
 RATE = 100.0
 

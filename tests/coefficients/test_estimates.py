@@ -94,21 +94,20 @@ def test_a_fit_checks_its_names():
         Fit(method="paper", coefficients={"drift": estimate()})
 
 
-def test_a_square_of_two_gyros_is_per_gyro():
-    pair = SquaredEstimate(value=8.0, low=2.0, high=18.0, status="estimated")
-    one = pair.of_one_gyro("rate_random_walk", 2, 0.95)
+def test_the_root_of_a_square_has_the_roots_of_its_ends():
+    square = SquaredEstimate(value=4.0, low=1.0, high=9.0, status="estimated")
+    one = square.root("rate_random_walk", 0.95)
     assert (one.value, one.low, one.high) == (2.0, 1.0, 3.0)
-    assert pair.per(2.0) == SquaredEstimate(value=4.0, low=1.0, high=9.0, status="estimated")
-    bound = SquaredEstimate.bound(4.0).of_one_gyro("rate_ramp", 1, 0.9)
+    bound = SquaredEstimate.bound(4.0).root("rate_ramp", 0.9)
     assert (bound.value, bound.low, bound.high, bound.status) == (2.0, 0.0, 2.0, "upper bound")
-    assert math.isnan(SquaredEstimate.unseen().of_one_gyro("rate_ramp", 1, 0.9).value)
+    assert math.isnan(SquaredEstimate.unseen().root("rate_ramp", 0.9).value)
 
 
 def test_an_interval_that_begins_at_zero_is_a_bound():
     square = SquaredEstimate(value=4.0, low=0.0, high=9.0, status="estimated")
-    found = square.of_one_gyro("bias_instability", 1, 0.95)
+    found = square.root("bias_instability", 0.95)
     assert (found.status, found.value, found.low, found.high) == ("upper bound", 3.0, 0.0, 3.0)
-    seen = replace(square, low=1.0).of_one_gyro("bias_instability", 1, 0.95)
+    seen = replace(square, low=1.0).root("bias_instability", 0.95)
     assert (seen.status, seen.value, seen.low, seen.high) == ("estimated", 2.0, 1.0, 3.0)
 
 

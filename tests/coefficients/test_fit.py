@@ -1,7 +1,6 @@
 """What all methods have in common, and the one way in."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -112,12 +111,8 @@ def test_one_way_in_to_every_method():
         rate, kind="rate", sample_rate=1.0
     )
     assert fit_coefficients(curve, method="paper") == paper_fit(curve)
-    pair = fit_coefficients(curve, method="weighted", gyros_differenced=2, confidence=0.9)
-    assert pair == weighted_fit(curve, gyros_differenced=2, confidence=0.9)
-    assert (
-        fit_coefficients(replace(curve, gyros_differenced=2), method="weighted", confidence=0.9)
-        == pair
-    )
+    by_curve = fit_coefficients(curve, method="weighted", confidence=0.9)
+    assert by_curve == weighted_fit(curve, confidence=0.9)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +120,6 @@ def test_one_way_in_to_every_method():
     [
         (True, {}, "method 'likelihood' fits the spectrum of samples"),
         (True, {"method": "paper", "kind": "rate"}, "those of the curve; leave them out"),
-        (True, {"method": "paper", "gyros_differenced": 0}, "use 1"),
         (False, {"method": "weighted"}, "method 'weighted' fits a StabilityCurve"),
         (False, {"method": "whittle"}, "method 'whittle' is not known; use one of paper, weighted"),
         (False, {"sample_rate": 1.0}, "kind is missing"),

@@ -121,15 +121,6 @@ def test_slow_terms_are_of_a_fit_to_the_lowest_frequencies():
     assert beside.covariance[2, 2] == pytest.approx(deviation**2, rel=1e-6)
     np.testing.assert_array_equal(beside.covariance[:2, 2], [0.0, 0.0])
     assert beside.rests_on == replace(alone.rests_on, slow_terms="low band", low_band_hz=2.0)
-    assert beside.per_gyro(2).rests_on.slow_terms == "low band"
-
-
-def test_of_a_pair_each_gyro_has_half_the_squares():
-    gyro = five_terms(np.random.default_rng(22), 20_000, RATE, gyro=Gyro())
-    both = average(levels_of(gyro.increments))
-    each = both.per_gyro(2)
-    assert each.angle_random_walk.value == pytest.approx(both.angle_random_walk.value / 2**0.5)
-    np.testing.assert_allclose(2.0 * each.covariance, both.covariance)
 
 
 def test_a_confidence_that_is_none_is_refused():
@@ -154,8 +145,6 @@ def test_a_second_level_band_that_reads_another_walk_is_told_of(seed):
     assert told.high < 0.1
     assert 4.0 < told.walk < 10.0
     assert result.angle_random_walk.high > told.walk > 2.0 * result.angle_random_walk.value
-    halved = result.per_gyro(2).rests_on.elsewhere
-    assert halved.walk == pytest.approx(told.walk / math.sqrt(2.0))
     plain = robust_levels(tapered_spectrum((white + smooth) / math.sqrt(rate), sample_rate=rate))
     assert average(plain).rests_on.elsewhere is None
 

@@ -83,17 +83,6 @@ def test_a_constant_rate_and_a_ramp_cost_nothing():
     assert reference["rate_ramp"].status == "upper bound"
 
 
-@pytest.mark.parametrize("gyros", [1, 2])
-def test_the_difference_of_two_is_per_gyro(gyros):
-    rate = white(4000, 9)
-    one = likelihood_fit(rate, kind="rate", sample_rate=1.0).coefficients
-    other = likelihood_fit(rate, kind="rate", sample_rate=1.0, gyros_differenced=gyros).coefficients
-    for name in NAMES:
-        for field in ("value", "low", "high"):
-            expected = getattr(one[name], field) / math.sqrt(gyros)
-            assert getattr(other[name], field) == pytest.approx(expected)
-
-
 def test_masked_bands_do_not_bias():
     # The noise in the bands is gone, as after a removal; masked, N is what it was.
     samples, rate_hz = 20_000, 10.0
@@ -165,7 +154,6 @@ def test_a_line_or_a_resonance_that_is_left_is_left_out_and_named():
     ("settings", "error", "message"),
     [
         ({"confidence": 1.0}, ValueError, "between 0 and 1"),
-        ({"gyros_differenced": 3}, ValueError, "use 1"),
         ({"band": (2.0, 1.0)}, ValueError, "low below high"),
         ({"masked": [(2.0, 1.0)]}, ValueError, "pairs"),
         ({"terms": ()}, ValueError, "is not a choice of"),

@@ -110,25 +110,17 @@ def test_intervals_of_the_angle_random_walk_hold_the_truth(case):
     generator = np.random.default_rng([SEED, CASES.index(case)])
     rates = simulated_rates(case.gyros[0], RECORDINGS, generator)
     for gyro in case.gyros[1:]:
-        rates -= simulated_rates(gyro, RECORDINGS, generator)
+        rates = (rates - simulated_rates(gyro, RECORDINGS, generator)) / np.sqrt(2.0)
     truth = average(case.gyros)
     present = "".join(term for term in "QNBK" if any(term in gyro for gyro in case.gyros))
     told = tuple(NAMES[term] for term in present)
     fits: dict[str, list[Fit]] = {"weighted": [], "likelihood": [], "likelihood, terms told": []}
     for rate in rates:
         curve = stability_curve(rate, kind="rate", sample_rate=1.0, taus=TAUS)
-        fits["weighted"].append(weighted_fit(curve, gyros_differenced=len(case.gyros)))
+        fits["weighted"].append(weighted_fit(curve))
         for name, terms in (("likelihood", None), ("likelihood, terms told", told)):
             choice = {} if terms is None else {"terms": terms}
-            fits[name].append(
-                likelihood_fit(
-                    rate,
-                    kind="rate",
-                    sample_rate=1.0,
-                    gyros_differenced=len(case.gyros),
-                    **choice,
-                )
-            )
+            fits[name].append(likelihood_fit(rate, kind="rate", sample_rate=1.0, **choice))
     coverage = {}
     for name, made in fits.items():
         values = np.array([fit.coefficients["angle_random_walk"].value for fit in made])

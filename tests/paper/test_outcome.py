@@ -18,10 +18,10 @@ def test_points_worse_than_a_tenth_are_left_out():
     # IEEE Std 952: an error of 1/sqrt(2 (N/n - 1)) at n of N increments.
     kept = 1.0 / np.sqrt(2.0 * (3599 / curve.tau - 1.0)) <= 0.1
     assert 5 < np.count_nonzero(kept) < curve.tau.size
-    found = least_squares_of(curve, 2)
+    found = least_squares_of(curve)
     assert list(found) == list(FORMS)
     for form, value in found.items():
-        plain = least_squares(curve.tau[kept], curve.deviation[kept], form, gyros_differenced=2)
+        plain = least_squares(curve.tau[kept], curve.deviation[kept], form)
         assert value == pytest.approx(plain / DEGREE_PER_ROOT_HOUR)
 
 

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from sagnac import plot
 from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.settings import Settings
+from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.coefficients.self_noise import self_noise
 from sagnac.recording.model import Recording
 from tests.handmade import N, analysis
@@ -46,24 +46,21 @@ def test_without_an_axis_the_current_one_of_pyplot_is_drawn_on(draw):
             pyplot.close()
 
 
-def test_the_curve_of_a_pair_is_drawn_per_gyro_as_the_headline_is():
+def test_the_curve_lies_beside_the_headline():
     pair = analysis()
     axes = plot.stability(pair, Figure().add_subplot())
     points = drawn(axes)["after removal"].get_ydata()
-    np.testing.assert_allclose(points, pair.curve.deviation / math.sqrt(2.0) / DEGREE_PER_HOUR)
+    np.testing.assert_allclose(points, pair.curve.deviation / DEGREE_PER_HOUR)
     # Far from the quantization at short times, the curve is N over the root of tau.
     near = np.argmin(np.abs(pair.curve.tau - 30.0))
     level = N / math.sqrt(pair.curve.tau[near]) / DEGREE_PER_HOUR
     assert points[near] == pytest.approx(level, rel=0.15)
 
 
-def test_a_curve_alone_is_drawn_in_its_own_unit_and_per_gyro():
-    curve = analysis().curve
+def test_a_curve_alone_is_drawn_in_its_own_unit():
+    curve = analysis(gyros=("x",)).curve
     axes = plot.stability(curve, Figure().add_subplot())
-    np.testing.assert_allclose(drawn(axes)["oadev"].get_ydata(), curve.deviation / math.sqrt(2.0))
-    single = analysis(gyros=("x",)).curve
-    axes = plot.stability(single, Figure().add_subplot())
-    np.testing.assert_array_equal(drawn(axes)["oadev"].get_ydata(), single.deviation)
+    np.testing.assert_array_equal(drawn(axes)["oadev"].get_ydata(), curve.deviation)
 
 
 def test_several_gyros_on_one_axis_are_told_apart():

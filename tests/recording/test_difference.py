@@ -1,13 +1,14 @@
-"""The one factor between a difference of gyros and a gyro."""
+"""The difference of two gyros as a signal of one."""
 
+import numpy as np
 import pytest
 
-from sagnac.recording.channel import per_gyro
+from sagnac.recording.channel import as_one_gyro
 
 
-def test_the_factor_of_a_difference():
-    assert per_gyro(9.0, 1) == 3.0
-    assert per_gyro(18.0, 2) == 3.0
-    for wrong in (0, 3, -1):
-        with pytest.raises(ValueError, match=r"use 1 \(a gyro\) or 2 \(a pair\)"):
-            per_gyro(1.0, wrong)
+@pytest.mark.parametrize("parts", [(1.0, 1.0), (1.2, 0.56**0.5)])
+def test_noise_of_a_difference_is_the_mean_square_of_the_two(parts):
+    first, second = np.random.default_rng(1).standard_normal((2, 100_000)) * [[1.0], [3.0]]
+    mean = (parts[0] ** 2 * 1.0 + parts[1] ** 2 * 9.0) / 2.0
+    found = np.var(as_one_gyro(parts[0] * first - parts[1] * second))
+    assert found == pytest.approx(mean, rel=0.02)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.analysis.headline_coefficients import headline_fit
+from sagnac.analysis.result import headline_fit
 from sagnac.analysis.spectra import Spectrum
 from sagnac.errors import Note
 from sagnac.report import document, page, sections, text
@@ -89,9 +89,8 @@ def test_family_of_curves_and_their_spectrum():
     assert first["deviation"] == shown["curve"]["deviation_deg_per_h"]
     assert (first["unit"], second["unit"]) == ("deg/h", "arcsec")
     arcsec = 3600.0 * 180.0 / math.pi
-    # The deviation of one gyro of a pair is less by root two, its density by two.
-    assert second["high"][0] == pytest.approx(tdev.high[0] * arcsec / math.sqrt(2.0))
-    assert shown["spectrum"]["density"] == pytest.approx([2 * arcsec**2, arcsec**2, arcsec**2 / 2])
+    assert second["high"][0] == pytest.approx(tdev.high[0] * arcsec)
+    assert shown["spectrum"]["density"] == pytest.approx([4 * arcsec**2, 2 * arcsec**2, arcsec**2])
     rows = list(csv.DictReader(io.StringIO(sections.family_table(made))))
     assert [row["estimator"] for row in rows] == ["oadev"] * len(first["tau_s"]) + ["tdev"] * len(
         second["tau_s"]
@@ -126,16 +125,13 @@ def test_document_of_lines():
     assert "order" not in mains
 
 
-def test_curve_of_a_pair_is_per_gyro():
-    pair = analysis()
-    made = document.analysis_document(pair)["curve"]
-    raw = pair.curve.deviation * 3600.0 * 180.0 / math.pi
-    np.testing.assert_allclose(made["deviation_deg_per_h"], raw / math.sqrt(2.0))
-    single = analysis(gyros=("x",))
-    raw = single.curve.deviation * 3600.0 * 180.0 / math.pi
-    np.testing.assert_allclose(
-        document.analysis_document(single)["curve"]["deviation_deg_per_h"], raw
-    )
+@pytest.mark.parametrize(("gyros", "differenced"), [(("x", "z"), 2), (("x",), 1)])
+def test_the_curve_is_shown_as_it_is_and_the_gyros_are_counted(gyros, differenced):
+    one = analysis(gyros=gyros)
+    made = document.analysis_document(one)
+    shown = one.curve.deviation * 3600.0 * 180.0 / math.pi
+    np.testing.assert_allclose(made["curve"]["deviation_deg_per_h"], shown)
+    assert made["gyros_differenced"] == differenced
 
 
 def test_document_of_a_triad_and_of_no_file():

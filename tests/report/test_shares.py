@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.plain import triad_data
-from sagnac.analysis.shares import Interval, Share, Triad
+from sagnac.analysis.shares import Share, Triad
+from sagnac.coefficients.estimates import Interval
 from sagnac.report import text
 from sagnac.report.page import page
 from sagnac.report.sections import share_remarks, share_rows, with_interval

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from sagnac.coefficients.model_average import Resting
+from sagnac.coefficients.model_average import ModelChoice
 from sagnac.report.files import TitleBlock
 from sagnac.report.page import page
 from sagnac.report.sections import REFERENCES, cited, sentences
@@ -34,7 +34,7 @@ def test_what_a_block_does_not_know_is_refused(tmp_path):
 
 def test_methods_are_those_used_and_references_are_numbered_as_cited():
     pair = replace(
-        analysis(), average=Resting(terms=("angle_random_walk",), band_hz=(0.1, 1.0), mask=1)
+        analysis(), average=ModelChoice(terms=("angle_random_walk",), band_hz=(0.1, 1.0), mask=1)
     )
     paragraph, references = cited(sentences(pair))
     assert references == [REFERENCES["paper"], REFERENCES["ieee"], REFERENCES["average"]]

@@ -102,7 +102,6 @@ def small_curve(**change):
         ({"kind": "phase"}, "kind 'phase' is not known"),
         ({"sample_rate": -1.0}, "not a positive number of hertz"),
         ({"confidence": 68.3}, "not between 0 and 1"),
-        ({"gyros_differenced": 3}, "use 1 .a gyro. or 2 .a pair."),
     ],
 )
 def test_a_curve_checks_what_it_is_given(change, words):
@@ -120,16 +119,6 @@ def test_a_curve_is_read_only_and_compares():
     given = np.array([0.5, 1.0, 10.0])
     small_curve(tau=given)
     given[0] = 0.25  # what was given stays the caller's
-
-
-def test_a_curve_of_a_pair_is_a_root_of_two_above_one_gyro():
-    pair = small_curve(gyros_differenced=2)
-    one = pair.per_gyro()
-    for name in ("deviation", "low", "high"):
-        assert getattr(one, name) == pytest.approx(getattr(pair, name) / math.sqrt(2.0))
-    assert one.gyros_differenced == 1
-    assert one.per_gyro() is one
-    assert "difference of two gyros" in repr(pair)
 
 
 def test_a_curve_prints_short():

@@ -21,9 +21,15 @@ from sagnac.analysis.warm_up import (
 )
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
+from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import SLOW_NAMES
-from sagnac.coefficients.mixture import Interval
-from sagnac.coefficients.model_average import Average, Resting, average, with_both, with_slow_terms
+from sagnac.coefficients.model_average import (
+    Average,
+    ModelChoice,
+    average,
+    with_both,
+    with_slow_terms,
+)
 from sagnac.coefficients.ramp import rate_ramp
 from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.coefficients.whole_band import WholeBand, levels_bear_out
@@ -75,7 +81,7 @@ class Cleaned:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Averaged:
-    """The average of one measurement, of one gyro of a pair already.
+    """The average of one measurement.
 
     Attributes
     ----------
@@ -84,13 +90,13 @@ class Averaged:
     roll_off
         Where the spectrum begins to be lowered.
     hump
-        Above the band of the answer, with less behind it; of what was measured.
+        Above the band of the answer, with less behind it.
     parts
-        N over parts, of one gyro; None if the whole does not show it.
+        N over parts; None if the whole does not show it.
     cleaned
         The increments that it is of.
     levels
-        Of their spectrum, of what was measured.
+        Of their spectrum.
     """
 
     average: Average
@@ -151,7 +157,7 @@ def averaged(
     # not see; one that they see is slow.
     slow = coefficients.readout.every > 1
     full = fine if left.once_a_turn else _every_sample(recording, gyros, left, fine, slow)
-    whole_band = _whole_band(coefficients, measured.gyros_differenced)
+    whole_band = _whole_band(coefficients)
     cleaned = clean(full)
     member = None if cleaned.is_changed or full.rate > fine.rate else whole_band
     basis = _basis(cleaned, masked, settings.confidence, member)
@@ -161,19 +167,11 @@ def averaged(
     if whole_band is not None and member is None and not cleaned.is_changed:
         basis = _by_whole_band(basis, fine, masked, settings.confidence, whole_band)
     basis = _with_slow_terms(basis, masked, settings.confidence)
-    gyros_differenced = measured.gyros_differenced
-    parts = _parts(basis, masked, settings.confidence)
-    result = basis.average.per_gyro(gyros_differenced)
-    if result.rests_on.member == "whole band":
-        # The very figures of the fit, not those of a pair and back.
-        result = replace(result, coefficients=coefficients.fits["likelihood"].coefficients)
     return Averaged(
-        average=result,
+        average=basis.average,
         roll_off=found,
         hump=_hump(basis),
-        parts=None
-        if parts is None
-        else replace(parts, parts=tuple(part.per_gyro(gyros_differenced) for part in parts.parts)),
+        parts=_parts(basis, masked, settings.confidence),
         cleaned=basis.cleaned,
         levels=basis.levels,
     )
@@ -181,10 +179,10 @@ def averaged(
 
 def _hump(basis: _Basis) -> Hump | None:
     """The hump above the band of an estimate."""
-    walk, resting = basis.average.angle_random_walk, basis.average.rests_on
-    if walk.status != "estimated" or not resting.terms:
+    walk, choice = basis.average.angle_random_walk, basis.average.rests_on
+    if walk.status != "estimated" or not choice.terms:
         return None
-    return hump_above(basis.levels, resting.band_hz, walk.value)
+    return hump_above(basis.levels, choice.band_hz, walk.value)
 
 
 def roll_off_of(points: Points, masked: Bands) -> RollOff:
@@ -233,14 +231,13 @@ def _every_sample(
     return points_at(left.removal.residual, left.rate, readout.every / left.rate)
 
 
-def _whole_band(coefficients: Coefficients, gyros_differenced: int) -> WholeBand | None:
+def _whole_band(coefficients: Coefficients) -> WholeBand | None:
     """The likelihood fit of what was measured, if it used the whole band."""
     fit = coefficients.fits["likelihood"]
     if fit.band is None or not fit.band.is_whole:
         return None
-    factor = float(np.sqrt(gyros_differenced))
     return WholeBand(
-        coefficients={name: each.times(factor) for name, each in fit.coefficients.items()},
+        coefficients=fit.coefficients,
         band_hz=(fit.band.low, fit.band.high),
         describes=fit.departure == 0.0,
     )
@@ -302,16 +299,16 @@ def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
     below a low-pass or a hump. The angles are taken so far apart, and the top of their band is left
     out, that hardly anything above the band of the average folds into it.
     """
-    walk, resting = basis.average.angle_random_walk, basis.average.rests_on
-    if walk.status != "estimated" or resting.member == "whole band":
+    walk, choice = basis.average.angle_random_walk, basis.average.rests_on
+    if walk.status != "estimated" or choice.member == "whole band":
         return basis
     increments, rate = basis.cleaned.increments, basis.cleaned.rate
     wanted = max(_SLOW_RATE, _SLOW_ANGLES * rate / increments.size)
-    step = math.ceil(rate / min(wanted, 0.5 * resting.band_hz[1]))
+    step = math.ceil(rate / min(wanted, 0.5 * choice.band_hz[1]))
     edges = step * np.arange(increments.size // step + 1)
     sums = bin_sums(lambda span: increments[span], edges, increments)
     # Fitted where it is not seen, Q would take from N what a low-pass takes.
-    quantization = tuple(name for name in resting.terms if name == "quantization")
+    quantization = tuple(name for name in choice.terms if name == "quantization")
     try:
         fit = likelihood_fit(
             sums,
@@ -329,14 +326,14 @@ def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
     return replace(basis, average=with_slow_terms(basis.average, fit))
 
 
-def reaches(resting: Resting, highest: float) -> bool:
+def reaches(choice: ModelChoice, highest: float) -> bool:
     """Whether what an average rests on describes every sample up to a frequency, Hz."""
-    return resting.band_hz[1] >= _REACHED * highest
+    return choice.band_hz[1] >= _REACHED * highest
 
 
 def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
     """N over parts, by the band and terms that the average rests on."""
-    resting, walk = basis.average.rests_on, basis.average.angle_random_walk
+    choice, walk = basis.average.rests_on, basis.average.angle_random_walk
     if walk.status != "estimated":
         return None
     rate = basis.cleaned.rate
@@ -347,11 +344,11 @@ def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
             return None
         # A part does not reach as low as the whole: if the whole read over the frequencies of the
         # part gives another N, the part does not show it.
-        band = (max(resting.band_hz[0], float(levels.low[0])), resting.band_hz[1])
-        seen = walk_in_band(basis.levels, replace(resting, band_hz=band), confidence)
+        band = (max(choice.band_hz[0], float(levels.low[0])), choice.band_hz[1])
+        seen = walk_in_band(basis.levels, replace(choice, band_hz=band), confidence)
         if seen is None or not walk.low <= seen.value <= walk.high:
             return None
-        return reading_in_band(levels, resting, confidence)
+        return reading_in_band(levels, choice, confidence)
 
     return over_parts(
         basis.cleaned.increments,

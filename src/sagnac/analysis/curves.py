@@ -1,6 +1,6 @@
 """Angles at the interval of the curve, and the curves made of them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -122,8 +122,7 @@ def curves_of(
     settings
         Method, reading of Step 4, confidence and estimators.
     """
-    gyros, confidence = measured.gyros_differenced, settings.confidence
-    after = allan_curve(points, confidence, gyros)
+    after = allan_curve(points, settings.confidence)
     removal = left.removal
     taken = np.zeros(after.tau.size)
     if removal.taken.size:
@@ -134,20 +133,16 @@ def curves_of(
     return Curves(
         after=after,
         taken=taken,
-        before=after if same else allan_curve(before, confidence, gyros),
-        family=tuple(
-            replace(curve, gyros_differenced=gyros)
-            for curve in family_of(points.angle, "angle", points.rate, settings)
-        ),
+        before=after if same else allan_curve(before, settings.confidence),
+        family=family_of(points.angle, "angle", points.rate, settings),
     )
 
 
-def allan_curve(points: Points, confidence: float, gyros_differenced: int) -> StabilityCurve:
-    """Overlapping Allan deviation of angles, of a gyro or of a difference of two."""
-    curve = stability_curve(
+def allan_curve(points: Points, confidence: float) -> StabilityCurve:
+    """Overlapping Allan deviation of angles."""
+    return stability_curve(
         points.angle, kind="angle", sample_rate=points.rate, confidence=confidence
     )
-    return replace(curve, gyros_differenced=gyros_differenced)
 
 
 def family_of(

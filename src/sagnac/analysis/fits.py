@@ -1,7 +1,7 @@
 """Coefficients three ways, and each gyro of a triad alone."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -15,8 +15,9 @@ from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.estimates import Estimate, Fit, FitName
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.spectrum_fit import spectrum_fit
-from sagnac.coefficients.three_cornered_hat import three_cornered_hat
+from sagnac.coefficients.three_cornered_hat import Separation, three_cornered_hat
 from sagnac.errors import Note, RecordingError
+from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Recording
 from sagnac.recording.readout import JointReadout, joint_readout
 from sagnac.stability.curve import StabilityCurve
@@ -56,14 +57,6 @@ class Coefficients:
         return _highest(self.fits["likelihood"])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Hat:
-    """Each gyro of a triad alone."""
-
-    per_gyro: Mapping[str, Estimate] = field(default_factory=dict)
-    notes: tuple[Note, ...] = ()
-
-
 def coefficients_of(
     recording: Recording,
     settings: Settings,
@@ -89,7 +82,6 @@ def coefficients_of(
     curve
         After removal.
     """
-    differenced = min(len(gyros), 2)
     fine, readout = points, JointReadout()
     # An angle between samples, one a turn, has no step.
     if not left.once_a_turn:
@@ -104,14 +96,14 @@ def coefficients_of(
             fine = Points(
                 angle=series.every(fine.angle, readout.every), rate=fine.rate / readout.every
             )
-        likelihood = _fit_likelihood(fine, differenced, settings.confidence, left.removal.masked)
+        likelihood = _fit_likelihood(fine, settings.confidence, left.removal.masked)
     of_gyro = _from_cluster(curve, readout.time)
     fits: dict[FitName, Fit] = {
-        "paper": _fit_curve("paper", of_gyro, differenced, settings),
-        "weighted": _fit_curve("weighted", of_gyro, differenced, settings),
+        "paper": _fit_curve("paper", of_gyro, settings),
+        "weighted": _fit_curve("weighted", of_gyro, settings),
         "likelihood": likelihood,
     }
-    hat = _Hat()
+    hat = Separation(angle_random_walk={})
     if second is not None and readout.every is not None:
         hat = _hat(
             recording,
@@ -124,7 +116,7 @@ def coefficients_of(
         )
     return Coefficients(
         fits=fits,
-        per_gyro=hat.per_gyro,
+        per_gyro=hat.angle_random_walk,
         readout=readout,
         points=fine,
         notes=(*readout.notes, *hat.notes, *(note for fit in fits.values() for note in fit.notes)),
@@ -152,71 +144,49 @@ def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     )
 
 
-def _fit_likelihood(
-    points: Points, differenced: int, confidence: float, masked: tuple[tuple[float, float], ...]
-) -> Fit:
-    """`fit_likelihood`; lines that leave no frequencies observe nothing, and it says so."""
-    try:
-        return fit_likelihood(points, differenced, confidence, masked)
-    except RecordingError as error:
-        note = Note(text=f"no likelihood fit: {error}", level="warning")
-        return nothing_observed("likelihood", confidence, note)
-
-
 def _highest(fit: Fit) -> float:
     return 0.0 if fit.band is None else fit.band.high
 
 
-def fit_likelihood(
-    points: Points,
-    differenced: int,
-    confidence: float,
-    masked: tuple[tuple[float, float], ...],
+def _fit_likelihood(
+    points: Points, confidence: float, masked: tuple[tuple[float, float], ...]
 ) -> Fit:
     """Likelihood fit over the widest band that the five terms describe.
 
     Vibration and resonances at high frequency are no gyro noise. The band is halved until chance
     explains what the terms do not; if it never does, the band with the least left over is taken.
+    Lines that leave no frequencies observe nothing, and a note says so.
     """
-    cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
-
-    def over(band: tuple[float, float] | None) -> Fit:
-        return spectrum_fit(
-            cosine,
-            gyros_differenced=differenced,
-            confidence=confidence,
-            masked=masked,
-            band=band,
-        )
-
     highest = 0.5 * points.rate
-    best = latest = over(None)
-    while latest.departure != 0.0:
-        highest *= 0.5
-        if highest * points.angle.size / points.rate <= 2 * LEAST_POINTS:
-            break
-        latest = over((0.0, highest))
-        if latest.departure < best.departure:
-            best = latest
+    try:
+        cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
+        best = latest = spectrum_fit(cosine, confidence=confidence, masked=masked)
+        while latest.departure != 0.0:
+            highest *= 0.5
+            if highest * points.angle.size / points.rate <= 2 * LEAST_POINTS:
+                break
+            latest = spectrum_fit(cosine, confidence=confidence, masked=masked, band=(0.0, highest))
+            if latest.departure < best.departure:
+                best = latest
+    except RecordingError as error:
+        note = Note(text=f"no likelihood fit: {error}", level="warning")
+        return nothing_observed("likelihood", confidence, note)
     return best
 
 
 def _fit_curve(
     method: Literal["paper", "weighted"],
     curve: StabilityCurve,
-    differenced: int,
     settings: Settings,
 ) -> Fit:
     """A fit to the curve; a curve too short for it observes nothing, and says so."""
     confidence = settings.confidence
     try:
         if method == "weighted":
-            return weighted_fit(curve, gyros_differenced=differenced, confidence=confidence)
+            return weighted_fit(curve, confidence=confidence)
         # Beside another method's answer, relative squares tell of all five terms.
         squares = settings.step_4.squares if settings.method in PUBLISHED else "relative"
-        return paper_fit(
-            curve, squares=squares, gyros_differenced=differenced, confidence=confidence
-        )
+        return paper_fit(curve, squares=squares, confidence=confidence)
     except RecordingError as error:
         return nothing_observed(method, confidence, Note(text=f"no {method} fit: {error}"))
 
@@ -245,18 +215,18 @@ def _hat(
     second: Remainder,
     fine: Points,
     highest: float,
-) -> _Hat:
+) -> Separation:
     """Each gyro's own N, where both searches came to an end and angles are of samples."""
     if left.once_a_turn or any(one.removal.unfinished is not None for one in (left, second)):
-        return _Hat()
+        return Separation(angle_random_walk={})
     first, middle, last = gyros
     step = max(1, round(recording.sample_rate / fine.rate))
     # The hat uses differences only, so the first gyro may stand at zero.
     separation = three_cornered_hat(
         {
-            middle: -series.every(second.removal.residual, step),
+            middle: -PAIR_SIZE * series.every(second.removal.residual, step),
             first: np.zeros(fine.angle.size),
-            last: -series.every(left.removal.residual, step),
+            last: -PAIR_SIZE * series.every(left.removal.residual, step),
         },
         kind="angle",
         sample_rate=fine.rate,
@@ -264,7 +234,5 @@ def _hat(
         masked=left.removal.masked + second.removal.masked,
         band=(0.0, highest),
     )
-    return _Hat(
-        per_gyro={name: separation.angle_random_walk[name] for name in gyros},
-        notes=separation.notes,
-    )
+    own = separation.angle_random_walk
+    return replace(separation, angle_random_walk={name: own[name] for name in gyros})

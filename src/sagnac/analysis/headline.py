@@ -15,7 +15,6 @@ from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.coefficients.bounds import RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note
-from sagnac.recording.channel import per_gyro
 from sagnac.recording.readout import JointReadout
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import equivalent_degrees_of_freedom
@@ -38,11 +37,14 @@ class Headline:
         What it rests on, in words.
     notes
         Why it is no more than a bound.
+    by_encoder
+        Whether what is left of one gyro is the encoder's rather than its own.
     """
 
     estimate: Estimate
     source: str
     notes: tuple[Note, ...] = ()
+    by_encoder: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,28 +109,28 @@ def headline_of(
 
 def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficients) -> Headline:
     """The average, its interval widened to the parts if these disagree."""
-    estimate, resting = found.average.angle_random_walk, found.average.rests_on
+    estimate, choice = found.average.angle_random_walk, found.average.rests_on
     if found.parts is not None and not found.parts.agree:
         estimate = replace(
             estimate,
             low=min(estimate.low, found.parts.smallest),
             high=max(estimate.high, found.parts.largest),
         )
-    if resting.member == "whole band":
+    if choice.member == "whole band":
         source = f"{_likelihood_source(measured.channel, coefficients)}, which the levels bear out"
-    elif resting.member == "both":
+    elif choice.member == "both":
         source = (
             f"{_likelihood_source(measured.channel, coefficients)}, which the levels neither bear "
             "out nor reject, so that the interval also holds the average over bands and terms "
-            f"(heaviest: {replace(resting, member='average').in_words()})"
+            f"(heaviest: {replace(choice, member='average').in_words()})"
         )
     else:
         source = (
             f"average over bands and terms of the spectrum of {measured.channel}, "
-            f"most on {resting.in_words()}"
+            f"most on {choice.in_words()}"
         )
-    if resting.slow_terms == "low band":
-        source += f"; B and K: likelihood fit of the spectrum to {resting.low_band_hz:.3g} Hz"
+    if choice.slow_terms == "low band":
+        source += f"; B and K: likelihood fit of the spectrum to {choice.low_band_hz:.3g} Hz"
     return Headline(estimate=estimate, source=source)
 
 
@@ -183,27 +185,55 @@ class _Bounding:
         What raises the bound.
     shortest
         Cluster times below this, s, are lowered by a low-pass of the sensor.
-    gyros_differenced, sample_rate
-        Of what is measured.
+    sample_rate
+        Of what is measured, Hz.
     """
 
     curve: StabilityCurve
     channel: str
     readout: JointReadout
     shortest: float
-    gyros_differenced: int
     sample_rate: float
 
     def highest(self, chance: float) -> CurveBound | None:
-        """Largest N that the curve allows except with a probability."""
-        return highest_allowed(
-            self.curve,
-            self.readout,
-            chance,
-            gyros_differenced=self.gyros_differenced,
-            sample_rate=self.sample_rate,
-            shortest=self.shortest,
+        """Largest N that the curve allows except with probability `chance`.
+
+        Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's
+        own low-pass filter lowers the shortest cluster times, which are left out: those below
+        `shortest` and below ten samples. If none is left there is no bound, and the result is None.
+        If nothing dithers the readout within a cluster, its steps hide up to two steps of each
+        second difference: the deviation is raised by the root of their mean square. If something
+        does, a mean of few may still come out as zero: the deviation is raised by half a step in
+        square.
+        """
+        curve = self.curve
+        angles = curve.samples + (curve.kind != "angle")
+        # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
+        share = chance / curve.tau.size
+        # The point asks what N could be if it ruled there, so the degrees of freedom are those of
+        # white rate, whatever noise was identified.
+        edf = np.array(
+            [
+                equivalent_degrees_of_freedom(
+                    curve.estimator, 0, round(tau * curve.sample_rate), angles
+                )
+                for tau in curve.tau
+            ]
         )
+        step = self.readout.step / (np.sqrt(2.0) * curve.tau)
+        raised = np.where(
+            curve.tau < self.readout.time,
+            curve.deviation + 2.0 * step,
+            np.hypot(curve.deviation, 0.5 * step),
+        )
+        # Lower limit of chi-squared; importing scipy.stats for it would take a second.
+        high = raised * np.sqrt(edf / (2.0 * gammaincinv(0.5 * edf, share)))
+        lowered = (curve.tau * self.sample_rate < _FILTERED) | (curve.tau < self.shortest)
+        highest = np.where(lowered, np.inf, high * np.sqrt(curve.tau))
+        if not np.isfinite(highest).any():
+            return None
+        index = int(np.nanargmin(highest))
+        return CurveBound(value=float(highest[index]), tau=float(curve.tau[index]))
 
 
 def _bounding(
@@ -219,11 +249,7 @@ def _bounding(
     if left.removal.unfinished is not None:
         # Lines only raise a curve; half of a search can lower it.
         every = Points(angle=left.removal.unfinished, rate=rate)
-        curve = allan_curve(
-            points_at(every.angle, rate, settings.interval),
-            settings.confidence,
-            measured.gyros_differenced,
-        )
+        curve = allan_curve(points_at(every.angle, rate, settings.interval), settings.confidence)
         lowered, channel = roll_off_of(every, ()), f"{channel} with its lines in"
     else:
         lowered = RollOff() if found is None else found.roll_off
@@ -232,7 +258,6 @@ def _bounding(
         channel=channel,
         readout=coefficients.readout,
         shortest=lowered.cluster_time(),
-        gyros_differenced=measured.gyros_differenced,
         sample_rate=rate,
     )
 
@@ -282,54 +307,4 @@ def _asks_for_too_much(channel: str, tau: float) -> Note:
         text=f"the likelihood fit of {channel} asks for more angle random walk than the curve "
         f"shows at {tau:.4g} s: the five terms do not describe this spectrum, and no estimate is "
         "given",
-    )
-
-
-def highest_allowed(
-    curve: StabilityCurve,
-    readout: JointReadout,
-    chance: float,
-    *,
-    gyros_differenced: int,
-    sample_rate: float,
-    shortest: float = 0.0,
-) -> CurveBound | None:
-    """Largest N that the curve allows except with probability `chance`.
-
-    Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's own
-    low-pass filter lowers the shortest cluster times, which are left out: those below `shortest`
-    (s) and below ten samples. If none is left there is no bound, and the result is None. If
-    nothing dithers the readout within a cluster, its steps hide up to two steps of each second
-    difference: the deviation is raised by the root of their mean square. If something does, a
-    mean of few may still come out as zero: the deviation is raised by half a step in square.
-    """
-    angles = curve.samples + (curve.kind != "angle")
-    # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
-    share = chance / curve.tau.size
-    # The point asks what N could be if it ruled there, so the degrees of freedom are those of
-    # white rate, whatever noise was identified.
-    edf = np.array(
-        [
-            equivalent_degrees_of_freedom(
-                curve.estimator, 0, round(tau * curve.sample_rate), angles
-            )
-            for tau in curve.tau
-        ]
-    )
-    step = readout.step / (np.sqrt(2.0) * curve.tau)
-    raised = np.where(
-        curve.tau < readout.time,
-        curve.deviation + 2.0 * step,
-        np.hypot(curve.deviation, 0.5 * step),
-    )
-    # Lower limit of chi-squared; importing scipy.stats for it would take a second.
-    lower = 2.0 * gammaincinv(0.5 * edf, share)
-    high = raised * np.sqrt(edf / lower)
-    lowered = (curve.tau * sample_rate < _FILTERED) | (curve.tau < shortest)
-    highest = np.where(lowered, np.inf, high * np.sqrt(curve.tau))
-    if not np.isfinite(highest).any():
-        return None
-    index = int(np.nanargmin(highest))
-    return CurveBound(
-        value=per_gyro(float(highest[index]) ** 2, gyros_differenced), tau=float(curve.tau[index])
     )

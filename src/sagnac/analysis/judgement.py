@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 from sagnac.analysis.fits import unobserved
-from sagnac.analysis.headline_coefficients import headline_coefficients
-from sagnac.analysis.result import Analysis
+from sagnac.analysis.result import Analysis, headline_coefficients
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import quoted
 from sagnac.specification.limits import Limit, Specification, specification_of

@@ -1,14 +1,15 @@
 """The measurement: one gyro or the difference of two."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 
 from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import RecordingError
-from sagnac.recording.channel import angle_of
+from sagnac.recording.channel import angle_of, as_one_gyro
 from sagnac.recording.gaps import not_finite_notes, stuck_notes
 from sagnac.recording.model import Recording
 
@@ -25,7 +26,7 @@ class Measurement:
     channel
         ``x`` or ``x-z``.
     angle
-        (samples,) rad.
+        (samples,) rad; of two gyros their difference.
     gyros
         One name, or the two that are differenced.
     sample_rate
@@ -40,14 +41,21 @@ class Measurement:
     sample_rate: float
     weights: tuple[float, float] = (1.0, 1.0)
 
-    @property
-    def gyros_differenced(self) -> int:
-        """1 for a gyro, 2 for a difference."""
-        return len(self.gyros)
+    def per_gyro(self) -> "Measurement":
+        """The same with the noise of one gyro: a difference over sqrt(2)."""
+        return replace(self, angle=as_one_gyro(self.angle)) if self.is_pair else self
 
-    def weighted(self, angle: FloatArray, weights: tuple[float, float] | None) -> Self:
-        """The same gyros, otherwise combined."""
-        return replace(self, angle=angle, weights=weights or self.weights)
+    @property
+    def is_pair(self) -> bool:
+        """Whether it is the difference of two gyros."""
+        return len(self.gyros) > 1
+
+    def share(self, shares: Mapping[str, float]) -> float:
+        """Share of the table's rate in the angle, from the shares of the gyros."""
+        if not self.is_pair:
+            return shares.get(self.gyros[0], 0.0)
+        (first, second), (one, other) = self.gyros, self.weights
+        return one * shares.get(first, 0.0) - other * shares.get(second, 0.0)
 
 
 def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
@@ -112,8 +120,7 @@ def require_noise(measured: Measurement) -> None:
     rounding = _ROUNDING * float(np.spacing(largest))
     if max(series.map(farthest, angle.size, angle)) > rounding:
         return
-    pair = measured.gyros_differenced > 1
-    what = "the two gyros turn alike" if pair else "it turns evenly"
+    what = "the two gyros turn alike" if measured.is_pair else "it turns evenly"
     raise RecordingError(
         f"holds no noise: {what} to the last place of the numbers",
         channel=measured.channel,

@@ -17,9 +17,7 @@ from sagnac.units import SENSED, UNITS, Sensor, field_unit
 _ADDS: float = 0.05
 
 
-def noticed(
-    channel: str, found: Averaged, gyros_differenced: int, sensor: Sensor = "gyro"
-) -> tuple[Note, ...]:
+def noticed(channel: str, found: Averaged, sensor: Sensor = "gyro") -> tuple[Note, ...]:
     """Notes of an average on its record.
 
     Parameters
@@ -28,17 +26,15 @@ def noticed(
         ``x`` or ``x-z``.
     found
         The average.
-    gyros_differenced
-        1, or 2 for a difference.
     sensor
         What the channel is of, which says the units.
     """
     walk = found.average.angle_random_walk
     notes = (
-        _spikes_note(found.cleaned.spikes, walk, gyros_differenced, sensor),
+        _spikes_note(found.cleaned.spikes, walk, sensor),
         _warm_up_note(found.cleaned.warm_up, sensor),
         _roll_off_note(found.roll_off),
-        _hump_note(found.hump, gyros_differenced, sensor),
+        _hump_note(found.hump, sensor),
         _elsewhere_note(found.average.rests_on.elsewhere, walk, sensor),
         _parts_note(found.parts, sensor),
     )
@@ -51,12 +47,10 @@ def _shown(value: float, sensor: Sensor) -> str:
     return f"{value / unit.size:.3g}"
 
 
-def _spikes_note(
-    spikes: Spikes | None, walk: Estimate, gyros_differenced: int, sensor: Sensor
-) -> Note | None:
+def _spikes_note(spikes: Spikes | None, walk: Estimate, sensor: Sensor) -> Note | None:
     if spikes is None or spikes.index.size == 0:
         return None
-    added = spikes.added_walk / math.sqrt(gyros_differenced)
+    added = spikes.added_walk
     seen = walk.status == "estimated" and added > _ADDS * walk.value
     level: Level = "warning" if seen else "remark"
     return Note(
@@ -96,13 +90,11 @@ def _roll_off_note(found: RollOff) -> Note | None:
     )
 
 
-def _hump_note(found: Hump | None, gyros_differenced: int, sensor: Sensor) -> Note | None:
+def _hump_note(found: Hump | None, sensor: Sensor) -> Note | None:
     """The answer is read below a hump, behind which there is less."""
     if found is None:
         return None
-    top, behind = (
-        _shown(walk / math.sqrt(gyros_differenced), sensor) for walk in (found.walk, found.least)
-    )
+    top, behind = _shown(found.walk, sensor), _shown(found.least, sensor)
     return Note(
         level="warning",
         text=f"the answer is read below a hump of {top} at {found.frequency:.3g} Hz, behind which "

@@ -17,9 +17,10 @@ from scipy.special import chdtri, ndtri
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_one_band
+from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import rate_density_basis
-from sagnac.coefficients.mixture import Interval, mixture
-from sagnac.coefficients.model_average import RULED, Resting
+from sagnac.coefficients.mixture import mixture
+from sagnac.coefficients.model_average import RULED, ModelChoice
 from sagnac.spectrum.levels import Levels
 
 # Chance at which each test says of parts that agree that they do not.
@@ -56,17 +57,6 @@ class Part:
     def shows(self) -> bool:
         """Whether the part shows N."""
         return not math.isnan(self.value)
-
-    def per_gyro(self, gyros_differenced: int) -> "Part":
-        """The part as of one gyro, if this is of a difference."""
-        factor = 1.0 / math.sqrt(gyros_differenced)
-        return Part(
-            start_s=self.start_s,
-            stop_s=self.stop_s,
-            value=factor * self.value,
-            low=factor * self.low,
-            high=factor * self.high,
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,7 +126,7 @@ class Parts:
         return max(part.value for part in self.seen)
 
 
-def reading_in_band(levels: Levels, resting: Resting, confidence: float) -> Reading | None:
+def reading_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> Reading | None:
     """Estimate by the levels of a part over the band and with the terms of an average.
 
     With share s of N in the law of the whole, N squared larger by a factor exp(c) lifts the
@@ -147,7 +137,7 @@ def reading_in_band(levels: Levels, resting: Resting, confidence: float) -> Read
     ----------
     levels
         Of a part.
-    resting
+    choice
         Of the whole.
     confidence
         Of the interval.
@@ -157,15 +147,15 @@ def reading_in_band(levels: Levels, resting: Resting, confidence: float) -> Read
     Reading or None
         None if the levels do not show N.
     """
-    walk = walk_in_band(levels, resting, confidence)
-    if walk is None or resting.law is None:
+    walk = walk_in_band(levels, choice, confidence)
+    if walk is None or choice.law is None:
         return None
     laws = levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval))
-    terms = laws * np.array(resting.law.squares)[:FALL]
+    terms = laws * np.array(choice.law.squares)[:FALL]
     means = terms.sum(axis=1)
     share = terms[:, WALK] / means
-    means = means / resting.law.divisor(levels.frequency)
-    low, high = resting.band_hz
+    means = means / choice.law.divisor(levels.frequency)
+    low, high = choice.band_hz
     inside = (levels.frequency >= low) & (levels.frequency <= high)
     weight = (bin_shapes(levels, FLOOR) * share)[inside]
     information = float(weight @ share[inside])
@@ -177,7 +167,7 @@ def reading_in_band(levels: Levels, resting: Resting, confidence: float) -> Read
     )
 
 
-def walk_in_band(levels: Levels, resting: Resting, confidence: float) -> Interval | None:
+def walk_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> Interval | None:
     """N of some levels over the band and with the terms that an average rests on.
 
     Terms that come out at zero are left out. A part has too few bins to show their error: it is
@@ -187,7 +177,7 @@ def walk_in_band(levels: Levels, resting: Resting, confidence: float) -> Interva
     ----------
     levels
         Of a part, or of the whole.
-    resting
+    choice
         Band and terms.
     confidence
         Of the interval.
@@ -197,7 +187,7 @@ def walk_in_band(levels: Levels, resting: Resting, confidence: float) -> Interva
     Interval or None
         None if too few bins lie in the band, or they do not show N.
     """
-    models = models_of_one_band(levels, resting.band_hz, resting.mask).heaviest()
+    models = models_of_one_band(levels, choice.band_hz, choice.mask).heaviest()
     # A short part may not reach down to where N rules: what is fitted there is not seen.
     if models.count == 0 or models.ruled[0] < RULED:
         return None

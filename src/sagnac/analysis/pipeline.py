@@ -1,15 +1,15 @@
 """From a recording to its angle random walk: the one place that composes."""
 
-from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypedDict
+from typing import Any, Final
 
 from threadpoolctl import ThreadpoolController
 
 from sagnac import series
 from sagnac.analysis.alone import Run, each_alone, gyros_alone
 from sagnac.analysis.averaged import Averaged, averaged
-from sagnac.analysis.covariates import without_temperature
+from sagnac.analysis.corrections import Undithered, without_dither, without_temperature
 from sagnac.analysis.curves import (
     Curves,
     Points,
@@ -19,10 +19,9 @@ from sagnac.analysis.curves import (
     require_length,
     rounding_note,
 )
-from sagnac.analysis.dither import Undithered, without_dither
+from sagnac.analysis.encoder import answer_of_one, of_both_alike, with_latch_note
 from sagnac.analysis.fits import Coefficients, coefficients_of, unobserved
 from sagnac.analysis.headline import Headline, headline_of
-from sagnac.analysis.latch import with_latch_note
 from sagnac.analysis.measurement import (
     Measurement,
     measure,
@@ -30,16 +29,16 @@ from sagnac.analysis.measurement import (
     require_sound,
 )
 from sagnac.analysis.noticed import noticed
-from sagnac.analysis.one_gyro import answer_of_one
-from sagnac.analysis.pair_weights import of_both_alike
-from sagnac.analysis.parts import Part
 from sagnac.analysis.removal import Remainder, remainder_of
-from sagnac.analysis.residuals import Residual, residual_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
-from sagnac.analysis.shares import TableTold, told_by_table
+from sagnac.analysis.shares import TableShares, table_shares
 from sagnac.analysis.sharing import Sharing, sharing_of
-from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density
+from sagnac.analysis.spectra import (
+    figure_spectrum,
+    multitaper_density,
+    residual_of,
+)
 from sagnac.analysis.stages import Stages
 from sagnac.analysis.table_angle import (
     TurningTable,
@@ -50,8 +49,6 @@ from sagnac.analysis.table_angle import (
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.laws import CoefficientName
-from sagnac.coefficients.model_average import Resting
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.kernels import cache_notes
 from sagnac.lines.model import Line
@@ -148,7 +145,6 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
     trust, channel = _trust(seen, answered), prepared.measured.channel
     return Answer(
         angle_random_walk=trust.headline(answered.headline, channel).estimate,
-        gyros_differenced=prepared.measured.gyros_differenced,
         fits=trust.fits(answered.coefficients.fits, channel),
         lines=_lines(removed),
         curve=answered.curves.after,
@@ -214,17 +210,16 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
         slow = _slow_noise(prepared, answered.curves, answered.found)
         seen = _seen(prepared, (*noticed, *slow, *sharing.notes))
         require_strict(seen, prepared.settings)
-    with stages.stage("spectrum"):
-        spectra = _spectra(prepared, removed)
     widened = sharing.widened(answered.headline.estimate)
     answered = replace(answered, headline=replace(answered.headline, estimate=widened))
-    found = _composed(prepared, removed, answered, seen, spectra, seconds=stages.seconds)
-    return found.with_units_of_sensor()
+    with stages.stage("spectrum"):
+        found = _composed(prepared, removed, answered, seen)
+    return replace(found, seconds=stages.seconds).with_units_of_sensor()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Prepared:
-    """The measurement, and the quality of its data."""
+    """The measurement, per gyro and as its lines are sought in, and the quality of its data."""
 
     recording: Recording
     settings: Settings
@@ -251,23 +246,12 @@ class _Removed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Answered:
-    """Curves, coefficients and the headline, and whether the encoder decides it."""
+    """Curves, coefficients and the headline."""
 
     curves: Curves
     coefficients: Coefficients
     found: Averaged | None
     headline: Headline
-    by_encoder: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Spectra:
-    """Spectra that are drawn, before removal and after."""
-
-    before: Spectrum
-    spectrum: Spectrum
-    density: Spectrum | None
-    residual: Residual | None
 
 
 def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prepared:
@@ -282,13 +266,14 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
             taken = without_temperature(recording, gyros)
         undithered = without_dither(taken.recording, gyros, settings.method)
         undithered = replace(undithered, notes=(*taken.notes, *undithered.notes))
-        measured = measure(undithered.recording, gyros)
+        difference = measure(undithered.recording, gyros)
+        measured = difference.per_gyro()
         points = points_at(measured.angle, rate, interval)
         if settings.method != "fris":
             # Known before the search, which takes what time there is.
             require_length(points.angle.size, points.rate, recording.duration)
         table = turning_table(undithered.recording, gyros, settings.method)
-        following = followed(measured, undithered.recording, table)
+        following = followed(difference, undithered.recording, table)
         table = settled(table, following)
     with stages.stage("check"):
         findings = findings_of(recording, settings)
@@ -352,9 +337,8 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
             found=found,
             settings=settings,
         )
-        by_encoder = False
-        if prepared.table.estimate is not None and measured.gyros_differenced == 1:
-            own = answer_of_one(
+        if prepared.table.estimate is not None and not measured.is_pair:
+            headline = answer_of_one(
                 headline,
                 measured,
                 prepared.undithered.recording,
@@ -369,7 +353,6 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                     for one in prepared.findings
                 ),
             )
-            headline, by_encoder = own.headline, own.by_encoder
         headline = with_latch_note(
             of_both_alike(prepared.followed, headline),
             headline.estimate,
@@ -383,7 +366,6 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
         coefficients=coefficients,
         found=found,
         headline=headline,
-        by_encoder=by_encoder,
     )
 
 
@@ -405,7 +387,6 @@ def _within_curve(
     highest = highest_terms(
         curves.after,
         confidence=prepared.settings.confidence,
-        gyros_differenced=prepared.measured.gyros_differenced,
         shortest=max(lowered, coefficients.readout.time),
     )
     likelihood = coefficients.fits["likelihood"]
@@ -423,11 +404,7 @@ def _slow_noise(prepared: _Prepared, curves: Curves, found: Averaged | None) -> 
     if found is None or found.cleaned.warm_up is not None:
         return ()
     measured = prepared.measured
-    rise = slow_noise(
-        curves.after,
-        found.average.coefficients,
-        gyros_differenced=measured.gyros_differenced,
-    )
+    rise = slow_noise(curves.after, found.average.coefficients)
     if rise is None:
         return ()
     text = (
@@ -446,12 +423,12 @@ def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:
 def _noticed(prepared: _Prepared, left: Remainder, answered: _Answered) -> tuple[Note, ...]:
     """What the average noticed, and what is wrong with what is left of a turning table."""
     found = answered.found
-    if found is None or answered.by_encoder:
+    if found is None or answered.headline.by_encoder:
         # What is left is the encoder's.
         return ()
     recording, measured = prepared.undithered.recording, prepared.measured
     sensor = recording.gyros[0].sensor
-    notes = noticed(measured.channel, found, measured.gyros_differenced, sensor)
+    notes = noticed(measured.channel, found, sensor)
     if prepared.table.angle is None:
         return notes
     return (*notes, *_of_remainder(recording, measured.channel, left, found))
@@ -489,43 +466,30 @@ def _of_remainder(
     return tuple(note for note in notes if not (known and note.name == "unsteady"))
 
 
-def _spectra(prepared: _Prepared, removed: _Removed) -> _Spectra:
-    left = removed.left
-    density = None
-    if prepared.settings.estimators:
-        steps = series.differences(left.removal.residual)
-        density = multitaper_density(steps, left.rate)
-    measured = prepared.measured
-    return _Spectra(
-        before=figure_spectrum(measured.angle, measured.sample_rate),
-        spectrum=figure_spectrum(left.removal.residual, left.rate),
-        density=density,
-        residual=residual_of(measured, left, prepared.table.angle),
-    )
-
-
 def _composed(
     prepared: _Prepared,
     removed: _Removed,
     answered: _Answered,
     seen: tuple[Note, ...],
-    spectra: _Spectra,
-    *,
-    seconds: Mapping[str, float],
 ) -> Analysis:
+    """The answer, and the spectra and the residual that are drawn beside it."""
     recording, settings, measured = prepared.recording, prepared.settings, prepared.measured
-    table = prepared.table.angle
+    table, left = prepared.table.angle, removed.left
+    residual, density = left.removal.residual, None
+    if settings.estimators:
+        density = multitaper_density(series.differences(residual), left.rate)
     trust = _trust(seen, answered)
     headline = trust.headline(answered.headline, measured.channel)
-    told = TableTold()
+    table_rates = TableShares()
     if table is not None:
-        told = told_by_table(recording, settings.gyros, settings.confidence)
-    each = answered.coefficients.per_gyro
-    return Analysis(
+        # Shares that cannot be told cost nothing else.
+        with suppress(RecordingError):
+            table_rates = table_shares(recording, settings.gyros, confidence=settings.confidence)
+    each, found = answered.coefficients.per_gyro, answered.found
+    analysis = Analysis(
         recording=recording,
         settings=settings,
         channel=measured.channel,
-        gyros_differenced=measured.gyros_differenced,
         table_rate=None if table is None else mean_rate(table, recording.sample_rate),
         angle_random_walk=headline.estimate,
         source=headline.source,
@@ -533,19 +497,36 @@ def _composed(
         lines=_lines(removed),
         curve=answered.curves.after,
         curve_before=answered.curves.before,
-        spectrum=spectra.spectrum,
-        spectrum_before=spectra.before,
+        spectrum=figure_spectrum(residual, left.rate),
+        spectrum_before=figure_spectrum(measured.angle, measured.sample_rate),
         per_gyro={name: trust.estimate(own, name) for name, own in each.items()},
         notes=_notes(prepared, removed, answered, headline, seen),
-        seconds=seconds,
+        seconds={},
         family=answered.curves.family,
-        density=spectra.density,
-        residual=spectra.residual,
-        shares=told.shares,
-        triad=told.triad,
-        masked=removed.left.removal.masked,
-        levels=None if answered.found is None else answered.found.levels,
-        **_of_average(answered.found, headline, trust, measured.channel),
+        density=density,
+        residual=residual_of(measured, left, table),
+        shares=table_rates.shares,
+        triad=table_rates.triad,
+        masked=left.removal.masked,
+    )
+    if found is None:
+        return analysis
+    average = found.average
+    return replace(
+        analysis,
+        levels=found.levels,
+        average=average.rests_on,
+        coefficients={
+            **trust.coefficients(average.coefficients, measured.channel),
+            "angle_random_walk": headline.estimate,
+        },
+        # There is none of what is no estimate.
+        covariance=None
+        if trust.reasons
+        else trust.covariance(
+            Covariance(names=average.names, matrix=average.covariance), measured.channel
+        ),
+        parts=() if found.parts is None else found.parts.parts,
     )
 
 
@@ -582,39 +563,3 @@ def _notes(
         *cache_notes(),
     )
     return tuple(dict.fromkeys(notes))
-
-
-class _OfAverage(TypedDict, total=False):
-    """What an analysis holds of an average."""
-
-    average: Resting
-    coefficients: Mapping[CoefficientName, Estimate]
-    covariance: Covariance
-    parts: tuple[Part, ...]
-
-
-def _of_average(
-    found: Averaged | None, headline: Headline, trust: Trust, channel: str
-) -> _OfAverage:
-    """The coefficients with the answer among them; no covariance of what is no estimate."""
-    if found is None:
-        return {}
-    coefficients = {
-        **trust.coefficients(found.average.coefficients, channel),
-        "angle_random_walk": headline.estimate,
-    }
-    parts = () if found.parts is None else found.parts.parts
-    if trust.reasons:
-        return {
-            "average": found.average.rests_on,
-            "coefficients": coefficients,
-            "parts": parts,
-        }
-    return {
-        "average": found.average.rests_on,
-        "coefficients": coefficients,
-        "covariance": trust.covariance(
-            Covariance(names=found.average.names, matrix=found.average.covariance), channel
-        ),
-        "parts": parts,
-    }

@@ -1,7 +1,7 @@
 """The methods that take the periodic parts out of an angle, one function each."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -17,7 +17,7 @@ from sagnac.lines.published import (
     remove_lines_as_published,
 )
 from sagnac.lines.search import remove_lines
-from sagnac.recording.channel import angle_of
+from sagnac.recording.channel import PAIR_SIZE, angle_of, as_one_gyro
 from sagnac.recording.model import Recording
 from sagnac.table.turns import full_rotation_samples
 
@@ -31,7 +31,7 @@ class Remainder:
     Attributes
     ----------
     removal
-        The angle left, and what was taken.
+        The angle left and what was taken, per gyro; its lines are of the channel that they name.
     rate
         Of the angle left, Hz: the sample rate, or one a turn.
     once_a_turn
@@ -72,12 +72,23 @@ def remainder_of(
         If the method cannot be used on this recording.
     """
     search = settings.published if settings.method == "fos-paper" else LITERAL
-    asked = Asked(recording=recording, search=search, progress=progress)
-    return _METHODS[settings.method](measured, table, asked)
+    request = Request(recording=recording, search=search, progress=progress)
+    left = _METHODS[settings.method](measured, table, request)
+    return left if not measured.is_pair else replace(left, removal=_per_gyro(left.removal))
+
+
+def _per_gyro(removal: Removal) -> Removal:
+    """What is left of the difference of two gyros as the noise of one."""
+    return replace(
+        removal,
+        residual=as_one_gyro(removal.residual),
+        taken=removal.taken / [[1.0], [1.0], [PAIR_SIZE**2]],
+        unfinished=None if removal.unfinished is None else as_one_gyro(removal.unfinished),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Asked:
+class Request:
     """Input of a method beside the angle.
 
     Attributes
@@ -100,32 +111,32 @@ def _untouched(angle: FloatArray, *notes: Note) -> Removal:
     return Removal(residual=angle, lines=(), masked=(), taken=np.empty((3, 0)), notes=notes)
 
 
-def _by_joint_fit(measured: Measurement, table: FloatArray | None, asked: Asked) -> Remainder:
+def _by_joint_fit(measured: Measurement, table: FloatArray | None, request: Request) -> Remainder:
     removal = remove_lines(
         measured.angle,
         table,
         measured.sample_rate,
         channel=measured.channel,
-        progress=asked.progress,
+        progress=request.progress,
     )
     return Remainder(removal=removal, rate=measured.sample_rate)
 
 
-def _as_published(measured: Measurement, table: FloatArray | None, asked: Asked) -> Remainder:
+def _as_published(measured: Measurement, table: FloatArray | None, request: Request) -> Remainder:
     """Steps 1 to 3 of the paper."""
     rate = measured.sample_rate
     angles = {measured.channel: measured.angle}
-    if len(measured.gyros) > 1:
-        angles = {name: angle_of(asked.recording.gyro(name), rate) for name in measured.gyros}
+    if measured.is_pair:
+        angles = {name: angle_of(request.recording.gyro(name), rate) for name in measured.gyros}
     removal = remove_lines_as_published(
-        angles, table, rate, search=asked.search, progress=asked.progress
+        angles, table, rate, search=request.search, progress=request.progress
     )
     return Remainder(removal=removal, rate=rate)
 
 
-def _once_a_turn(measured: Measurement, table: FloatArray | None, asked: Asked) -> Remainder:
+def _once_a_turn(measured: Measurement, table: FloatArray | None, request: Request) -> Remainder:
     """Full rotation interval sampling (FRIS), Eqs. 8 and 9."""
-    pulse = asked.recording.null_pulse
+    pulse = request.recording.null_pulse
     if table is None and pulse is None:
         raise RecordingError(
             "full rotation interval sampling ({method fris}) needs a turning table",
@@ -143,7 +154,7 @@ def _once_a_turn(measured: Measurement, table: FloatArray | None, asked: Asked) 
     return Remainder(removal=_untouched(values, note), rate=float(rate), once_a_turn=True)
 
 
-def _not_at_all(measured: Measurement, table: FloatArray | None, _: Asked) -> Remainder:
+def _not_at_all(measured: Measurement, table: FloatArray | None, _: Request) -> Remainder:
     left_in = Note(
         level="warning",
         text="no line was removed: on a turning table the value and its bounds are of table "
@@ -153,7 +164,7 @@ def _not_at_all(measured: Measurement, table: FloatArray | None, _: Asked) -> Re
     return Remainder(removal=_untouched(measured.angle, *notes), rate=measured.sample_rate)
 
 
-_METHODS: Final[Mapping[Method, Callable[[Measurement, FloatArray | None, Asked], Remainder]]] = {
+_METHODS: Final[Mapping[Method, Callable[[Measurement, FloatArray | None, Request], Remainder]]] = {
     "fos": _by_joint_fit,
     "fos-paper": _as_published,
     "fos-korenberg": _as_published,

@@ -1,4 +1,4 @@
-"""Everything that one recording gave."""
+"""Everything that one recording gave, and the coefficients that its answer rests on."""
 
 import math
 from collections.abc import Mapping
@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from sagnac.analysis.parts import Part
-from sagnac.analysis.residuals import Residual
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.shares import Share, Triad
-from sagnac.analysis.spectra import Spectrum
+from sagnac.analysis.spectra import Residual, Spectrum
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate, Fit, FitName, estimate_units
-from sagnac.coefficients.laws import CoefficientName
-from sagnac.coefficients.model_average import Resting
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.coefficients.model_average import ModelChoice
 from sagnac.dataframes import pandas_for, xarray_for
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
@@ -55,14 +54,13 @@ class Answer:
 
     Attributes
     ----------
-    angle_random_walk, gyros_differenced, fits, lines, curve
+    angle_random_walk, fits, lines, curve
         As of `Analysis`.
     taken
         (points of `curve`,) Allan variance of the noise that went with the lines, (rad/s)^2.
     """
 
     angle_random_walk: Estimate
-    gyros_differenced: int
     fits: Mapping[FitName, Fit]
     lines: tuple[Line, ...]
     curve: StabilityCurve
@@ -84,9 +82,7 @@ class Analysis:
     settings
         What was asked for; the gyros are those taken.
     channel
-        ``x`` or ``x-z``: what the curve and the lines are of.
-    gyros_differenced
-        1 for a single gyro, 2 for a difference. Coefficients are per gyro already.
+        ``x`` or ``x-z``. Of a difference of two gyros all is per gyro, except the lines.
     table_rate
         Mean table rate, rad/s, or None at rest.
     angle_random_walk
@@ -99,8 +95,7 @@ class Analysis:
     lines
         Every periodic component found in `channel`, strongest first.
     curve, curve_before
-        Stability of `channel` after and before removal, at the same interval. For a difference
-        of two gyros ``curve.per_gyro()`` is that of one gyro.
+        Stability of `channel` after and before removal, at the same interval.
     spectrum, spectrum_before
         Rate spectrum of `channel` after and before removal, smoothed for a figure.
     per_gyro
@@ -161,7 +156,6 @@ class Analysis:
     recording: Recording
     settings: Settings
     channel: str
-    gyros_differenced: int
     table_rate: float | None
     angle_random_walk: Estimate
     source: str
@@ -176,7 +170,7 @@ class Analysis:
     seconds: Mapping[str, float]
     family: tuple[StabilityCurve, ...] = ()
     density: Spectrum | None = None
-    average: Resting | None = None
+    average: ModelChoice | None = None
     coefficients: Mapping[CoefficientName, Estimate] = field(default_factory=dict)
     covariance: Covariance | None = None
     parts: tuple[Part, ...] = ()
@@ -326,6 +320,11 @@ class Analysis:
         )
 
     @property
+    def is_pair(self) -> bool:
+        """Whether it is of the difference of two gyros."""
+        return "-" in self.channel and self.channel not in self.settings.gyros
+
+    @property
     def findings(self) -> tuple[Note, ...]:
         """The notes that are findings on the quality of the data: those with a name."""
         return tuple(note for note in self.notes if note.name)
@@ -428,7 +427,7 @@ class Analysis:
             variables[name] = (("channel", "figure"), figures, {"units": unit})
             status = [row.get("status", "not observable") for row in found]
             variables[f"{name}_status"] = (("channel",), status, {})
-        curve = self.curve.per_gyro()
+        curve = self.curve
         for name, values in (
             ("deviation", curve.deviation), ("deviation_low", curve.low),
             ("deviation_high", curve.high),
@@ -464,3 +463,37 @@ class Alone:
 
     analyses: Mapping[str, Analysis]
     refused: Mapping[str, RecordingError]
+
+
+def headline_fit(analysis: Analysis) -> Fit | None:
+    """The fit that the answer rests on, or None if the answer is of no fit."""
+    for fit in analysis.fits.values():
+        if fit.coefficients.get("angle_random_walk") == analysis.angle_random_walk:
+            return fit
+    return None
+
+
+def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
+    """All coefficients beside the answer: of the average, else of the fit; none of neither."""
+    if analysis.coefficients:
+        return analysis.coefficients
+    fit = headline_fit(analysis)
+    return {} if fit is None else fit.coefficients
+
+
+def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
+    """Coefficients estimated or bounded beside the answer, else the answer alone."""
+    estimates = headline_coefficients(analysis) or {"angle_random_walk": analysis.angle_random_walk}
+    return {
+        name: estimates[name]
+        for name in COEFFICIENT_NAMES
+        if name in estimates and estimates[name].status != "not observable"
+    }
+
+
+def answer_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
+    """All coefficients beside the answer, with the answer among them."""
+    return {
+        **headline_coefficients(analysis),
+        "angle_random_walk": analysis.angle_random_walk,
+    }

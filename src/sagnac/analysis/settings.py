@@ -96,24 +96,18 @@ class Settings:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):
             raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
-        object.__setattr__(self, "estimators", tuple(self.estimators))
         _require_choice("method", self.method, get_args(Method))
-        if isinstance(self.accepted, str):
-            raise ValueError(
-                f"accepted is {quoted(self.accepted)}; give names, such as ('clipping',)"
-            )
-        object.__setattr__(self, "accepted", tuple(self.accepted))
-        for name in self.accepted:
-            _require_choice("accepted", name, FINDINGS)
-        if isinstance(self.covariates, str):
-            raise ValueError(
-                f"covariates is {quoted(self.covariates)}; give names, such as ('temperature',)"
-            )
-        object.__setattr__(self, "covariates", tuple(self.covariates))
-        for covariate in self.covariates:
-            _require_choice("covariates", covariate, get_args(Covariate))
-        for estimator in self.estimators:
-            _require_choice("estimators", estimator, get_args(Estimator))
+        for field, example, choices in (
+            ("accepted", "clipping", FINDINGS),
+            ("covariates", "temperature", get_args(Covariate)),
+            ("estimators", "oadev", get_args(Estimator)),
+        ):
+            names = getattr(self, field)
+            if isinstance(names, str):
+                raise ValueError(f"{field} is {quoted(names)}; give names, such as ({example!r},)")
+            object.__setattr__(self, field, tuple(names))
+            for name in getattr(self, field):
+                _require_choice(field, name, choices)
         if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):
             raise ValueError(
                 f"interval is {quoted(self.interval)}; give seconds above zero, or None"

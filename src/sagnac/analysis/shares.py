@@ -14,6 +14,7 @@ from scipy.special import stdtrit
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.coefficients.estimates import Interval
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
@@ -28,19 +29,6 @@ _UNEVEN: Final = 0.1
 # Part of the fastest rate below which a second counts for neither way.
 _TURNING: Final = 0.1
 _AXES: Final = 3
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Interval:
-    """A value and the ends of its interval."""
-
-    value: float
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        if not self.low <= self.value <= self.high:
-            raise ValueError(f"value {self.value:g} lies outside {self.low:g} to {self.high:g}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,37 +71,16 @@ class Triad:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TableTold:
-    """Shares of the gyros on a turning table; none if it tells nothing."""
+class TableShares:
+    """Shares of the gyros on a turning table and, of three, scale and axes."""
 
     shares: Mapping[str, Share] = field(default_factory=dict)
     triad: Triad | None = None
 
 
-def told_by_table(
-    recording: Recording, gyros: tuple[str, ...], confidence: float = 0.95
-) -> TableTold:
-    """Shares as by `table_shares` and, of three gyros, scale and axes; empty if it cannot be told.
-
-    Parameters
-    ----------
-    recording, gyros, confidence
-        As for `table_shares`.
-    """
-    try:
-        fitted = _fitted(recording, gyros, confidence)
-    except RecordingError:
-        return TableTold()
-    shares = {name: one.share for name, one in fitted.items()}
-    return TableTold(
-        shares=shares,
-        triad=_triad(fitted, confidence) if len(fitted) == _AXES else None,
-    )
-
-
 def table_shares(
     recording: Recording, gyros: tuple[str, ...], *, confidence: float = 0.95
-) -> Mapping[str, Share]:
+) -> TableShares:
     """Least squares of each gyro's mean rates over a second on the table's.
 
     A cosine and a sine of the table angle go along for Earth rate. The errors are those of thirty
@@ -135,7 +102,11 @@ def table_shares(
         If there is no table, it does not turn, it turns round all the time, or the recording is too
         short.
     """
-    return {name: one.share for name, one in _fitted(recording, gyros, confidence).items()}
+    fitted = _fitted(recording, gyros, confidence)
+    return TableShares(
+        shares={name: one.share for name, one in fitted.items()},
+        triad=_triad(fitted, confidence) if len(fitted) == _AXES else None,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -89,7 +89,7 @@ def sharing_of(
         Of the interval.
     """
     walk = found.average.angle_random_walk
-    if measured.gyros_differenced == 1 or walk.status != "estimated":
+    if not measured.is_pair or walk.status != "estimated":
         return Sharing()
     shared = shared_walk(
         recording,

@@ -245,7 +245,6 @@ def _nothing_but(curve: StabilityCurve, recording: Recording, settings: Settings
         recording=recording,
         settings=settings,
         channel=settings.gyros[0],
-        gyros_differenced=1,
         table_rate=None,
         angle_random_walk=unobserved("angle_random_walk", settings.confidence),
         source="no stretch without a gap is long enough",

@@ -190,21 +190,26 @@ def followed(measured: Measurement, recording: Recording, table: TurningTable) -
     estimate = table.estimate
     if estimate is None:
         return measured
-    shares = [table.shares[name] for name in measured.gyros]
-    if len(shares) > 1:
-        weights = _weights(shares)
-        pair = [angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros]
-        if _takes_table_out(weights, measured, pair, estimate):
-            return measured.weighted(_combined(weights, pair), weights)
+    share = measured.share(table.shares)
+    if measured.is_pair:
+        weights = _weights([table.shares[name] for name in measured.gyros])
+        first, second = (
+            angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros
+        )
+        one, other = weights
+        alone = series.made(
+            lambda span: one * first[span] - other * second[span], first.size, first, second
+        )
+        if _takes_table_out(weights, measured, alone, share, estimate):
+            return replace(measured, angle=alone, weights=weights)
     if estimate.angle is estimate.readings:
         return measured
-    share = shares[0] - (shares[1] if len(shares) > 1 else 0.0)
     angle, readings, known = measured.angle, estimate.readings, estimate.angle
     own = series.made(
         lambda span: angle[span] - share * (readings[span] - known[span]),
         angle.size, angle, readings, known,
     )  # fmt: skip
-    return measured.weighted(own, None)
+    return replace(measured, angle=own)
 
 
 def _weights(shares: Sequence[float]) -> tuple[float, float]:
@@ -216,32 +221,22 @@ def _weights(shares: Sequence[float]) -> tuple[float, float]:
     return sign * shares[1] / size, sign * shares[0] / size
 
 
-def _combined(weights: tuple[float, float], pair: Sequence[FloatArray]) -> FloatArray:
-    """(samples,) weighted difference, rad."""
-    first, second = pair
-    return series.made(
-        lambda span: weights[0] * first[span] - weights[1] * second[span],
-        first.size, first, second,
-    )  # fmt: skip
-
-
 def _takes_table_out(
     weights: tuple[float, float],
     measured: Measurement,
-    pair: Sequence[FloatArray],
+    alone: FloatArray,
+    share: float,
     estimate: EstimatedTable,
 ) -> bool:
-    """Whether two gyros by themselves tell more than their difference and the encoder."""
+    """Whether two gyros `alone`, so weighted, tell more than their difference and the encoder."""
     if not 0.0 < estimate.alike < _TOGETHER:
         return False
     if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in weights):
         return True
-    share = estimate.shares[0] - estimate.shares[-1]
     angle, readings = measured.angle, estimate.readings
     by_encoder = series.made(
         lambda span: angle[span] - share * readings[span], angle.size, angle, readings
     )
-    alone = _combined(weights, pair)
     block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
     slow = _step(averages_of(alone, block)) < _QUIETER * _step(averages_of(by_encoder, block))
     return slow or _step(alone) < _QUIETER * _step(by_encoder)

@@ -16,6 +16,7 @@ from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.model_average import average
 from sagnac.errors import RecordingError
 from sagnac.lines.model import Line
+from sagnac.recording.channel import PAIR_SIZE
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.tapered import line_density
 from sagnac.stability.curve import StabilityCurve
@@ -123,6 +124,11 @@ def _hertz(analysis: Analysis, line: Line) -> float:
     return line.frequency * (turning if line.scale == "angle" else 1.0)
 
 
+def _amplitude(analysis: Analysis, line: Line) -> float:
+    """Amplitude of a line in what the spectra are of: per gyro, rad."""
+    return line.amplitude / (PAIR_SIZE if analysis.is_pair else 1.0)
+
+
 def _bands(analysis: Analysis, left_in: Sequence[Line], kept: Sequence[Line]) -> Bands:
     """The bands of lines that stay out."""
 
@@ -137,7 +143,7 @@ def _with_lines(analysis: Analysis, left_in: Sequence[Line]) -> Levels:
     assert levels is not None
     density = levels.spectrum.cells.density.copy()
     for line in left_in:
-        density += line_density(levels.spectrum, _hertz(analysis, line), line.amplitude)
+        density += line_density(levels.spectrum, _hertz(analysis, line), _amplitude(analysis, line))
     cells = replace(levels.spectrum.cells, density=density)
     return replace(levels, spectrum=replace(levels.spectrum, cells=cells))
 
@@ -148,8 +154,7 @@ def _walk(analysis: Analysis, levels: Levels, bands: Bands) -> Estimate:
     except ValueError as error:
         raise RecordingError(str(error), channel=analysis.channel) from None
     result = average(found, confidence=analysis.settings.confidence)
-    walk = result.per_gyro(analysis.gyros_differenced).angle_random_walk
-    return replace(walk, sensor=analysis.sensor)
+    return replace(result.angle_random_walk, sensor=analysis.sensor)
 
 
 def _curve(analysis: Analysis, left_in: Sequence[Line]) -> StabilityCurve:
@@ -158,7 +163,7 @@ def _curve(analysis: Analysis, left_in: Sequence[Line]) -> StabilityCurve:
     more = np.zeros(curve.tau.size)
     for line in left_in:
         turned = np.sin(np.pi * _hertz(analysis, line) * curve.tau)
-        more += (2.0 * line.amplitude * turned**2 / curve.tau) ** 2
+        more += (2.0 * _amplitude(analysis, line) * turned**2 / curve.tau) ** 2
     higher = np.sqrt(1.0 + more / curve.deviation**2)
     return replace(
         curve,
@@ -174,7 +179,7 @@ def _spectrum(analysis: Analysis, left_in: Sequence[Line]) -> Spectrum:
     if frequency.size > 1:
         width = np.gradient(frequency)
         for line in left_in:
-            hertz = _hertz(analysis, line)
+            hertz, amplitude = _hertz(analysis, line), _amplitude(analysis, line)
             place = int(np.argmin(np.abs(frequency - hertz)))
-            density[place] += 2.0 * (np.pi * hertz * line.amplitude) ** 2 / width[place]
+            density[place] += 2.0 * (np.pi * hertz * amplitude) ** 2 / width[place]
     return Spectrum(frequency=frequency.copy(), density=density)

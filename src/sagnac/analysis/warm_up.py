@@ -29,14 +29,11 @@ class WarmUp:
         Constant of the settling, s.
     until_s
         When it has fallen to a hundredth, s, at most the length of the record.
-    significance
-        In standard errors.
     """
 
     rate: float
     time: float
     until_s: float
-    significance: float
 
 
 def find_warm_up(increments: ArrayLike, *, sample_rate: float) -> WarmUp | None:
@@ -82,7 +79,6 @@ def find_warm_up(increments: ArrayLike, *, sample_rate: float) -> WarmUp | None:
         rate=best.rate,
         time=best.constant,
         until_s=min(math.log(100.0) * best.constant, values.size / sample_rate),
-        significance=math.sqrt(best.statistic),
     )
 
 

@@ -66,7 +66,7 @@ def _channel(analysis: sagnac.Analysis, sensor: str) -> dict[str, Any]:
         "coefficients": {name: _estimate(one, name) for name, one in analysis.coefficients.items()},
         "lines": lines(analysis),
         "figures": figures(analysis),
-        "curve": curve(analysis.curve.per_gyro()),
+        "curve": curve(analysis.curve),
     }
 
 

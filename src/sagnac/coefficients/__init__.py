@@ -2,6 +2,6 @@
 
 Modules, low to high: `laws` (what each term makes of a curve and a spectrum), `estimates` (what a
 fit says), `limits` (where an interval ends); from a curve `curve_model` and `curve_fit`; from a
-spectrum `cosine_spectrum`, `maximum`, `spectrum_model`, `markov`, `ramp` and `spectrum_fit`; of
-three gyros at once `three_cornered_hat`; `fit` is the way in to them all.
+spectrum `cosine_spectrum`, `maximum`, `ramp` and `spectrum_fit`; of three gyros at once
+`three_cornered_hat`; `fit` is the way in to them all.
 """

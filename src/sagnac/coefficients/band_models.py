@@ -76,10 +76,6 @@ class BandModel:
         """Divisor of the terms by the low-pass at frequencies (points,), Hz."""
         return np.asarray(1.0 + self.fall * frequency ** (2.0 * self.order))
 
-    def times(self, factor: float) -> "BandModel":
-        """The law of rates `factor` times as large."""
-        return replace(self, squares=tuple(factor**2 * square for square in self.squares))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BandModels:
@@ -202,9 +198,7 @@ def bin_shapes(levels: Levels, error: float) -> FloatArray:
     return np.asarray(1.0 / (1.0 / levels.shape + error**2 + standing**2))
 
 
-def _scaled(levels: Levels, floor: float) -> _Scaled:
-    if not 0.0 <= floor < 1.0:
-        raise ValueError(f"floor is {floor}; give a relative error from 0 to 1")
+def _scaled(levels: Levels) -> _Scaled:
     interval = levels.spectrum.interval
     laws = levels.law(lambda frequency: rate_density_basis(frequency, interval))
     laws /= levels.level[:, np.newaxis]
@@ -212,11 +206,11 @@ def _scaled(levels: Levels, floor: float) -> _Scaled:
     both = np.column_stack([laws, divisors])
     scale = np.abs(both).max(axis=0)
     both /= scale
-    shape = bin_shapes(levels, floor)
+    shape = bin_shapes(levels, FLOOR)
     return _Scaled(shape=shape, laws=both[:, :FALL], divisors=both[:, FALL:], scale=scale)
 
 
-def band_models(levels: Levels, *, floor: float = FLOOR) -> BandModels:
+def band_models(levels: Levels) -> BandModels:
     """Fit every band and every choice of terms.
 
     Beside Q, N, B and K a low-pass of the sensor is tried (without Q, which it does not lower):
@@ -228,20 +222,13 @@ def band_models(levels: Levels, *, floor: float = FLOOR) -> BandModels:
     ----------
     levels
         Robust levels of the spectrum.
-    floor
-        Relative error added to that of every bin.
 
     Returns
     -------
     BandModels
         Those whose coefficients are all above zero.
-
-    Raises
-    ------
-    ValueError
-        If the floor makes no sense.
     """
-    scaled = _scaled(levels, floor)
+    scaled = _scaled(levels)
     plain = _models(scaled, LEAST_BINS)
     lightest = -2.0 * float(plain.logarithm.max(initial=-math.inf))
     falling = [
@@ -258,9 +245,7 @@ def band_models(levels: Levels, *, floor: float = FLOOR) -> BandModels:
     return _relative(_joined([plain, *falling]))
 
 
-def models_of_one_band(
-    levels: Levels, band_hz: tuple[float, float], mask: int, *, floor: float = FLOOR
-) -> BandModels:
+def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) -> BandModels:
     """The models of one band that hold N and no term outside a mask.
 
     Parameters
@@ -271,15 +256,13 @@ def models_of_one_band(
         Lowest and highest frequency, Hz; bins whose middle lies within are used.
     mask
         Bits of the terms allowed.
-    floor
-        Relative error added to that of every bin.
 
     Returns
     -------
     BandModels
         None of them if fewer than four bins lie in the band.
     """
-    scaled = _scaled(levels, floor)
+    scaled = _scaled(levels)
     inside = (levels.frequency >= band_hz[0]) & (levels.frequency <= band_hz[1])
     some = _Scaled(
         shape=scaled.shape[inside],
@@ -368,10 +351,4 @@ def _joined(models: list[BandModels]) -> BandModels:
 
 def _relative(models: BandModels) -> BandModels:
     """With the logarithm of the heaviest at zero."""
-    logarithm = models.logarithm - models.logarithm.max(initial=-math.inf)
-    return BandModels(
-        **{
-            item.name: logarithm if item.name == "logarithm" else getattr(models, item.name)
-            for item in fields(BandModels)
-        }
-    )
+    return replace(models, logarithm=models.logarithm - models.logarithm.max(initial=-math.inf))

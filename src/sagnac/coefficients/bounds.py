@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.special import gammaincinv
 
-from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import require_confidence
 from sagnac.spectrum.levels import Levels
 
@@ -49,8 +48,6 @@ class RollOff:
     ----------
     frequency
         Highest frequency that no low-pass lowers, Hz; infinite if the spectrum shows none.
-    slope
-        Of the logarithm of the density against that of frequency behind it; NaN without one.
     half
         Where the density has fallen to half of what it is there, Hz; infinite if it does not.
 
@@ -61,7 +58,6 @@ class RollOff:
     """
 
     frequency: float = math.inf
-    slope: float = math.nan
     half: float = math.inf
 
     def __post_init__(self) -> None:
@@ -116,7 +112,6 @@ def roll_off(levels: Levels) -> RollOff:
             first = max(0, middle - 2)
             return RollOff(
                 frequency=float(levels.frequency[first]),
-                slope=fall.value,
                 half=_half_of(place[first:], height[first:]),
             )
     return RollOff()
@@ -165,25 +160,6 @@ def highest_coefficient(levels: Levels, law: FloatArray, confidence: float) -> f
     chance = (1.0 - confidence) / shape.size
     highest = levels.level[below] * shape / gammaincinv(shape, chance)
     return math.sqrt(float((highest / law[below]).min()))
-
-
-def unlowered(tau: ArrayLike, found: RollOff) -> BooleanArray:
-    """Cluster times at which the Allan curve bounds N.
-
-    Parameters
-    ----------
-    tau
-        (points,), s.
-    found
-        Of `roll_off`.
-
-    Returns
-    -------
-    BooleanArray
-        (points,): none is True if the record is too short for the filter; N is then not
-        observable in the curve.
-    """
-    return np.asarray(np.asarray(tau, dtype=np.float64) >= found.cluster_time())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

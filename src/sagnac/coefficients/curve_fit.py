@@ -29,7 +29,6 @@ from sagnac.coefficients.laws import (
 from sagnac.coefficients.limits import PRESENCE, crossing, typical_square
 from sagnac.coefficients.readings import SHORT, Squares
 from sagnac.errors import Note, RecordingError, rounded
-from sagnac.recording.channel import per_gyro
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import ieee_relative_error
 
@@ -50,7 +49,6 @@ def paper_fit(
     curve: StabilityCurve,
     *,
     squares: Squares = "relative",
-    gyros_differenced: int = 1,
     confidence: float = 0.95,
 ) -> Fit:
     """Fit Q, N, B, K, R to the Allan variance by the paper's least squares on Eq. 3.
@@ -68,9 +66,6 @@ def paper_fit(
         Allan deviation, plain or overlapping, SI.
     squares
         As `Reading` has them.
-    gyros_differenced
-        1, or 2 if the curve is of a difference of two gyros; a curve that says so itself is
-        taken at its word.
     confidence
         Of every interval and bound.
 
@@ -87,18 +82,11 @@ def paper_fit(
         If the curve is of another estimator.
     """
     points, terms, metric = _as_read(curve, squares)
-    return _curve_fit(
-        "paper",
-        points,
-        _gyros(curve, gyros_differenced),
-        confidence,
-        terms=terms,
-        metric=metric,
-    )
+    return _curve_fit("paper", points, confidence, terms=terms, metric=metric)
 
 
-def paper_squares(curve: StabilityCurve, *, squares: Squares, gyros_differenced: int = 1) -> float:
-    """N of one gyro by the squares of `paper_fit` alone, whatever their interval, rad/sqrt(s).
+def paper_squares(curve: StabilityCurve, *, squares: Squares) -> float:
+    """N by the squares of `paper_fit` alone, whatever their interval, rad/sqrt(s).
 
     Raises
     ------
@@ -110,8 +98,7 @@ def paper_squares(curve: StabilityCurve, *, squares: Squares, gyros_differenced:
     points, terms, metric = _as_read(curve, squares)
     model, _ = _first_model(points, terms, None)
     solution = model.plain() if metric == "plain" else model.relative()
-    found = float(solution[model.names.index("angle_random_walk")])
-    return per_gyro(found, _gyros(curve, gyros_differenced))
+    return math.sqrt(float(solution[model.names.index("angle_random_walk")]))
 
 
 def _as_read(
@@ -138,7 +125,6 @@ def within_cut(points: CurvePoints) -> BooleanArray:
 def weighted_fit(
     curve: StabilityCurve,
     *,
-    gyros_differenced: int = 1,
     confidence: float = 0.95,
     markov: bool = False,
     sinusoid: float | None = None,
@@ -164,9 +150,6 @@ def weighted_fit(
     ----------
     curve
         Overlapping Allan deviation, SI.
-    gyros_differenced
-        1, or 2 if the curve is of a difference of two gyros; a curve that says so itself is
-        taken at its word.
     confidence
         Of every interval and bound.
     markov
@@ -174,8 +157,7 @@ def weighted_fit(
         curve; what is unknown of it is in the errors of all.
     sinusoid
         Frequency in Hz of a sinusoidal rate to fit besides: of Eq. 3's kind, but its
-        beating with the noise is not in the covariance. For a difference of two
-        the amplitude is the root mean square of the gyros'.
+        beating with the noise is not in the covariance.
 
     Returns
     -------
@@ -195,7 +177,6 @@ def weighted_fit(
     return _curve_fit(
         "weighted",
         points,
-        _gyros(curve, gyros_differenced),
         confidence,
         metric="covariance",
         markov=markov,
@@ -203,16 +184,9 @@ def weighted_fit(
     )
 
 
-def _gyros(curve: StabilityCurve, stated: int) -> int:
-    """How many gyros a curve is of, which it may say itself."""
-    per_gyro(1.0, stated)
-    return max(stated, curve.gyros_differenced)
-
-
 def _curve_fit(
     method: FitName,
     points: CurvePoints,
-    gyros_differenced: int,
     confidence: float,
     *,
     metric: Metric,
@@ -236,7 +210,7 @@ def _curve_fit(
             column=column,
             value=float(squares[column]),
             confidence=confidence,
-        ).of_one_gyro(name, gyros_differenced, confidence)
+        ).root(name, confidence)
         for column, name in enumerate(weighed.model.names)
     }
     if markov:
@@ -247,8 +221,7 @@ def _curve_fit(
     return Fit(
         method=method,
         coefficients={
-            name: estimates.get(name) or unseen.of_one_gyro(name, gyros_differenced, confidence)
-            for name in COEFFICIENT_NAMES
+            name: estimates.get(name) or unseen.root(name, confidence) for name in COEFFICIENT_NAMES
         },
         notes=notes,
         optional={
@@ -359,7 +332,7 @@ def _with_curve_markov(model: CurveModel) -> CurveModel:
 def _curve_markov_time(weighed: _Weighed, driving: Estimate, confidence: float) -> Estimate:
     """Correlation time of a Markov rate, if its driving noise is seen."""
     if driving.status != "estimated":
-        return SquaredEstimate.unseen().of_one_gyro("markov_correlation_time", 1, confidence)
+        return SquaredEstimate.unseen().root("markov_correlation_time", confidence)
     squares, time = weighed.squares, weighed.model.correlation_time
     _, error = weighed.model.unlimited("covariance", squares, squares.size)
     spread = math.exp(error * float(ndtri(0.5 + 0.5 * confidence)))

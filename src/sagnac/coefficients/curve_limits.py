@@ -20,7 +20,6 @@ from sagnac.coefficients.laws import (
     CoefficientName,
     allan_variance_basis,
 )
-from sagnac.recording.channel import per_gyro
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import equivalent_degrees_of_freedom
 
@@ -59,10 +58,9 @@ def highest_terms(
     curve: StabilityCurve,
     *,
     confidence: float,
-    gyros_differenced: int = 1,
     shortest: float = 0.0,
 ) -> dict[CoefficientName, float]:
-    """Largest Q, B, K and R of one gyro that a curve allows, SI.
+    """Largest Q, B, K and R that a curve allows, SI.
 
     Parameters
     ----------
@@ -70,8 +68,6 @@ def highest_terms(
         Plain or overlapping Allan deviation.
     confidence
         That each lies below, shared by the points (Bonferroni).
-    gyros_differenced
-        1, or 2 if the curve is of a difference.
     shortest
         Cluster times below it, s, are lowered by a low-pass or a readout.
 
@@ -91,7 +87,7 @@ def highest_terms(
         edf = _freedom(curve, noise_type)
         high = curve.deviation**2 * edf / (2.0 * gammaincinv(0.5 * edf, share))
         square = float((high / basis[:, COEFFICIENT_NAMES.index(name)])[used].min())
-        found[name] = per_gyro(square, gyros_differenced)
+        found[name] = math.sqrt(square)
     return found
 
 
@@ -118,7 +114,7 @@ def within_curve(
     Parameters
     ----------
     estimates
-        By coefficient, of one gyro.
+        By coefficient.
     highest
         Of `highest_terms`.
     """
@@ -138,10 +134,7 @@ def _limited(estimate: Estimate, highest: float) -> Estimate:
 
 
 def slow_noise(
-    curve: StabilityCurve,
-    estimates: Mapping[CoefficientName, Estimate],
-    *,
-    gyros_differenced: int = 1,
+    curve: StabilityCurve, estimates: Mapping[CoefficientName, Estimate]
 ) -> SlowNoise | None:
     """A rise of a curve behind its lowest point that the estimated terms do not make.
 
@@ -150,9 +143,7 @@ def slow_noise(
     curve
         Plain or overlapping Allan deviation.
     estimates
-        By coefficient, of one gyro.
-    gyros_differenced
-        1, or 2 if the curve is of a difference.
+        By coefficient.
 
     Returns
     -------
@@ -160,7 +151,7 @@ def slow_noise(
         None if chance explains what there is.
     """
     squares = np.array([_most(estimates, name) for name in COEFFICIENT_NAMES])
-    terms = gyros_differenced * (allan_variance_basis(curve.tau) @ squares)
+    terms = allan_variance_basis(curve.tau) @ squares
     freedom = _freedom(curve, min(_NOISE_TYPES.values()))
     behind = _behind_lowest(curve) & (freedom >= _LEAST)
     if not behind.any() or not squares.any():

@@ -8,7 +8,6 @@ from typing import Final, Literal, get_args
 
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.errors import Note, quoted
-from sagnac.recording.channel import per_gyro
 from sagnac.stability.names import check_choice
 from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, TIME_UNITS, Sensor
 
@@ -52,6 +51,19 @@ def estimate_units(
 
 # Part of its whole band that a fit may lack at the upper edge by rounding.
 _ROUNDING: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """A value and the ends of its interval."""
+
+    value: float
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not self.low <= self.value <= self.high:
+            raise ValueError(f"value {self.value:g} lies outside {self.low:g} to {self.high:g}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -213,7 +225,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SquaredEstimate:
-    """Square of one coefficient of what was measured, which may be a difference of two gyros.
+    """Square of one coefficient.
 
     `value`, `low`, `high` and `status` as in `Estimate`.
     """
@@ -236,21 +248,13 @@ class SquaredEstimate:
         """A square that cannot be observed."""
         return cls(value=math.nan, low=math.nan, high=math.nan, status="not observable")
 
-    def per(self, unit: float) -> "SquaredEstimate":
-        """The same square in units of `unit`."""
-        return SquaredEstimate(
-            value=self.value / unit, low=self.low / unit, high=self.high / unit, status=self.status
-        )
-
-    def of_one_gyro(
-        self, name: CoefficientName | OptionalName, gyros_differenced: int, confidence: float
-    ) -> Estimate:
-        """Estimate of the coefficient of one gyro; a bound if its interval begins at 0."""
+    def root(self, name: CoefficientName | OptionalName, confidence: float) -> Estimate:
+        """Estimate of the coefficient; a bound if its interval begins at 0."""
         bounded = self.status == "estimated" and not self.low > 0.0
         return Estimate(
-            value=per_gyro(self.high if bounded else self.value, gyros_differenced),
-            low=per_gyro(self.low, gyros_differenced),
-            high=per_gyro(self.high, gyros_differenced),
+            value=math.sqrt(self.high if bounded else self.value),
+            low=math.sqrt(self.low),
+            high=math.sqrt(self.high),
             confidence=confidence,
             status="upper bound" if bounded else self.status,
             name=name,
@@ -303,7 +307,7 @@ class Fit:
         ``paper``: least squares on Eq. 3. ``weighted``: non-negative generalized least
         squares on the curve. ``likelihood``: Whittle on the spectrum.
     coefficients
-        By name; per gyro (the factor for a difference is already taken out).
+        By name.
     notes
         What was noticed.
     optional
@@ -315,8 +319,8 @@ class Fit:
     band
         Of a likelihood fit: the frequencies it used; else None.
     squares
-        Of a likelihood fit: the most likely squares of Q, N, B and K of what was measured, SI,
-        which together describe its spectrum; one that is not there may be negative.
+        Of a likelihood fit: the most likely squares of Q, N, B and K, SI, which together describe
+        its spectrum; one that is not there may be negative.
 
     Raises
     ------

@@ -16,10 +16,12 @@ def fit_coefficients(
     method: FitName = "likelihood",
     kind: Kind | None = None,
     sample_rate: float | None = None,
-    gyros_differenced: int = 1,
     confidence: float = 0.95,
 ) -> Fit:
     """Q, N, B, K and R of one gyro, each with an interval and a status.
+
+    Of two gyros give ``(x - z) / sqrt(2)``, or the curve of that: the coefficients are then per
+    gyro.
 
     Parameters
     ----------
@@ -32,9 +34,6 @@ def fit_coefficients(
         squares on Eq. 3 (`paper_fit`).
     kind, sample_rate
         What one sample is, and samples per second; a curve knows both.
-    gyros_differenced
-        1, or 2 if the samples, or those of the curve, are the difference of two gyros. The
-        coefficients are then per gyro.
     confidence
         Of every interval and bound.
 
@@ -75,7 +74,7 @@ def fit_coefficients(
         if kind is not None or sample_rate is not None:
             raise ValueError("kind and sample_rate are those of the curve; leave them out")
         fit = weighted_fit if method == "weighted" else paper_fit
-        return fit(curve_or_values, gyros_differenced=gyros_differenced, confidence=confidence)
+        return fit(curve_or_values, confidence=confidence)
     if method != "likelihood":
         raise ValueError(
             f"method {method!r} fits a StabilityCurve and was given samples; "
@@ -88,6 +87,5 @@ def fit_coefficients(
         curve_or_values,
         kind=kind,
         sample_rate=sample_rate,
-        gyros_differenced=gyros_differenced,
         confidence=confidence,
     )

@@ -15,8 +15,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.band_models import FLOOR, LIGHT, BandModel, BandModels, band_models
-from sagnac.coefficients.bin_errors import error_of_bins, with_error_of_bins
+from sagnac.coefficients.band_models import LIGHT, BandModel, BandModels, band_models
 from sagnac.coefficients.bounds import highest_coefficient
 from sagnac.coefficients.estimates import (
     Estimate,
@@ -32,7 +31,7 @@ from sagnac.coefficients.laws import (
     CoefficientName,
     rate_density_basis,
 )
-from sagnac.coefficients.mixture import mixture
+from sagnac.coefficients.mixture import error_of_bins, mixture, with_error_of_bins
 from sagnac.coefficients.whole_band import WholeBand, borne_out
 from sagnac.spectrum.levels import Levels
 
@@ -48,17 +47,6 @@ _ANOTHER: Final = 2.0
 _TOLD: Final = 0.02
 # What a fit to the lowest frequencies may say beside an average.
 _LOW_BAND: Final = ("bias_instability", "rate_random_walk")
-# Bands kept for a figure.
-_BANDS: Final = 10
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BandShare:
-    """A band and the share of the weight that its models hold."""
-
-    low: float
-    high: float
-    share: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +74,7 @@ class Elsewhere:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Resting:
+class ModelChoice:
     """Basis of an average.
 
     Attributes
@@ -99,13 +87,9 @@ class Resting:
         Bits of the terms of the heaviest model, its fall included.
     share
         Share of the weight that models of these very terms hold, over all their bands.
-    bands
-        The heaviest bands, heaviest first, ten at most.
     falls
         Share of the weight of models in which N falls towards the top of the band, as under the
         beginning of a low-pass.
-    misfit
-        Deviance per degree of freedom of the heaviest model.
     slow_terms
         ``low band`` if B and K are of a likelihood fit to the lowest frequencies beside an
         average.
@@ -124,9 +108,7 @@ class Resting:
     terms: tuple[CoefficientName, ...] = ()
     mask: int = 0
     share: float = 0.0
-    bands: tuple[BandShare, ...] = ()
     falls: float = 0.0
-    misfit: float = math.nan
     slow_terms: Literal["average", "whole band", "low band"] = "average"
     low_band_hz: float = math.nan
     member: Literal["average", "whole band", "both"] = "average"
@@ -155,8 +137,6 @@ class Average:
     ----------
     coefficients
         By name, all five, SI.
-    weights
-        By name: share of the weight of all models that need the term.
     rests_on
         Band, terms, share.
     names, covariance
@@ -164,8 +144,7 @@ class Average:
     """
 
     coefficients: Mapping[CoefficientName, Estimate]
-    weights: Mapping[CoefficientName, float]
-    rests_on: Resting
+    rests_on: ModelChoice
     names: tuple[CoefficientName, ...]
     covariance: FloatArray
 
@@ -195,34 +174,15 @@ class Average:
             covariance=self.covariance[np.ix_(kept, kept)].copy(),
         )
 
-    def per_gyro(self, gyros_differenced: int) -> "Average":
-        """Average of one gyro, if this is of a difference: squares halved."""
-        if gyros_differenced == 1:
-            return self
-        factor = 1.0 / math.sqrt(gyros_differenced)
-        return replace(
-            self,
-            coefficients={name: each.times(factor) for name, each in self.coefficients.items()},
-            covariance=self.covariance * factor**2,
-            rests_on=replace(
-                self.rests_on,
-                law=None if self.rests_on.law is None else self.rests_on.law.times(factor),
-                elsewhere=None
-                if self.rests_on.elsewhere is None
-                else replace(self.rests_on.elsewhere, walk=factor * self.rests_on.elsewhere.walk),
-            ),
-        )
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Sought:
+class _Evidence:
     """Input that all steps of an average look at."""
 
     levels: Levels
     laws: FloatArray
     models: BandModels
     confidence: float
-    floor: float
 
     def estimate(
         self, name: CoefficientName, status: Status, value: float, low: float, high: float
@@ -242,8 +202,8 @@ class _Sought:
 
     def estimated(self, name: CoefficientName, models: BandModels) -> Estimate:
         """By the mixture of models that hold the term, with the errors that the levels show."""
-        error = error_of_bins(self.levels, self.laws, models, floor=self.floor)
-        models = with_error_of_bins(self.levels, self.laws, models, error, floor=self.floor)
+        error = error_of_bins(self.levels, self.laws, models)
+        models = with_error_of_bins(self.levels, self.laws, models, error)
         found = mixture(models, STOCHASTIC_NAMES.index(name), self.confidence)
         return self.estimate(name, "estimated", found.value, found.low, found.high)
 
@@ -252,7 +212,6 @@ def average(
     levels: Levels,
     *,
     confidence: float = 0.95,
-    floor: float = FLOOR,
     ramp: SquaredEstimate | None = None,
     whole_band: WholeBand | None = None,
 ) -> Average:
@@ -261,13 +220,11 @@ def average(
     Parameters
     ----------
     levels
-        Robust levels of the spectrum of one gyro (of a difference: `Average.per_gyro` after).
+        Robust levels of the spectrum.
     confidence
         Of every interval and bound.
-    floor
-        Relative error that every fit allows a bin beside chance.
     ramp
-        Square of the rate ramp, (rad/s^2)^2; None if it was not sought.
+        Square of the rate ramp, (rad/s^2)^2; None if it was not looked for.
     whole_band
         The whole-band likelihood. It is the answer if the levels bear it out.
 
@@ -282,41 +239,36 @@ def average(
         If an argument makes no sense.
     """
     require_confidence(confidence)
-    models = band_models(levels, floor=floor)
-    sought = _Sought(
+    models = band_models(levels)
+    evidence = _Evidence(
         levels=levels,
         laws=levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval)),
         models=models.kept(models.logarithm > math.log(LIGHT) - 60.0),
         confidence=confidence,
-        floor=floor,
     )
-    ruling = (sought.models.ruled >= RULED) & _unrivalled(sought.models, levels.level.size)
-    answering = sought.models.kept(ruling).heaviest()
-    resting = _resting(answering, levels)
-    weights = {name: _need(sought.models, name) for name in STOCHASTIC_NAMES}
-    relied = answering if answering.count else sought.models.heaviest()
-    coefficients = {name: _term(sought, name, weights[name]) for name in STOCHASTIC_NAMES}
+    ruling = (evidence.models.ruled >= RULED) & _unrivalled(evidence.models, levels.level.size)
+    answering = evidence.models.kept(ruling).heaviest()
+    choice = _choice(answering, levels)
+    relied = answering if answering.count else evidence.models.heaviest()
+    coefficients = {name: _term(evidence, name) for name in STOCHASTIC_NAMES}
     coefficients["angle_random_walk"] = (
-        sought.estimated("angle_random_walk", answering)
+        evidence.estimated("angle_random_walk", answering)
         if answering.count
-        else sought.bounded("angle_random_walk")
+        else evidence.bounded("angle_random_walk")
     )
-    coefficients["rate_ramp"] = (ramp or SquaredEstimate.unseen()).of_one_gyro(
-        "rate_ramp", 1, confidence
-    )
+    coefficients["rate_ramp"] = (ramp or SquaredEstimate.unseen()).root("rate_ramp", confidence)
     borne = None
     if whole_band is not None:
         walk = coefficients["angle_random_walk"]
-        borne = borne_out(levels, sought.laws, sought.models, whole_band, walk)
+        borne = borne_out(levels, evidence.laws, evidence.models, whole_band, walk)
     if whole_band is not None and borne is not None and borne.surely:
         coefficients = dict(whole_band.coefficients)
         interval = levels.spectrum.interval
-        resting = _resting_on_whole_band(resting, sought.models, borne.row, whole_band, interval)
+        choice = _choice_of_whole_band(choice, evidence.models, borne.row, whole_band, interval)
     names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
     result = Average(
         coefficients={name: coefficients[name] for name in COEFFICIENT_NAMES},
-        weights=weights,
-        rests_on=resting,
+        rests_on=choice,
         names=names,
         covariance=_covariance(relied, coefficients, names),
     )
@@ -387,11 +339,11 @@ def with_slow_terms(average: Average, fit: Fit) -> Average:
     )
 
 
-def _resting_on_whole_band(
-    resting: Resting, models: BandModels, row: int, whole_band: WholeBand, interval: float
-) -> Resting:
+def _choice_of_whole_band(
+    choice: ModelChoice, models: BandModels, row: int, whole_band: WholeBand, interval: float
+) -> ModelChoice:
     return replace(
-        resting,
+        choice,
         band_hz=whole_band.band_hz,
         terms=models.terms(row),
         mask=int(models.mask[row]),
@@ -441,35 +393,29 @@ def _need(models: BandModels, name: CoefficientName) -> float:
     return 1.0 / (1.0 + math.exp(min(700.0, against)))
 
 
-def _term(sought: _Sought, name: CoefficientName, need: float) -> Estimate:
+def _term(evidence: _Evidence, name: CoefficientName) -> Estimate:
     """Estimated if the models that need a term hold nearly all the weight, else a bound."""
-    if need < _NEEDED:
-        return sought.bounded(name)
-    holding = sought.models.holding(STOCHASTIC_NAMES.index(name))
-    return sought.estimated(name, sought.models.kept(holding).heaviest())
+    if _need(evidence.models, name) < _NEEDED:
+        return evidence.bounded(name)
+    holding = evidence.models.holding(STOCHASTIC_NAMES.index(name))
+    return evidence.estimated(name, evidence.models.kept(holding).heaviest())
 
 
-def _resting(models: BandModels, levels: Levels) -> Resting:
+def _choice(models: BandModels, levels: Levels) -> ModelChoice:
     """The heaviest band and terms, and the share of weight."""
     if models.count == 0:
-        return Resting()
+        return ModelChoice()
     weight = models.weights
     bands: dict[tuple[int, int], float] = {}
     for first, last, part in zip(models.first, models.last, weight, strict=True):
         bands[int(first), int(last)] = bands.get((int(first), int(last)), 0.0) + float(part)
-    shares = tuple(
-        BandShare(low=float(levels.low[first]), high=float(levels.high[last - 1]), share=part)
-        for (first, last), part in sorted(bands.items(), key=lambda item: -item[1])[:_BANDS]
-    )
-    freedom = int(models.last[0] - models.first[0] - models.sizes[0])
-    return Resting(
-        band_hz=(shares[0].low, shares[0].high),
+    first, last = max(bands, key=lambda band: bands[band])
+    return ModelChoice(
+        band_hz=(float(levels.low[first]), float(levels.high[last - 1])),
         terms=models.terms(0),
         mask=int(models.mask[0]),
         share=float(weight[models.mask == models.mask[0]].sum()),
-        bands=shares,
         falls=float(weight[models.falling].sum()),
-        misfit=float(models.deviance[0] / max(1, freedom)),
         law=models.law(0, levels.spectrum.interval),
         elsewhere=_elsewhere(models, levels),
     )

@@ -1,10 +1,21 @@
-"""Q, N, B, K and R by maximum likelihood from a spectrum."""
+"""Q, N, B, K and R by maximum likelihood from a spectrum, and a Markov rate beside them."""
 
+import math
 from collections.abc import Sequence
 
+import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import minimize_scalar
+from scipy.special import ndtri
 
-from sagnac.coefficients.cosine_spectrum import CosineSpectrum, cosine_spectrum
+from sagnac.coefficients.cosine_spectrum import (
+    CosineSpectrum,
+    MarkovRate,
+    SpectrumModel,
+    cosine_spectrum,
+    sinusoid_square,
+    spectrum_model,
+)
 from sagnac.coefficients.estimates import (
     Estimate,
     Fit,
@@ -14,15 +25,85 @@ from sagnac.coefficients.estimates import (
     require_confidence,
 )
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.coefficients.markov import found_markov, markov_estimates
-from sagnac.coefficients.maximum import maximize, profile_interval, with_departure
-from sagnac.coefficients.ramp import ramp_square
-from sagnac.coefficients.spectrum_model import (
-    sinusoid_square,
-    spectrum_model,
+from sagnac.coefficients.limits import PRESENCE_OF_TWO
+from sagnac.coefficients.maximum import (
+    Optimum,
+    errors_of,
+    maximize,
+    profile_interval,
+    with_departure,
 )
-from sagnac.recording.channel import per_gyro
+from sagnac.coefficients.ramp import ramp_square
 from sagnac.recording.model import Kind
+
+
+def found_markov(model: SpectrumModel) -> MarkovRate | None:
+    """The most likely Markov rate, if leaving it out costs three standard deviations.
+
+    Its time is looked for from three sample intervals to an eighth of the record.
+    """
+
+    def fit(time: float) -> Optimum:
+        return maximize(model.ordinates(MarkovRate(time=time)))
+
+    interval = model.cosine.interval
+    grid = np.geomspace(3.0 * interval, model.samples * interval / 8.0, 25)
+    at = int(np.argmin([fit(float(time)).deviance for time in grid]))
+    refined = minimize_scalar(
+        lambda logarithm: fit(math.exp(logarithm)).deviance,
+        bounds=np.log(grid[[max(at - 1, 0), min(at + 1, grid.size - 1)]]),
+        method="bounded",
+        options={"xatol": 1e-3},
+    )
+    time = math.exp(refined.x)
+    best = fit(time)
+    driving = float(best.squares[-1])
+    absent = maximize(model.ordinates()).deviance
+    if driving > 0.0 and absent - best.deviance > PRESENCE_OF_TWO:
+        return MarkovRate(time=time, driving=driving)
+    return None
+
+
+def markov_estimates(
+    best: Optimum, rate: MarkovRate | None, confidence: float
+) -> dict[OptionalName, Estimate]:
+    """q_c and T_c of a Markov rate, or that there is none.
+
+    Parameters
+    ----------
+    best
+        Maximum of a spectrum whose last two terms are the squared driving noise, and the
+        logarithm of the time.
+    rate
+        The one that was found.
+    confidence
+        As in `likelihood_fit`.
+    """
+    if rate is None:
+        unseen = SquaredEstimate.unseen()
+        return {
+            "markov_driving_noise": unseen.root("markov_driving_noise", confidence),
+            "markov_correlation_time": unseen.root("markov_correlation_time", confidence),
+        }
+    errors = errors_of(best.fisher)
+    deviations = float(ndtri(0.5 + 0.5 * confidence))
+    square, shift = float(best.squares[-2]), float(best.squares[-1])
+    spread = math.exp(deviations * float(errors[-2]) / square)
+    length = math.exp(deviations * float(errors[-1]))
+    middle = rate.time * math.exp(shift)
+    return {
+        "markov_driving_noise": SquaredEstimate(
+            value=square, low=square / spread, high=square * spread, status="estimated"
+        ).root("markov_driving_noise", confidence),
+        "markov_correlation_time": Estimate(
+            name="markov_correlation_time",
+            value=middle,
+            low=middle / length,
+            high=middle * length,
+            confidence=confidence,
+            status="estimated",
+        ),
+    }
 
 
 def likelihood_fit(
@@ -30,7 +111,6 @@ def likelihood_fit(
     *,
     kind: Kind,
     sample_rate: float,
-    gyros_differenced: int = 1,
     confidence: float = 0.95,
     masked: Sequence[tuple[float, float]] = (),
     band: tuple[float, float] | None = None,
@@ -70,8 +150,6 @@ def likelihood_fit(
         What one sample is.
     sample_rate
         Samples per second.
-    gyros_differenced
-        1, or 2 if `values` is a difference of two gyros.
     confidence
         Of every interval and bound.
     masked
@@ -88,8 +166,7 @@ def likelihood_fit(
         the uncertainty of its time is then in the intervals of the others, and its own
         intervals are of the Fisher information.
     sinusoid
-        Frequency in Hz of a sinusoidal rate to fit besides and take off. For a difference
-        of two the amplitude is the root mean square of the gyros'.
+        Frequency in Hz of a sinusoidal rate to fit besides and take off.
 
     Returns
     -------
@@ -105,7 +182,6 @@ def likelihood_fit(
     """
     return spectrum_fit(
         cosine_spectrum(values, kind=kind, sample_rate=sample_rate, terms=terms, sinusoid=sinusoid),
-        gyros_differenced=gyros_differenced,
         confidence=confidence,
         masked=masked,
         band=band,
@@ -116,7 +192,6 @@ def likelihood_fit(
 def spectrum_fit(
     cosine: CosineSpectrum,
     *,
-    gyros_differenced: int = 1,
     confidence: float = 0.95,
     masked: Sequence[tuple[float, float]] = (),
     band: tuple[float, float] | None = None,
@@ -128,7 +203,7 @@ def spectrum_fit(
     ----------
     cosine
         Of the values.
-    gyros_differenced, confidence, masked, band, markov
+    confidence, masked, band, markov
         As in `likelihood_fit`.
 
     Raises
@@ -139,7 +214,6 @@ def spectrum_fit(
         If an argument makes no sense.
     """
     require_confidence(confidence)
-    per_gyro(1.0, gyros_differenced)
     model = spectrum_model(cosine, masked, band)
     rate = found_markov(model) if markov else None
     weighed = with_departure(model.ordinates(rate))
@@ -153,18 +227,17 @@ def spectrum_fit(
         squares["rate_ramp"] = ramp_square(cosine, lowest, confidence)
     optional: dict[OptionalName, Estimate] = {}
     if markov:
-        optional |= markov_estimates(best, rate, gyros_differenced, confidence)
+        optional |= markov_estimates(best, rate, confidence)
     if cosine.sinusoid is not None:
         optional["sinusoid_amplitude"] = sinusoid_square(
             cosine, weighed.spectrum.frequency, best.mean, confidence
-        ).of_one_gyro("sinusoid_amplitude", gyros_differenced, confidence)
+        ).root("sinusoid_amplitude", confidence)
     unseen = SquaredEstimate.unseen()
     low, high = band or (0.0, 0.5 / cosine.interval)
     return Fit(
         method="likelihood",
         coefficients={
-            name: squares.get(name, unseen).of_one_gyro(name, gyros_differenced, confidence)
-            for name in COEFFICIENT_NAMES
+            name: squares.get(name, unseen).root(name, confidence) for name in COEFFICIENT_NAMES
         },
         notes=weighed.notes,
         departure=weighed.departure,

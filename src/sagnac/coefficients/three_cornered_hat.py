@@ -34,68 +34,6 @@ from sagnac.recording.model import Kind
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
 
 
-def groslambert_covariance(
-    first: ArrayLike, second: ArrayLike, *, kind: Kind, sample_rate: float, taus: ArrayLike
-) -> FloatArray:
-    """Overlapped Allan covariance of two signals (Groslambert covariance).
-
-    ``mean(d1 d2) / (2 tau^2)`` over the second differences d of the angles: the Allan
-    variance, with a product where it has a square. Noise that only one of the signals has
-    drops out in the mean, so that ``GCOV(x - y, x - z)`` of three gyros is the Allan
-    variance of x alone (E. Lantz et al., IEEE Trans. UFFC 66:1942, 2019; sign
-    conventions: with ``z - x`` it is negative). The published GCODEV is
-    ``sign(GCOV) sqrt(abs(GCOV))``.
-
-    Parameters
-    ----------
-    first, second
-        (samples,), rad for ``angle`` and ``increment``, rad/s for ``rate``.
-    kind
-        What one sample is.
-    sample_rate
-        Samples per second.
-    taus
-        (points,) cluster times, s, each rounded to a whole number of samples.
-
-    Returns
-    -------
-    FloatArray
-        (points,), (rad/s)^2; either sign.
-
-    Raises
-    ------
-    RecordingError
-        If a sample is not finite.
-    ValueError
-        If the signals differ in length, or a cluster time does not fit in them.
-    """
-    angles = [_angle(values, kind, sample_rate) for values in (first, second)]
-    if angles[0].size != angles[1].size:
-        raise ValueError(
-            f"first and second have {angles[0].size} and {angles[1].size} angles; give one span"
-        )
-    covariances = []
-    for tau in np.atleast_1d(np.asarray(taus, dtype=np.float64)):
-        cluster = round(tau * sample_rate)
-        if not 1 <= cluster <= (angles[0].size - 1) // 2:
-            raise ValueError(
-                f"tau {tau:g} s is {cluster} samples; give 1 to {(angles[0].size - 1) // 2} of them"
-            )
-        one, other = (
-            angle[2 * cluster :] - 2.0 * angle[cluster:-cluster] + angle[: -2 * cluster]
-            for angle in angles
-        )
-        span = cluster / sample_rate
-        covariances.append(float(one @ other) / one.size / (2.0 * span**2))
-    return np.array(covariances)
-
-
-def _angle(values: ArrayLike, kind: Kind, sample_rate: float) -> FloatArray:
-    """Accumulated angle without its mean rate, from zero on."""
-    increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
-    return np.concatenate([[0.0], np.cumsum(increments - increments.mean())])
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Separation:
     """Angle random walk of each of three gyros, from their differences alone.
@@ -127,8 +65,8 @@ def three_cornered_hat(
     them, so only the differences are used: the first less the second and the second less
     the third. Their spectra and cross spectrum are the sum of Q, N, B and K of three
     independent gyros; all twelve squares are fitted at once by likelihood on the cosine
-    transforms, as in `likelihood_fit`. This is the three-cornered hat by covariances
-    (`groslambert_covariance`) with the weights that lose nothing.
+    transforms, as in `likelihood_fit`. This is the three-cornered hat by covariances (E. Lantz
+    et al., IEEE Trans. UFFC 66:1942, 2019) with the weights that lose nothing.
 
     A square may come out negative where a gyro is much quieter than the other two, or
     where the gyros' noises are not independent. Then, and wherever the square is below
@@ -168,7 +106,7 @@ def three_cornered_hat(
     for gyro, name in enumerate(gyros):
         square = float(separated.place.squares[gyro, column])
         found = _profile(spectra, separated, (gyro, column), confidence)
-        estimates[name] = found.of_one_gyro("angle_random_walk", 1, confidence)
+        estimates[name] = found.root("angle_random_walk", confidence)
         if found.status == "upper bound":
             notes.append(_bound_note(name, square))
     return Separation(angle_random_walk=estimates, notes=tuple(notes))

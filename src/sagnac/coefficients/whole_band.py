@@ -165,7 +165,7 @@ def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
     levels
         Of the same values.
     fit
-        By likelihood, not divided among gyros.
+        By likelihood.
     walk
         N of the average.
     """

@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
-from sagnac.recording.channel import per_gyro
-
 Form = Literal[
     "deviation, relative",
     "deviation, plain",
@@ -46,9 +44,7 @@ _SQUARES: Final[Mapping[Form, _Squares]] = {
 }
 
 
-def least_squares(
-    tau: ArrayLike, deviation: ArrayLike, form: Form, *, gyros_differenced: int = 1
-) -> float:
+def least_squares(tau: ArrayLike, deviation: ArrayLike, form: Form) -> float:
     """N by plain least squares of the five terms of Eq. 3, as such fits are commonly made.
 
     ``variance``: the square of the deviation on powers -2 to 2 of tau. ``deviation``: the
@@ -64,13 +60,11 @@ def least_squares(
         (points,) Allan deviation, rad/s.
     form
         Which squares are made least.
-    gyros_differenced
-        1, or 2 where the curve is of a difference.
 
     Returns
     -------
     float
-        Per gyro, rad/sqrt(s); of a coefficient below zero, minus the root of its size.
+        rad/sqrt(s); of a coefficient below zero, minus the root of its size.
 
     Raises
     ------
@@ -100,4 +94,4 @@ def least_squares(
         solution = np.linalg.lstsq(columns / norm, observed * weight, rcond=None)[0] / norm
     size = abs(float(solution[1]))
     square = size if squares.of_variance else size**2
-    return math.copysign(per_gyro(square, gyros_differenced), float(solution[1]))
+    return math.copysign(math.sqrt(square), float(solution[1]))

@@ -23,7 +23,6 @@ from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.paper.least_squares import FITTED_TERMS, FORMS, Form, least_squares
 from sagnac.paper.plan import Run
 from sagnac.paper.readings import by_each_reading
-from sagnac.recording.channel import per_gyro
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.simulate import Simulation
 from sagnac.stability.curve import StabilityCurve
@@ -110,30 +109,27 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
         confidence=estimate.confidence,
         status=estimate.status,
         lines=len(answer.lines),
-        least_squares=least_squares_of(curve, answer.gyros_differenced),
+        least_squares=least_squares_of(curve),
         readings={name: one / DEGREE_PER_ROOT_HOUR for name, one in readings.items()},
         tau_s=tuple(curve.tau.tolist()),
-        deviation=_shown(answer, curve.deviation),
-        low_curve=_shown(answer, curve.low),
-        high_curve=_shown(answer, curve.high),
+        deviation=_shown(curve.deviation),
+        low_curve=_shown(curve.low),
+        high_curve=_shown(curve.high),
     )
 
 
 def _step_4(answer: Answer) -> Estimate:
     """N by the default reading; at rest, where nothing is removed, by the same."""
     try:
-        fit = paper_fit(
-            answer.curve, squares=PLAIN.squares, gyros_differenced=answer.gyros_differenced
-        )
+        fit = paper_fit(answer.curve, squares=PLAIN.squares)
     except RecordingError:
         return unobserved("angle_random_walk", answer.angle_random_walk.confidence)
     return fit.coefficients["angle_random_walk"]
 
 
-def _shown(answer: Answer, values: FloatArray) -> tuple[float, ...]:
-    """Points of a curve per gyro, deg/h."""
-    each = [per_gyro(value**2, answer.gyros_differenced) for value in values]
-    return tuple((np.array(each) / DEGREE_PER_HOUR).tolist())
+def _shown(values: FloatArray) -> tuple[float, ...]:
+    """Points of a curve, deg/h."""
+    return tuple((values / DEGREE_PER_HOUR).tolist())
 
 
 def _rate_sampled(recording: Recording, name: str, interval: float) -> Recording:
@@ -144,20 +140,18 @@ def _rate_sampled(recording: Recording, name: str, interval: float) -> Recording
     return Recording(gyros=(channel,), sample_rate=1.0 / interval)
 
 
-def least_squares_of(curve: StabilityCurve, gyros_differenced: int = 1) -> dict[Form, float]:
+def least_squares_of(curve: StabilityCurve) -> dict[Form, float]:
     """N by each of `FORMS`, of the points of a curve that are good to 10 %, as the paper cuts it.
 
     Parameters
     ----------
     curve
         Overlapping Allan deviation.
-    gyros_differenced
-        1, or 2 where the curve is of a difference.
 
     Returns
     -------
     dict
-        Per gyro, deg/sqrt(h), signed as `least_squares` says; empty with fewer than five points.
+        deg/sqrt(h), signed as `least_squares` says; empty with fewer than five points.
     """
     clusters = np.round(curve.tau * curve.sample_rate).astype(int)
     kept = np.array(
@@ -169,13 +163,7 @@ def least_squares_of(curve: StabilityCurve, gyros_differenced: int = 1) -> dict[
     if np.count_nonzero(kept) < FITTED_TERMS:
         return {}
     return {
-        form: least_squares(
-            curve.tau[kept],
-            curve.deviation[kept],
-            form,
-            gyros_differenced=gyros_differenced,
-        )
-        / DEGREE_PER_ROOT_HOUR
+        form: least_squares(curve.tau[kept], curve.deviation[kept], form) / DEGREE_PER_ROOT_HOUR
         for form in FORMS
     }
 

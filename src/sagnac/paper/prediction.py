@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from sagnac.arrays import FloatArray
 from sagnac.paper.published import PAIR
-from sagnac.recording.channel import per_gyro
+from sagnac.recording.channel import PAIR_SIZE
 from sagnac.rig.config import PRESETS, RigConfig
 from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.truth import truth_of
@@ -179,7 +179,7 @@ def _encoder_error(
     """Q-bar of the encoder's white error of angle, rad."""
     step = 2.0 * math.pi / config.encoder.lines / math.sqrt(12.0)
     measured = _mismatch(config, pair) * np.hypot(step, speeds * latch_jitter)
-    return np.array([per_gyro(value**2, 2) for value in measured])
+    return np.asarray(measured / PAIR_SIZE)
 
 
 def _jitter(config: RigConfig, pair: tuple[str, str]) -> tuple[float, float]:
@@ -187,8 +187,8 @@ def _jitter(config: RigConfig, pair: tuple[str, str]) -> tuple[float, float]:
     natural = 2.0 * math.pi * config.table.jitter_bandwidth_hz
     servo = config.table.jitter_rms_deg_per_s * DEGREE * _mismatch(config, pair)
     if config.table.jitter_spectrum == "position":
-        return 0.0, per_gyro((servo / natural) ** 2, 2)
-    return per_gyro(servo**2 * 2.0 / natural, 2), 0.0
+        return 0.0, servo / natural / PAIR_SIZE
+    return servo * math.sqrt(2.0 / natural) / PAIR_SIZE, 0.0
 
 
 def _mismatch(config: RigConfig, pair: tuple[str, str]) -> float:

@@ -10,7 +10,7 @@ from sagnac.lines.naming import with_noise_restored
 
 
 def by_each_reading(answer: Answer) -> dict[ReadingName, float]:
-    """N of one gyro by name of the reading, rad/sqrt(s), whatever its interval.
+    """N by name of the reading, rad/sqrt(s), whatever its interval.
 
     The paper has no intervals, so what its squares give is the answer of its method. NaN of a
     curve too short for them.
@@ -26,9 +26,7 @@ def by_each_reading(answer: Answer) -> dict[ReadingName, float]:
     for name, reading in READINGS.items():
         curve = restored if reading.noise_restored else answer.curve
         try:
-            found[name] = paper_squares(
-                curve, squares=reading.squares, gyros_differenced=answer.gyros_differenced
-            )
+            found[name] = paper_squares(curve, squares=reading.squares)
         except RecordingError:
             found[name] = math.nan
     return found

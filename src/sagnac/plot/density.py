@@ -25,7 +25,6 @@ from sagnac.plot.frame import (
     removed,
 )
 from sagnac.plot.marks import LABELLED_LINES, SCALES, placed_lines, short_position
-from sagnac.recording.channel import per_gyro
 from sagnac.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ
 
 if TYPE_CHECKING:
@@ -63,10 +62,7 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     'rate noise density, x (°/h/√Hz)'
     """
     axes = axes_of(ax)
-    before, after = (
-        _drawn_bins(one, analysis.gyros_differenced)
-        for one in (analysis.spectrum_before, analysis.spectrum)
-    )
+    before, after = _drawn_bins(analysis.spectrum_before), _drawn_bins(analysis.spectrum)
     if removed(analysis):
         axes.plot(
             before.frequency, before.density, color=QUIET, linewidth=0.8, label="before removal"
@@ -145,27 +141,25 @@ def self_noise(found: SelfNoise, ax: "Axes | None" = None) -> "Axes":
 
 def _rested_on(axes: "Axes", analysis: Analysis) -> None:
     """The band that the answer rests on, and the law of its model and of each term there."""
-    resting = analysis.average
-    if resting is None or resting.law is None or analysis.angle_random_walk.status != "estimated":
+    choice = analysis.average
+    if choice is None or choice.law is None or analysis.angle_random_walk.status != "estimated":
         return
     lowest, highest = axes.get_xlim()
-    low, high = max(resting.band_hz[0], lowest), min(resting.band_hz[1], highest)
+    low, high = max(choice.band_hz[0], lowest), min(choice.band_hz[1], highest)
     if not low < high:
         return
-    whose = "average" if resting.member == "both" else "answer"
+    whose = "average" if choice.member == "both" else "answer"
     axes.axvspan(low, high, color=ORANGE, alpha=0.08, linewidth=0, label=f"band of the {whose}")
-    frequency = np.geomspace(low, min(high, 0.5 / resting.law.interval), 200)
+    frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
     bottom, top = axes.get_ylim()
-    root = np.sqrt(resting.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
-    letters = ", ".join(SYMBOLS[name] for name in resting.terms)
-    behind = " behind a low-pass" if resting.law.order else ""
+    root = np.sqrt(choice.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    letters = ", ".join(SYMBOLS[name] for name in choice.terms)
+    behind = " behind a low-pass" if choice.law.order else ""
     axes.plot(frequency, root, color=ORANGE, linewidth=1.3, label=f"{letters}{behind}")
-    for place, square in enumerate(resting.law.squares):
-        if square > 0.0 and len(resting.terms) > 1:
-            alone = tuple(
-                square if one == place else 0.0 for one in range(len(resting.law.squares))
-            )
-            term = np.sqrt(replace(resting.law, squares=alone).density(frequency))
+    for place, square in enumerate(choice.law.squares):
+        if square > 0.0 and len(choice.terms) > 1:
+            alone = tuple(square if one == place else 0.0 for one in range(len(choice.law.squares)))
+            term = np.sqrt(replace(choice.law, squares=alone).density(frequency))
             axes.plot(
                 frequency,
                 term / DEGREE_PER_HOUR_PER_ROOT_HERTZ,
@@ -220,11 +214,11 @@ def _mark_lines(axes: "Axes", analysis: Analysis) -> None:
         )
 
 
-def _drawn_bins(measured: Spectrum, gyros_differenced: int) -> Spectrum:
-    """Root density of one gyro, lowest and highest of each log-spaced bin: no peak is lost."""
-    size = per_gyro(1.0, gyros_differenced) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+def _drawn_bins(measured: Spectrum) -> Spectrum:
+    """Root density, lowest and highest of each log-spaced bin: no peak is lost."""
     keep = (measured.frequency > 0.0) & (measured.density > 0.0)
-    frequency, level = measured.frequency[keep], size * np.sqrt(measured.density[keep])
+    frequency = measured.frequency[keep]
+    level = np.sqrt(measured.density[keep]) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
     if frequency.size <= _DRAWN_BINS:
         return Spectrum(frequency=frequency, density=level)
     edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sagnac.analysis.headline_coefficients import headline_coefficients, headline_fit
-from sagnac.analysis.result import Analysis
+from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
@@ -58,9 +57,8 @@ def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "A
     result
         An analysis: Allan deviation before and after removal (°/h), the fit that the answer
         rests on, and each term that it estimated with its slope. Or one curve, in its own unit.
-        The curve of a difference of two gyros is drawn per gyro, as the answer is. Several gyros
-        that were taken alone are drawn one over the other: of each the curve after removal and
-        the fit, in a colour of its own, with its name.
+        Several gyros that were taken alone are drawn one over the other: of each the curve after
+        removal and the fit, in a colour of its own, with its name.
     ax
         Where to draw; without it the current axis of ``pyplot``. An analysis that joins others
         there is drawn over them in the same way.
@@ -81,7 +79,7 @@ def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "A
     """
     axes = axes_of(ax)
     if isinstance(result, StabilityCurve):
-        _draw_curve(axes, result.per_gyro())
+        _draw_curve(axes, result)
     elif result.gyros or axes.collections:
         _name_first(axes)
         for analysis in result.each:
@@ -113,7 +111,7 @@ def _draw_over(axes: "Axes", analysis: Analysis) -> None:
     there = len(axes.collections)
     color = COLORS[there % len(COLORS)]
     sides, heights = axes.get_xlim(), axes.get_ylim()
-    curve = analysis.curve.per_gyro()
+    curve = analysis.curve
     _points(axes, curve, DEGREE_PER_HOUR, label=channel_of(analysis), color=color)
     logarithmic(axes, "cluster time τ (s)", f"Allan deviation{_UNIT}")
     _limits(axes, curve.tau, *(one / DEGREE_PER_HOUR for one in (curve.deviation, curve.low)))
@@ -131,10 +129,10 @@ def _widest(one: tuple[float, float], other: tuple[float, float]) -> tuple[float
 
 def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
     """The curves before and after removal, in °/h, with the fit."""
-    after = analysis.curve.per_gyro()
+    after = analysis.curve
     # An analysis that was read again holds the curve after removal alone.
     recorded = getattr(analysis, "curve_before", None)
-    before = after if recorded is None else recorded.per_gyro()
+    before = after if recorded is None else recorded
     if recorded is not None and removed(analysis):
         axes.plot(
             before.tau,

@@ -44,7 +44,7 @@ def literal(text: str) -> str:
 def channel_of(analysis: Analysis) -> str:
     """Subject of a figure, for a label: ``x − z per gyro``."""
     readable = literal(analysis.channel).replace("-", " − ")
-    return f"{readable} per gyro" if analysis.gyros_differenced > 1 else readable
+    return f"{readable} per gyro" if analysis.is_pair else readable
 
 
 def removed(analysis: Analysis) -> bool:

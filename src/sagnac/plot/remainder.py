@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sagnac.analysis.residuals import ByAngle, Residual
 from sagnac.analysis.result import Analysis
+from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.plot.frame import BLUE, INK, QUIET, axes_of, channel_of
 from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 

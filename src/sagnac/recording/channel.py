@@ -376,33 +376,28 @@ def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
 # ---- difference --------------------------------------------------------------------
 
 
-def per_gyro(square: float, gyros_differenced: int) -> float:
-    """Coefficient of one gyro from the squared coefficient of what was measured.
+PAIR_SIZE: Final = math.sqrt(2.0)
+"""Size of the difference of two gyros over that of one: independent gyros add in square (Eq. 3)."""
 
-    This is the one place where the factor for a difference stands. Independent gyros
-    add in square, so a difference of two has twice their mean square (Eq. 3 of the
-    paper), whatever the term.
+
+def as_one_gyro(difference: FloatArray) -> FloatArray:
+    """The difference of two gyros over sqrt(2), as a new series.
+
+    Its noise is per gyro: each squared coefficient is the mean of the two gyros', whatever the
+    term. Table motion, Earth rate and lines are of the difference itself and come off before.
 
     Parameters
     ----------
-    square
-        Squared coefficient of the measured signal.
-    gyros_differenced
-        1 for a single gyro, 2 for a difference.
+    difference
+        (samples,), of two gyros in parts whose squares add up to 2.
 
-    Returns
-    -------
-    float
-        Root of the mean square over the gyros.
-
-    Raises
-    ------
-    ValueError
-        If `gyros_differenced` is neither 1 nor 2.
+    Examples
+    --------
+    >>> import numpy as np
+    >>> as_one_gyro(np.array([0.0, 2.0])).round(3).tolist()
+    [0.0, 1.414]
     """
-    if gyros_differenced not in (1, 2):
-        raise ValueError(f"gyros_differenced is {gyros_differenced}; use 1 (a gyro) or 2 (a pair)")
-    return math.sqrt(square / gyros_differenced)
+    return series.made(lambda span: difference[span] / PAIR_SIZE, difference.size, difference)
 
 
 # ---- kinds -------------------------------------------------------------------------

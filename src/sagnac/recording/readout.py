@@ -13,7 +13,7 @@ from scipy.special import ndtr, ndtri
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import Level, Note
-from sagnac.recording.channel import Channel, angle_of, require_rate
+from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.profile import Profile, count_step
@@ -78,7 +78,7 @@ class JointReadout:
     Attributes
     ----------
     step
-        Sum of their steps, rad.
+        Sum of their steps, rad; per gyro of a difference.
     every
         The readouts are dithered if one in `every` angles is taken. None if too few angles are
         left for a fit.
@@ -186,6 +186,8 @@ def joint_readout(
     if encoder is not None:
         readouts[f"the encoder, as {gyros[0]} senses the table"] = encoder
     step = sum(readout.step for readout in readouts.values())
+    if len(gyros) > 1:
+        step /= PAIR_SIZE
     undithered = {name: readout for name, readout in readouts.items() if readout.every != 1}
     if not undithered:
         return JointReadout(step=step)

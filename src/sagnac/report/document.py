@@ -12,18 +12,17 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.analysis.headline_coefficients import answer_coefficients, headline_coefficients
 from sagnac.analysis.judgement import verdict_of
-from sagnac.analysis.low_pass import low_pass_data
 from sagnac.analysis.parts import Part
 from sagnac.analysis.plain import (
+    choice_data,
     covariance_data,
+    low_pass_data,
     parts_data,
-    resting_data,
     shares_data,
     triad_data,
 )
-from sagnac.analysis.result import Analysis, Covariance
+from sagnac.analysis.result import Analysis, Covariance, answer_coefficients, headline_coefficients
 from sagnac.analysis.settings import Settings
 from sagnac.coefficients.estimates import (
     Estimate,
@@ -33,12 +32,12 @@ from sagnac.coefficients.estimates import (
     estimate_units,
 )
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.coefficients.model_average import Resting
+from sagnac.coefficients.model_average import ModelChoice
 from sagnac.documents import ANALYSES, ANALYSIS, read_analyses
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.report.command_line import error_text, findings_data, note_text
-from sagnac.report.figures import per_gyro_density
+from sagnac.report.figures import shown_density
 from sagnac.report.quantities import curve_columns, curve_unit
 from sagnac.report.sections import overall_decision, verdict_data
 from sagnac.stability.curve import StabilityCurve
@@ -62,7 +61,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         at rest all is of the first, ``per_gyro`` holds N of each, and ``gyros`` the document of
         each; ``refused`` says why a channel has none.
     """
-    curve = analysis.curve.per_gyro()
+    curve = analysis.curve
     answer = _estimate("angle_random_walk", analysis.angle_random_walk)
     document = {
         "schema": ANALYSIS,
@@ -74,8 +73,8 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             "confidence": analysis.settings.confidence,
         },
         "channel": analysis.channel,
-        "gyros_differenced": analysis.gyros_differenced,
-        "angle_random_walk": {**answer, "source": analysis.source, **resting_data(analysis)},
+        "gyros_differenced": 2 if analysis.is_pair else 1,
+        "angle_random_walk": {**answer, "source": analysis.source, **choice_data(analysis)},
         "coefficients": _coefficients(headline_coefficients(analysis)),
         "covariance": covariance_data(analysis),
         **low_pass_data(analysis),
@@ -241,8 +240,7 @@ def _family(analysis: Analysis) -> dict[str, Any]:
     if not analysis.family:
         return {}
     curves = []
-    for measured in analysis.family:
-        curve = measured.per_gyro()
+    for curve in analysis.family:
         unit = curve_unit(curve.estimator)
         curves.append(
             {
@@ -255,7 +253,7 @@ def _family(analysis: Analysis) -> dict[str, Any]:
                 "notes": [note_text(note) for note in curve.notes],
             }
         )
-    density = per_gyro_density(analysis)
+    density = shown_density(analysis)
     return {
         "curves": curves,
         "spectrum": {
@@ -372,7 +370,6 @@ def analysis_from(document: Document) -> Analysis:
             confidence=settings["confidence"],
         ),
         channel=document["channel"],
-        gyros_differenced=document["gyros_differenced"],
         table_rate=None if rate is None else rate * DEGREE,
         angle_random_walk=_stored_estimate("angle_random_walk", stated),
         source=stated["source"],
@@ -413,7 +410,6 @@ def _force(channel: str, stated: Document, document: Document) -> Analysis:
             confidence=walk.confidence,
         ),
         channel=channel,
-        gyros_differenced=1,
         table_rate=None,
         angle_random_walk=walk,
         source=stated["source"],
@@ -472,11 +468,11 @@ def _covariance(stated: Document | None) -> Covariance | None:
     return Covariance(names=tuple(stated["names"]), matrix=matrix * np.outer(sizes, sizes))
 
 
-def _average(stated: Document) -> Resting | None:
+def _average(stated: Document) -> ModelChoice | None:
     if "band_hz" not in stated:
         return None
     low, high = map(_number, stated["band_hz"])
-    return Resting(
+    return ModelChoice(
         band_hz=(low, high),
         terms=tuple(stated["terms"]),
         share=stated.get("share", 0.0),

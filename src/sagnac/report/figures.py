@@ -26,7 +26,6 @@ from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, literal, logarithmic
-from sagnac.recording.channel import per_gyro
 from sagnac.report.files import write_bytes
 from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.spectrum.power_laws import running_median
@@ -209,13 +208,12 @@ def legend_above(axes: Axes, columns: int) -> None:
 _NEIGHBOURS = 51
 
 
-def per_gyro_density(analysis: Analysis) -> Spectrum:
-    """Frequency (Hz) and one-sided rate density of one gyro, (deg/h)^2/Hz."""
+def shown_density(analysis: Analysis) -> Spectrum:
+    """Frequency (Hz) and one-sided rate density, (deg/h)^2/Hz."""
     measured = analysis.density
     if measured is None:
         return Spectrum.empty()
-    size = (per_gyro(1.0, analysis.gyros_differenced) / DEGREE_PER_HOUR) ** 2
-    return Spectrum(frequency=measured.frequency, density=size * measured.density)
+    return Spectrum(frequency=measured.frequency, density=measured.density / DEGREE_PER_HOUR**2)
 
 
 def coarser(spectrum: Spectrum, most: int) -> Spectrum:
@@ -321,7 +319,7 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     """
     with styled() as canvas:
         for method, analysis in analyses.items():
-            curve = analysis.curve.per_gyro()
+            curve = analysis.curve
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])
             canvas.axes.errorbar(
                 curve.tau,

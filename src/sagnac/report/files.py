@@ -8,8 +8,7 @@ from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
-from sagnac.analysis.headline_coefficients import headline_fit
-from sagnac.analysis.result import Analysis
+from sagnac.analysis.result import Analysis, headline_fit
 from sagnac.documents import ANY, read_toml, table
 from sagnac.errors import MissingExtra, Note, RecordingError, ranked
 from sagnac.formats.source import replacing

@@ -7,14 +7,14 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from sagnac.alignment.noise import GyroNoise
-from sagnac.analysis.headline_coefficients import (
+from sagnac.analysis.judgement import verdict_of
+from sagnac.analysis.result import (
+    Analysis,
     answer_coefficients,
     headline_coefficients,
     headline_estimates,
     headline_fit,
 )
-from sagnac.analysis.judgement import verdict_of
-from sagnac.analysis.result import Analysis
 from sagnac.coefficients.estimates import Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import ranked
@@ -117,7 +117,7 @@ def page(
         notes=[(note.level, note_text(note)) for note in placed.answer],
         curve_notes=[note_text(note) for note in placed.curve],
         fit_notes=[note_text(note) for note in placed.fits],
-        differenced=analysis.gyros_differenced > 1,
+        differenced=analysis.is_pair,
         removed=analysis.settings.method != "none",
         turning=analysis.residual is not None and analysis.residual.by_angle is not None,
         shares=_shares(analysis),
@@ -140,8 +140,7 @@ def _heading(analysis: Analysis, block: TitleBlock) -> dict[str, Any]:
     """Heading of the page, and its citations."""
     methods, references = cited(sentences(analysis))
     return {
-        "title": block.title
-        or f"Angle random walk, {subject(analysis.channel, analysis.gyros_differenced)}",
+        "title": block.title or f"Angle random walk, {subject(analysis)}",
         "heading": block.title,
         "block": [*block.facts, *_origin(analysis)] if block.facts else [],
         "methods": methods,
@@ -285,8 +284,7 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     several = len(by_gyro) > 1
     return rendered(
         "comparison.html",
-        title="Methods compared, "
-        + (", ".join(by_gyro) if several else subject(one.channel, one.gyros_differenced)),
+        title="Methods compared, " + (", ".join(by_gyro) if several else subject(one)),
         rows=[
             {
                 "method": f"{name}: {_METHODS[method]}" if several else _METHODS[method],
@@ -359,7 +357,7 @@ def _answer(analysis: Analysis) -> dict[str, str]:
     estimate = analysis.angle_random_walk
     value, interval, status = reading_cells("angle_random_walk", estimate, plain=False)
     return {
-        "subject": subject(analysis.channel, analysis.gyros_differenced),
+        "subject": subject(analysis),
         "value": value,
         "interval": interval,
         "status": status,
@@ -397,10 +395,10 @@ def _fit_title(analysis: Analysis) -> str:
     fit = headline_fit(analysis)
     if fit is not None:
         return FIT_TITLES[fit.method]
-    resting = analysis.average
-    if resting is None or not resting.terms:
+    choice = analysis.average
+    if choice is None or not choice.terms:
         return ""
-    return _OF_BOTH if resting.member == "both" else "average over bands and terms"
+    return _OF_BOTH if choice.member == "both" else "average over bands and terms"
 
 
 def _shares(analysis: Analysis) -> dict[str, Any] | None:
@@ -457,8 +455,8 @@ def _answer_column(analysis: Analysis) -> list[tuple[str, bool]]:
     """A column for the average if the answer is of that and of no fit."""
     if not analysis.coefficients or headline_fit(analysis) is not None:
         return []
-    resting = analysis.average
-    both = resting is not None and resting.member == "both"
+    choice = analysis.average
+    both = choice is not None and choice.member == "both"
     return [(_OF_BOTH if both else "Average over bands and terms", True)]
 
 

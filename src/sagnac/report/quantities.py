@@ -174,10 +174,10 @@ def sentence(name: CoefficientName, estimate: Estimate, *, plain: bool = False) 
     return f"{value} {unit}  [{interval.replace(' … ', ', ')}] {percent}"
 
 
-def subject(channel: str, gyros_differenced: int) -> str:
+def subject(analysis: Analysis) -> str:
     """Subject of the figures, in words."""
-    readable = channel.replace("-", " − ")
-    if gyros_differenced > 1:
+    readable = analysis.channel.replace("-", " − ")
+    if analysis.is_pair:
         return f"gyros {readable}, per gyro (N̄)"
     return f"gyro {readable}"
 

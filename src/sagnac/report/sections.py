@@ -12,15 +12,14 @@ from typing import Any, Final
 
 from matplotlib.figure import Figure
 
-from sagnac.analysis.headline_coefficients import answer_coefficients
 from sagnac.analysis.judgement import verdict_of
-from sagnac.analysis.result import Analysis
-from sagnac.analysis.shares import Interval, Share
-from sagnac.coefficients.estimates import Estimate
+from sagnac.analysis.result import Analysis, answer_coefficients
+from sagnac.analysis.shares import Share
+from sagnac.coefficients.estimates import Estimate, Interval
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import one_line, rounded
 from sagnac.report.command_line import note_text
-from sagnac.report.figures import curves_figure, per_gyro_density
+from sagnac.report.figures import curves_figure, shown_density
 from sagnac.report.quantities import (
     curve_columns,
     curve_unit,
@@ -53,7 +52,7 @@ _REMOVED: Final[dict[str, str]] = {
 def sentences(analysis: Analysis) -> list[str]:
     """The method, one step a sentence; references by number (see `cited`)."""
     said = []
-    if analysis.gyros_differenced > 1:
+    if analysis.is_pair:
         first, _, second = analysis.channel.partition("-")
         said.append(
             f"The angles of gyros {first} and {second} were differenced, so that the motion of the "
@@ -65,23 +64,23 @@ def sentences(analysis: Analysis) -> list[str]:
         "The overlapping Allan deviation has intervals by chi-squared with equivalent degrees of "
         "freedom; Q, N, B, K and R are defined by IEEE [ieee]."
     )
-    resting = analysis.average
-    if resting is not None and resting.member == "whole band":
+    choice = analysis.average
+    if choice is not None and choice.member == "whole band":
         said.append(
             "N rests on the likelihood of the whole spectrum, which its multitaper levels bear out."
         )
-    elif resting is not None and resting.member == "both":
+    elif choice is not None and choice.member == "both":
         said.append(
             "N comes from the likelihood of the whole spectrum. Its multitaper levels neither bear "
             "it out nor reject it, so that the interval also holds the average over bands and "
             "terms [average]."
         )
-    elif resting is not None and resting.terms:
+    elif choice is not None and choice.terms:
         said.append(
             "N is the average over bands of the multitaper spectrum and over the terms fitted "
             "there, weighted by how well each describes it [average]."
         )
-    if resting is not None and resting.slow_terms == "low band":
+    if choice is not None and choice.slow_terms == "low band":
         said.append(
             "B and K come from the likelihood of the lowest frequencies of the spectrum, which "
             "its multitaper levels bear out."
@@ -355,7 +354,7 @@ def stability_table(analysis: Analysis) -> str:
     columns = {
         f"{prefix}{name}{units.get(name, '')}": [cell(value) for value in values]
         for prefix, curve in (("", analysis.curve), ("before_", analysis.curve_before))
-        for name, values in curve_columns(curve.per_gyro(), UNITS["deg/h"]).items()
+        for name, values in curve_columns(curve, UNITS["deg/h"]).items()
     }
     return csv_text(list(columns), zip_longest(*columns.values(), fillvalue=""))
 
@@ -363,8 +362,7 @@ def stability_table(analysis: Analysis) -> str:
 def family_table(analysis: Analysis) -> str:
     """CSV of every curve asked for, per gyro, one below the other."""
     rows = []
-    for measured in analysis.family:
-        curve = measured.per_gyro()
+    for curve in analysis.family:
         unit = curve_unit(curve.estimator)
         rows += [
             [curve.estimator, unit.name, *(cell(value) for value in row)]
@@ -376,7 +374,7 @@ def family_table(analysis: Analysis) -> str:
 
 def density_table(analysis: Analysis) -> str:
     """CSV of the multitaper rate spectrum, per gyro, one-sided."""
-    shown = per_gyro_density(analysis)
+    shown = shown_density(analysis)
     rows = zip(shown.frequency.tolist(), shown.density.tolist(), strict=True)
     return csv_text(
         ("frequency[Hz]", "density[(deg/h)^2/Hz]"), ([cell(value) for value in row] for row in rows)

@@ -13,14 +13,13 @@ from rich.box import Box
 from rich.console import Console
 from rich.table import Table
 
-from sagnac.analysis.headline_coefficients import headline_coefficients, headline_estimates
 from sagnac.analysis.judgement import verdict_of
-from sagnac.analysis.result import Analysis
+from sagnac.analysis.result import Analysis, headline_coefficients, headline_estimates
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import Note, counted, ranked
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, error_text, note_text
-from sagnac.report.figures import coarser, per_gyro_density, residual_peaks
+from sagnac.report.figures import coarser, residual_peaks, shown_density
 from sagnac.report.files import placed_notes
 from sagnac.report.quantities import (
     FIT_TITLES,
@@ -72,8 +71,7 @@ def answer(analysis: Analysis) -> str:
         for name, own in analysis.per_gyro.items()
     ]
     rows.append(
-        f"ARW of {subject(analysis.channel, analysis.gyros_differenced)}  "
-        f"{sentence('angle_random_walk', estimate, plain=True)}"
+        f"ARW of {subject(analysis)}  {sentence('angle_random_walk', estimate, plain=True)}"
     )
     rows.append(textwrap.fill(f"Rests on: {analysis.source}", 80, subsequent_indent="  "))
     densities = kalman_figures(estimate)
@@ -176,11 +174,10 @@ def units(analysis: Analysis) -> str:
 
 def curve(of: StabilityCurve) -> str:
     """A stability curve per gyro."""
-    shown, unit = of.per_gyro(), curve_unit(of.estimator)
-    columns = curve_columns(shown).values()
+    unit, columns = curve_unit(of.estimator), curve_columns(of).values()
     rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
     return table(
-        ("τ s", f"{shown.estimator} {unit.symbol}", "low", "high", "edf", "terms", "noise f^"),
+        ("τ s", f"{of.estimator} {unit.symbol}", "low", "high", "edf", "terms", "noise f^"),
         rows,
         right=range(len(columns)),
     )
@@ -190,7 +187,7 @@ def density(analysis: Analysis) -> str:
     """The power spectral density per gyro, averaged into few bins; the table has them all."""
     if analysis.density is None or not analysis.density.frequency.size:
         return ""
-    shown = coarser(per_gyro_density(analysis), _DENSITY_ROWS)
+    shown = coarser(shown_density(analysis), _DENSITY_ROWS)
     rows = [
         (f"{place:.4g}", f"{value:.4g}", f"{math.sqrt(value):.4g}")
         for place, value in zip(shown.frequency, shown.density, strict=True)
@@ -264,7 +261,7 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
         for said in map(note_text, analysis.notes)
         if said not in read
     ]
-    heading = subject(one.channel, one.gyros_differenced)
+    heading = subject(one)
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
     return blocks(heading, shown, reasons, "\n".join(noticed))
 

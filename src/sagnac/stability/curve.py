@@ -43,7 +43,7 @@ Riley and Greenhall
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
 
@@ -54,7 +54,7 @@ from scipy import fft
 
 from sagnac.arrays import FloatArray
 from sagnac.dataframes import pandas_for
-from sagnac.errors import Note, quoted
+from sagnac.errors import Note
 from sagnac.recording.model import Kind
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.names import Estimator, Gaps, check_choice
@@ -264,9 +264,6 @@ class StabilityCurve:
         The settings it was made with.
     notes
         What was noticed, gap terms left out among them.
-    gyros_differenced
-        2 if the values were the difference of two gyros, so that the curve lies a factor
-        sqrt(2) above that of one (see `per_gyro`); 1 otherwise.
 
     Raises
     ------
@@ -298,7 +295,6 @@ class StabilityCurve:
     confidence: float
     samples: int
     notes: tuple[Note, ...] = ()
-    gyros_differenced: int = 1
 
     def __post_init__(self) -> None:
         for name, kind in _ARRAYS.items():
@@ -316,11 +312,6 @@ class StabilityCurve:
         check_choice("kind", self.kind, Kind)
         _check_sample_rate(self.sample_rate)
         _check_confidence(self.confidence)
-        if self.gyros_differenced not in (1, 2):
-            raise ValueError(
-                f"gyros_differenced is {quoted(self.gyros_differenced)}; "
-                "use 1 (a gyro) or 2 (a pair)"
-            )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, StabilityCurve):
@@ -338,10 +329,9 @@ class StabilityCurve:
 
     def __repr__(self) -> str:
         taus = f", tau {self.tau[0]:.4g} s to {self.tau[-1]:.4g} s" if self.tau.size else ""
-        pair = ", difference of two gyros" if self.gyros_differenced == 2 else ""
         return (
             f"<StabilityCurve {self.estimator}, {self.tau.size} points{taus}, "
-            f"{self.samples} samples of {self.kind} at {self.sample_rate:g} Hz{pair}>"
+            f"{self.samples} samples of {self.kind} at {self.sample_rate:g} Hz>"
         )
 
     def _repr_html_(self) -> str:
@@ -358,22 +348,6 @@ class StabilityCurve:
             f"<table><caption>{escape(repr(self)[1:-1])}</caption>"
             "<tr><th>tau, s</th><th>deviation</th><th>low</th><th>high</th>"
             f"<th>edf</th><th>noise type</th></tr>{rows}</table>"
-        )
-
-    def per_gyro(self) -> "StabilityCurve":
-        """The curve of one gyro: that of a pair over sqrt(2), any other as it is.
-
-        Independent gyros add in square, so a difference of two has twice their mean variance.
-        """
-        if self.gyros_differenced == 1:
-            return self
-        root = math.sqrt(self.gyros_differenced)
-        return replace(
-            self,
-            deviation=self.deviation / root,
-            low=self.low / root,
-            high=self.high / root,
-            gyros_differenced=1,
         )
 
     def to_frame(self) -> Any:
@@ -393,7 +367,7 @@ class StabilityCurve:
         return frame
 
     def _settings(self) -> dict[str, Any]:
-        names = ("estimator", "kind", "sample_rate", "confidence", "samples", "gyros_differenced")
+        names = ("estimator", "kind", "sample_rate", "confidence", "samples")
         return {name: getattr(self, name) for name in names}
 
 

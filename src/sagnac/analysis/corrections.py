@@ -1,9 +1,11 @@
-"""Drift of a sensor at rest with temperature: fitted beside its noise, and taken off.
+"""Gyros without their dither, and without what follows the temperature.
 
-The means of the rate over some hundred stretches are fitted by ``b1 (T - T0) + b2 (T - T0)^2 +
-b3 dT/dt`` in white noise and a random walk, whose sizes are those of the highest restricted
-likelihood (Patterson and Thompson, *Biometrika* 58, 545, 1971): what the terms take up is not
-counted as missing noise. Terms that chance makes are left out.
+A pick-off shows the dither that the gyro's own stripping left.
+
+Drift at rest with temperature: the means of the rate over some hundred stretches are fitted by
+``b1 (T - T0) + b2 (T - T0)^2 + b3 dT/dt`` in white noise and a random walk, whose sizes are those
+of the highest restricted likelihood (Patterson and Thompson, *Biometrika* 58, 545, 1971): what the
+terms take up is not counted as missing noise. Terms that chance makes are left out.
 """
 
 import math
@@ -16,15 +18,77 @@ from scipy.linalg import cho_solve
 from scipy.optimize import minimize_scalar
 
 from sagnac import series
-from sagnac.analysis.dither import Undithered
+from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
-from sagnac.recording.channel import Channel, angle_of
+from sagnac.lines.stripping import stripped
+from sagnac.recording.channel import Channel, Pickoff, angle_of
 from sagnac.recording.model import Recording
-from sagnac.units import SENSED, UNITS, field_unit
+from sagnac.units import ARCSECOND, SENSED, UNITS, field_unit
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Undithered:
+    """A recording whose gyros are stripped, as angles, and what was taken."""
+
+    recording: Recording
+    notes: tuple[Note, ...] = ()
+
+
+def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method) -> Undithered:
+    """Strip the gyros asked for by their pick-offs; with the method ``none`` nothing is taken.
+
+    A pick-off that is not whole or does not move is left alone, with a note.
+
+    Parameters
+    ----------
+    recording
+        Its pick-offs are used if it has any.
+    gyros
+        Names.
+    method
+        How periodic parts are removed.
+    """
+    if method == "none":
+        return Undithered(recording=recording)
+    channels = {channel.name: channel for channel in recording.gyros}
+    notes = []
+    for pickoff in recording.pickoffs:
+        if pickoff.gyro not in gyros:
+            continue
+        why = _unusable(pickoff)
+        if why:
+            text = f"its pick-off {why} and is not used: dither stays in the angle"
+            notes.append(Note(level="warning", channel=pickoff.gyro, text=text))
+            continue
+        gyro = channels[pickoff.gyro]
+        found = stripped(angle_of(gyro, recording.sample_rate), pickoff.values)
+        channels[gyro.name] = Channel(
+            name=gyro.name, kind="angle", shown_in="arcsec", values=found.angle, sensor=gyro.sensor
+        )
+        text = (
+            f"{found.taken / ARCSECOND:.3g} arcsec rms that follows its pick-off was taken out of "
+            "the angle: dither that the gyro's own stripping left"
+        )
+        notes.append(Note(channel=gyro.name, text=text))
+    if not notes:
+        return Undithered(recording=recording)
+    return Undithered(
+        recording=replace(recording, gyros=tuple(channels.values())), notes=tuple(notes)
+    )
+
+
+def _unusable(pickoff: Pickoff) -> str:
+    """Why a pick-off cannot be used; empty if it can."""
+    values = pickoff.values
+    if not math.isfinite(series.mean(values)):
+        return "has samples that are missing or infinite"
+    low, high = series.extent(values)
+    return "does not move" if low == high else ""
+
 
 _MEANS: Final = 300
 _LEAST_SAMPLES: Final = 4 * _MEANS
