@@ -186,6 +186,41 @@ def test_what_physics_wants_stands_beside_a_recording(server, still):
     assert beside["mean rate of x, y, z together"]["verdict"] == "agrees"
 
 
+@pytest.mark.parametrize(("share", "noted"), [(-0.5774, "agrees"), (1.5, "differs")])
+@pytest.mark.parametrize("swings", [False, True])
+def test_gyros_stand_beside_the_table_whether_it_turns_or_swings(server, swings, share, noted):
+    time_s = np.arange(6000) / 100.0
+    table = 90.0 * np.sin(2.0 * np.pi * time_s / 8.0) if swings else 40.0 * time_s
+    angles = {"x": share * table, "z": 0.02 * table}
+    recording = sagnac.Recording.from_arrays(
+        **angles, table=table, kind="angle", unit="deg", sample_rate=100.0
+    )
+    path = server.folder / f"table {swings} {share}.parquet"
+    beside = {one["what"]: one for one in server.opened(sagnac.write(recording, path))["beside"]}
+    # At an even rate with its sign; of a swing, whose mean says nothing, by the rms.
+    expected = abs(share) if swings else share
+    assert float(beside["x over table rate"]["found"]) == pytest.approx(expected, rel=1e-3)
+    assert beside["x over table rate"]["verdict"] == noted
+    assert ("table rate, rms" in beside) == swings
+    assert not any("together" in what for what in beside)
+
+
+def test_a_table_at_rest_turns_nothing_however_its_encoder_scatters(server):
+    random = np.random.default_rng(4)
+    rates = {
+        name: mean + random.standard_normal(6000)
+        for name, mean in zip("xz", (9.0, 11.9), strict=True)
+    }
+    recording = sagnac.Recording.from_arrays(
+        **rates, table=1.0 + 1e-4 * random.standard_normal(6000),
+        kind="rate", unit="deg/h", sample_rate=100.0,
+    )  # fmt: skip
+    path = sagnac.write(recording, server.folder / "at rest.parquet")
+    beside = {one["what"]: one for one in server.opened(path)["beside"]}
+    assert beside["mean rate of x, z together"]["verdict"] == "agrees"
+    assert not any("table" in what for what in beside)
+
+
 def test_a_wrong_unit_stands_out(server):
     random = np.random.default_rng(3)
     rows = np.array([9.0, 2.0, 11.88]) + random.standard_normal((3000, 3))

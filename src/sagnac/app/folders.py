@@ -52,10 +52,7 @@ class Room:
         folder = self.path(text)
         entries = []
         for one in sorted(folder.iterdir(), key=lambda each: each.name.lower()):
-            if one.name.startswith("."):
-                continue
-            kind = _kind(one)
-            if kind:
+            if not one.name.startswith(".") and (kind := _kind(one)):
                 size = 0 if kind != "file" else one.stat().st_size
                 entries.append({"name": one.name, "kind": kind, "size": size})
         entries.sort(key=lambda each: each["kind"] == "file")

@@ -6,7 +6,6 @@ rate, the rate of the table, the stamps.
 
 import math
 import re
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -24,6 +23,8 @@ EARTH_RATE: Final = 15.041  # deg/h, against the stars
 GRAVITY: Final = 9.80665  # m/s^2, the standard one
 
 _PER_HOUR: Final = math.degrees(3600.0)
+# Readings of a table at rest do not stray so far, rad.
+_TURNED: Final = 0.01
 # Rates beyond this, deg/h, are shown in deg/s.
 _FAST: Final = 1800.0
 # What stands in for words that no file tells: numbers then come as they are written.
@@ -165,9 +166,7 @@ def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[Shown, ...]:
         factor = 1.0 if one[0].kind == "rate" else recording.sample_rate
         return Pyramid.of(one[0].values, factor=factor, differenced=one[0].kind == "angle")
 
-    # The loops within hold no lock of the interpreter.
-    with ThreadPoolExecutor() as pool:
-        pyramids = list(pool.map(in_si, channels))
+    pyramids = [in_si(one) for one in channels]
     fast = any(
         max(abs(one.mean), one.deviation) * _PER_HOUR > _FAST
         for one, (_, of) in zip(pyramids, channels, strict=True)
@@ -225,35 +224,36 @@ def _beside(look: Look) -> list[dict[str, str]]:
         verdict = "" if agrees is None else "agrees" if agrees else "differs"
         lines.append({"what": what, "found": found, "wanted": wanted, "verdict": verdict})
 
+    readings = np.zeros(1) if look.recording.table is None else look.recording.table.values
+    angle = readings[:: max(1, readings.size // 4096)]
+    turning = bool(np.ptp(angle) > _TURNED)
+    swings = turning and bool(abs(angle[-1] - angle[0]) < 0.5 * np.ptp(angle))
+
     def in_hours(one: Shown) -> float:
-        return one.pyramid.mean * (3600.0 if one.unit == "°/s" else 1.0)
+        size = math.hypot(one.pyramid.mean, one.pyramid.deviation) if swings else one.pyramid.mean
+        return size * (3600.0 if one.unit == "°/s" else 1.0)
 
     gyros = [one for one in look.shown if one.of == "gyro"]
     forces = [one for one in look.shown if one.of == "accelerometer"]
     table = next((one for one in look.shown if one.of == "table"), None)
-    turning = table is not None and abs(in_hours(table)) > 10.0 * EARTH_RATE
     if len(gyros) > 1 and not turning:
         size = math.hypot(*(in_hours(one) for one in gyros))
         away = f"{size / EARTH_RATE:.3g} times" if math.isfinite(size) else "no number"
-        add(
-            f"mean rate of {', '.join(one.name for one in gyros)} together",
-            f"{size:.4g} °/h",
-            f"Earth rate {EARTH_RATE:.2f} °/h ({away})",
-            (abs(size / EARTH_RATE - 1.0) < 0.1 if len(gyros) == 3 else size < 1.1 * EARTH_RATE),
-        )
+        away += "; more is a bias, a motion or another unit" * bool(size > 1.1 * EARTH_RATE)
+        agrees = abs(size / EARTH_RATE - 1.0) < 0.1 if len(gyros) == 3 else size < 1.1 * EARTH_RATE
+        wanted = f"Earth rate {EARTH_RATE:.2f} °/h ({away})"
+        names = ", ".join(one.name for one in gyros)
+        add(f"mean rate of {names} together", f"{size:.4g} °/h", wanted, agrees)
     if table is not None and turning:
-        add("table rate", f"{in_hours(table) / 3600.0:.5g} °/s")
+        add("table rate" + swings * ", rms", f"{in_hours(table) / 3600.0:.5g} °/s")
         for one in gyros:
             share = in_hours(one) / in_hours(table)
             add(f"{one.name} over table rate", f"{share:.4g}", "at most 1", abs(share) < 1.02)
     if len(forces) > 1:
         size = math.hypot(*(one.pyramid.mean for one in forces))
-        add(
-            f"mean of {', '.join(one.name for one in forces)} together",
-            f"{size:.4g} m/s²",
-            f"gravity {GRAVITY:.2f} m/s²",
-            abs(size / GRAVITY - 1.0) < 0.05 if len(forces) == 3 else None,
-        )
+        found, wanted = f"{size:.4g} m/s²", f"gravity {GRAVITY:.2f} m/s²"
+        within = abs(size / GRAVITY - 1.0) < 0.05 if len(forces) == 3 else None
+        add(f"mean of {', '.join(one.name for one in forces)} together", found, wanted, within)
     lines.append(_stamps(look.recording))
     return lines
 

@@ -52,7 +52,7 @@ const head = (...cells) => element("tr", {}, ...cells.map((cell) => element("th"
 const digits = (value, count = 4) => (value === null || value === undefined ? "–" : Number(value).toPrecision(count).replace(/\.?0+(e|$)/, "$1"));
 function form(place, fields, changed) {
   place.replaceChildren(...fields.map(([name, hint, choices]) => {
-    const input = element("input", { name, placeholder: hint, autocomplete: "off", spellcheck: false });
+    const input = element("input", { name, placeholder: hint, title: hint, autocomplete: "off", spellcheck: false });
     const made = element("label", {}, name.replace("_", " "), input);
     if (choices) {
       const list = element("datalist", { id: `${place.id}-${name}` }, ...choices.map((value) => element("option", { value })));
@@ -65,7 +65,7 @@ function form(place, fields, changed) {
 }
 const texts = (place) => Object.fromEntries([...place.querySelectorAll("input")].map((one) => [one.name, one.value.trim()]).filter(([, text]) => text));
 function fill(place, values) {
-  for (const one of place.querySelectorAll("input")) { if (one !== document.activeElement) one.value = values[one.name] ?? ""; one.parentElement.className = ""; }
+  for (const one of place.querySelectorAll("input")) { if (one !== document.activeElement) one.value = values[one.name] ?? ""; one.parentElement.className = ""; one.placeholder = one.title; }
 }
 function notes(place, found, empty) {
   place.replaceChildren(...found.map((note) => {
@@ -137,7 +137,7 @@ async function open(path, stated) {
     const began = performance.now();
     // A file that says too little of itself is stated in the form, whether or not it can be drawn.
     // What is shown of another file, or of an earlier statement, is not analyzed by mistake.
-    if (path !== state.path) $("recording").hidden = true;
+    if (path !== state.path) { $("recording").hidden = true; if (!state.running) $("stage").textContent = ""; }
     $("lacking").hidden = $("analysis").hidden = true; $("facts").textContent = "";
     state.path = path; $("reading").hidden = false; $("name").textContent = path.split("/").pop();
     if (!Object.keys(stated).length) fill($("reading-form"), {});
