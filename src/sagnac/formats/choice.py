@@ -109,6 +109,20 @@ def find(columns: Sequence[Column], name: str) -> Column | None:
     return alike[0] if alike else None
 
 
+def _named(columns: Sequence[Column], name: str, inputs: str) -> Column:
+    """The column of a name that is stated by `inputs`.
+
+    Raises
+    ------
+    RecordingError
+        If it is not there.
+    """
+    column = find(columns, name)
+    if column is None:
+        raise _missing(columns, name, inputs)
+    return column
+
+
 def _missing(columns: Sequence[Column], name: str, inputs: str) -> RecordingError:
     present = ", ".join(column.key for column in columns) or "no numeric column"
     if len(present) > _MOST_LISTED:
@@ -126,22 +140,16 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
     RecordingError
         If one that is stated is not there, or there is none.
     """
-    gyros: dict[str, Column] = {}
-    for name in statements.gyros:
-        key = statements.column(name) or name
-        column = find(columns, key)
-        if column is None:
-            raise _missing(columns, key, "{gyros} or {columns NAME=COLUMN}")
-        gyros[name] = column
-    if gyros:
-        return gyros
-    for name in GYRO_NAMES:
-        column = find(columns, name)
-        if column is not None:
-            gyros[name] = column
-    if not gyros:
+    if statements.gyros:
+        inputs = "{gyros} or {columns NAME=COLUMN}"
+        return {
+            name: _named(columns, statements.column(name) or name, inputs)
+            for name in statements.gyros
+        }
+    usual = {name: column for name in GYRO_NAMES if (column := find(columns, name)) is not None}
+    if not usual:
         raise _missing(columns, "x, y, z", "{columns x=COLUMN} or {gyros COLUMN}")
-    return gyros
+    return usual
 
 
 def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
@@ -152,14 +160,11 @@ def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> 
     RecordingError
         If one is not there.
     """
-    found = {}
-    for name in statements.accelerometers:
-        key = statements.column(name) or name
-        column = find(columns, key)
-        if column is None:
-            raise _missing(columns, key, "{accelerometers} or {columns NAME=COLUMN}")
-        found[name] = column
-    return found
+    inputs = "{accelerometers} or {columns NAME=COLUMN}"
+    return {
+        name: _named(columns, statements.column(name) or name, inputs)
+        for name in statements.accelerometers
+    }
 
 
 def choose_pickoffs(
@@ -177,10 +182,9 @@ def choose_pickoffs(
         stated = statements.column(PICKOFF + gyro)
         if stated == "none":
             continue
-        column = find(columns, stated or PICKOFF + gyro)
-        if stated and column is None:
-            raise _missing(columns, stated, f"{{columns {PICKOFF}{gyro}=COLUMN}}")
-        if column is not None:
+        if stated:
+            found[gyro] = _named(columns, stated, f"{{columns {PICKOFF}{gyro}=COLUMN}}")
+        elif (column := find(columns, PICKOFF + gyro)) is not None:
             found[gyro] = column
     return found
 
@@ -196,10 +200,7 @@ def choose_temperature(columns: Sequence[Column], statements: Statements) -> Col
     stated = statements.column(TEMPERATURE)
     if stated is None or stated == "none":
         return None
-    column = find(columns, stated)
-    if column is None:
-        raise _missing(columns, stated, "{columns temperature=COLUMN}")
-    return column
+    return _named(columns, stated, "{columns temperature=COLUMN}")
 
 
 def choose_stated(
@@ -218,9 +219,7 @@ def choose_stated(
     if column is not None:
         return Placed(column=column, unit=None)
     name, colon, unit = stated.rpartition(":")
-    column = find(columns, name) if colon else None
-    if column is None:
-        raise _missing(columns, name if colon else stated, f"{{{role} COLUMN:UNIT}}")
+    column = _named(columns, name if colon else stated, f"{{{role} COLUMN:UNIT}}")
     return Placed(column=column, unit=unit)
 
 
@@ -342,10 +341,9 @@ def choose_null_pulse(columns: Sequence[Column], statements: Statements) -> Colu
         If one that is stated is not there.
     """
     stated = statements.role("null_pulse")
-    column = find(columns, stated or NULL_PULSE_NAME)
-    if stated and column is None:
-        raise _missing(columns, stated, "{null-pulse COLUMN}")
-    return column
+    if stated:
+        return _named(columns, stated, "{null-pulse COLUMN}")
+    return find(columns, NULL_PULSE_NAME)
 
 
 def choose(columns: Sequence[Column], statements: Statements) -> Choice:
