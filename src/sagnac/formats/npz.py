@@ -1,24 +1,95 @@
-"""NumPy archives."""
+"""NumPy archives, and arrays by themselves (``.npy``), which say nothing of their columns."""
 
 import math
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from sagnac import series
+from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged, replacing, require_content, require_room
-from sagnac.formats.registry import NPZ
-from sagnac.formats.source import MADE, Outgoing, Source, Stored, Vector, column, in_memory, vectors
+from sagnac.formats.registry import NPY, NPZ
+from sagnac.formats.source import (
+    MADE,
+    Column,
+    Outgoing,
+    Source,
+    Stored,
+    Vector,
+    column,
+    in_memory,
+    vectors,
+)
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
 
 # Bytes of a text that states something.
 _MOST_STATED: Final = 2**16
+_MOST_COLUMNS: Final = 4096
+
+Pieces = Iterator[dict[str, NDArray[Any]]]
 
 
 def open_source(path: Path) -> Source:
+    """Arrays of an archive, or the columns of an array by itself (``.npy``).
+
+    Raises
+    ------
+    RecordingError
+        If the file is neither, is cut off, or holds no real numbers.
+    """
+    return _open_array(path) if path.suffix.lower() in NPY.suffixes else _open_archive(path)
+
+
+def _open_array(path: Path) -> Source:
+    """Columns of an array by itself by their numbers, from 1, along the short side.
+
+    Those of records go by their names.
+
+    Raises
+    ------
+    RecordingError
+        If the file is no array of real numbers in one or two dimensions, or is cut off.
+    """
+    with damaged(NPY.name):
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
+        require_content(array.nbytes, path.stat().st_size, path.name)
+    names = array.dtype.names
+    if names is not None and array.ndim == 1:
+        columns = {name: array[name] for name in names if array[name].dtype.kind in "biuf"}
+    elif array.dtype.kind in "biuf" and array.ndim in (1, 2) and min(array.shape) <= _MOST_COLUMNS:
+        table = array.reshape(-1, 1) if array.ndim == 1 else array
+        table = table if table.shape[0] >= table.shape[1] else table.T
+        columns = {str(number + 1): table[:, number] for number in range(table.shape[1])}
+    else:
+        raise RecordingError(
+            f"holds {array.dtype} of shape {array.shape}, no table of real numbers",
+            remedy="store one row a sample and one column a channel",
+        )
+
+    def load(keys: Sequence[str]) -> Stored:
+        def pieces(wanted: Sequence[str], start: int, stop: int) -> Pieces:
+            with damaged(NPY.name):
+                for first in range(start, stop, series.SPAN):
+                    block = slice(first, min(first + series.SPAN, stop))
+                    yield {key: np.array(columns[key][block]) for key in wanted}
+
+        return Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)
+
+    return Source(
+        format=NPY.name,
+        columns=tuple(
+            Column(key=key, name=key, number=number) for number, key in enumerate(columns, start=1)
+        ),
+        load=load,
+    )
+
+
+def _open_archive(path: Path) -> Source:
     """Arrays of the archive; column ``k`` of a matrix ``w`` is called ``w.k``, from 1.
 
     Text and single numbers named like the fields of a `Statement` state it.

@@ -58,7 +58,7 @@ PARQUET: Final = Format(
 MATLAB: Final = Format(name="MATLAB", suffixes=(".mat",), module="matlab", beginning=b"MATLAB 5")
 NPZ: Final = Format(name="NumPy npz", suffixes=(".npz",), module="npz", beginning=b"PK\x03\x04")
 NPY: Final = Format(
-    name="NumPy npy", suffixes=(".npy",), module="npy", writes=False, beginning=b"\x93NUMPY"
+    name="NumPy npy", suffixes=(".npy",), module="npz", writes=False, beginning=b"\x93NUMPY"
 )
 PSINS: Final = Format(name="PSINS imu", suffixes=(".imu",), module="psins", writes=False)
 HDF5: Final = Format(
