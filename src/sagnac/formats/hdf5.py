@@ -194,10 +194,7 @@ def open_source(path: Path) -> Source:
     """
     require_survivable(path, HDF5.name)
     with damaged(HDF5.name), h5py.File(path, "r") as file:
-        names: list[str] = []
-        file.visititems(
-            lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
-        )
+        names = dataset_names(file)
         stated = _stated(file, names)
         unreadable = {
             name.rpartition("/")[2]: f"holds {file[name].dtype} values"
@@ -229,12 +226,21 @@ def open_source(path: Path) -> Source:
     )
 
 
+def dataset_names(file: h5py.File) -> list[str]:
+    """Names of the datasets, those in groups too."""
+    names: list[str] = []
+    file.visititems(
+        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
+    )
+    return names
+
+
 def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
     """Statements of the attributes of the root, and of the only group with datasets."""
     parents = {name.rpartition("/")[0] for name in names}
     group = [file[parent] for parent in parents if parent and len(parents) == 1]
     return {
-        key: _plain(value)
+        key: plain(value)
         for holder in (file, *group)
         for key, value in holder.attrs.items()
         if key in ATTRIBUTES
@@ -246,7 +252,7 @@ def _columns_of(file: h5py.File, name: str, names: Sequence[str]) -> list[_Found
     dataset = file[name]
     if not _is_numeric(dataset):
         return []
-    attributes = {key: str(_plain(value)) for key, value in dataset.attrs.items()}
+    attributes = {key: str(plain(value)) for key, value in dataset.attrs.items()}
     unit = attributes.get("unit", attributes.get("units"))
     short = name.rpartition("/")[2]
     is_only_one = [other.rpartition("/")[2] for other in names].count(short) == 1
@@ -276,13 +282,12 @@ def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Itera
         yield dataset[tuple(place)].reshape(-1)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """An attribute as text, a number, or a list of them."""
     if isinstance(value, bytes):
         return value.decode(errors="replace")
     if isinstance(value, np.ndarray):
-        return (
-            [_plain(item) for item in value.tolist()] if value.size != 1 else _plain(value.item())
-        )
+        return [plain(item) for item in value.tolist()] if value.size != 1 else plain(value.item())
     return value.item() if isinstance(value, np.generic) else value
 
 

@@ -17,7 +17,13 @@ from scipy.io import netcdf_file
 from sagnac import series
 from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged
-from sagnac.formats.hdf5 import require_own, require_survivable, require_whole
+from sagnac.formats.hdf5 import (
+    dataset_names,
+    plain,
+    require_own,
+    require_survivable,
+    require_whole,
+)
 from sagnac.formats.registry import NETCDF
 from sagnac.formats.source import Column, Source, Stored, column, in_memory
 from sagnac.formats.statement import ATTRIBUTES, by_attributes
@@ -58,7 +64,7 @@ def open_source(path: Path) -> Source:
     with damaged(NETCDF.name), h5py.File(path, "r") as file:
         found = dict(_variables(file))
         columns = tuple(_column(name, file[name].attrs) for name in found)
-        stated = {key: _plain(file.attrs[key]) for key in file.attrs if key in ATTRIBUTES}
+        stated = {key: plain(file.attrs[key]) for key in file.attrs if key in ATTRIBUTES}
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
         with damaged(NETCDF.name), h5py.File(path, "r") as file:
@@ -88,7 +94,7 @@ def _classic(path: Path) -> Source:
             if len(one.shape) == 1 and one.data.dtype.kind in "biuf"
         }
         columns = tuple(_column(name, own) for name, own in attributes.items())
-        stated = {key: _plain(getattr(file, key)) for key in ATTRIBUTES if hasattr(file, key)}
+        stated = {key: plain(getattr(file, key)) for key in ATTRIBUTES if hasattr(file, key)}
 
     def load(keys: Sequence[str]) -> Stored:
         with damaged(NETCDF.name), netcdf_file(path, "r", mmap=False) as file:
@@ -102,23 +108,19 @@ def _classic(path: Path) -> Source:
 
 def _variables(file: h5py.File) -> Iterator[tuple[str, int]]:
     """Name and length of every variable of numbers with one dimension."""
-    names: list[str] = []
-    file.visititems(
-        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
-    )
-    for name in names:
+    for name in dataset_names(file):
         item = file[name]
-        is_variable = not str(_plain(item.attrs.get("NAME", ""))).startswith(_NO_VARIABLE)
+        is_variable = not str(plain(item.attrs.get("NAME", ""))).startswith(_NO_VARIABLE)
         if is_variable and len(item.shape) == 1 and item.dtype.kind in "biuf":
             yield name, int(item.shape[0])
 
 
 def _column(name: str, attributes: Any) -> Column:
     unit = next(
-        (str(_plain(attributes[key])) for key in ("units", "unit") if key in attributes), None
+        (str(plain(attributes[key])) for key in ("units", "unit") if key in attributes), None
     )
     since = _SINCE.match(unit) if unit else None
-    kind = str(_plain(attributes["kind"])) if "kind" in attributes else None
+    kind = str(plain(attributes["kind"])) if "kind" in attributes else None
     return column(name, unit=since[1] if since else unit, kind=kind)
 
 
@@ -127,18 +129,11 @@ def _scaled(raw: NDArray[Any], attributes: Any) -> NDArray[Any]:
     missing = np.zeros(raw.shape, dtype=np.bool_)
     for key in ("_FillValue", "missing_value"):
         if key in attributes:
-            missing |= raw == _plain(attributes[key])
-    scale = float(_plain(attributes["scale_factor"])) if "scale_factor" in attributes else 1.0
-    offset = float(_plain(attributes["add_offset"])) if "add_offset" in attributes else 0.0
+            missing |= raw == plain(attributes[key])
+    scale = float(plain(attributes["scale_factor"])) if "scale_factor" in attributes else 1.0
+    offset = float(plain(attributes["add_offset"])) if "add_offset" in attributes else 0.0
     if scale == 1.0 and offset == 0.0 and not missing.any():
         return raw
     values = raw.astype(np.float64) * scale + offset
     values[missing] = np.nan
     return values
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, bytes):
-        return value.decode(errors="replace")
-    array = np.asarray(value)
-    return array.reshape(-1)[0].item() if array.size == 1 else value
