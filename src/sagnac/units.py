@@ -11,6 +11,9 @@ from typing import Final, Literal, get_args
 
 from sagnac.errors import quoted
 
+EARTH_RATE: Final = 7.292115e-5
+"""Earth rate, rad/s, sidereal (WGS 84)."""
+
 Quantity = Literal[
     "angle",
     "rate",

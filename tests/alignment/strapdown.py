@@ -18,10 +18,10 @@ from sagnac.alignment.error_model import (
 )
 from sagnac.alignment.initial import Start, gain_of, initial_covariance, updated
 from sagnac.alignment.noise import GyroNoise
-from sagnac.constants import EARTH_RATE
 from sagnac.rig.gyro import Gyro, SensorErrors, SlowDrift
 from sagnac.rig.sections import GyroConfig
 from sagnac.rig.table import Motion
+from sagnac.units import EARTH_RATE
 
 
 def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.ndarray:

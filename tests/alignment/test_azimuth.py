@@ -3,8 +3,7 @@ import pytest
 
 from sagnac.alignment.azimuth import azimuth_error
 from sagnac.alignment.noise import GyroNoise
-from sagnac.constants import EARTH_RATE
-from sagnac.units import DEGREE
+from sagnac.units import DEGREE, EARTH_RATE
 
 NORTH = EARTH_RATE * np.cos(0.5)
 

@@ -3,13 +3,13 @@ import pytest
 
 from sagnac.alignment.initial import Start, aligned
 from sagnac.alignment.noise import GyroNoise
-from sagnac.constants import EARTH_RATE
 from sagnac.rig.sections import GyroConfig
 from sagnac.units import (
     DEGREE,
     DEGREE_PER_HOUR,
     DEGREE_PER_HOUR_PER_ROOT_HOUR,
     DEGREE_PER_ROOT_HOUR,
+    EARTH_RATE,
 )
 from tests.alignment.strapdown import azimuth_errors, rig_noise
 

@@ -13,8 +13,7 @@ from sagnac.alignment.error_model import (
 from sagnac.alignment.initial import aligned
 from sagnac.alignment.noise import GyroNoise
 from sagnac.alignment.position import position_error
-from sagnac.constants import EARTH_RATE
-from sagnac.units import DEGREE
+from sagnac.units import DEGREE, EARTH_RATE
 
 QUIET = GyroNoise(angle_random_walk=0.0)
 

@@ -7,12 +7,11 @@ from dataclasses import replace
 import pytest
 
 from sagnac.cli import app as cli
-from sagnac.constants import EARTH_RATE
 from sagnac.errors import RecordingError
 from sagnac.fleet.table import Line, prior_of, read_table, write_tables
 from sagnac.paper.published import TABLE_2
 from sagnac.repeatability.study import Run, repeatability
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR, EARTH_RATE
 
 NAN = math.nan
 EMPTY = Line(

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.constants import EARTH_RATE
 from sagnac.table.kinematics import LARGEST_EARTH_RATE, bounded_by_earth, earth_rate
+from sagnac.units import EARTH_RATE
 
 
 def ridge(free):

@@ -15,9 +15,8 @@ from scipy.special import ndtri
 from sagnac.alignment.noise import GyroNoise
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import allan_variance_basis
-from sagnac.constants import EARTH_RATE
 from sagnac.errors import quoted
-from sagnac.units import DEGREE
+from sagnac.units import DEGREE, EARTH_RATE
 
 # Beyond this Earth rate has next to no north component, and azimuth is not found from it.
 HIGHEST_LATITUDE: Final = 89.0 * DEGREE

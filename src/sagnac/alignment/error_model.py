@@ -16,8 +16,8 @@ from scipy.linalg import expm
 from sagnac.alignment.azimuth import north_rate
 from sagnac.alignment.noise import GyroNoise
 from sagnac.arrays import FloatArray
-from sagnac.constants import EARTH_RATE
 from sagnac.errors import quoted
+from sagnac.units import EARTH_RATE
 
 STATES: Final = (
     "tilt_north",

@@ -7,10 +7,10 @@ from typing import Any, Final
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis, headline_coefficients
+from sagnac.arrays import pandas_for
 from sagnac.coefficients.estimates import Fit, FitBand
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.coefficients.model_average import ModelChoice
-from sagnac.dataframes import pandas_for
 from sagnac.errors import RecordingError, quoted
 from sagnac.lines.naming import WIDEST_BINS
 from sagnac.recording.model import Recording

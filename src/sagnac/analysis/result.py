@@ -12,11 +12,10 @@ from sagnac.analysis.parts import Part
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.shares import Share, Triad
 from sagnac.analysis.spectra import Residual, Spectrum
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, pandas_for, xarray_for
 from sagnac.coefficients.estimates import Estimate, Fit, FitName, estimate_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.model_average import ModelChoice
-from sagnac.dataframes import pandas_for, xarray_for
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.overwriting import Outputs, require_free

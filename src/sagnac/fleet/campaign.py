@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sagnac.analysis.settings import Settings
-from sagnac.dataframes import pandas_for
+from sagnac.arrays import pandas_for
 from sagnac.fleet import cluster
 from sagnac.fleet.config import Choices, Task, tasks_of
 from sagnac.fleet.measure import Result

@@ -8,8 +8,7 @@ from typing import Any, ClassVar, Final, Self, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac.arrays import FloatArray
-from sagnac.dataframes import pandas_for
+from sagnac.arrays import FloatArray, pandas_for
 from sagnac.errors import Note, RecordingError, quoted
 from sagnac.recording.channel import (
     PICKOFF,

@@ -11,7 +11,6 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import FloatArray
-from sagnac.constants import EARTH_RATE
 from sagnac.errors import Level, Note
 from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.encoder_faults import TURNING_RATE, block_rates
@@ -22,6 +21,7 @@ from sagnac.units import (
     ACCELERATION_UNITS,
     DEGREE,
     DEGREE_PER_HOUR,
+    EARTH_RATE,
     STANDARD_GRAVITY,
     UNITS,
     split_factor,

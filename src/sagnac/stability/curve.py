@@ -52,8 +52,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from sagnac.arrays import FloatArray
-from sagnac.dataframes import pandas_for
+from sagnac.arrays import FloatArray, pandas_for
 from sagnac.errors import Note
 from sagnac.recording.model import Kind
 from sagnac.stability.estimators import ESTIMATORS, properties_of

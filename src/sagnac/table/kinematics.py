@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
-from sagnac.constants import EARTH_RATE
 from sagnac.spectrum.order_tables import HIGHEST
 from sagnac.spectrum.sums import angle_series
 from sagnac.table import _kernels
+from sagnac.units import EARTH_RATE
 
 # ---- earth -------------------------------------------------------------------------
 
