@@ -9,8 +9,7 @@ import pytest
 
 import sagnac
 from sagnac.report.document import analysis_document, to_json
-from sagnac.rig.config import RigConfig
-from sagnac.rig.measured import Measured
+from sagnac.rig.config import Measured, RigConfig
 from sagnac.rig.sections import AccelerometerConfig, ConfigurationError, GyroConfig, TableConfig
 from sagnac.rig.simulate import simulate, write
 from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS

@@ -20,8 +20,8 @@ from typing import Final, TextIO
 
 from cyclopts import App, CycloptsError, UnusedCliTokensError
 
-from sagnac.cli.commands.app import app as page
 from sagnac.cli.commands.campaign import campaign
+from sagnac.cli.commands.look import app as page
 from sagnac.cli.commands.look import check, convert, plan
 from sagnac.cli.commands.measure import analyze, avar, compare, lines
 from sagnac.cli.commands.onward import align, export
