@@ -7,8 +7,9 @@ draws has a random stream of its own.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Final, Protocol, Self
+from dataclasses import dataclass, fields, replace
+from itertools import islice
+from typing import Any, Final, Protocol, Self
 
 import numpy as np
 import scipy.linalg
@@ -32,8 +33,8 @@ class RandomStreams:
     disturbances. `dither` and `mount` hold one for each gyro, too. Then come the table's hunting
     and nutation, and of the encoder the walk of its delay, the readings lost and the null pulses
     that are missing. `readout` holds one for each gyro, for the noise of its sampled angle, and the
-    three of `force_…` one for each accelerometer. New ones are appended, so that a seed keeps its
-    numbers.
+    three of `force_…` one for each accelerometer. The fields stand in the order in which they
+    are spawned: new ones are appended, so that a seed keeps its numbers.
     """
 
     jitter: np.random.Generator
@@ -59,29 +60,14 @@ class RandomStreams:
 
 def random_streams(seed: int) -> RandomStreams:
     """The streams of one seed; what one of them gives does not depend on the others."""
-    spawned = np.random.SeedSequence(seed).spawn(_STREAMS)
-    generators = [np.random.default_rng(sequence) for sequence in spawned]
-    return RandomStreams(
-        jitter=generators[0],
-        wander=generators[1],
-        null=generators[2],
-        phases=generators[3],
-        disturbances=generators[4],
-        white=tuple(generators[5:8]),
-        slow=tuple(generators[8:11]),
-        latch=generators[11],
-        dither=tuple(generators[12:15]),
-        mount=tuple(generators[15:18]),
-        hunting=generators[18],
-        nutation=generators[19],
-        delay=generators[20],
-        lost=generators[21],
-        missing=generators[22],
-        readout=tuple(generators[23:26]),
-        force_white=tuple(generators[26:29]),
-        force_slow=tuple(generators[29:32]),
-        force_readout=tuple(generators[32:35]),
-    )
+    generators = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(_STREAMS))
+    drawn: dict[str, Any] = {
+        field.name: next(generators)
+        if field.type is np.random.Generator
+        else tuple(islice(generators, 3))
+        for field in fields(RandomStreams)
+    }
+    return RandomStreams(**drawn)
 
 
 # ---- oscillator --------------------------------------------------------------------
