@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,13 @@ OPTIONS = (
     "--disable-background-networking --disable-component-update --disable-sync"
 )
 PATIENCE = 240.0
+
+
+def lacking() -> str:
+    """What a driven page needs and this machine has not; empty if it has all."""
+    needed = [one for one in ("chromium", "chromedriver") if shutil.which(one) is None]
+    needed += [one for one in ("bokeh", "tornado", "selenium") if find_spec(one) is None]
+    return f"left out: {', '.join(needed)} not installed; see make test-browser" if needed else ""
 
 
 @contextmanager

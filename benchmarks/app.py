@@ -18,7 +18,7 @@ from typing import Any, Final
 import numpy as np
 
 import sagnac
-from benchmarks._page import Page, chromium, served
+from benchmarks._page import Page, chromium, lacking, served
 
 RATE: Final = 500.0
 TURN_DEG_S: Final = 40.0
@@ -160,6 +160,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--gestures", type=int, default=40)
     parser.add_argument("--no-lines", action="store_true")
     chosen = parser.parse_args(arguments)
+    if lacking():
+        print(lacking())
+        return 0
     print("| | times | median | 95th percentile | server, processor | browser, processor |")
     print("|---|---|---|---|---|---|")
     for hours in chosen.hours:

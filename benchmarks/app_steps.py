@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks._made import here, made_page, with_stamp
-from benchmarks._page import Page, chromium, served
+from benchmarks._page import Page, chromium, lacking, served
 
 SIZE: Final = "1100,820"
 COLORS: Final = 24
@@ -157,6 +157,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true")
     chosen = parser.parse_args(arguments)
+    if lacking():
+        print(lacking())
+        return 0
     made = made_page("app_steps.md")
     for number, picture in enumerate(pictures(), start=1):
         print(f"step {number}: {len(picture) / 1e3:.0f} kB")
