@@ -95,7 +95,7 @@ def test_a_state_takes_no_fit_of_other_components():
 def test_a_state_that_was_never_looked_at_has_no_spectrum():
     never = first_state(Record(angle=walk(0), encoder=None, sample_rate=RATE))
     with pytest.raises(ValueError, match="never looked at"):
-        _ = never.spectrum
+        _ = never.floor
 
 
 # --- passes ----------------------------------------------------------------------------------

@@ -107,6 +107,8 @@ def _pieces(
         position += batch.num_rows
         if position >= stop:
             break
+    # Arrow would keep what it has decoded in for the next file.
+    pa.default_memory_pool().release_unused()
 
 
 class Writer:

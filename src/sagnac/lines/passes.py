@@ -42,7 +42,7 @@ _STEPS_AFTER_CHANGE: Final = 2
 
 def looked(state: State) -> State:
     """The power of the increments and its noise floor brought up to date."""
-    return replace(state, seen=state.look())
+    return replace(state, seen=state.look().floor)
 
 
 def joined_by(state: State, found: Components) -> State:
@@ -71,7 +71,7 @@ def _stepped(state: State, components: Components, absent: BooleanArray | None =
         known_sums=state.order_sums if components.orders.size else None,
     )
     after = fit.components
-    levels = floors(after, state.turning, state.spectrum.floor)
+    levels = floors(after, state.turning, state.floor)
     errors = np.sqrt(np.einsum("nii->ni", fit.covariance) * levels[:, np.newaxis])
     moved = np.stack([after.cosine - components.cosine, after.sine - components.sine], axis=1)
     settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
@@ -86,7 +86,7 @@ def pruned(state: State) -> State:
     """Without the lines that do not stand above the floor."""
     if state.fit is None:
         return state
-    kept = significant(state.fit, state.turning, state.spectrum.floor, state.record.threshold)
+    kept = significant(state.fit, state.turning, state.floor, state.record.threshold)
     return state if kept.size == state.components.size else _with_components(state, kept)
 
 
@@ -177,7 +177,7 @@ def rescaled(state: State) -> State:
     turns, strays, components = state.turning, state.wander, state.components
     if turns is None or strays is None or components.frequencies.size == 0:
         return state
-    levels = floors(components, turns, state.spectrum.floor)
+    levels = floors(components, turns, state.floor)
     moved = rescaled_components(components, state.increments.steps, turns, strays, levels)
     if moved is None:
         return state
@@ -224,7 +224,7 @@ def _with_one_gathered(state: State, restless: FloatArray) -> State:
     if fit is None or components.size == 0:
         return state
     angles = components.orders.size
-    levels = floors(components, state.turning, state.spectrum.floor)
+    levels = floors(components, state.turning, state.floor)
     amplitudes = (components.cosine - 1j * components.sine)[angles:]
     for group in _suspects(state, significances(fit, levels)[angles:], restless):
         key = _places(components.frequencies[group], state.record.angle.size)

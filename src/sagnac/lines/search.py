@@ -13,7 +13,6 @@ from typing import Final
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, rounded
 from sagnac.lines.candidates import NewLines, new_lines
@@ -44,7 +43,7 @@ from sagnac.lines.passes import (
     without_vibration,
 )
 from sagnac.lines.products import pairs_summed
-from sagnac.lines.state import End, Record, State, centre, first_state, motion_removed
+from sagnac.lines.state import End, Record, State, first_state, motion_removed
 from sagnac.table.kinematics import block_averages, kinematics
 from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
@@ -183,13 +182,15 @@ def searched(state: State, report: Callable[[float], None]) -> State:
     before: State | None = None
     while state.end is None:
         report(state.rounds / _ROUNDS)
-        earlier, before, state = before, state, next_round(state)
+        # Past states hold lines alone: a noise floor of each would lie beside the next transform.
+        earlier, before = before, replace(state, seen=None)
+        state = next_round(state)
         if state.end is not None:
             break
         if earlier is not None and state.rounds > _PATIENT_ROUNDS and _same_lines(earlier, state):
             # A line that comes and goes by turns: with it nothing more stands.
-            most = max(before, state, key=lambda one: one.components.size)
-            state = replace(most, end="nothing new stood")
+            more = before.components.size >= state.components.size
+            state = replace(looked(before) if more else state, end="nothing new stood")
         elif state.rounds == _ROUNDS:
             state = replace(state, end="too many rounds")
     return state
@@ -238,7 +239,7 @@ def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
 
     If there are such bands and the search goes on and on, all that still stands is of them.
     """
-    bins = state.spectrum.floor.size
+    bins = state.floor.size
     crowds = crowded_bands(peaks, state.components, bins)
     if state.bands and state.rounds > _PATIENT_ROUNDS:
         crowds = (*crowds, *bands_of_peaks(peaks, bins))
@@ -298,8 +299,8 @@ def final_fit(state: State) -> State:
 def _removal(ended: State, channel: str) -> Removal:
     """Notes of a search that is over."""
     state = final_fit(ended)
+    known = state.lineup(_final_floor(state))
     residual = state.residual()
-    known = state.lineup(_final_floor(state, residual))
     lines = describe_lines(known, channel)
     finished = ended.end in {"nothing stands", "nothing new stood"}
     return Removal(
@@ -317,13 +318,13 @@ def _removal(ended: State, channel: str) -> Removal:
     )
 
 
-def _final_floor(state: State, residual: FloatArray) -> FloatArray:
-    """(bins,) noise floor of what is left in the end, rad^2; `residual` is that of the state."""
+def _final_floor(state: State) -> FloatArray:
+    """(bins,) noise floor of what is left in the end, rad^2."""
     if state.is_seen:
-        return state.spectrum.floor
-    steps = series.differences(residual)
-    centre(steps, float(residual[-1] - residual[0]))
-    return floor_of(steps)
+        return state.floor
+    # The last power is not asked for any more.
+    state.record.kept.made.pop("spectrum", None)
+    return floor_of(state.increments.steps)
 
 
 def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:

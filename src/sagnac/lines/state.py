@@ -139,7 +139,8 @@ class State:
     drifting
         Lines whose amplitude or phase drifts.
     seen
-        Power and floor of the increments when they were last looked at.
+        (bins,) noise floor of the increments when they were last looked at, rad^2. Their power is
+        kept by the record alone: states that are past would hold one each.
     settled
         Whether the last step of the fit was small beside the errors.
     earth_reach
@@ -163,7 +164,7 @@ class State:
     components: Components
     fit: ComponentFit | None = None
     drifting: tuple[DriftingLine, ...] = ()
-    seen: Spectrum | None = None
+    seen: FloatArray | None = None
     settled: bool = False
     earth_reach: FloatArray | None = None
     earth_settled: bool = False
@@ -257,15 +258,15 @@ class State:
             sampled=self.sampled,
             turning=self.turning,
             threshold=self.record.threshold,
-            spectrum=self.spectrum,
+            spectrum=self.look(),
             order_sums=self.order_sums,
         )
 
     @property
-    def spectrum(self) -> Spectrum:
+    def floor(self) -> FloatArray:
         """`seen`, once the increments were looked at."""
         if self.seen is None:
-            raise ValueError("spectrum of a state that was never looked at; look first")
+            raise ValueError("floor of a state that was never looked at; look first")
         return self.seen
 
     @property

@@ -185,14 +185,18 @@ def factored(samples: Samples, by: Factors, width: int, store: Store) -> FloatAr
         Called with the row to write to, a slice of frequencies k of the columns, and the sums at
         k + N2 j, a row for each j. The other frequencies of a real series mirror these.
     """
-    filled = -(-samples.size // by.count)
     with scratch(by.count, by.frequencies, np.complex128) as spectra:
-        with scratch(by.count, filled, np.float64) as columns:
-            split(samples, by, columns)
-            transform_columns(columns, by, spectra)
+        _first_round(samples, by, spectra)
         with scratch(1, width, np.float64) as result:
             combine_columns(spectra, by, lambda some, block: store(result, some, block))
             return result.first_row()
+
+
+def _first_round(samples: Samples, by: Factors, spectra: Scratch) -> None:
+    """Transforms of the columns, which are let go before the second round."""
+    with scratch(by.count, -(-samples.size // by.count), np.float64) as columns:
+        split(samples, by, columns)
+        transform_columns(columns, by, spectra)
 
 
 def split(samples: Samples, by: Factors, columns: Scratch) -> None:
