@@ -26,9 +26,8 @@ def test_the_limit_is_that_of_chi_squared():
     edf = 1000.0 / TAU
     found = upper_limit(TAU, TAU**-0.5, edf, confidence=0.9)
     assert found.tau[-1] == 32.0  # the last with twenty degrees of freedom
-    chance = 0.1 / 6.0
     for tau, limit in zip(found.tau, found.limit, strict=True):
-        lower = stats.chi2.ppf(chance, 1000.0 / tau)
+        lower = stats.chi2.ppf(0.1, 1000.0 / tau)
         assert limit == pytest.approx(np.sqrt(1000.0 / tau / lower / tau), rel=1e-9)
 
 

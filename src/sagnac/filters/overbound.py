@@ -1,7 +1,9 @@
 """A filter's model whose Allan deviation lies above the upper confidence limit of a curve.
 
 The inflation is what the recording leaves open, no factor: the smallest model of some terms that
-lies above the limit at every cluster time. The idea, to bound a sensor's error by a model above its
+lies above the limit at every cluster time. The limit is that of each point alone: a model of few
+terms has to reach the highest of many points, so that it lies above the whole curve about as often
+as each limit does above its point. The idea, to bound a sensor's error by a model above its
 Allan variance, is that of NAVIGATION, doi:10.33012/navi.563; the limit and the choice of the model
 are as described here.
 """
@@ -19,7 +21,7 @@ from sagnac.coefficients.laws import allan_variance_basis, markov_allan_variance
 from sagnac.errors import RecordingError, quoted
 from sagnac.filters.state_space import FilterModel, Markov
 
-# Fewest degrees of freedom of a point that bounds the model. At ten the limit is twice the curve,
+# Fewest degrees of freedom of a point that bounds the model. At ten the limit is 1.6 of the curve,
 # and white noise and a walk above it lie far above the rest.
 LEAST_FREEDOM: Final = 20.0
 # Correlation times tried per decade of cluster time.
@@ -38,7 +40,7 @@ _ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UpperLimit:
-    """Bound on an Allan deviation, at all its cluster times together.
+    """Bound on an Allan deviation, at each of its cluster times.
 
     Attributes
     ----------
@@ -49,7 +51,7 @@ class UpperLimit:
     limit
         Upper limit, rad/s.
     confidence
-        Probability that the whole curve lies below.
+        Probability that the curve lies below, at each of them.
     """
 
     tau: FloatArray
@@ -82,16 +84,15 @@ class Overbound:
 def upper_limit(
     tau: FloatArray, deviation: FloatArray, edf: FloatArray, *, confidence: float = 0.95
 ) -> UpperLimit:
-    """Upper confidence limit of a whole curve.
+    """Upper confidence limit of a curve.
 
     Parameters
     ----------
     tau, deviation, edf
         (points,): s, rad/s, and equivalent degrees of freedom of the variance.
     confidence
-        That the curve lies below everywhere. The chance is shared among the octaves of cluster
-        time (Bonferroni), for points within one are nearly one. Points of fewer than twenty
-        degrees of freedom say too little and are left out.
+        That the curve lies below, at each cluster time. Points of fewer than twenty degrees of
+        freedom say too little and are left out.
 
     Raises
     ------
@@ -110,8 +111,7 @@ def upper_limit(
             remedy="record longer",
         )
     tau, deviation, edf = tau[sound], deviation[sound], edf[sound]
-    octaves = 1.0 + np.log2(tau[-1] / tau[0])
-    lower = 2.0 * gammaincinv(0.5 * edf, (1.0 - confidence) / octaves)
+    lower = 2.0 * gammaincinv(0.5 * edf, 1.0 - confidence)
     return UpperLimit(
         tau=tau, deviation=deviation, limit=deviation * np.sqrt(edf / lower), confidence=confidence
     )
