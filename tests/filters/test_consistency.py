@@ -12,9 +12,9 @@ from tests.alignment.strapdown import coloured
 from tests.alignment.test_drift import KINDS
 
 REST = RUN = 600  # s
-HOURS = 2
-RECORDINGS = 8  # of three gyros each
-RUNS = 21  # with the settings of each gyro: 504 of a kind
+HOURS = 4
+RECORDINGS = 16  # of three gyros each
+RUNS = 11  # with the settings of each gyro: 528 of a kind
 TIMES = (10, 60, 600)
 
 

@@ -5,15 +5,14 @@ A navigator at rest turns the errors r of its gyros into an error of heading,
 minutes. Before, it stood still for a time T and took the mean rate for its biases, so that every
 error is ``r(s)`` less its mean over the rest: N^2/T and K^2 T/3 of it stay as an initial bias, and
 of a flicker, whose level has no variance, only what differs between rest and run counts.
-Accelerometers, by which the unit was levelled at rest, err alike: what they show of the rest is in
-the tilts and pulls no more, what differs from it does. The flicker's
-covariance is ``-(B^2/pi) ln|s - u|`` then, up to a constant that drops out (the transform of
-B^2/(2 pi |f|)).
+Accelerometers err alike: their mean over the rest is balanced by a tilt, since they levelled the
+unit, and what differs from it pulls. The covariance of a flicker is
+``-(B^2/pi) ln|s - u|`` then, up to a constant that drops out (the transform of B^2/(2 pi |f|)).
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -144,7 +143,7 @@ def drift(
         Of the gyros about north, east and down; the same object thrice if only one is known, whose
         errors then go together.
     accelerometers
-        Of those along north and east, m for rad; none that is not ideal without them.
+        Along north and east, m for rad; ideal unless given.
     latitude
         rad.
     times
@@ -277,18 +276,26 @@ def _parts(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> Float
     """(6,) variances of `PARTS`."""
     made = np.array(
         [
-            [*(terms * one.values**2), total * _initial(one, priors, sensor)]
-            for sensor, (one, terms, total) in enumerate(
-                zip(sensors, row.terms, row.total, strict=False)
-            )
+            [*(terms * one.values**2), total * _initial(one, rest)]
+            for one, rest, terms, total in _each(sensors, row, priors)
         ]
     )
     return np.array([*made[:_GYROS].sum(axis=0), made[_GYROS:].sum(), row.misaligned])
 
 
-def _initial(noise: GyroNoise, priors: Priors, sensor: int) -> float:
-    """Variance of the bias of a gyro or an accelerometer at the start, (rad/s)^2."""
-    if sensor < _GYROS and priors.bias is not None and priors.bias_is_prior(noise):
+def _each(
+    sensors: Sequence[GyroNoise], row: _Weights, priors: Priors
+) -> Iterator[tuple[GyroNoise, Priors, FloatArray, float]]:
+    """Each sensor with its weights and with what is known of its bias: the prior is of gyros."""
+    rest = replace(priors, bias=None)
+    for place, one in enumerate(sensors):
+        known = priors if place < _GYROS else rest
+        yield one, known, row.terms[place], float(row.total[place])
+
+
+def _initial(noise: GyroNoise, priors: Priors) -> float:
+    """Variance of the bias of a sensor at the start, (rad/s)^2."""
+    if priors.bias is not None and priors.bias_is_prior(noise):
         return priors.bias**2
     return _rest_variance(noise, priors.rest)
 
@@ -296,13 +303,8 @@ def _initial(noise: GyroNoise, priors: Priors, sensor: int) -> float:
 def _highest(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
     """Variance with the worst of the upper bounds of each sensor."""
     return sum(
-        max(
-            float(terms @ one.values**2 + total * _initial(one, priors, sensor))
-            for one in noise.bounded
-        )
-        for sensor, (noise, terms, total) in enumerate(
-            zip(sensors, row.terms, row.total, strict=False)
-        )
+        max(float(terms @ one.values**2 + total * _initial(one, rest)) for one in noise.bounded)
+        for noise, rest, terms, total in _each(sensors, row, priors)
     )
 
 
@@ -327,11 +329,9 @@ def _growth(
 def _error(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
     """Standard error of the variance, from the covariance of N, B and K of each sensor."""
     slopes: dict[int, FloatArray] = {}
-    for sensor, (noise, terms, total) in enumerate(
-        zip(sensors, row.terms, row.total, strict=False)
-    ):
+    for noise, known, terms, total in _each(sensors, row, priors):
         rest = np.zeros(3)
-        if sensor >= _GYROS or not priors.bias_is_prior(noise):
+        if not known.bias_is_prior(noise):
             rest = total * np.array([1.0 / priors.rest, 0.0, priors.rest / 3.0])
         slope = 2.0 * (terms + rest) * noise.values
         # One gyro in the place of three is wrong in all three alike.
