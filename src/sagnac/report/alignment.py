@@ -254,6 +254,7 @@ _SHOWN: Final = (
 # Of the parts in a picture.
 _STYLES: Final = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 _RAISED: Final = 1.01  # by upper bounds, from which on they are shown
+_LEAST: Final = 1e-3  # of the largest part, from which on others are printed
 _PRIOR_SHARE: Final = 0.9  # of the answer, from which on it is the prior alone
 
 
@@ -355,9 +356,11 @@ def drift_text(unaided: Unaided) -> str:
 
 def _split(growth: Growth, row: int, size: float, unit: str, parts: tuple[str, ...]) -> str:
     by = _by(growth, row, size, parts)
-    gap = "" if unit == "°" else " "
+    gap, least = "" if unit == "°" else " ", _LEAST * max(by.values())
     return ", ".join(
-        f"{_SYMBOLS[name]} {number(value)}{gap}{unit}" for name, value in by.items() if value > 0.0
+        f"{_SYMBOLS[name]} {number(value)}{gap}{unit}"
+        for name, value in by.items()
+        if value > least
     )
 
 
