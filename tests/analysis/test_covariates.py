@@ -182,7 +182,7 @@ def test_b_k_and_r_hold_beside_a_drift_as_without_and_n_is_unchanged():
     for name, (share, count) in shares["fitted"].items():
         # Chance moves a share of 95 % by this much, one standard error of each of two.
         chance = math.sqrt(0.95 * 0.05 * (1.0 / count + 1.0 / shares["none"][name][1]))
-        assert share > shares["none"][name][0] - 2.0 * chance, name
+        assert share > max(shares["none"][name][0] - 2.0 * chance, 0.95 - 3.0 * chance), name
     assert changed.mean() < 0.005
-    every = {way: np.mean([np.mean(one) for one in each.values()]) for way, each in held.items()}
-    assert every["left in"] < every["fitted"] - 0.1
+    # Left in, the drift is taken for a random walk of the rate.
+    assert shares["left in"]["K"][0] < 0.85
