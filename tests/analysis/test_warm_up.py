@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benchmarks.gallery import Gyro, warming
 
-from sagnac.analysis.warm_up import find_warm_up, without_warm_up
+from sagnac.analysis.corrections import find_warm_up, without_warm_up
 
 RATE = 100.0
 

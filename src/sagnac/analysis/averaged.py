@@ -7,18 +7,18 @@ from typing import Final
 import numpy as np
 
 from sagnac import series
+from sagnac.analysis.corrections import (
+    LEAST_FOR_WARM_UP,
+    WarmUp,
+    find_warm_up,
+    without_warm_up,
+)
 from sagnac.analysis.curves import Points, points_at
 from sagnac.analysis.fits import Coefficients
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.warm_up import (
-    LEAST_FOR_WARM_UP,
-    WarmUp,
-    find_warm_up,
-    without_warm_up,
-)
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.coefficients.estimates import Interval

@@ -12,8 +12,8 @@ from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.coefficients.cosine_spectrum import cosine_spectrum
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
-from sagnac.coefficients.estimates import Estimate, Fit, FitName
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.coefficients.estimates import Estimate, Fit, FitName, unobserved
+from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.coefficients.spectrum_fit import spectrum_fit
 from sagnac.coefficients.three_cornered_hat import Separation, three_cornered_hat
 from sagnac.errors import Note, RecordingError
@@ -129,18 +129,6 @@ def nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
         method=method,
         coefficients={name: unobserved(name, confidence) for name in COEFFICIENT_NAMES},
         notes=notes,
-    )
-
-
-def unobserved(name: CoefficientName, confidence: float) -> Estimate:
-    """A coefficient of which nothing is known."""
-    return Estimate(
-        value=np.nan,
-        low=np.nan,
-        high=np.nan,
-        confidence=confidence,
-        status="not observable",
-        name=name,
     )
 
 

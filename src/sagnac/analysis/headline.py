@@ -8,12 +8,12 @@ from scipy.special import gammaincinv
 
 from sagnac.analysis.averaged import Averaged, roll_off_of
 from sagnac.analysis.curves import Points, allan_curve, points_at
-from sagnac.analysis.fits import Coefficients, unobserved
+from sagnac.analysis.fits import Coefficients
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.coefficients.bounds import RollOff
-from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.estimates import Estimate, unobserved
 from sagnac.errors import Note
 from sagnac.recording.readout import JointReadout
 from sagnac.stability.curve import StabilityCurve

@@ -2,9 +2,8 @@
 
 from dataclasses import replace
 
-from sagnac.analysis.fits import unobserved
 from sagnac.analysis.result import Analysis, headline_coefficients
-from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.estimates import Estimate, unobserved
 from sagnac.errors import quoted
 from sagnac.specification.limits import Limit, Specification, specification_of
 from sagnac.specification.verdict import Judgement, Verdict, judged

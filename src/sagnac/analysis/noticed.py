@@ -4,8 +4,8 @@ import math
 from dataclasses import replace
 
 from sagnac.analysis.averaged import Averaged
+from sagnac.analysis.corrections import WarmUp
 from sagnac.analysis.parts import Parts
-from sagnac.analysis.warm_up import WarmUp
 from sagnac.coefficients.bounds import Hump, RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.model_average import Elsewhere

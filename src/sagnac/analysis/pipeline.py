@@ -20,7 +20,7 @@ from sagnac.analysis.curves import (
     rounding_note,
 )
 from sagnac.analysis.encoder import answer_of_one, of_both_alike, with_latch_note
-from sagnac.analysis.fits import Coefficients, coefficients_of, unobserved
+from sagnac.analysis.fits import Coefficients, coefficients_of
 from sagnac.analysis.headline import Headline, headline_of
 from sagnac.analysis.measurement import (
     Measurement,
@@ -48,7 +48,7 @@ from sagnac.analysis.table_angle import (
 )
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_curve
-from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.estimates import Estimate, unobserved
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.kernels import cache_notes
 from sagnac.lines.model import Line

@@ -6,12 +6,12 @@ import numpy as np
 
 from sagnac import series
 from sagnac.analysis.curves import family_notes, family_of
-from sagnac.analysis.fits import unobserved
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Progress, Settings
 from sagnac.analysis.spectra import Spectrum, multitaper_density
 from sagnac.arrays import FloatArray
+from sagnac.coefficients.estimates import unobserved
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.channel import angle_of
 from sagnac.recording.gaps import longest_whole_stretch, stuck_notes
@@ -121,15 +121,6 @@ def _notes_of_both(as_it_is: Analysis, searched: Analysis) -> tuple[Note, ...]:
     return tuple(dict.fromkeys((*searched.notes, *of_curves, *of_fits)))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Stretch:
-    """What the longest stretch without a gap gave, and a note that says so."""
-
-    found: AtRest
-    density: Spectrum
-    note: Note
-
-
 def _with_gaps(
     recording: Recording, settings: Settings, progress: Progress | None, *, lines_in: bool
 ) -> AtRest:
@@ -154,27 +145,38 @@ def _with_gaps(
     family = family_of(values, gyro.kind, rate, settings, gaps="omit")
     part, start = longest_whole_stretch(recording, name)
     span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
-    stretch = _of_stretch(
-        part,
-        span,
-        curve=curve,
-        recording=recording,
-        settings=settings,
-        progress=progress,
-        lines_in=lines_in,
-    )
-    analysis = stretch.found.analysis
-    # What the curve of the stretch alone noticed is of no curve that is shown.
-    of_stretch = [note for note in analysis.notes if note not in analysis.curve.notes]
+    try:
+        found = _whole(part, replace(settings, estimators=()), progress, lines_in=lines_in)
+        steps = series.differences(angle_of(part.gyro(name), part.sample_rate))
+        density = multitaper_density(steps, part.sample_rate)
+    except RecordingError as error:
+        nothing = _nothing_but(curve, recording, settings)
+        found = AtRest(analysis=nothing, without_lines=nothing, as_it_is=nothing)
+        density = Spectrum.empty()
+        why = RecordingError(error.problem, channel=error.channel, remedy=error.remedy)
+        of_stretch = Note(
+            channel=name,
+            level="warning",
+            text="no coefficients, lines or spectra: the longest stretch without a gap, "
+            f"{span}, does not give them ({why})",
+        )
+    else:
+        of_stretch = Note(
+            channel=name,
+            text="coefficients, lines and spectra are of the longest stretch without a gap, "
+            f"{span}; the curves are of the whole recording, without the terms that touch a gap",
+        )
+    analysis = found.analysis
     notes = (
         *recording.notes,
-        stretch.note,
-        *of_stretch,
+        of_stretch,
+        # What the curve of the stretch alone noticed is of no curve that is shown.
+        *(note for note in analysis.notes if note not in analysis.curve.notes),
         *curve.notes,
         *family_notes(family, curve),
     )
     return replace(
-        stretch.found,
+        found,
         analysis=replace(
             analysis,
             recording=recording,
@@ -183,50 +185,10 @@ def _with_gaps(
             curve=curve,
             curve_before=curve,
             family=family,
-            density=stretch.density,
+            density=density,
             notes=tuple(dict.fromkeys(notes)),
         ),
     )
-
-
-def _of_stretch(
-    part: Recording,
-    span: str,
-    *,
-    curve: StabilityCurve,
-    recording: Recording,
-    settings: Settings,
-    progress: Progress | None,
-    lines_in: bool,
-) -> _Stretch:
-    """Coefficients, lines and spectra of the longest stretch, or nothing of them."""
-    (name,) = settings.gyros
-    try:
-        found = _whole(part, replace(settings, estimators=()), progress=progress, lines_in=lines_in)
-        steps = series.differences(angle_of(part.gyro(name), part.sample_rate))
-        return _Stretch(
-            found=found,
-            density=multitaper_density(steps, part.sample_rate),
-            note=Note(
-                channel=name,
-                text="coefficients, lines and spectra are of the longest stretch without a gap, "
-                f"{span}; the curves are of the whole recording, without the terms that touch a "
-                "gap",
-            ),
-        )
-    except RecordingError as error:
-        nothing = _nothing_but(curve, recording, settings)
-        why = str(RecordingError(error.problem, channel=error.channel, remedy=error.remedy))
-        return _Stretch(
-            found=AtRest(analysis=nothing, without_lines=nothing, as_it_is=nothing),
-            density=Spectrum.empty(),
-            note=Note(
-                channel=name,
-                level="warning",
-                text="no coefficients, lines or spectra: the longest stretch without a gap, "
-                f"{span}, does not give them ({why})",
-            ),
-        )
 
 
 def _averaged(

@@ -18,6 +18,7 @@ from sagnac.coefficients.estimates import (
     OptionalName,
     SquaredEstimate,
     require_confidence,
+    unobserved,
 )
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
@@ -217,11 +218,10 @@ def _curve_fit(
         estimates["markov_correlation_time"] = _curve_markov_time(
             weighed, estimates["markov_driving_noise"], confidence
         )
-    unseen = SquaredEstimate.unseen()
     return Fit(
         method=method,
         coefficients={
-            name: estimates.get(name) or unseen.root(name, confidence) for name in COEFFICIENT_NAMES
+            name: estimates.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES
         },
         notes=notes,
         optional={
@@ -332,7 +332,7 @@ def _with_curve_markov(model: CurveModel) -> CurveModel:
 def _curve_markov_time(weighed: _Weighed, driving: Estimate, confidence: float) -> Estimate:
     """Correlation time of a Markov rate, if its driving noise is seen."""
     if driving.status != "estimated":
-        return SquaredEstimate.unseen().root("markov_correlation_time", confidence)
+        return unobserved("markov_correlation_time", confidence)
     squares, time = weighed.squares, weighed.model.correlation_time
     _, error = weighed.model.unlimited("covariance", squares, squares.size)
     spread = math.exp(error * float(ndtri(0.5 + 0.5 * confidence)))

@@ -223,6 +223,18 @@ class Estimate:
         return f"<span><b>{escape(name)}</b> {escape(self._worded())}</span>"
 
 
+def unobserved(name: CoefficientName | OptionalName, confidence: float) -> Estimate:
+    """A coefficient of which nothing is known."""
+    return Estimate(
+        value=math.nan,
+        low=math.nan,
+        high=math.nan,
+        confidence=confidence,
+        status="not observable",
+        name=name,
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SquaredEstimate:
     """Square of one coefficient.

@@ -23,6 +23,7 @@ from sagnac.coefficients.estimates import (
     SquaredEstimate,
     Status,
     require_confidence,
+    unobserved,
 )
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
@@ -197,7 +198,7 @@ class _Evidence:
         law = self.laws[:, STOCHASTIC_NAMES.index(name)]
         bound = highest_coefficient(self.levels, law, self.confidence)
         if not math.isfinite(bound):
-            return self.estimate(name, "not observable", math.nan, math.nan, math.nan)
+            return unobserved(name, self.confidence)
         return self.estimate(name, "upper bound", bound, 0.0, bound)
 
     def estimated(self, name: CoefficientName, models: BandModels) -> Estimate:

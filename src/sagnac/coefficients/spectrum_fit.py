@@ -23,6 +23,7 @@ from sagnac.coefficients.estimates import (
     OptionalName,
     SquaredEstimate,
     require_confidence,
+    unobserved,
 )
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.limits import PRESENCE_OF_TWO
@@ -80,11 +81,8 @@ def markov_estimates(
         As in `likelihood_fit`.
     """
     if rate is None:
-        unseen = SquaredEstimate.unseen()
-        return {
-            "markov_driving_noise": unseen.root("markov_driving_noise", confidence),
-            "markov_correlation_time": unseen.root("markov_correlation_time", confidence),
-        }
+        names: tuple[OptionalName, ...] = ("markov_driving_noise", "markov_correlation_time")
+        return {name: unobserved(name, confidence) for name in names}
     errors = errors_of(best.fisher)
     deviations = float(ndtri(0.5 + 0.5 * confidence))
     square, shift = float(best.squares[-2]), float(best.squares[-1])
@@ -232,12 +230,14 @@ def spectrum_fit(
         optional["sinusoid_amplitude"] = sinusoid_square(
             cosine, weighed.spectrum.frequency, best.mean, confidence
         ).root("sinusoid_amplitude", confidence)
-    unseen = SquaredEstimate.unseen()
     low, high = band or (0.0, 0.5 / cosine.interval)
     return Fit(
         method="likelihood",
         coefficients={
-            name: squares.get(name, unseen).root(name, confidence) for name in COEFFICIENT_NAMES
+            name: squares[name].root(name, confidence)
+            if name in squares
+            else unobserved(name, confidence)
+            for name in COEFFICIENT_NAMES
         },
         notes=weighed.notes,
         departure=weighed.departure,

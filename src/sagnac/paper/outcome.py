@@ -9,13 +9,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.analysis.fits import unobserved
 from sagnac.analysis.pipeline import answer_of
 from sagnac.analysis.result import Answer
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.curve_fit import paper_fit
-from sagnac.coefficients.estimates import Estimate, Status
+from sagnac.coefficients.estimates import Estimate, Status, unobserved
 from sagnac.coefficients.readings import PLAIN, ReadingName
 from sagnac.errors import RecordingError
 from sagnac.formats.files import replacing
