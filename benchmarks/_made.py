@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac.paper.plan import FULL, plan
+from sagnac.paper.prediction import FULL, plan
 
 ROOT: Final = Path(__file__).parents[1]
 _STAMP: Final = re.compile(
@@ -102,7 +102,7 @@ MADE: Final = (
             "src/sagnac/lines/grid_search.py",
             "src/sagnac/lines/published.py",
             "src/sagnac/paper/outcome.py",
-            "src/sagnac/paper/readings.py",
+            "src/sagnac/paper/prediction.py",
         ),
         command="sagnac reproduce -o DIR, then python -m benchmarks.reproduction DIR --write",
         settings=_experiment,
@@ -111,7 +111,7 @@ MADE: Final = (
         page="benchmarks_figure_3.md",
         sources=(
             "benchmarks/figure_3.py",
-            "src/sagnac/paper/least_squares.py",
+            "src/sagnac/paper/trials.py",
             "src/sagnac/paper/trials.py",
         ),
         command="python -m benchmarks.figure_3 --write",

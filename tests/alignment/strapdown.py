@@ -14,9 +14,12 @@ from sagnac.alignment.error_model import (
     STATES,
     TILTS,
     VELOCITIES,
+    Start,
+    gain_of,
+    initial_covariance,
     step_of,
+    updated,
 )
-from sagnac.alignment.initial import Start, gain_of, initial_covariance, updated
 from sagnac.alignment.noise import GyroNoise
 from sagnac.rig.gyro import Gyro, SensorErrors, SlowDrift
 from sagnac.rig.sections import GyroConfig

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sagnac.alignment.initial import Start, aligned
+from sagnac.alignment.error_model import Start, aligned
 from sagnac.alignment.noise import GyroNoise
 from sagnac.rig.sections import GyroConfig
 from sagnac.units import (

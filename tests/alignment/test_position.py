@@ -7,12 +7,12 @@ from sagnac.alignment.error_model import (
     GRAVITY,
     POSITIONS,
     TILTS,
+    aligned,
+    position_error,
     step_of,
     system_matrix,
 )
-from sagnac.alignment.initial import aligned
 from sagnac.alignment.noise import GyroNoise
-from sagnac.alignment.position import position_error
 from sagnac.units import DEGREE, EARTH_RATE
 
 QUIET = GyroNoise(angle_random_walk=0.0)

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.alignment.azimuth import azimuth_error
+from sagnac.alignment.azimuth import azimuth_error, horizontal_weights, rotating_azimuth_error
 from sagnac.alignment.noise import GyroNoise
-from sagnac.alignment.rotating import horizontal_weights, rotating_azimuth_error
 from sagnac.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR, EARTH_RATE
 
 LATITUDE = 32.0 * DEGREE

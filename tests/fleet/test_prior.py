@@ -9,7 +9,7 @@ import pytest
 from sagnac.cli import app as cli
 from sagnac.errors import RecordingError
 from sagnac.fleet.table import Line, prior_of, read_table, write_tables
-from sagnac.paper.published import TABLE_2
+from sagnac.paper.prediction import TABLE_2
 from sagnac.repeatability.study import Run, repeatability
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR, EARTH_RATE
 

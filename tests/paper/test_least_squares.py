@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.paper.least_squares import FORMS, least_squares
-from sagnac.paper.published import FIGURE_3
+from sagnac.paper.prediction import FIGURE_3
+from sagnac.paper.trials import FORMS, least_squares
 
 
 @pytest.mark.parametrize("form", FORMS)

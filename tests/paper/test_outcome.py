@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.paper.least_squares import FORMS, least_squares
 from sagnac.paper.outcome import least_squares_of
+from sagnac.paper.trials import FORMS, least_squares
 from sagnac.stability.curve import stability_curve
 from sagnac.units import DEGREE_PER_ROOT_HOUR
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.paper.laboratory import DRIVEN, on_day
-from sagnac.paper.plan import Scope, plan
+from sagnac.paper.prediction import DRIVEN, Scope, on_day, plan
 from sagnac.rig.config import preset
 from tests.paper.scope import SMALL
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sagnac.paper.published import FIGURE_2, FIGURE_3, TABLE_1, TABLE_2
+from sagnac.paper.prediction import FIGURE_2, FIGURE_3, TABLE_1, TABLE_2
 from tests.paper.scope import RATES
 
 

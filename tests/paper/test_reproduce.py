@@ -13,8 +13,7 @@ from sagnac.cli import app as cli
 from sagnac.coefficients.readings import READINGS
 from sagnac.errors import RecordingError
 from sagnac.paper.outcome import read_outcome, write_outcome
-from sagnac.paper.plan import plan
-from sagnac.paper.published import TABLE_1, TABLE_2
+from sagnac.paper.prediction import TABLE_1, TABLE_2, plan
 from sagnac.paper.reproduce import outcomes_of_table, reproduce
 from sagnac.processes import GIBIBYTE, Means, Standing
 from sagnac.report import reproduction_page as pages
@@ -201,7 +200,7 @@ def test_page_stands_alone_and_shows_every_published_number(made, tmp_path):
 
 def test_command_reproduces_and_says_what_it_wrote(made, capsys, monkeypatch):
     folder, _, _ = made
-    monkeypatch.setattr("sagnac.paper.plan.QUICK", SMALL)
+    monkeypatch.setattr("sagnac.paper.prediction.QUICK", SMALL)
     assert cli.main(["reproduce", "-o", str(folder), "--quick", "--workers", "0"]) == 2
     assert "--workers is 0; give one or more" in capsys.readouterr().err
     assert cli.main(["reproduce", "-o", str(folder), "--quick"]) == 0

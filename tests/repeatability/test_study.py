@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.errors import RecordingError
-from sagnac.paper.published import TABLE_1, TABLE_2
+from sagnac.paper.prediction import TABLE_1, TABLE_2
 from sagnac.repeatability.study import Deviation, Run, repeatability
 from tests.repeatability.examples import CELLS, Campaign
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sagnac.paper.published import TABLE_1
+from sagnac.paper.prediction import TABLE_1
 from sagnac.paper.reproduce import Cell
 from sagnac.report import reproduction_tables as values
 

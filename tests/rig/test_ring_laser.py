@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.paper.published import TABLE_2
+from sagnac.paper.prediction import TABLE_2
 from sagnac.rig.config import preset
 from sagnac.rig.ring_laser import (
     Dither,

@@ -8,12 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.alignment.azimuth import AzimuthError, azimuth_error
+from sagnac.alignment.azimuth import AzimuthError, azimuth_error, rotating_azimuth_error
 from sagnac.alignment.drift import Drift, Priors, drift
-from sagnac.alignment.initial import Alignment, Start, aligned
+from sagnac.alignment.error_model import Alignment, PositionError, Start, aligned, position_error
 from sagnac.alignment.noise import GyroNoise, Unit
-from sagnac.alignment.position import PositionError, position_error
-from sagnac.alignment.rotating import rotating_azimuth_error
 from sagnac.documents import Documented
 from sagnac.errors import quoted
 from sagnac.units import DEGREE

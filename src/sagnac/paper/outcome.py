@@ -19,9 +19,8 @@ from sagnac.coefficients.readings import PLAIN, ReadingName
 from sagnac.errors import RecordingError
 from sagnac.formats.files import replacing
 from sagnac.lines.published import AS_PRINTED, FAIR
-from sagnac.paper.least_squares import FITTED_TERMS, FORMS, Form, least_squares
-from sagnac.paper.plan import Run
-from sagnac.paper.readings import by_each_reading
+from sagnac.paper.prediction import Run, by_each_reading
+from sagnac.paper.trials import FITTED_TERMS, FORMS, Form, least_squares
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.simulate import Simulation
 from sagnac.stability.curve import StabilityCurve

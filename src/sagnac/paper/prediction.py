@@ -1,20 +1,317 @@
-"""Angle random walk that the rig should show, and the table rate that is enough."""
+"""The numbers that the paper prints, the runs that they need, and what the rig should show.
 
+A day in the laboratory differs from another beside the random draws. The paper's days differ by up
+to 73 % at one rate, and its laboratory had no temperature control. How its days differed is not
+printed; the spreads here are assumed.
+
+Disturbances at rest and turning are two sets. The paper's curve at rest (Figure 4) has no peaks,
+and on its turning table full-turn sampling reads N 1800 times too large (Figure 2). So there are no
+lines in time at rest here, and on a turning table those below the mains, which the drive makes, are
+`DRIVEN` times those of the preset. The factor was chosen for Figure 2.
+"""
+
+import hashlib
+import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sagnac.analysis.result import Answer
+from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
-from sagnac.paper.published import PAIR
+from sagnac.coefficients.curve_fit import paper_squares
+from sagnac.coefficients.readings import READINGS, ReadingName
+from sagnac.errors import RecordingError
+from sagnac.lines.naming import with_noise_restored
+from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.rig.config import PRESETS, RigConfig
-from sagnac.rig.sections import GYRO_NAMES
+from sagnac.rig.sections import GYRO_NAMES, GyroMode, Pairs, Triple
 from sagnac.rig.truth import truth_of
 from sagnac.table.kinematics import shares_from_deviations
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.version import __version__
+
+# ---- laboratory --------------------------------------------------------------------
+
+# Standard deviations of the logarithm.
+_LOCK_IN: Final = 0.15  # mirrors, gas and alignment
+_DIFFUSION: Final = 0.5  # of the backscatter phase, itself assumed
+_LINES: Final = 0.4  # amplitudes of mains and floor
+_FREQUENCY: Final = 2e-3  # of lines in time
+_WARM_UP: Final = 2.0  # K, rms of the room's change over a recording
+_PER_KELVIN: Final = (1e-4, 1.5e-4, 0.5e-4)  # deg/h/K
+_MAINS: Final = 50.0  # Hz; slower lines in time are the drive's
+DRIVEN: Final = 7.0
+"""Lines in time of the drive, over those of the preset."""
+
+
+def on_day(config: RigConfig, seed: int) -> RigConfig:
+    """The rig as it may stand on the day that a seed numbers.
+
+    Parameters
+    ----------
+    config
+        The rig on an ordinary day.
+    seed
+        Of the day: lock-in, backscatter, disturbances and temperature are drawn by it.
+    """
+    random = np.random.default_rng([20130227, seed])
+    gyro, disturbances = config.gyro, config.disturbances
+    lock_in, time = gyro.lock_in_deg_per_h, _lines_of(config)
+    common = random.lognormal(0.0, _LOCK_IN)
+    diffusion = gyro.backscatter_diffusion_rad2_per_s * random.lognormal(0.0, _DIFFUSION)
+    sizes, places = random.lognormal(0.0, _LINES, len(time)), random.normal(size=len(time))
+    moved: Pairs = tuple(
+        (_moved(frequency, place, config.sample_rate_hz), float(amplitude * size))
+        for (frequency, amplitude), size, place in zip(time, sizes, places, strict=True)
+    )
+    each: Triple = (
+        float(lock_in[0] * common),
+        float(lock_in[1] * common),
+        float(lock_in[2] * common),
+    )
+    return replace(
+        config,
+        gyro=replace(
+            gyro,
+            lock_in_deg_per_h=each,
+            backscatter_diffusion_rad2_per_s=float(diffusion),
+            temperature_coefficient_deg_per_h_per_k=_PER_KELVIN,
+            warm_up_k=float(_WARM_UP * random.normal()),
+        ),
+        disturbances=replace(disturbances, time=moved),
+    )
+
+
+def _lines_of(config: RigConfig) -> Pairs:
+    """The lines in time of the two sets, before they are drawn for a day."""
+    if not config.turning:
+        return ()
+    return tuple(
+        (frequency, amplitude if frequency >= _MAINS else DRIVEN * amplitude)
+        for frequency, amplitude in config.disturbances.time
+    )
+
+
+def _moved(frequency: float, place: float, sample_rate: float) -> float:
+    """A frequency of the day, Hz; one above half the sample rate is kept at it."""
+    return float(min(frequency * (1.0 + _FREQUENCY * place), 0.5 * sample_rate))
+
+
+# ---- published ---------------------------------------------------------------------
+
+PAIR: Final = ("x", "z")
+# Figures as published, deg/sqrt(h). Figure 3 is by interval in s, the tables are by
+# table rate in deg/s, for three days.
+FIGURE_2: Final = 0.0498
+FIGURE_3: Final[Mapping[float, float]] = {1.0: 2.5006e-4, 6.0: 3.3011e-3, 12.0: 4.5305e-3}
+TABLE_1: Final[Mapping[float, tuple[float, ...]]] = {
+    0.0: (3.6427e-4, 3.3709e-4, 3.7997e-4),
+    10.0: (3.3903e-4, 3.4392e-4, 3.0869e-4),
+    20.0: (4.2517e-4, 3.1152e-4, 3.6555e-4),
+    30.0: (3.4121e-4, 3.2906e-4, 4.1709e-4),
+    40.0: (3.4328e-4, 6.5700e-4, 4.5071e-4),
+}
+TABLE_2: Final[Mapping[float, tuple[float, ...]]] = {
+    10.0: (8.3297e-5, 4.6176e-5, 6.8846e-5),
+    20.0: (6.7278e-5, 2.6117e-5, 3.2470e-5),
+    40.0: (7.4707e-5, 2.3985e-5, 2.3238e-5),
+    60.0: (2.1993e-5, 2.9396e-5, 2.5313e-5),
+    80.0: (3.4774e-5, 2.3414e-5, 2.6234e-5),
+}
+
+
+# ---- readings ----------------------------------------------------------------------
+
+
+def by_each_reading(answer: Answer) -> dict[ReadingName, float]:
+    """N by name of the reading, rad/sqrt(s), whatever its interval.
+
+    The paper has no intervals, so what its squares give is the answer of its method. NaN of a
+    curve too short for them.
+
+    Parameters
+    ----------
+    answer
+        Of a method that leaves the noise of its lines out of the curve, as the paper's methods do
+        unless `Settings.step_4` asks for it.
+    """
+    restored = with_noise_restored(answer.curve, answer.taken, len(answer.lines))
+    found: dict[ReadingName, float] = {}
+    for name, reading in READINGS.items():
+        curve = restored if reading.noise_restored else answer.curve
+        try:
+            found[name] = paper_squares(curve, squares=reading.squares)
+        except RecordingError:
+            found[name] = math.nan
+    return found
+
+
+# ---- plan --------------------------------------------------------------------------
+
+RUN_SCHEMA: Final = "sagnac.reproduction-run/2"
+Table = Literal["table1", "table2"]
+_MODE_OF_TABLE: Final[Mapping[Table, GyroMode]] = {"table1": "dithered", "table2": "rate-biased"}
+_FIRST_SEED: Final[Mapping[Table, int]] = {"table1": 1000, "table2": 2000}
+_CELL_OF_FIGURE_2: Final[tuple[Table, float]] = ("table2", 40.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scope:
+    """How much is simulated.
+
+    Attributes
+    ----------
+    table_duration_s
+        Length of each recording of Tables 1 and 2 (and so of Figures 4 to 6), s.
+    figure_duration_s
+        Length of those of Figures 2 and 3, s; below two hours they have too few points to
+        fit five terms to.
+    days
+        Recordings per table cell, 1 to 3: the paper's days, here seeds.
+
+    Raises
+    ------
+    ValueError
+        If `days` is not 1, 2 or 3, or a duration is not positive.
+    """
+
+    table_duration_s: float = 7200.0
+    figure_duration_s: float = 7200.0
+    days: int = 3
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.days <= 3:
+            raise ValueError(f"days is {self.days}; the paper has three, give 1 to 3")
+        for name in ("table_duration_s", "figure_duration_s"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be positive")
+
+
+FULL: Final = Scope()
+# Half an hour: in less, the preset's 0.0137 Hz line cannot be told from the random walk.
+QUICK: Final = Scope(table_duration_s=1800.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """One recording and one analysis of it.
+
+    `preparation` ``rate`` takes one mean rate over 1 s in each interval instead of the angle.
+    `by_curve` takes the fit of the Allan curve as the answer whatever the method: Step 4.
+    `as_printed` takes Steps 1 to 3 in the paper's order, with no lowest frequency.
+
+    Raises
+    ------
+    ValueError
+        If there are not one or two gyros, or the preparation is not known.
+    """
+
+    name: str
+    config: RigConfig
+    gyros: tuple[str, ...]
+    method: Method
+    interval_s: float = 1.0
+    preparation: Preparation = "angle"
+    by_curve: bool = False
+    as_printed: bool = False
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.gyros) <= 2:
+            raise ValueError(f"gyros are {self.gyros!r}; give one, or two to be differenced")
+        if self.preparation not in get_args(Preparation):
+            choices = ", ".join(get_args(Preparation))
+            raise ValueError(f"preparation is {self.preparation!r}; use one of {choices}")
+
+    @property
+    def key(self) -> str:
+        """Name and a digest of everything the result depends on."""
+        what = json.dumps({"schema": RUN_SCHEMA, "version": __version__, **asdict(self)})
+        return f"{self.name}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
+
+
+def cell_name(table: Table, rate: float, day: int) -> str:
+    """Name of the run of one table cell; days count from 1."""
+    return f"{table}-{rate:g}-day{day}"
+
+
+def published_cell_name(table: Table, rate: float, day: int) -> str:
+    """Name of the run of one table cell by the paper's method."""
+    return f"{cell_name(table, rate, day)}-paper"
+
+
+def printed_cell_name(table: Table, rate: float, day: int) -> str:
+    """Name of the run of one table cell by the paper's method in the paper's order."""
+    return f"{cell_name(table, rate, day)}-printed"
+
+
+def plan(scope: Scope) -> tuple[Run, ...]:
+    """Every run; those of one recording stand together."""
+    tables = _runs_of_table("table1", TABLE_1, scope) + _runs_of_table("table2", TABLE_2, scope)
+    return (*tables, *_runs_of_figure_3(scope))
+
+
+def _runs_of_table(
+    table: Table, published: Mapping[float, tuple[float, ...]], scope: Scope
+) -> list[Run]:
+    """Runs of every cell, ours and the paper's; the recording of Figure 2 comes after its cell."""
+    runs: list[Run] = []
+    for rate in published:
+        for day in range(1, scope.days + 1):
+            seed = _FIRST_SEED[table] + round(rate) * 10 + day
+            config = config_of_run(_MODE_OF_TABLE[table], rate, seed, scope.table_duration_s)
+            config = on_day(config, seed)
+            runs.append(
+                Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
+            )
+            # At rest the paper removes nothing.
+            runs.append(
+                Run(
+                    name=published_cell_name(table, rate, day),
+                    config=config,
+                    gyros=PAIR,
+                    method="fos-paper" if rate > 0.0 else "none",
+                    by_curve=True,
+                )
+            )
+            if rate > 0.0:
+                runs.append(
+                    Run(
+                        name=printed_cell_name(table, rate, day),
+                        config=config,
+                        gyros=PAIR,
+                        method="fos-paper",
+                        by_curve=True,
+                        as_printed=True,
+                    )
+                )
+            if (table, rate) == _CELL_OF_FIGURE_2:
+                long = replace(config, duration_s=scope.figure_duration_s)
+                runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))
+    return runs
+
+
+def _runs_of_figure_3(scope: Scope) -> list[Run]:
+    return [
+        Run(
+            name=f"figure3-{trial.name}-{interval:g}s",
+            config=trial.config,
+            gyros=("z",),
+            method=trial.method,
+            interval_s=interval,
+            preparation=trial.preparation,
+        )
+        for trial in trials(scope.figure_duration_s)
+        for interval in FIGURE_3
+    ]
+
+
+# ---- prediction --------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

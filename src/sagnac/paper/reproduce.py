@@ -17,18 +17,20 @@ import numpy as np
 
 from sagnac.errors import RecordingError
 from sagnac.paper.outcome import Outcome, outcome_of, read_outcome, write_outcome
-from sagnac.paper.plan import (
+from sagnac.paper.prediction import (
     FULL,
+    TABLE_1,
+    TABLE_2,
+    Prediction,
     Run,
     Scope,
     Table,
     cell_name,
     plan,
+    predicted_angle_random_walk,
     printed_cell_name,
     published_cell_name,
 )
-from sagnac.paper.prediction import Prediction, predicted_angle_random_walk
-from sagnac.paper.published import TABLE_1, TABLE_2
 from sagnac.paper.trials import Trial, trials
 from sagnac.processes import GIBIBYTE, Means, Standing, completed
 from sagnac.rig.config import RigConfig

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from sagnac.alignment.align import Prospect, Unaided
 from sagnac.alignment.azimuth import AzimuthError, azimuth_error
 from sagnac.alignment.drift import PARTS, Drift, Growth
-from sagnac.alignment.initial import flicker_deviation
+from sagnac.alignment.error_model import flicker_deviation
 from sagnac.alignment.noise import NAMES, GyroNoise
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic

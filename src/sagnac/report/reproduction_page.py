@@ -13,12 +13,9 @@ from matplotlib.figure import Figure
 from sagnac.coefficients.readings import READINGS, ReadingName
 from sagnac.formats.files import replacing_folder
 from sagnac.lines.published import SLOWEST_CYCLES
-from sagnac.paper.laboratory import DRIVEN
-from sagnac.paper.least_squares import FORM, FORMS
-from sagnac.paper.prediction import adequate_rate
-from sagnac.paper.published import FIGURE_2, FIGURE_3, TABLE_1, TABLE_2
+from sagnac.paper.prediction import DRIVEN, FIGURE_2, FIGURE_3, TABLE_1, TABLE_2, adequate_rate
 from sagnac.paper.reproduce import Cell, Outcome, Reproduction
-from sagnac.paper.trials import NEAREST_TRIAL, Trial
+from sagnac.paper.trials import FORM, FORMS, NEAREST_TRIAL, Trial
 from sagnac.report.figures import svg, write_png
 from sagnac.report.files import rendered, write_text
 from sagnac.report.quantities import number

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.readings import READINGS, ReadingName
-from sagnac.paper.least_squares import FORMS, Form
 from sagnac.paper.outcome import PAPER_POINT_ERROR
-from sagnac.paper.published import FIGURE_3
+from sagnac.paper.prediction import FIGURE_3
 from sagnac.paper.reproduce import Cell, Outcome, Reproduction, outcomes_of_table
+from sagnac.paper.trials import FORMS, Form
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, logarithmic
 from sagnac.report.figures import frames_figure, legend_above, styled
 from sagnac.report.quantities import number

@@ -236,7 +236,7 @@ def reproduce(
     results.require_writable(folder)
     overwriting.require_free(overwriting.of_reproduction(folder), force=force)
     results.ready_to_draw()
-    from sagnac.paper.plan import QUICK, Scope
+    from sagnac.paper.prediction import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
     from sagnac.processes import means_of
     from sagnac.report import reproduction_page as pages
