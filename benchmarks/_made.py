@@ -112,7 +112,6 @@ MADE: Final = (
         sources=(
             "benchmarks/figure_3.py",
             "src/sagnac/paper/trials.py",
-            "src/sagnac/paper/trials.py",
         ),
         command="python -m benchmarks.figure_3 --write",
     ),
