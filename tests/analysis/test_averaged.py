@@ -197,11 +197,11 @@ def test_the_answer_is_among_the_coefficients():
 def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(monkeypatch, reach, member):
     """The levels of fewer angles bear it out, or neither that nor reject it."""
     noise = UNIT * np.random.default_rng(3).standard_normal(SAMPLES) / np.sqrt(RATE)
-    basis = averaged._basis(averaged.Cleaned(increments=noise, rate=RATE), (), 0.95, None)
+    basis = averaged.basis_of(averaged.Cleaned(increments=noise, rate=RATE), (), 0.95, None)
     walk = basis.average.angle_random_walk
     unsure = replace(basis.average, rests_on=replace(basis.average.rests_on, member=member))
     won = replace(basis, average=replace(unsure, rests_on=replace(unsure.rests_on, terms=())))
-    monkeypatch.setattr(averaged, "_basis", lambda *_: won)
+    monkeypatch.setattr(averaged, "basis_of", lambda *_: won)
     fit = replace(
         walk,
         low=walk.value - reach * (walk.value - walk.low),
@@ -213,7 +213,7 @@ def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(monkeypatch, reac
         describes=True,
     )
     fine = Points(angle=np.cumsum(noise)[::5], rate=10.0)
-    found = averaged._by_whole_band(basis, fine, (), 0.95, whole_band)
+    found = averaged.by_whole_band(basis, fine, (), 0.95, whole_band)
     if reach == 1.0:
         assert found is basis
     elif member == "whole band":

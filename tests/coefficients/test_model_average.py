@@ -165,6 +165,6 @@ def test_a_share_that_rounds_to_more_than_one_is_all():
         logarithm=np.zeros(count),
     )
     assert models.weights.sum() > 1.0
-    told = model_average._elsewhere(models, levels_of(np.random.default_rng(24).normal(size=4000)))
+    told = model_average.other_walk(models, levels_of(np.random.default_rng(24).normal(size=4000)))
     assert told.share == 1.0
     assert told.walk in (1.0, pytest.approx(100.0))

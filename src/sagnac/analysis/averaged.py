@@ -160,12 +160,12 @@ def averaged(
     whole_band = _whole_band(coefficients)
     cleaned = clean(full)
     member = None if cleaned.is_changed or full.rate > fine.rate else whole_band
-    basis = _basis(cleaned, masked, settings.confidence, member)
+    basis = basis_of(cleaned, masked, settings.confidence, member)
     if basis is None:
         return None
     found = roll_off(basis.levels)
     if whole_band is not None and member is None and not cleaned.is_changed:
-        basis = _by_whole_band(basis, fine, masked, settings.confidence, whole_band)
+        basis = by_whole_band(basis, fine, masked, settings.confidence, whole_band)
     basis = _with_slow_terms(basis, masked, settings.confidence)
     return Averaged(
         average=basis.average,
@@ -243,9 +243,10 @@ def _whole_band(coefficients: Coefficients) -> WholeBand | None:
     )
 
 
-def _basis(
+def basis_of(
     cleaned: Cleaned, masked: Bands, confidence: float, member: WholeBand | None
 ) -> _Basis | None:
+    """Levels of increments and their average; None if there is nothing to level."""
     levels = levels_of(cleaned.increments, cleaned.rate, masked)
     if levels is None:
         return None
@@ -264,7 +265,7 @@ def _basis(
     return _Basis(cleaned=cleaned, levels=levels, average=result)
 
 
-def _by_whole_band(
+def by_whole_band(
     basis: _Basis, fine: Points, masked: Bands, confidence: float, whole_band: WholeBand
 ) -> _Basis:
     """Basis with a fit of fewer angles beside the average of every sample.
@@ -280,7 +281,7 @@ def _by_whole_band(
     if walk.status != "not observable" and not walk.low <= fit.value <= walk.high:
         return basis
     few = Cleaned(increments=series.differences(fine.angle), rate=fine.rate)
-    other = _basis(few, masked, confidence, whole_band)
+    other = basis_of(few, masked, confidence, whole_band)
     if other is None or other.average.rests_on.member == "average":
         return basis
     borne_out = other.average.rests_on.member == "whole band"

@@ -418,11 +418,11 @@ def _choice(models: BandModels, levels: Levels) -> ModelChoice:
         share=float(weight[models.mask == models.mask[0]].sum()),
         falls=float(weight[models.falling].sum()),
         law=models.law(0, levels.spectrum.interval),
-        elsewhere=_elsewhere(models, levels),
+        elsewhere=other_walk(models, levels),
     )
 
 
-def _elsewhere(models: BandModels, levels: Levels) -> Elsewhere | None:
+def other_walk(models: BandModels, levels: Levels) -> Elsewhere | None:
     """The models whose N is another than that of the average."""
     weight = models.weights
     logarithm = 0.5 * np.log(models.squares[:, STOCHASTIC_NAMES.index("angle_random_walk")])
