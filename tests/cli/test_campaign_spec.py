@@ -79,7 +79,10 @@ def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):
     files = [str(rack / f"U{number}.parquet") for number in (0, 1)]
     words = ["campaign", *files, "-o", str(tmp_path), "--workers", "1"]
     assert main([*words, "--spec", "1e-2"]) == 0
-    assert "4 pass, 0 fail, 0 undecided; yield 100 % (40 to 100 %)" in capsys.readouterr().out
+    assert (
+        "4 pass, 0 fail, 0 undecided; 2 of 2 units pass, yield 100 % (16 to 100 %)"
+        in capsys.readouterr().out
+    )
     # Without a limit nothing is said of one.
     other = tmp_path / "other"
     assert main(["campaign", *files, "-o", str(other), "--workers", "1"]) == 0

@@ -133,4 +133,7 @@ def test_one_candidate_is_filled_in_and_several_are_listed(tmp_path, capsys):
     assert missing(path)["columns"] == "x=COLUMN"
     assert gyros_in(path) == ("left", "right")
     assert main(["check", str(path)]) == 1
-    assert "COLUMN may be any of left, right" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "COLUMN may be any of left, right" in shown
+    assert "--gyros left,right" in shown
+    assert "--columns x=left,y=right" in shown

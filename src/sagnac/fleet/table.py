@@ -2,7 +2,6 @@
 
 import csv
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
@@ -15,7 +14,7 @@ from scipy.special import betaincinv, ndtri
 
 from sagnac.alignment.noise import GyroNoise
 from sagnac.coefficients.laws import SYMBOLS
-from sagnac.errors import RecordingError
+from sagnac.errors import RecordingError, counted
 from sagnac.fleet.config import Task
 from sagnac.fleet.measure import span_of
 from sagnac.fleet.runner import Campaign, Row
@@ -415,65 +414,66 @@ _CONFIDENCE: Final = 0.95
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Yield:
-    """Decisions on the gyros of whole recordings.
+    """Decisions on whole recordings.
 
     Attributes
     ----------
-    passed, failed, undecided
-        How many.
+    gyros
+        Of each gyro of each recording.
+    units
+        Of each unit: it fails if one of its gyros does. A unit that has no name is a recording.
     """
 
-    passed: int
-    failed: int
-    undecided: int
-
-    @property
-    def gyros(self) -> int:
-        """How many there are."""
-        return self.passed + self.failed + self.undecided
+    gyros: tuple[Decision, ...]
+    units: tuple[Decision, ...]
 
     @property
     def decision(self) -> Decision:
         """``fail`` if one fails, else ``undecided`` if one is, else ``pass``."""
-        names: Sequence[tuple[Decision, int]] = (
-            ("fail", self.failed),
-            ("undecided", self.undecided),
-            ("pass", self.passed),
-        )
-        return overall([name for name, count in names if count])
+        return overall(list(self.units))
 
     @property
     def share(self) -> tuple[float, float]:
-        """Interval of the share that passes at 95 % (Clopper and Pearson, 1934)."""
+        """Interval of the share of units that pass at 95 % (Clopper and Pearson, 1934).
+
+        Units, since the gyros of one are not independent of each other.
+        """
         tail = 0.5 * (1.0 - _CONFIDENCE)
-        bad = self.gyros - self.passed
-        low = float(betaincinv(self.passed, bad + 1.0, tail)) if self.passed else 0.0
-        high = float(betaincinv(self.passed + 1.0, bad, 1.0 - tail)) if bad else 1.0
+        passed = self.units.count("pass")
+        bad = len(self.units) - passed
+        low = float(betaincinv(passed, bad + 1.0, tail)) if passed else 0.0
+        high = float(betaincinv(passed + 1.0, bad, 1.0 - tail)) if bad else 1.0
         return low, high
 
     def in_words(self) -> str:
-        """``3 pass, 1 fail, 0 undecided``."""
-        return f"{self.passed} pass, {self.failed} fail, {self.undecided} undecided"
+        """Gyros: ``3 pass, 1 fail, 0 undecided``."""
+        names: tuple[Decision, ...] = ("pass", "fail", "undecided")
+        return ", ".join(f"{self.gyros.count(name)} {name}" for name in names)
 
     def share_in_words(self) -> str:
-        """The yield with its interval: ``yield 75 % (19 to 99 %)``."""
+        """Units: ``3 of 4 units pass, yield 75 % (19 to 99 %)``."""
         low, high = self.share
+        passed, units = self.units.count("pass"), len(self.units)
         return (
-            f"yield {100.0 * self.passed / self.gyros:.0f} % "
+            f"{passed} of {counted(units, 'unit')} pass, yield {100.0 * passed / units:.0f} % "
             f"({100.0 * low:.0f} to {100.0 * high:.0f} %)"
         )
 
 
 def yield_of(campaign: Campaign) -> Yield | None:
     """The decisions of a campaign; None if nothing was stated that gyros have to keep."""
-    found: Counter[str] = Counter()
+    found: dict[str, list[Decision]] = {}
     for row in campaign.rows:
         verdict = row.result.analysis.get("verdict")
         if verdict and span_of(row.task) is None:
-            found.update(verdict["gyros"].values())
+            unit = row.task.labels.get("unit") or row.task.path
+            found.setdefault(unit, []).extend(verdict["gyros"].values())
     if not found:
         return None
-    return Yield(passed=found["pass"], failed=found["fail"], undecided=found["undecided"])
+    return Yield(
+        gyros=tuple(decision for unit in found.values() for decision in unit),
+        units=tuple(overall(unit) for unit in found.values()),
+    )
 
 
 def specifications_of(campaign: Campaign) -> tuple[Specification, ...]:

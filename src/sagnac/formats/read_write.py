@@ -34,8 +34,7 @@ def read(
     path
         The file; its suffix says the format.
     statement
-        What the caller states. It is heard before a TOML beside the file, and that before
-        the file.
+        What the caller states. It overrides a TOML beside the file, which overrides the file.
     verify
         Refuse data that are not sound (`sagnac.recording.quality.integrity`). Without, they come
         as they are, for `sagnac.recording.quality.check`.

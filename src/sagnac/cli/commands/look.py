@@ -120,6 +120,11 @@ def _suggest(file: Path, statement: "Statement") -> None:
 
         if found := gyros_in(file, statement):
             print(f"COLUMN may be any of {', '.join(found)}\n")
+            if len(found) > 1:
+                print(
+                    f"for all of them write --gyros {','.join(found)} instead of --columns, or "
+                    f"with shorter names --columns x={found[0]},y={found[1]} …\n"
+                )
 
 
 def _outcome(file: Path, statement: "Statement", lacking: Mapping[str, str]) -> str:
