@@ -93,7 +93,6 @@ def test_a_line_without_noise_is_found_and_the_search_ends():
         ({"signal": np.zeros(3)}, "signal has shape"),
         ({"signal": np.full(20, np.nan)}, "not finite"),
         ({"cells": 0}, "cells is 0"),
-        ({"candidates": 100}, "candidates is 100; give 1 to 39"),
         ({"stop": "never"}, "stop is 'never'"),
     ],
 )

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.components import Components, turning
-from sagnac.lines.mixing import MIX_BLOCK, mixed_down
+from sagnac.lines.components import MIX_BLOCK, Components, mixed_down, turning
 from sagnac.lines.rescaling import rescaled_components, wander
 
 SAMPLES = 64 * MIX_BLOCK + 1

@@ -27,9 +27,10 @@ def recording(**sigmas):
     return Recording(gyros=gyros, sample_rate=RATE)
 
 
-def test_steps_of_dithered_readouts_add_up():
+def test_steps_of_dithered_readouts_add_up_to_the_step_of_the_pair_per_gyro():
     joint = joint_readout(recording(x=2.0, z=3.0), ("x", "z"), RATE)
-    assert joint.step == pytest.approx(2.0 * ARCSECOND, rel=1e-6)
+    # The pair is its difference over sqrt(2).
+    assert joint.step == pytest.approx((1.0 + 1.0) / math.sqrt(2.0) * ARCSECOND, rel=1e-6)
     assert (joint.every, joint.time, joint.notes) == (1, 0.0, ())
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.spectrum.order_tables import HIGHEST, table_series, table_sums
+from sagnac.spectrum.sums import HIGHEST, table_series, table_sums
 
 PHASE = np.random.default_rng(2).uniform(-40.0, 40.0, 3000)
 

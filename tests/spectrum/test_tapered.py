@@ -6,8 +6,8 @@ from scipy.signal import firwin
 
 from sagnac.spectrum import tapered
 from sagnac.spectrum.levels import robust_levels
+from sagnac.spectrum.periodogram import band_degrees_of_freedom, sine_taper
 from sagnac.spectrum.tapered import line_density, tapered_spectrum
-from sagnac.spectrum.tapers import band_degrees_of_freedom, sine_taper
 
 RATE = 100.0
 

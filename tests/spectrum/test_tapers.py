@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac import series
-from sagnac.spectrum.periodogram import periodogram
-from sagnac.spectrum.tapers import multitaper
+from sagnac.spectrum.periodogram import multitaper, periodogram
 from sagnac.spectrum.transforms import transform_length
 from tests.spectrum.examples import SAMPLES, as_series
 

@@ -14,8 +14,9 @@ from sagnac.table.kinematics import (
     harmonics_of,
     highest_harmonic,
     kinematics,
+    rate_variation,
     sine_cosine_integrals,
-    steadiness,
+    tells_drift,
 )
 from tests.table.turning import RATE, TURN, motion, reversing, time, wandering
 
@@ -94,17 +95,15 @@ def test_harmonics_are_multiples_of_the_angle_and_a_sum_takes_them_with_others()
     )
 
 
-def test_steadiness_of_even_growing_and_reversing_rates():
+def test_variation_of_even_growing_and_reversing_rates():
     seconds = time(300.0)
-    even = steadiness(kinematics(motion(np.full(seconds.size, 0.7))[1], RATE))
-    assert not even.tells_drift
-    growing = steadiness(kinematics(motion(0.1 + 0.01 * seconds)[1], RATE))
+    assert not tells_drift(kinematics(motion(np.full(seconds.size, 0.7))[1], RATE))
+    growing = kinematics(motion(0.1 + 0.01 * seconds)[1], RATE)
     # Uniform from 0.1 to 3.1 rad/s: 3 / sqrt(12) over the root mean square.
     rms = np.sqrt(1.6**2 + 9.0 / 12.0)
-    assert growing.variation == pytest.approx(np.sqrt(9.0 / 12.0) / rms, rel=0.01)
-    assert growing.tells_drift
-    turning_round = steadiness(kinematics(motion(reversing(300.0))[1], RATE))
-    assert turning_round.tells_drift
+    assert rate_variation(growing) == pytest.approx(np.sqrt(9.0 / 12.0) / rms, rel=0.01)
+    assert tells_drift(growing)
+    assert tells_drift(kinematics(motion(reversing(300.0))[1], RATE))
 
 
 def test_kinematics_that_do_not_go_together_are_refused():

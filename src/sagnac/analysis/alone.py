@@ -110,5 +110,5 @@ def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> tuple[No
             text=note.text.removesuffix(f"; {effect_words(note.effect)}"),
             effect=None,
         )
-        for note in pair_notes(recording, profiles)
+        for note in pair_notes(profiles)
     )

@@ -11,8 +11,7 @@ from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.arrays import FloatArray
 from sagnac.spectrum.periodogram import density as rate_density
-from sagnac.spectrum.periodogram import periodogram, smoothed
-from sagnac.spectrum.tapers import multitaper
+from sagnac.spectrum.periodogram import multitaper, periodogram, smoothed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,8 +24,8 @@ from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.estimates import require_confidence
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.coefficients.limits import PRESENCE
+from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 from sagnac.spectrum.power_laws import running_median
-from sagnac.spectrum.tapers import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 
 # A cell this many times the median of its neighbourhood, and those cells, is a line.
 _STANDING: Final = 3.0

@@ -30,7 +30,7 @@ from sagnac.coefficients.estimates import Estimate, Status, require_confidence
 from sagnac.errors import RecordingError, counted
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Recording
-from sagnac.spectrum.tapers import CELL, TAPERS, band_degrees_of_freedom, sine_taper
+from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 
 ComplexArray = NDArray[np.complex128]
 

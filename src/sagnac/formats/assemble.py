@@ -40,8 +40,7 @@ from sagnac.formats.suspicions import (
     table_counter_notes,
 )
 from sagnac.recording.channel import Pickoff
-from sagnac.recording.columns import Pulses, Taken, pulses_of, with_lost_readings
-from sagnac.recording.frames import GYRO_NAMES
+from sagnac.recording.columns import GYRO_NAMES, Pulses, Taken, pulses_of, with_lost_readings
 from sagnac.recording.model import Provenance, Recording
 from sagnac.recording.quality import integrity
 from sagnac.units import TIME_UNITS, canonical

@@ -20,7 +20,7 @@ from sagnac.formats.files import damaged
 from sagnac.formats.registry import BINARY
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statement
-from sagnac.recording.frames import ACCELEROMETER_NAMES
+from sagnac.recording.columns import ACCELEROMETER_NAMES
 
 # ---- binary layout -----------------------------------------------------------------
 

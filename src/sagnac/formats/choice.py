@@ -9,7 +9,7 @@ from sagnac.errors import Note, RecordingError
 from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements
 from sagnac.recording.channel import PICKOFF
-from sagnac.recording.frames import (
+from sagnac.recording.columns import (
     GYRO_NAMES,
     NULL_PULSE_NAME,
     TABLE_NAMES,

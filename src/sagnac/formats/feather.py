@@ -15,7 +15,7 @@ from sagnac.formats.files import damaged, replacing
 from sagnac.formats.registry import FEATHER
 from sagnac.formats.source import MADE, Column, Outgoing, Rows, Source, Stored, column
 from sagnac.formats.statement import by_attributes
-from sagnac.recording.frames import NULL_PULSE_NAME
+from sagnac.recording.columns import NULL_PULSE_NAME
 
 # ---- arrow columns -----------------------------------------------------------------
 

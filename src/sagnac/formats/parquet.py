@@ -18,7 +18,7 @@ from sagnac.formats.registry import PARQUET
 from sagnac.formats.source import MADE, Outgoing, Rows, Source, Stored, check_name
 from sagnac.formats.statement import by_attributes
 from sagnac.recording.channel import PICKOFF, Kind, field_unit, quantity_of
-from sagnac.recording.frames import TEMPERATURE
+from sagnac.recording.columns import TEMPERATURE
 from sagnac.units import Sensor, unit_of
 
 ROWS_PER_GROUP: Final = 500_000

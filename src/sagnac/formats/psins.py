@@ -21,7 +21,7 @@ from sagnac.formats.files import damaged
 from sagnac.formats.registry import PSINS
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
-from sagnac.recording.frames import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
 _HEADER_ROWS: Final = 3
 _MOST_HEADER_LINES: Final = 1000

@@ -34,7 +34,7 @@ from sagnac.formats.files import damaged
 from sagnac.formats.registry import ROSBAG
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
-from sagnac.recording.frames import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
 # ---- ros1 chunks -------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from sagnac.errors import Note, one_line
 from sagnac.formats.files import replacing
 from sagnac.formats.statement import ROLES, VOCABULARY, Statement
 from sagnac.recording.channel import PICKOFF
-from sagnac.recording.frames import NULL_PULSE_NAME, TEMPERATURE
+from sagnac.recording.columns import NULL_PULSE_NAME, TEMPERATURE
 from sagnac.recording.model import Kind, Recording
 from sagnac.units import split_header
 

@@ -15,7 +15,7 @@ from sagnac.errors import Note, RecordingError, one_line, quoted
 from sagnac.formats.registry import CSV
 from sagnac.overwriting import Outputs
 from sagnac.recording.channel import KINDS, PICKOFF
-from sagnac.recording.frames import TEMPERATURE
+from sagnac.recording.columns import TEMPERATURE
 from sagnac.units import (
     ACCELERATION_UNITS,
     ANGLE_UNITS,

@@ -19,7 +19,7 @@ from sagnac.formats.choice import (
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statements, parsed_unit
 from sagnac.formats.suspicions import likely_time_unit
-from sagnac.recording.frames import ACCELEROMETER_NAMES
+from sagnac.recording.columns import ACCELEROMETER_NAMES
 from sagnac.units import (
     ACCELERATION_UNITS,
     ANGLE_UNITS,

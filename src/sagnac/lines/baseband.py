@@ -8,7 +8,7 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import ComplexArray, FloatArray
-from sagnac.lines.mixing import MIX_BLOCK, mixed_down
+from sagnac.lines.components import MIX_BLOCK, mixed_down
 
 SHORTEST_MEAN: Final = MIX_BLOCK
 """Samples in the mean that one value of a baseband is, at least."""

@@ -53,13 +53,12 @@ def grid_search(
     signal: ArrayLike,
     *,
     cells: int,
-    candidates: int | None = None,
     lowest: int = 1,
     stop: Stop = "korenberg",
     false_alarm: float = 0.05,
     most_terms: int = 40,
 ) -> OrthogonalSearch:
-    """Fast orthogonal search over the frequencies k / (cells * record), k = 1 ... `candidates`.
+    """Fast orthogonal search over the frequencies k / (cells * record) below half a cycle a sample.
 
     Parameters
     ----------
@@ -68,8 +67,6 @@ def grid_search(
     cells
         Frequencies for each cycle a record: 1 is the grid of the Fourier transform, 4 leaves no
         line further than an eighth of a cycle a record from a candidate.
-    candidates
-        Number of frequencies; all below half a cycle a sample unless given.
     lowest
         The first k that is a candidate. Above 1 the false alarm is that of a random walk and white
         noise together, whose levels are medians: of the candidates from `lowest` to twice that, and
@@ -101,7 +98,7 @@ def grid_search(
     array([100.25])
     """
     values = np.asarray(signal, dtype=np.float64)
-    count = _checked_candidates(values, cells, candidates)
+    count = _candidates(values, cells)
     if not 1 <= lowest <= count:
         raise ValueError(f"lowest is {lowest}; give 1 to {count}, the number of candidates")
     require_rule(stop, false_alarm, most_terms)
@@ -141,7 +138,7 @@ def grid_fit(signal: ArrayLike, chosen: ArrayLike, *, cells: int) -> OrthogonalS
         If an argument makes no sense.
     """
     values = np.asarray(signal, dtype=np.float64)
-    count = _checked_candidates(values, cells, None)
+    count = _candidates(values, cells)
     places = np.asarray(chosen, dtype=np.int64) + 1
     if places.ndim != 1 or np.any((places < 1) | (places > count)):
         raise ValueError(f"chosen has shape {places.shape}; give numbers from 0 to {count - 1}")
@@ -174,7 +171,7 @@ def grid_sinusoids(found: OrthogonalSearch, samples: int) -> FloatArray:
     return np.asarray(scipy.fft.irfft(waves, length, workers=THREADS)[:samples])
 
 
-def _checked_candidates(values: FloatArray, cells: int, candidates: int | None) -> int:
+def _candidates(values: FloatArray, cells: int) -> int:
     """Number of candidates of a signal that can be searched."""
     if values.ndim != 1 or values.size < 8:
         raise ValueError(f"signal has shape {values.shape}; give (samples,), 8 or more")
@@ -182,11 +179,7 @@ def _checked_candidates(values: FloatArray, cells: int, candidates: int | None) 
         raise ValueError("signal has values that are not finite; leave these samples out")
     if cells < 1:
         raise ValueError(f"cells is {cells}; give 1 or more")
-    most = (cells * values.size - 1) // 2
-    count = most if candidates is None else candidates
-    if not 1 <= count <= most:
-        raise ValueError(f"candidates is {count}; give 1 to {most}, half a cycle a sample")
-    return count
+    return (cells * values.size - 1) // 2
 
 
 def _tables(samples: int, cells: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -270,7 +263,7 @@ class _Fit:
         slope = float(self._slope + self.sines[0]) / middle
         # The phase is 0 at the first sample, not at mid-record.
         pair = (self.cosines[1:] - 1j * self.sines[1:]) * np.conj(self._ahead(self.places))
-        found = OrthogonalSearch(
+        return OrthogonalSearch(
             constant=float(self._level + self.cosines[0]) - slope * middle,
             slope=slope,
             chosen=self.places - 1,
@@ -282,9 +275,6 @@ class _Fit:
             false_alarm=false_alarm,
             most_terms=most_terms,
         )
-        for array in (found.chosen, found.coefficients, found.mean_square):
-            array.flags.writeable = False
-        return found
 
     def from_middle(self, places: IntegerArray) -> ComplexArray:
         """Mean of the data times exp(-i phase) at some places, the phase 0 at mid-record."""

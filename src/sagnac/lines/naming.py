@@ -7,7 +7,7 @@ import numpy as np
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import sinusoid_allan_variance
-from sagnac.errors import Note, rounded
+from sagnac.errors import Note, counted, rounded
 from sagnac.lines.components import Components, Turning
 from sagnac.lines.detection import floors, significances
 from sagnac.lines.joint_fit import ComponentFit
@@ -82,11 +82,6 @@ def describe_lines(known: Lineup, channel: str) -> tuple[Line, ...]:
     )
 
 
-def blocks_text(blocks: int) -> str:
-    """``1 block``, ``2 blocks``."""
-    return f"{blocks} block" if blocks == 1 else f"{blocks} blocks"
-
-
 # --- amplitude, phase and errors -------------------------------------------------------------
 
 
@@ -103,7 +98,7 @@ def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
         phase_error=float(line.knot_errors[0]) / max(abs(start), np.finfo(float).tiny),
         significance=line.significance,
         channel=channel,
-        name=f"drifts: fitted in {blocks_text(line.blocks)}",
+        name=f"drifts: fitted in {counted(line.blocks, 'block')}",
     )
 
 
@@ -410,10 +405,9 @@ def with_noise_restored(
     most = int(np.argmax(share))
     if share[most] < _SEEN_SHARE:
         return changed
-    counted = "1 line" if lines == 1 else f"{lines} lines"
     back = "it is added back" if restored else "it is not added back, as in the paper"
     note = Note(
-        text=f"removal of {counted} took up to {rounded(100.0 * share[most])} % of the noise "
-        f"variance (at tau = {curve.tau[most]:.4g} s); {back}"
+        text=f"removal of {counted(lines, 'line')} took up to {rounded(100.0 * share[most])} % of "
+        f"the noise variance (at tau = {curve.tau[most]:.4g} s); {back}"
     )
     return replace(changed, notes=(*curve.notes, note))

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.errors import quoted
 from sagnac.lines.candidate_products import (
     CandidateProducts,
@@ -91,6 +91,8 @@ class OrthogonalSearch:
                 f"chosen, coefficients and mean_square have shapes {self.chosen.shape}, "
                 f"{self.coefficients.shape} and {self.mean_square.shape}; they do not go together"
             )
+        for array in (self.chosen, self.coefficients, self.mean_square):
+            array.flags.writeable = False
 
     @property
     def frequencies(self) -> FloatArray:
@@ -240,7 +242,7 @@ def fast_orthogonal_search(
     mean_square = state.choose_all(line.mean_square, bound, most_terms)
     total = state.coefficients()
     slope = (line.slope + float(total[1])) / line.half
-    found = OrthogonalSearch(
+    return OrthogonalSearch(
         constant=line.level + float(total[0]) - slope * line.middle,
         slope=slope,
         chosen=np.array(state.chosen, dtype=np.int64),
@@ -252,9 +254,6 @@ def fast_orthogonal_search(
         false_alarm=false_alarm,
         most_terms=most_terms,
     )
-    for array in (found.chosen, found.coefficients, found.mean_square):
-        array.flags.writeable = False
-    return found
 
 
 def _check(
@@ -447,14 +446,14 @@ class _State:
         """(candidates,) drop in mean square that each would bring."""
         usable = self.own_first > self.least[0]
         if self.products.terms == 1:
-            merit = _quotient(self.data.real**2, self.own_first, usable)
+            above, below = self.data.real**2, self.own_first
         else:
-            determinant = self.own_first * self.own_second - self.cross**2
+            below = self.own_first * self.own_second - self.cross**2
             c, s = self.data.real, self.data.imag
-            joint = self.own_second * c**2 + self.own_first * s**2 - 2.0 * self.cross * c * s
+            above = self.own_second * c**2 + self.own_first * s**2 - 2.0 * self.cross * c * s
             usable &= self.own_second > self.least[1]
-            usable &= determinant > _DEPENDENT * self.own_first * self.own_second
-            merit = _quotient(joint, determinant, usable)
+            usable &= below > _DEPENDENT * self.own_first * self.own_second
+        merit = np.divide(above, below, out=np.zeros(usable.size), where=usable)
         merit[self.chosen] = 0.0
         return merit
 
@@ -492,8 +491,3 @@ class _State:
         self.own_second -= products.imag**2 / power
         self.cross -= products.real * products.imag / power
         self.data -= products * (shared / power)
-
-
-def _quotient(above: FloatArray, below: FloatArray, usable: BooleanArray) -> FloatArray:
-    """``above / below`` where usable, 0 elsewhere."""
-    return np.where(usable, above / np.where(usable, below, 1.0), 0.0)

@@ -7,8 +7,7 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
-from sagnac.lines.components import Components, Turning, joined
-from sagnac.lines.mixing import MIX_BLOCK, mixed_down
+from sagnac.lines.components import MIX_BLOCK, Components, Turning, joined, mixed_down
 from sagnac.table.kinematics import averaged
 
 # Blocks of samples at a time.

@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from sagnac.arrays import FloatArray
-from sagnac.errors import Note, rounded
+from sagnac.errors import Note, counted, rounded
 from sagnac.lines.candidates import NewLines, new_lines
 from sagnac.lines.components import Components, joined
 from sagnac.lines.detection import (
@@ -27,7 +27,7 @@ from sagnac.lines.detection import (
     peaks_in_frequency,
 )
 from sagnac.lines.model import Removal
-from sagnac.lines.naming import blocks_text, describe_lines, masked_bands, noise_taken
+from sagnac.lines.naming import describe_lines, masked_bands, noise_taken
 from sagnac.lines.passes import (
     followed,
     gathered,
@@ -334,7 +334,7 @@ def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:
         Note(
             channel=channel,
             text=f"the line at {line.frequency * rate:.6g} Hz {_drift_text(line.drift)}; it is "
-            f"fitted in {blocks_text(line.blocks)} with {line.parameters} parameters",
+            f"fitted in {counted(line.blocks, 'block')} with {line.parameters} parameters",
         )
         for line in state.drifting
     ]

@@ -16,7 +16,7 @@ from sagnac.errors import Level, Note, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.profile import EDGE, Profile, profile_of, whitened
+from sagnac.recording.profile import EDGE, Profile, profile_of, rounding_of, whitened
 from sagnac.recording.stamps import Places, Tally
 
 # ---- distribution ------------------------------------------------------------------
@@ -373,21 +373,16 @@ _LEAST_SHARE: Final = 0.5
 _RATIO: Final = 1.3
 # Scatters beyond which a sample counts as if it were there.
 _FAR: Final = 5.0
-# Last places of the largest angle within which its changes are rounding.
-_LAST_PLACES: Final = 8.0
 # Median of the size of the difference of two standard normal numbers.
 _MEDIAN_STEP: Final = 0.9539
 
 
-def interleaved_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def interleaved_notes(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
     """Every second sample, or every third, has a mean or a scatter of its own: an error.
 
     One sensor has that only of a line at exactly half its sample rate, or a third.
     """
-    del recording
-    rounding = 0.0
-    if gyro.kind == "angle":
-        rounding = _LAST_PLACES * float(np.spacing(max(map(abs, series.extent(gyro.values)))))
+    rounding = rounding_of(gyro)
     for sensors in _ORDINALS:
         if _take_turns(profile, sensors, rounding):
             text = (

@@ -147,9 +147,7 @@ def table_share(recording: Recording, gyro: Channel) -> float:
     """Share of the table rate that a gyro senses; NaN if nothing turns."""
     if recording.table is None:
         return math.nan
-    gyro_rate, _ = block_rates(recording, gyro)
-    table_rate, _ = block_rates(recording, recording.table)
-    return _share(gyro_rate, table_rate)
+    return _share(block_rates(recording, gyro)[0], block_rates(recording, recording.table)[0])
 
 
 def _encoder_error(recording: Recording, gyro: Channel) -> Note | None:
@@ -239,7 +237,7 @@ def table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     wrong = _encoder_error(recording, gyro)
     if wrong is not None:
         return (wrong,)
-    share = _sensed(recording, gyro, recording.table)
+    share = table_share(recording, gyro)
     if math.isnan(share):
         return (Note(channel="table", text="the table does not turn"),)
     return across_notes(recording, gyro) or (
@@ -257,12 +255,12 @@ def across_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     if table is None:
         return ()
     table_rate, _ = block_rates(recording, table)
-    share = _sensed(recording, gyro, table)
+    share = table_share(recording, gyro)
     turns = float(np.percentile(np.abs(table_rate), 90.0)) > TURNING_RATE
     if not (turns and abs(share) < LEAST_SENSED):
         return ()
     text = f"senses {100.0 * share:.2g} % of the table rate: it is mounted across the axis"
-    others = {one.name: _sensed(recording, one, table) for one in recording.gyros}
+    others = {one.name: table_share(recording, one) for one in recording.gyros}
     best = max(others, key=lambda name: abs(others[name]))
     in_degrees = share / DEGREE
     level: Level = "warning"
@@ -318,13 +316,6 @@ def _likely_unit(gyro: Channel, share: float, sample_rate: float) -> str:
         if _SENSES < abs(other) < LARGEST_SHARE:
             return f"{where} it would sense {100.0 * other:.3g} %; state {statement}"
     return ""
-
-
-def _sensed(recording: Recording, gyro: Channel, table: Channel) -> float:
-    """Share of the table rate that a gyro senses; NaN if the table does not turn."""
-    gyro_rate, _ = block_rates(recording, gyro)
-    table_rate, _ = block_rates(recording, table)
-    return _share(gyro_rate, table_rate)
 
 
 # ---- encoder turn ------------------------------------------------------------------

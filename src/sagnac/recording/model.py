@@ -20,14 +20,16 @@ from sagnac.recording.channel import (
     same_values,
 )
 from sagnac.recording.columns import (
+    NULL_PULSE_NAME,
     Taken,
+    columns_of,
     gyro_of,
     pulses_of,
     seconds_of,
+    stated_for,
     table_of,
     with_lost_readings,
 )
-from sagnac.recording.frames import NULL_PULSE_NAME, columns_of, stated_for
 from sagnac.recording.stamps import Sampling, sampling
 
 __all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]

@@ -265,6 +265,13 @@ def changes_of(channel: Channel) -> FloatArray:
     return series.differences(channel.values) if channel.kind == "angle" else channel.values
 
 
+def rounding_of(channel: Channel) -> float:
+    """Rounding of the changes of an angle, in its unit; 0 if the values are no differences."""
+    if channel.kind != "angle":
+        return 0.0
+    return _LAST_PLACES * float(np.spacing(max(map(abs, series.extent(channel.values)))))
+
+
 def profile_of(channel: Channel) -> Profile:
     """The noise of a channel."""
     changes = changes_of(channel)

@@ -101,7 +101,7 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     for gyro in chosen:
         notes += wrong_unit_notes(recording, gyro)
         notes += _of_samples(recording, gyro, profiles[gyro.name], standing=not turns)
-    notes += pair_notes(recording, profiles)
+    notes += pair_notes(profiles)
     if recording.table is not None and not turns:
         notes += jump_notes(recording, recording.table)
     elif recording.table is not None:
@@ -119,7 +119,7 @@ def _of_samples(
     is_bench = standing and gyro.sensor == "gyro"
     causes: tuple[Callable[[], tuple[Note, ...]], ...] = (
         lambda: _rolled_over(recording, gyro) or wrap_notes(recording, gyro),
-        lambda: interleaved_notes(recording, gyro, profile),
+        lambda: interleaved_notes(gyro, profile),
         lambda: motion_notes(recording, gyro, profile) if is_bench else (),
         # Zeros far from the mean look like a readout of one step from there to zero.
         lambda: dropout_notes(recording, gyro, profile),

@@ -16,7 +16,7 @@ from sagnac.errors import Level, Note
 from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.profile import Profile, count_step
+from sagnac.recording.profile import Profile, count_step, rounding_of
 from sagnac.recording.stamps import Places
 from sagnac.units import ARCSECOND, UNITS, split_factor
 
@@ -400,8 +400,6 @@ _FEW_LEVELS: Final = 8
 # A clipped value has others right beside it; one that lies this many standard deviations beyond
 # the next is no limit of the range.
 _APART: Final = 0.5
-# Rounding of the differences of an angle, in units of the angle's last place.
-_UNITS_OF_LAST_PLACE: Final = 8.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -430,9 +428,7 @@ def saturation_notes(recording: Recording, gyro: Channel, profile: Profile) -> t
     levels = np.unique(series.every(changes, max(1, changes.size // 10_000)))
     if levels.size <= _FEW_LEVELS:
         return ()
-    slack = 0.0
-    if gyro.kind == "angle":
-        slack = _UNITS_OF_LAST_PLACE * float(np.spacing(max(map(abs, series.extent(gyro.values)))))
+    slack = rounding_of(gyro)
     lowest, highest = series.extent(changes)
     ends: tuple[tuple[Literal["upper", "lower"], float], ...] = (
         ("upper", highest),

@@ -284,17 +284,14 @@ class Likeness:
     samples: int
 
 
-def pair_notes(recording: Recording, profiles: dict[str, Profile]) -> tuple[Note, ...]:
+def pair_notes(profiles: dict[str, Profile]) -> tuple[Note, ...]:
     """Findings of every two gyros on each other.
 
     Parameters
     ----------
-    recording
-        It names the gyros.
     profiles
         Of two or more of them, by name.
     """
-    del recording
     notes: list[Note] = []
     # Of hundreds of gyros there are tens of thousands of pairs: what one gyro brings is made once.
     size = min(one.changes.size for one in profiles.values())

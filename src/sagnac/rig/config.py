@@ -18,7 +18,7 @@ from sagnac.documents import read_toml
 from sagnac.errors import RecordingError, quoted
 from sagnac.recording.channel import KINDS, Kind
 from sagnac.rig.encoder import delay_growth
-from sagnac.rig.gyro import dither_of, ring_lasers_of
+from sagnac.rig.gyro import SENSOR_KEYS, dither_of, ring_lasers_of
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import (
     ACCELEROMETER_NAMES,
@@ -41,26 +41,18 @@ from sagnac.rig.sections import (
 )
 from sagnac.rig.table import table_command
 from sagnac.table.kinematics import shares_from_deviations
-from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, Sensor
+from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, SENSORS, Sensor
 
 # ---- measured ----------------------------------------------------------------------
 
-# By kind of sensor: the section, and coefficient -> its key, whose unit is the field's own.
+# Errors whose coefficients are measured; a readout step is not.
+_MEASURED: Final = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")
+# By kind of sensor: coefficient -> its key, whose unit is the field's own.
 _KEYS: Final[Mapping[Sensor, Mapping[str, str]]] = {
-    "gyro": {
-        "quantization": "angle_noise_arcsec",
-        "angle_random_walk": "arw_deg_per_sqrt_h",
-        "bias_instability": "bias_instability_deg_per_h",
-        "rate_random_walk": "rate_random_walk_deg_per_h_per_sqrt_h",
-        "rate_ramp": "rate_ramp_deg_per_h_per_h",
-    },
-    "accelerometer": {
-        "quantization": "velocity_noise_mm_per_s",
-        "angle_random_walk": "vrw_m_per_s_per_sqrt_h",
-        "bias_instability": "bias_instability_mg",
-        "rate_random_walk": "acceleration_random_walk_mg_per_sqrt_h",
-        "rate_ramp": "acceleration_ramp_mg_per_h",
-    },
+    sensor: {
+        coefficient: keys[place] for name, coefficient, *keys in SENSOR_KEYS if name in _MEASURED
+    }
+    for place, sensor in enumerate(SENSORS)
 }
 _FORCE_WALK: Final = "velocity_random_walk"
 _NAMES: Final[Mapping[Sensor, tuple[str, str, str]]] = {
@@ -134,11 +126,18 @@ class Measured:
             },
         )
 
+    @property
+    def _kinds(self) -> dict[Sensor, Mapping[str, Mapping[str, float]]]:
+        """Sensors of each kind that there are."""
+        kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {
+            "gyro": self.gyros,
+            "accelerometer": self.accelerometers,
+        }
+        return {kind: found for kind, found in kinds.items() if found}
+
     def keys(self) -> dict[str, Any]:
         """Nested tables of a `RigConfig`."""
-        kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {"gyro": self.gyros}
-        if self.accelerometers:
-            kinds["accelerometer"] = self.accelerometers
+        kinds = self._kinds
         tables: dict[str, dict[str, Any]] = {
             kind: {
                 key: [found[name].get(coefficient, 0.0) for name in _three(found, _NAMES[kind])]
@@ -170,11 +169,7 @@ class Measured:
             f"{name}: low-pass of {corner:.4g} Hz, order {order}"
             for name, (corner, order) in self.low_passes.items()
         ] or ["no low-pass, since the spectrum shows none"]
-        kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {
-            "gyro": self.gyros,
-            "accelerometer": self.accelerometers,
-        }
-        for kind, found in kinds.items():
+        for kind, found in self._kinds.items():
             titles = SENSED[kind].titles
             for name, one in found.items():
                 missing = [title for key, title in titles.items() if key not in one]
@@ -184,7 +179,7 @@ class Measured:
             if len(orders) > 1:
                 lines.append(f"low-passes of the {kind}s: of one order, as the rig has them")
             others = [name for name in _NAMES[kind] if name not in found]
-            if found and others and len(found) != 3:
+            if others and len(found) != 3:
                 lines.append(f"{', '.join(others)}: as {next(iter(found))}")
         return lines
 

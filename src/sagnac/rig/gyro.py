@@ -31,7 +31,7 @@ from sagnac.units import (
 
 
 # Error, the coefficient whose unit it has, its key of a gyro and its key of an accelerometer.
-_KEYS: Final = (
+SENSOR_KEYS: Final = (
     ("random_walk", "angle_random_walk", "arw_deg_per_sqrt_h", "vrw_m_per_s_per_sqrt_h"),
     ("angle_noise", "quantization", "angle_noise_arcsec", "velocity_noise_mm_per_s"),
     ("quantum", "quantization", "quantization_step_arcsec", "quantization_step_mm_per_s"),
@@ -102,7 +102,7 @@ class SensorErrors:
         place = SENSORS.index(sensor)
         sized = {
             name: getattr(config, keys[place])[axis] * field_unit(coefficient, sensor).size
-            for name, coefficient, *keys in _KEYS
+            for name, coefficient, *keys in SENSOR_KEYS
         }
         warming = {}
         if isinstance(config, GyroConfig):

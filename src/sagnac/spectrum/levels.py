@@ -18,9 +18,9 @@ import numpy as np
 from scipy.special import betainc, gammaincinv
 
 from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.spectrum.periodogram import CELL, band_degrees_of_freedom
 from sagnac.spectrum.power_laws import running_median
 from sagnac.spectrum.tapered import Cells, TaperedSpectrum, smoothed_law
-from sagnac.spectrum.tapers import CELL, band_degrees_of_freedom
 
 BINS_A_DECADE: Final = 10
 # Chance that a bin of noise loses a cell.
@@ -105,7 +105,6 @@ def robust_levels(
     spectrum: TaperedSpectrum,
     *,
     masked: Sequence[tuple[float, float]] = (),
-    bins_a_decade: int = BINS_A_DECADE,
 ) -> Levels:
     """Levels of a tapered spectrum.
 
@@ -116,8 +115,6 @@ def robust_levels(
     masked
         Bands (low, high), Hz, to leave out, for lines that were removed; each is widened by
         what the tapers smooth over.
-    bins_a_decade
-        How many at most; a bin holds at least one cell.
 
     Returns
     -------
@@ -127,10 +124,8 @@ def robust_levels(
     Raises
     ------
     ValueError
-        If an argument makes no sense.
+        If no cell is left.
     """
-    if bins_a_decade < 1:
-        raise ValueError(f"bins_a_decade is {bins_a_decade}; give 1 or more")
     cells = spectrum.cells
     usable = cells.leaked < _LEAKED * cells.density
     for low, high in masked:
@@ -139,7 +134,7 @@ def robust_levels(
     usable &= cells.density > 1e-12 * np.median(cells.density)
     members = tuple(
         (first, last)
-        for first, last in _members(spectrum, bins_a_decade)
+        for first, last in _members(spectrum)
         if usable[first:last].sum() >= max(1, (last - first) // 4)
     )
     if not members:
@@ -162,14 +157,14 @@ def robust_levels(
     )
 
 
-def _members(spectrum: TaperedSpectrum, bins_a_decade: int) -> list[tuple[int, int]]:
+def _members(spectrum: TaperedSpectrum) -> list[tuple[int, int]]:
     """First and last cell (exclusive) of each logarithmic bin that holds any.
 
     A bin ends where cells of the whole record meet those averaged over segments: what the lower
     part of the cells averages to is known of cells that scatter alike.
     """
     frequency, freedom = spectrum.cells.frequency, spectrum.cells.degrees_of_freedom
-    index = np.floor(bins_a_decade * np.log10(frequency * 2.0 * spectrum.interval))
+    index = np.floor(BINS_A_DECADE * np.log10(frequency * 2.0 * spectrum.interval))
     others = np.abs(np.diff(np.log(freedom))) > math.log(_OTHER_KIND)
     edges = np.flatnonzero((np.diff(index) > 0.0) | others) + 1
     bounds = [0, *edges.tolist(), frequency.size]

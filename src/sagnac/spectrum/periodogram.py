@@ -1,12 +1,33 @@
-"""Periodogram of a series, its density and its bins."""
+"""Periodogram of a series, its density and its bins, and the same under sine tapers.
 
+Under sine tapers the power that leaks from a strong line stays beside it.
+The squared transform of a record without a taper lets a line of 10^4 times the floor leak into
+every bin. Sine tapers (Riedel and Sidorenko, IEEE Trans. Signal Process. 43, 188, 1995) have a
+closed form at every length. Seven of them resolve 8 cycles a record, as seven Slepian tapers of
+NW 4 do, and leak less far away, which is what the lowest bins of a dithered gyro need. Measured,
+relative to the peak of the response:
+
+====================  ========  ========  ========  ========  =========
+cycles a record off   6         20        100       400       1000
+====================  ========  ========  ========  ========  =========
+7 sine tapers         6.5e-3    2.9e-5    4.5e-8    1.9e-10   6.7e-12
+7 Slepian, NW 4       3.6e-3    2.5e-4    1.0e-5    6.7e-7    1.3e-7
+5 Slepian, NW 4       5.9e-5    3.3e-6    1.3e-7    8.6e-9    1.6e-9
+====================  ========  ========  ========  ========  =========
+"""
+
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
 
 import numpy as np
+from scipy.fft import rfft
 
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.spectrum import _kernels, transforms
 from sagnac.spectrum.transforms import power_spectrum, transform_length
 
 
@@ -99,3 +120,211 @@ class _Partial:
 
     bins: slice
     sums: FloatArray
+
+
+# ---- tapers ------------------------------------------------------------------------
+
+# Tapers of the spectrum in a figure.
+_TAPERS: Final = 5
+# Tapers of the answer's spectrum, and half the band in cycles a record that they smooth
+# over: the k-th sine taper has its two peaks at k/2 cycles a record.
+TAPERS: Final = 7
+HALF_WIDTH: Final = 4
+# Ordinates in a cell: its width is that of the window, so that neighbours are nearly independent.
+CELL: Final = 2 * HALF_WIDTH
+# Offsets, cycles a record, over which the response of the tapers is kept.
+REACH: Final = 12
+# Steps of the response in one cycle a record.
+FINE: Final = 4
+
+
+def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
+    """Power of the increments at the frequencies of `periodogram`, averaged over sine tapers.
+
+    The leakage of a periodogram falls as f^-2, no faster than a rate random walk does; that of
+    the tapers falls as f^-4. Each ordinate has twice `tapers` degrees of freedom, and resolves
+    (tapers + 1) / (2 size) cycles a sample either side.
+
+    Parameters
+    ----------
+    increments
+        (samples,), without their mean.
+    tapers
+        How many, from 1.
+
+    Returns
+    -------
+    (transform_length(samples) // 2 + 1,) in the unit of `increments` squared.
+
+    Raises
+    ------
+    ValueError
+        If `tapers` is less than 1.
+    """
+    if tapers < 1:
+        raise ValueError(f"tapers is {tapers}; give a number from 1")
+    length = transform_length(increments.size)
+    # The squares of a sine taper sum to half of size + 1.
+    scale = 2.0 / ((increments.size + 1) * tapers)
+    power = power_spectrum(increments, length, scale, 1)
+    for order in range(2, tapers + 1):
+        more = power_spectrum(increments, length, scale, order)
+        _add(power, more)
+    return power
+
+
+def _add(power: FloatArray, more: FloatArray) -> None:
+    def add(block: slice) -> None:
+        power[block] += more[block]
+
+    series.map(add, power.size, power, more)
+
+
+def tapered_power(increments: FloatArray) -> FloatArray:
+    """Power of a short stretch of increments, averaged over the tapers of the answer.
+
+    One transform serves all tapers (`_kernels.tapered_power`; Riedel and Sidorenko, eq. 4).
+
+    Parameters
+    ----------
+    increments
+        (samples,), without their mean, in memory; quick if samples + 1 has small factors.
+
+    Returns
+    -------
+    ((samples + 1) // 2 + 1,) in the unit of `increments` squared, at k / (samples + 1) cycles a
+    sample.
+    """
+    periods = increments.size + 1
+    transform = rfft(increments, 2 * periods)
+    turns = np.exp(1j * math.pi / periods * np.arange(1, TAPERS + 1))
+    power = np.empty(periods // 2 + 1)
+    _kernels.tapered_power(transform, turns, power)
+    # Half the difference of two waves, and tapers of unit energy.
+    power *= 0.25 * 2.0 / (periods * TAPERS)
+    return power
+
+
+def sine_taper(order: int, samples: int) -> FloatArray:
+    """The sine taper of an order, with unit energy.
+
+    Parameters
+    ----------
+    order
+        1 for the smoothest.
+    samples
+        Length.
+
+    Returns
+    -------
+    FloatArray
+        (samples,), ``sqrt(2/(n+1)) sin(pi order (t+1)/(n+1))``.
+    """
+    taper = transforms.sine_taper(samples, order, slice(0, samples))
+    return np.asarray(math.sqrt(2.0 / (samples + 1)) * taper)
+
+
+@lru_cache(maxsize=1)
+def response() -> FloatArray:
+    """Mean squared response of the tapers in steps of a quarter cycle a record.
+
+    Returns
+    -------
+    FloatArray
+        (offsets,) from 0 to 12 cycles a record, normalized so that it is a density over
+        offsets (both signs) in cycles a record.
+    """
+    samples = 4096
+    power = np.zeros(FINE * REACH + 1)
+    for order in range(1, TAPERS + 1):
+        transform = rfft(sine_taper(order, samples), FINE * samples)[: power.size]
+        power += np.abs(transform) ** 2
+    total = (2.0 * power.sum() - power[0]) / FINE
+    power /= total
+    power.setflags(write=False)
+    return power
+
+
+@lru_cache(maxsize=1)
+def _correlation() -> FloatArray:
+    """Correlation of ordinates at offsets of whole cycles a record, relative to their mean squared.
+
+    ``c(d) = sum_kl |sum_t v_k v_l e^(-2 pi i d t/n)|^2 / K^2``, Percival and Walden (1993), 7.7.
+    """
+    samples = 4096
+    tapers = np.stack([sine_taper(order, samples) for order in range(1, TAPERS + 1)])
+    total = np.zeros(2 * CELL + 1)
+    for taper in tapers:
+        total += (np.abs(rfft(tapers * taper, axis=1)[:, : total.size]) ** 2).sum(axis=0)
+    return total / TAPERS**2
+
+
+def band_degrees_of_freedom(ordinates: int) -> float:
+    """Degrees of freedom of the mean of neighbouring ordinates of white noise.
+
+    Parameters
+    ----------
+    ordinates
+        How many, one cycle a record apart.
+
+    Returns
+    -------
+    float
+        ``2 n^2 / sum_ij c(i - j)``; 2 TAPERS for one.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+    if ordinates < 1:
+        raise ValueError(f"ordinates is {ordinates}; give 1 or more")
+    correlation = _correlation()
+    lag = np.arange(1, min(ordinates, correlation.size))
+    total = ordinates * correlation[0] + 2.0 * float((ordinates - lag) @ correlation[lag])
+    return 2.0 * ordinates**2 / float(total)
+
+
+@lru_cache(maxsize=1)
+def _sidelobes() -> FloatArray:
+    """Largest mean squared response beyond each whole offset, relative to that at the middle."""
+    samples, fine = 65536, 2
+    power = np.zeros(samples * fine // 2 + 1)
+    for order in range(1, TAPERS + 1):
+        power += np.abs(rfft(sine_taper(order, samples), fine * samples)) ** 2
+    power /= power[: fine * HALF_WIDTH].mean()
+    return np.asarray(np.maximum.accumulate(power[::-1])[::-1][::fine])
+
+
+def leaked_density(density: FloatArray) -> FloatArray:
+    """Leakage into each ordinate from more than two window widths away.
+
+    The spectrum convolved with the measured response of the tapers beyond that offset. The
+    response falls as the fourth power (and the tapers' alternation faster), so that what lies
+    farther than a few thousand ordinates is bounded by the last value.
+
+    Parameters
+    ----------
+    density
+        (ordinates,) at 0, 1, 2, … cycles a record.
+
+    Returns
+    -------
+    FloatArray
+        (ordinates,), in the unit of `density`.
+    """
+    size = density.size
+    lobes = _sidelobes()
+    tail = np.full(size, lobes[-1])
+    tail[: min(size, lobes.size)] = lobes[: min(size, lobes.size)]
+    if size > lobes.size:
+        tail[lobes.size :] *= (lobes.size / np.arange(lobes.size, size)) ** 4
+    tail[: 2 * CELL] = 0.0
+    # The response is a density over offsets: its middle is about 1/(2 HALF_WIDTH) a cycle.
+    tail /= 2 * HALF_WIDTH
+    length = 1 << (2 * size - 1).bit_length()
+    kernel = np.zeros(length)
+    kernel[:size] = tail
+    kernel[length - size + 1 :] += tail[:0:-1]
+    product = rfft(kernel) * rfft(density, length)
+    return np.asarray(np.maximum(np.fft.irfft(product, length)[:size], 0.0))

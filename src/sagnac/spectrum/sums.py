@@ -1,7 +1,15 @@
-"""Fourier sums over uneven phases: table angle, and tones at any frequency."""
+"""Fourier sums over uneven phases: table angle, and tones at any frequency.
+
+A sum of whole orders is a smooth function of one angle: its Taylor polynomials about even angles,
+fine enough, give it anywhere to rounding. The other way round, each sample adds the powers of its
+distance from the nearest even angle to a table, whose Fourier transforms are the sums. Up to order
+`HIGHEST` that is four times quicker than a non-uniform transform good to 1e-9 of the sums.
+"""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import import_module
+from math import factorial
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +18,7 @@ import scipy.fft
 from sagnac import series
 from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.errors import MissingExtra
-from sagnac.spectrum.order_tables import HIGHEST, table_series, table_sums
+from sagnac.spectrum import _kernels
 from sagnac.spectrum.transforms import THREADS, TONE_WIDTH
 
 _TURN: Final = 2.0 * np.pi
@@ -23,14 +31,80 @@ _TONES_AT_ONCE: Final = 512
 # counted in halves of a sample, 29.
 _FREQUENCY_STEP: Final = 2.0**-23
 
+# ---- low orders --------------------------------------------------------------------
 
-def angle_sums(
-    phase: FloatArray,
-    strengths: FloatArray,
-    orders: int,
-    *,
-    tolerance: float = _NUFFT_TOLERANCE,
-) -> ComplexArray:
+# Even angles of a turn, a power of two. With eight coefficients the remainder at the highest
+# order, half a step away, is (pi * HIGHEST / POINTS)^8 / 8!: below 1e-15.
+_POINTS: Final = 2**14
+HIGHEST: Final = 256
+
+
+def table_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
+    """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k.
+
+    Parameters
+    ----------
+    phase
+        (samples,) rad; any real number.
+    sums
+        (orders + 1,) for k = 0 ... orders, no more than `HIGHEST`, in any unit.
+
+    Returns
+    -------
+    (samples,) in the unit of the sums.
+    """
+    series = np.empty(phase.size)
+    # Read-only as the table is: what may be written to would be compiled for once more.
+    phase = phase.view()
+    phase.flags.writeable = False
+    _kernels.table_evaluated(phase, _polynomials(sums.tobytes()), series)
+    return series
+
+
+@lru_cache(maxsize=2)
+def _polynomials(sums: bytes) -> FloatArray:
+    """(points, terms) of complex sums; kept, since every block of a record asks for them."""
+    coefficients = np.frombuffer(sums, dtype=np.complex128)
+    steps = 1j * np.arange(coefficients.size) * (2.0 * np.pi / _POINTS)
+    table = np.empty((_POINTS, _kernels.TERMS))
+    for power in range(_kernels.TERMS):
+        derivative = np.zeros(_POINTS // 2 + 1, dtype=np.complex128)
+        derivative[: coefficients.size] = coefficients * steps**power / factorial(power)
+        derivative[1:] *= 0.5
+        table[:, power] = np.fft.irfft(derivative, _POINTS, norm="forward")
+    table.flags.writeable = False
+    return table
+
+
+def table_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> ComplexArray:
+    """Sums of ``strengths * exp(-1j * k * phase)`` for k = 0 ... `orders`.
+
+    Parameters
+    ----------
+    phase
+        (samples,) rad; any real number.
+    strengths
+        (samples,) real.
+    orders
+        No more than `HIGHEST`.
+
+    Returns
+    -------
+    (orders + 1,) in the unit of the strengths.
+    """
+    table = np.zeros((_POINTS, _kernels.TERMS))
+    _kernels.table_gathered(phase, strengths, table)
+    steps = -1j * np.arange(orders + 1) * (2.0 * np.pi / _POINTS)
+    sums = np.zeros(orders + 1, dtype=np.complex128)
+    for power in range(_kernels.TERMS):
+        sums += np.fft.rfft(table[:, power])[: orders + 1] * steps**power / factorial(power)
+    return sums
+
+
+# ---- sums --------------------------------------------------------------------------
+
+
+def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> ComplexArray:
     """Sums of ``strengths * exp(-1j * k * phase)`` for k = 0 ... `orders`, by one NUFFT.
 
     Parameters
@@ -39,8 +113,6 @@ def angle_sums(
         (samples,) rad; any real number, folded into one turn here.
     strengths
         (samples,) or (several, samples) real. Two take no longer than one.
-    tolerance
-        Error of the sums, relative to the sum of all strengths' magnitudes.
 
     Returns
     -------
@@ -63,7 +135,7 @@ def angle_sums(
         np.remainder(phase, _TURN),
         paired,
         2 * orders + 1,
-        eps=tolerance,
+        eps=_NUFFT_TOLERANCE,
         isign=-1,
         nthreads=THREADS,
     )

@@ -11,9 +11,7 @@ from scipy.fft import prev_fast_len
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.spectrum.order_tables import table_series
-from sagnac.spectrum.periodogram import density as rate_density
-from sagnac.spectrum.tapers import (
+from sagnac.spectrum.periodogram import (
     CELL,
     FINE,
     HALF_WIDTH,
@@ -23,6 +21,8 @@ from sagnac.spectrum.tapers import (
     response,
     tapered_power,
 )
+from sagnac.spectrum.periodogram import density as rate_density
+from sagnac.spectrum.sums import table_series
 
 # First ordinate in use, cycles a record. Below it the line that is taken off is missed.
 _FIRST: Final = 6

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
-from sagnac.spectrum.order_tables import HIGHEST
-from sagnac.spectrum.sums import angle_series
+from sagnac.spectrum.sums import HIGHEST, angle_series
 from sagnac.table import _kernels
 from sagnac.units import EARTH_RATE
 
@@ -321,34 +320,20 @@ def highest_harmonic(kinematic: Kinematics) -> float:
     return 0.4 * 2.0 * np.pi / max(float(np.percentile(step, 95)), 1e-12)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Steadiness:
-    """How the table's rate varies, over averages of 1 s, as shares of its root mean square.
-
-    Attributes
-    ----------
-    variation
-        Standard deviation of the rate.
-    """
-
-    variation: float
-
-    @property
-    def tells_drift(self) -> bool:
-        """Whether the rate varies enough to tell drift and share apart.
-
-        At a steadier table only jitter would tell them apart, and encoder noise in it makes the
-        share too small by as much as jitter then stays in the residual. The share taken from the
-        mean rate instead holds the drift as well: 0.01 deg/h at 40 deg/s is 1e-7.
-        """
-        return self.variation > _WANDERING
-
-
-def steadiness(kinematic: Kinematics) -> Steadiness:
-    """How steadily the table turns."""
+def rate_variation(kinematic: Kinematics) -> float:
+    """Standard deviation of the rate over averages of 1 s, as a share of its root mean square."""
     rates = np.diff(averaged(kinematic.angle, max(1, round(KINEMATIC_RATE))))
-    size = max(float(np.sqrt(np.mean(rates**2))), _LEAST)
-    return Steadiness(variation=float(np.std(rates)) / size)
+    return float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), _LEAST)
+
+
+def tells_drift(kinematic: Kinematics) -> bool:
+    """Whether the rate varies enough to tell drift and share apart.
+
+    At a steadier table only jitter would tell them apart, and encoder noise in it makes the
+    share too small by as much as jitter then stays in the residual. The share taken from the
+    mean rate instead holds the drift as well: 0.01 deg/h at 40 deg/s is 1e-7.
+    """
+    return rate_variation(kinematic) > _WANDERING
 
 
 def block_gain(kinematic: Kinematics, orders: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from sagnac.table.kinematics import (
     harmonic_sum,
     highest_harmonic,
     sine_cosine_integrals,
-    steadiness,
+    tells_drift,
 )
 from sagnac.table.turns import FEW_TURNS, full_turns
 
@@ -126,8 +126,7 @@ def follow_table(
     elif taken is not None:
         taken = taken.up_to(highest_harmonic(kinematic))
         harmonics = taken.orders
-    steady = steadiness(kinematic)
-    found = kinematic_fit(averages, kinematic, harmonics, with_drift=steady.tells_drift)
+    found = kinematic_fit(averages, kinematic, harmonics, with_drift=tells_drift(kinematic))
     return _motion(found, kinematic, taken)
 
 
@@ -136,9 +135,8 @@ def follow_table_together(averages: FloatArray, kinematic: Kinematics) -> tuple[
 
     They are fitted in one pass.
     """
-    steady = steadiness(kinematic)
     harmonics = np.empty(0) if full_turns(kinematic.table) < FEW_TURNS else None
-    fits = kinematic_fits(averages, kinematic, harmonics, with_drift=steady.tells_drift)
+    fits = kinematic_fits(averages, kinematic, harmonics, with_drift=tells_drift(kinematic))
     return tuple(_motion(found, kinematic, None) for found in fits)
 
 
