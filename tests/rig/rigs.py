@@ -8,7 +8,7 @@ import numpy as np
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.sections import GyroConfig, PlatformConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate
-from sagnac.table.kinematics import earth_rate, shares_from_deviations, table_to_gyro_matrix
+from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 
 ARCSEC = math.pi / 648_000
 DEG = math.pi / 180

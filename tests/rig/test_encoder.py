@@ -10,7 +10,7 @@ from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.sections import EncoderConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate
 from sagnac.rig.table import random_streams
-from sagnac.table.kinematics import table_to_gyro_matrix
+from sagnac.table.frames import table_to_gyro_matrix
 from tests.rig.rigs import ARCSEC, AT_REST, DEG, configured, from_first, geometry, true_table_angle
 
 

@@ -14,7 +14,7 @@ from sagnac.rig.sections import MotionConfig, PlatformConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate
 from sagnac.rig.table import Motion
 from sagnac.rig.truth import truth_of
-from sagnac.table.kinematics import table_to_gyro_matrix
+from sagnac.table.frames import table_to_gyro_matrix
 from tests.rig.rigs import ARCSEC, AT_REST, DEG, configured, geometry, triad
 
 DEG_PER_ROOT_HOUR = DEG / 60.0

@@ -11,7 +11,7 @@ from scipy.signal import welch
 
 from sagnac.rig.sections import TableConfig
 from sagnac.rig.table import RateNoise, hunting, position_jitter, substeps_of, table_command
-from sagnac.table.kinematics import earth_rate, shares_from_deviations, table_to_gyro_matrix
+from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 from tests.rig.rigs import (
     ARCSEC,
     DEG,

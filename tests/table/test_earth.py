@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.table.kinematics import LARGEST_EARTH_RATE, bounded_by_earth, earth_rate
+from sagnac.table.frames import earth_rate
+from sagnac.table.kinematics import LARGEST_EARTH_RATE, bounded_by_earth
 from sagnac.units import EARTH_RATE
 
 

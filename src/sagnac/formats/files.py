@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import tempfile
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -253,15 +254,26 @@ def _named_as(temporary: Path, folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _signals_waiting() -> Iterator[None]:
-    """Let signals that end a run come after this, if the system can do that."""
-    if not hasattr(signal, "pthread_sigmask"):
+    """Let signals that end a run come after this.
+
+    A mask would not do: what is masked in this thread the system gives to another one, and Python
+    runs the handler in this thread all the same.
+    """
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)
+    came: list[int] = []
+    handlers = {number: signal.getsignal(number) for number in _ENDING}
     try:
+        for number in handlers:
+            signal.signal(number, lambda number, _: came.append(number))
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for number, handler in handlers.items():
+            # None: a library set it, and Python cannot set it again.
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in came:
+            signal.raise_signal(number)
 
 
 @contextmanager

@@ -32,7 +32,7 @@ from sagnac.recording.channel import PAIR_SIZE
 from sagnac.rig.config import PRESETS, RigConfig
 from sagnac.rig.sections import GYRO_NAMES, GyroMode, Pairs, Triple
 from sagnac.rig.truth import truth_of
-from sagnac.table.kinematics import shares_from_deviations
+from sagnac.table.frames import shares_from_deviations
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.version import __version__
 

@@ -29,7 +29,7 @@ from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, liter
 from sagnac.report.files import write_bytes
 from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.spectrum.power_laws import running_median
-from sagnac.table.kinematics import shares_from_deviations, table_to_gyro_matrix
+from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 from sagnac.units import DEGREE, DEGREE_PER_HOUR, Unit
 
 # ---- style -------------------------------------------------------------------------

@@ -40,7 +40,7 @@ from sagnac.rig.sections import (
     overlaid,
 )
 from sagnac.rig.table import table_command
-from sagnac.table.kinematics import shares_from_deviations
+from sagnac.table.frames import shares_from_deviations
 from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, SENSORS, Sensor
 
 # ---- measured ----------------------------------------------------------------------

@@ -46,7 +46,7 @@ from sagnac.rig.table import (
     table_command,
 )
 from sagnac.rig.truth import Truth, truth_of
-from sagnac.table.kinematics import earth_rate, shares_from_deviations, table_to_gyro_matrix
+from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 from sagnac.units import DEGREE, STANDARD_GRAVITY
 
 BLOCK_SAMPLES: Final = 65_536

@@ -16,7 +16,7 @@ from sagnac.rig.own_motion import Disturbances, DrawnLines, nutation_walk
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
 from sagnac.rig.table import TableCommand, random_streams, table_command
-from sagnac.table.kinematics import earth_rate, shares_from_deviations, table_to_gyro_matrix
+from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
