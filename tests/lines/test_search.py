@@ -166,7 +166,7 @@ def test_arguments_that_do_not_fit_are_refused():
         ValueError, match=r"table has shape \(9,\); give that of the angle, \(10,\)"
     ):
         remove_lines(np.zeros(10), np.zeros(9), RATE, channel="x")
-    with pytest.raises(ValueError, match=r"sample_rate is 0\.0; give a rate above zero in Hz"):
+    with pytest.raises(ValueError, match=r"sample_rate is 0\.0; give samples per second"):
         remove_lines(np.zeros(10), None, 0.0, channel="x")
     with pytest.raises(ValueError, match=r"angle has shape \(1,\); give two samples or more"):
         remove_lines(np.zeros(1), None, RATE, channel="x")

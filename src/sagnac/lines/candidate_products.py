@@ -1,10 +1,23 @@
 """Inner products of the candidates of an orthogonal search with what it has chosen.
 
 Both kinds hold a candidate's two terms as one complex number: the first as its real part, the
-second as its imaginary part. Inner products are means over the samples.
+second as its imaginary part. Inner products are means over the samples. Each has
+
+`size`, `terms`
+    Number of candidates, and terms of each: 1, or 2 for pairs.
+`data`
+    (candidates,) complex inner products with the signal without its line.
+`own_first`, `own_second`, `cross`
+    (candidates,) mean squares of both terms, and of their product.
+`whole`
+    (2, candidates) mean squares that the dependence on other terms is judged by.
+`least_power`
+    (2, candidates) mean squares below which a term is rejected.
+
+A function is a row of coefficients on 1, the ramp, and the terms of each candidate chosen, two
+apiece.
 """
 
-from abc import ABC, abstractmethod
 from typing import Final
 
 import numpy as np
@@ -19,52 +32,7 @@ _LEAST_POWER: Final = 1e-7
 _CONSTANT: Final = 1e-12
 
 
-class CandidateProducts(ABC):
-    """Inner products of candidates that an orthogonal search needs.
-
-    Attributes
-    ----------
-    size
-        Number of candidates.
-    terms
-        Of each: 1, or 2 for pairs.
-    data
-        (candidates,) complex inner products with the signal without its line.
-    own_first, own_second, cross
-        (candidates,) mean squares of both terms, and of their product.
-    whole
-        (2, candidates) mean squares that the dependence on other terms is judged by.
-    least_power
-        (2, candidates) mean squares below which a term is rejected.
-    """
-
-    size: int
-    terms: int
-    data: ComplexArray
-    own_first: FloatArray
-    own_second: FloatArray
-    cross: FloatArray
-    whole: FloatArray
-    least_power: FloatArray
-
-    @abstractmethod
-    def choose(self, index: int) -> None:
-        """Let functions hold the terms of this candidate as well."""
-
-    @abstractmethod
-    def all(self, row: FloatArray) -> ComplexArray:
-        """(candidates,) inner products of all candidates with one function.
-
-        `row` holds the function's coefficients on 1, the ramp, and the terms of each candidate
-        chosen, two apiece.
-        """
-
-    @abstractmethod
-    def one(self, row: FloatArray, index: int) -> complex:
-        """As `all`, for one candidate."""
-
-
-class SinusoidProducts(CandidateProducts):
+class SinusoidProducts:
     """Pairs ``cos(k * argument)``, ``sin(k * argument)``, k = 1 ... `size`.
 
     Parameters
@@ -113,19 +81,8 @@ class SinusoidProducts(CandidateProducts):
         chosen = np.array(self._chosen, dtype=np.int64)
         return _kernels.orthogonal_products(self._sampling, self._tilted, chosen, row, self.size)
 
-    def one(self, row: FloatArray, index: int) -> complex:
-        """As `all`, for one pair."""
-        total = row[0] * self._sampling[index + 1] + row[1] * self._tilted[index + 1]
-        for term, other in enumerate(self._chosen):
-            a, b = row[2 + 2 * term], row[3 + 2 * term]
-            above = self._sampling[index + other + 2]
-            below = self._sampling[abs(index - other)]
-            below = below if index >= other else np.conj(below)
-            total += 0.5 * (a - 1j * b) * above + 0.5 * (a + 1j * b) * below
-        return complex(total)
 
-
-class MatrixProducts(CandidateProducts):
+class MatrixProducts:
     """Columns of a matrix, alone or in pairs.
 
     Parameters
@@ -172,18 +129,12 @@ class MatrixProducts(CandidateProducts):
             total += coefficient * products
         return total
 
-    def one(self, row: FloatArray, index: int) -> complex:
-        """As `all`, for one candidate."""
-        return complex(
-            sum(
-                coefficient * products[index]
-                for coefficient, products in zip(row, self._known, strict=True)
-            )
-        )
-
     def _with(self, values: FloatArray) -> ComplexArray:
         """(candidates,) inner products of the terms of all candidates with `values`."""
         products = (values @ self._columns / values.size).reshape(self.size, self.terms)
         if self.terms == 1:
             return products[:, 0].astype(np.complex128)
         return products[:, 0] + 1j * products[:, 1]
+
+
+CandidateProducts = SinusoidProducts | MatrixProducts

@@ -413,6 +413,7 @@ class _State:
         self.least = np.maximum(_DEPENDENT * products.whole, products.least_power)
         self.chosen: list[int] = []
         self.rows: list[FloatArray] = []  # orthogonal functions
+        self.with_all: list[ComplexArray] = []  # their products with all candidates
         self.power: list[float] = []  # D(r, r)
         self.shares: list[float] = []  # C(r) / D(r, r)
 
@@ -467,8 +468,8 @@ class _State:
             row = np.zeros(size + 2)
             row[size + is_second] = 1.0
             # The candidate made orthogonal to every function so far.
-            for other, power in zip(list(self.rows), self.power, strict=True):
-                product = self.products.one(other, index)
+            for other, products, power in zip(self.rows, self.with_all, self.power, strict=True):
+                product = products[index]
                 row -= (product.imag if is_second else product.real) / power * other
             own = float((self.own_second if is_second else self.own_first)[index])
             shared = float((self.data.imag if is_second else self.data.real)[index])
@@ -485,6 +486,7 @@ class _State:
         """Make every candidate, and the data, orthogonal to one more function."""
         products: ComplexArray = self.products.all(row)
         self.rows.append(row)
+        self.with_all.append(products)
         self.power.append(power)
         self.shares.append(shared / power)
         self.own_first -= products.real**2 / power

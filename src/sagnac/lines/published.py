@@ -9,7 +9,7 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
-from sagnac.errors import Note, quoted
+from sagnac.errors import Note
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale
 from sagnac.lines.naming import TAKEN_BINS
@@ -19,6 +19,7 @@ from sagnac.lines.orthogonal_search import (
     fast_orthogonal_search,
     require_rule,
 )
+from sagnac.recording.channel import require_rate
 from sagnac.spectrum import periodogram
 from sagnac.spectrum.power_laws import noise_floor
 from sagnac.spectrum.sums import angle_series
@@ -226,8 +227,7 @@ def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_ra
         raise ValueError(
             f"table has shape {table.shape} and angle {shapes.pop()}; give one of each a sample"
         )
-    if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
-        raise ValueError(f"sample_rate is {quoted(sample_rate)}; give a positive number of Hz")
+    require_rate(sample_rate)
 
 
 def _without_orders(

@@ -28,6 +28,7 @@ from sagnac.lines.naming import Lineup
 from sagnac.lines.products import Sampling, sampling
 from sagnac.lines.rescaling import Wander, wander
 from sagnac.lines.wandering import DriftingLine, values
+from sagnac.recording.channel import require_rate
 from sagnac.table.kinematics import averaged, block_averages, kinematics
 from sagnac.table.motion import TableMotion, follow_table
 from sagnac.table.turns import is_turning
@@ -100,8 +101,7 @@ class Record:
             raise ValueError(
                 f"table has shape {self.encoder.shape}; give that of the angle, {self.angle.shape}"
             )
-        if not self.sample_rate > 0.0:
-            raise ValueError(f"sample_rate is {self.sample_rate}; give a rate above zero in Hz")
+        require_rate(self.sample_rate)
         threshold = detection_threshold(self.angle.size // 2, self.false_alarm)
         object.__setattr__(self, "threshold", threshold)
 

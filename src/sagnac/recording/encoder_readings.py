@@ -314,19 +314,24 @@ def _fill_runs(
 
 
 def _found(
-    test: Callable[[FloatArray], BooleanArray], values: FloatArray, most: float
+    test: Callable[[FloatArray], BooleanArray],
+    values: FloatArray,
+    most: float,
+    following: int = 0,
 ) -> IntegerArray:
     """Samples for which `test` holds, up to the first block in which they become more than `most`.
 
-    What lies behind is not looked at: more than that is no finding, and takes memory.
+    What lies behind is not looked at: more than that is no finding, and takes memory. The test is
+    given `following` samples more than it judges.
     """
 
     def add(found: list[IntegerArray], block: slice) -> list[IntegerArray]:
         if sum(some.size for some in found) <= most:
-            found.append(block.start + np.flatnonzero(test(values[block])))
+            here = test(values[block.start : block.stop + following])
+            found.append(block.start + np.flatnonzero(here))
         return found
 
-    found = series.reduce(add, list[IntegerArray](), values.size, values)
+    found = series.reduce(add, list[IntegerArray](), values.size - following, values)
     return np.concatenate([_NONE, *found])
 
 
@@ -362,26 +367,15 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
         return _NONE
     usual = float(np.quantile(usual_steps, 0.9))
     limit = max(_USUAL_STEPS * usual, _LEAST_JUMP * turn)
-    places = _found_steps(values, turn, limit)
-    if places.size > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
+    most = 2.0 * LARGEST_SHARE_MISSING * values.size + 2
+    places = _found(
+        lambda some: np.abs(_folded(_steps(some), turn)) > limit, values, most, following=1
+    )
+    if places.size > most:
         # That is how this table moves.
         return _NONE
     sizes = _folded(series.at(values, places + 1) - series.at(values, places), turn)
     return _excursions(places.tolist(), sizes.tolist(), usual)
-
-
-def _found_steps(values: FloatArray, turn: float, limit: float) -> IntegerArray:
-    """Samples before steps of more than `limit`, up to the block in which they become many."""
-    most = 2.0 * LARGEST_SHARE_MISSING * values.size + 2
-
-    def add(found: list[IntegerArray], block: slice) -> list[IntegerArray]:
-        if sum(some.size for some in found) <= most:
-            steps = _folded(_steps(values[block.start : block.stop + 1]), turn)
-            found.append(block.start + np.flatnonzero(np.abs(steps) > limit))
-        return found
-
-    found = series.reduce(add, list[IntegerArray](), values.size - 1, values)
-    return np.concatenate([_NONE, *found])
 
 
 def _excursions(places: list[int], sizes: list[float], usual: float) -> IntegerArray:

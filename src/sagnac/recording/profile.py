@@ -265,6 +265,11 @@ def changes_of(channel: Channel) -> FloatArray:
     return series.differences(channel.values) if channel.kind == "angle" else channel.values
 
 
+def rounding_in(values: FloatArray) -> float:
+    """Changes up to which those of a series are rounding, in its unit."""
+    return _LAST_PLACES * float(np.finfo(np.float64).eps) * max(map(abs, series.extent(values)))
+
+
 def rounding_of(channel: Channel) -> float:
     """Rounding of the changes of an angle, in its unit; 0 if the values are no differences."""
     if channel.kind != "angle":
@@ -278,8 +283,6 @@ def profile_of(channel: Channel) -> Profile:
     # Fewer than a block are one.
     block = min(max(_LEAST, changes.size // _BLOCKS), changes.size)
     blocks = changes.size // block
-    low, high = series.extent(channel.values)
-    rounding = _LAST_PLACES * float(np.finfo(np.float64).eps) * max(abs(low), abs(high))
 
     def of_blocks(some: slice) -> FloatArray:
         rows = changes[some.start * block : some.stop * block].reshape(-1, block)
@@ -292,7 +295,7 @@ def profile_of(channel: Channel) -> Profile:
         level=found[:, 0],
         power=found[:, 1],
         typical=found[:, 2],
-        step=count_step(changes, rounding),
+        step=count_step(changes, rounding_in(channel.values)),
         spread=found[:, 3],
         block=block,
     )

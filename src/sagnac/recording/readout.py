@@ -16,7 +16,7 @@ from sagnac.errors import Level, Note
 from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.profile import Profile, count_step, rounding_of
+from sagnac.recording.profile import Profile, count_step, rounding_in, rounding_of
 from sagnac.recording.stamps import Places
 from sagnac.units import ARCSECOND, UNITS, split_factor
 
@@ -33,8 +33,6 @@ _LEAST_STEPS: Final = 32
 # Share of the stretches of `_STEADY` steps that count, those of least variance: the others hold the
 # reversals of a table, which dither nothing between them.
 _COUNT: Final = 0.99
-# Changes below this many last places of the largest angle are rounding.
-_LAST_PLACES: Final = 8.0
 # Angles that a readout step has to leave for a fit. If there are fewer, five terms are not told
 # apart: even with white readout noise nine intervals in ten hold N, and what is estimated lies
 # half an error high.
@@ -136,8 +134,7 @@ def readout_of(angle: ArrayLike) -> Readout:
     values = np.asarray(angle, dtype=np.float64)
     every = 1
     taken = values
-    rounding = _LAST_PLACES * float(np.finfo(float).eps) * max(map(abs, series.extent(values)))
-    step = count_step(series.differences(values), rounding)
+    step = count_step(series.differences(values), rounding_in(values))
     if not math.isfinite(step):
         return Readout(step=0.0, every=1)
     while taken.size > _LEAST_STEPS:

@@ -11,6 +11,7 @@ from scipy.fft import prev_fast_len
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.recording.channel import require_rate
 from sagnac.spectrum.periodogram import (
     CELL,
     FINE,
@@ -170,8 +171,7 @@ def tapered_spectrum(
     values = np.asarray(increments, dtype=np.float64)
     if values.ndim != 1 or values.size < LEAST_SAMPLES:
         raise ValueError(f"increments has shape {values.shape}; give {LEAST_SAMPLES} or more")
-    if not sample_rate > 0.0:
-        raise ValueError(f"sample_rate is {sample_rate}; give samples per second, above zero")
+    require_rate(sample_rate)
     if segment < 4096:
         raise ValueError(f"segment is {segment}; give 4096 samples or more")
     record = _straight(values)

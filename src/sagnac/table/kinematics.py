@@ -9,6 +9,7 @@ import numpy as np
 
 from sagnac import series
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.recording.channel import require_rate
 from sagnac.spectrum.sums import HIGHEST, angle_series
 from sagnac.table import _kernels
 from sagnac.units import EARTH_RATE
@@ -107,7 +108,7 @@ class Kinematics:
     length: int
 
     def __post_init__(self) -> None:
-        _check_rate(self.sample_rate)
+        require_rate(self.sample_rate)
         if not (self.block >= 1 and self.length >= 1 and self.length % self.block == 0):
             raise ValueError(
                 f"block is {self.block} and length {self.length}; a piece holds whole blocks"
@@ -144,7 +145,7 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
     ValueError
         If the sample rate is not positive.
     """
-    _check_rate(sample_rate)
+    require_rate(sample_rate)
     dt = 1.0 / sample_rate
     block = max(1, round(sample_rate / KINEMATIC_RATE))
     length = block * max(1, series.SPAN // block)
@@ -283,8 +284,3 @@ def averages_of(angle: FloatArray, block: int) -> FloatArray:
 def block_averages(angle: FloatArray, kinematic: Kinematics) -> FloatArray:
     """(averages,) of a (samples,) angle over the blocks of the kinematics, in its unit."""
     return averages_of(angle, kinematic.block)
-
-
-def _check_rate(sample_rate: float) -> None:
-    if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
-        raise ValueError(f"sample_rate is {sample_rate!r}; give a positive number of Hz")

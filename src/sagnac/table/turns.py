@@ -15,6 +15,7 @@ import numpy as np
 from sagnac import series
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.errors import RecordingError
+from sagnac.recording.channel import require_rate
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
@@ -96,8 +97,7 @@ def mean_rate(table: FloatArray, sample_rate: float) -> float:
     """
     if table.size < 2:
         raise ValueError(f"table has {table.size} samples; a rate needs 2")
-    if not (sample_rate > 0.0 and math.isfinite(sample_rate)):
-        raise ValueError(f"sample_rate is {sample_rate!r}; give a positive number of Hz")
+    require_rate(sample_rate)
     net = float(table[-1] - table[0])
     # Quantization noise of the encoder would add to the path at every sample.
     coarse = series.every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
