@@ -8,7 +8,7 @@ import numpy as np
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import sinusoid_allan_variance
 from sagnac.errors import Note, counted, rounded
-from sagnac.lines.components import Components, Turning
+from sagnac.lines.components import Turning
 from sagnac.lines.detection import floors, significances
 from sagnac.lines.joint_fit import ComponentFit
 from sagnac.lines.model import Line
@@ -107,73 +107,44 @@ def _of_fit(fit: ComponentFit, known: Lineup, channel: str) -> list[Line]:
     components = fit.components
     levels = floors(components, known.turning, known.floor)
     significance = significances(fit, levels)
+    pairs = np.stack([components.cosine, components.sine], axis=1)
     lines = []
-    for index in range(components.size):
-        polar = _polar(components, fit.covariance[index] * levels[index], index)
-        in_angle = index < components.orders.size
-        line = Line(
-            scale="angle" if in_angle else "time",
-            frequency=float(components.orders[index]) if in_angle else 0.0,
-            frequency_error=polar.frequency_error,
-            amplitude=polar.amplitude,
-            amplitude_error=polar.amplitude_error,
-            phase=_wrapped(polar.phase),
-            phase_error=polar.phase_error,
-            significance=float(significance[index]),
-            channel=channel,
+    for index, (pair, significant) in enumerate(zip(pairs, significance.tolist(), strict=True)):
+        covariance = fit.covariance[index] * levels[index]
+        amplitude = float(np.hypot(*pair))
+        along = pair / amplitude
+        across = np.array([-along[1], along[0]])
+        amplitude_error, phase_error = (
+            float(np.sqrt(max(float(way @ covariance[:2, :2] @ way), 0.0)))
+            for way in (along, across)
         )
-        if not in_angle:
+        phase, phase_error = float(-np.arctan2(pair[1], pair[0])), phase_error / amplitude
+        frequency_error = float(np.sqrt(covariance[2, 2]))
+        in_angle = index < components.orders.size
+        if in_angle:
+            frequency = float(components.orders[index])
+        else:
+            # At the first sample, not at the origin: the frequency's error adds to the phase's.
             cycles = float(components.frequencies[index - components.orders.size])
-            line = _in_time(line, polar, cycles, components.center, known.sample_rate)
-        lines.append(line)
+            phase -= 2.0 * np.pi * cycles * components.center
+            turned = 2.0 * np.pi * components.center * frequency_error
+            phase_error = float(np.hypot(phase_error, turned))
+            frequency = cycles * known.sample_rate
+            frequency_error *= known.sample_rate
+        lines.append(
+            Line(
+                scale="angle" if in_angle else "time",
+                frequency=frequency,
+                frequency_error=frequency_error,
+                amplitude=amplitude,
+                amplitude_error=amplitude_error,
+                phase=float(np.angle(np.exp(1j * phase))),
+                phase_error=phase_error,
+                significance=significant,
+                channel=channel,
+            )
+        )
     return lines
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Polar:
-    """Amplitude (rad) and phase (rad, at the phase origin) of a component, and their errors."""
-
-    amplitude: float
-    amplitude_error: float
-    phase: float
-    phase_error: float
-    frequency_error: float
-
-
-def _polar(components: Components, covariance: FloatArray, index: int) -> _Polar:
-    """A component's amplitude and phase from its cosine and sine, with (3, 3) covariance."""
-    a, b = float(components.cosine[index]), float(components.sine[index])
-    amplitude = float(np.hypot(a, b))
-    along = np.array([a, b]) / amplitude
-    across = np.array([-b, a]) / amplitude
-    pair = covariance[:2, :2]
-    return _Polar(
-        amplitude=amplitude,
-        amplitude_error=float(np.sqrt(max(float(along @ pair @ along), 0.0))),
-        phase=float(-np.arctan2(b, a)),
-        phase_error=float(np.sqrt(max(float(across @ pair @ across), 0.0))) / amplitude,
-        frequency_error=float(np.sqrt(covariance[2, 2])),
-    )
-
-
-def _in_time(line: Line, polar: _Polar, cycles: float, center: float, sample_rate: float) -> Line:
-    """A line in time: its phase at the first sample, to which the frequency's error adds.
-
-    `cycles` is its frequency in cycles a sample, and `center` its phase origin in samples.
-    """
-    turned = 2.0 * np.pi * center * polar.frequency_error
-    return replace(
-        line,
-        frequency=cycles * sample_rate,
-        frequency_error=polar.frequency_error * sample_rate,
-        phase=_wrapped(polar.phase - 2.0 * np.pi * cycles * center),
-        phase_error=float(np.hypot(polar.phase_error, turned)),
-    )
-
-
-def _wrapped(phase: float) -> float:
-    """A phase, rad, within half a turn of zero."""
-    return float(np.angle(np.exp(1j * phase)))
 
 
 # --- names: every sideband is told here ------------------------------------------------------

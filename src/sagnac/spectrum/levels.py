@@ -140,17 +140,17 @@ def robust_levels(
     if not members:
         raise ValueError("no cell of the spectrum is left; give fewer masked bands")
     flat = np.where(usable, 1.0, 0.0)
-    bins = _bins(cells, members, flat)
+    level, shape, outstanding, frequency = _bins(cells, members, flat)
     for _ in range(2):
-        flat = _flattening(cells, members, usable, bins.level)
-        bins = _bins(cells, members, flat)
+        flat = _flattening(cells, members, usable, level)
+        level, shape, outstanding, frequency = _bins(cells, members, flat)
     return Levels(
-        frequency=bins.frequency,
+        frequency=frequency,
         low=np.array([cells.low[first] for first, _ in members]),
         high=np.array([cells.high[last - 1] for _, last in members]),
-        level=bins.level,
-        shape=bins.shape,
-        outstanding=bins.outstanding,
+        level=level,
+        shape=shape,
+        outstanding=outstanding,
         members=members,
         flat=flat,
         spectrum=spectrum,
@@ -190,17 +190,8 @@ def _flattening(
     return flat
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Bins:
-    """Level, shape, share that stands out and frequency of each bin."""
-
-    level: FloatArray
-    shape: FloatArray
-    outstanding: FloatArray
-    frequency: FloatArray
-
-
-def _bins(cells: Cells, members: Sequence[tuple[int, int]], flat: FloatArray) -> _Bins:
+def _bins(cells: Cells, members: Sequence[tuple[int, int]], flat: FloatArray) -> FloatArray:
+    """(4, bins) level, shape, share that stands out and frequency of each bin."""
     rows = []
     for first, last in members:
         kept = np.flatnonzero(flat[first:last] > 0.0) + first
@@ -220,8 +211,8 @@ def _bins(cells: Cells, members: Sequence[tuple[int, int]], flat: FloatArray) ->
                 math.exp(float(np.log(cells.frequency[kept]).mean())),
             )
         )
-    level, shapes, outstanding, frequency = np.array(rows).T
-    return _Bins(level=level, shape=shapes, outstanding=outstanding, frequency=frequency)
+    # Each row a whole array of its own.
+    return np.array(rows).T.copy()
 
 
 def _standing(cells: FloatArray, shape: float) -> BooleanArray:

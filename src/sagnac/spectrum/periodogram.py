@@ -18,7 +18,6 @@ cycles a record off   6         20        100       400       1000
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
@@ -101,25 +100,17 @@ def bin_sums(
     start, stop = int(edges[0]), int(edges[-1])
     total = np.zeros(edges.size - 1)
 
-    def sums(block: slice) -> _Partial:
+    def sums(block: slice) -> tuple[slice, FloatArray]:
         here = slice(start + block.start, start + block.stop)
         first = int(np.searchsorted(edges, here.start, "right")) - 1
         last = int(np.searchsorted(edges, here.stop, "left"))
         begins = np.maximum(edges[first:last], here.start) - here.start
-        return _Partial(bins=slice(first, last), sums=np.add.reduceat(values_of(here), begins))
+        return slice(first, last), np.add.reduceat(values_of(here), begins)
 
     # A bin may go on from one block to the next.
-    for partial in series.map(sums, stop - start, *touched):
-        total[partial.bins] += partial.sums
+    for bins, partial in series.map(sums, stop - start, *touched):
+        total[bins] += partial
     return total
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Partial:
-    """Sums over the part of some bins that lies in one block."""
-
-    bins: slice
-    sums: FloatArray
 
 
 # ---- tapers ------------------------------------------------------------------------

@@ -106,17 +106,6 @@ def mean_rate(table: FloatArray, sample_rate: float) -> float:
     return sign * path * sample_rate / (table.size - 1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Passes:
-    """Passes of full turns so far, and the furthest turn reached.
-
-    The furthest turn stays while the table goes back, so that each full turn is passed once.
-    """
-
-    reached: float
-    times: tuple[FloatArray, ...]
-
-
 def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray:
     """Fractional sample numbers at which the table passes each full turn.
 
@@ -138,16 +127,19 @@ def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray
     """
     sign = -1.0 if table[-1] < table[0] else 1.0
 
-    def go_on(before: _Passes, block: slice) -> _Passes:
-        turn = sign * ((table[block.start : block.stop + 1] - null_angle) / _TURN)
-        furthest = np.maximum.accumulate(np.maximum(turn, before.reached))
-        lowest = np.ceil(turn[0]) if block.start == 0 else np.floor(before.reached) + 1.0
-        whole = np.arange(lowest, np.floor(furthest[-1]) + 1.0)
-        passed = _passed(furthest, whole, block.start)
-        return _Passes(reached=furthest[-1], times=(*before.times, passed))
+    times: list[FloatArray] = []
 
-    start = _Passes(reached=-np.inf, times=(np.empty(0),))
-    return np.concatenate(series.reduce(go_on, start, table.size - 1, table).times)
+    def go_on(reached: float, block: slice) -> float:
+        """The furthest turn, which stays while the table goes back: each is passed once."""
+        turn = sign * ((table[block.start : block.stop + 1] - null_angle) / _TURN)
+        furthest = np.maximum.accumulate(np.maximum(turn, reached))
+        lowest = np.ceil(turn[0]) if block.start == 0 else np.floor(reached) + 1.0
+        whole = np.arange(lowest, np.floor(furthest[-1]) + 1.0)
+        times.append(_passed(furthest, whole, block.start))
+        return float(furthest[-1])
+
+    series.reduce(go_on, -np.inf, table.size - 1, table)
+    return np.concatenate([np.empty(0), *times])
 
 
 def _passed(furthest: FloatArray, whole: FloatArray, start: int) -> FloatArray:
