@@ -1,6 +1,5 @@
 """Kinematics of the table: its angle, the integrals of its sine and cosine, and Earth rate."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
