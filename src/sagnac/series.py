@@ -462,6 +462,23 @@ def scale(values: FloatArray, factor: float) -> FloatArray:
     return values
 
 
+def shift(values: FloatArray, by: float) -> FloatArray:
+    """Values plus a number, in place; returns them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> shift(np.array([1.0, 2.0, 6.0]), -1.0)
+    array([0., 1., 5.])
+    """
+
+    def add(block: slice) -> None:
+        values[block] += by
+
+    map(add, values.size, values)
+    return values
+
+
 def every(values: FloatArray, step: int) -> FloatArray:
     """Copy of every `step`-th value, from the first.
 

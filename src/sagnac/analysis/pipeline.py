@@ -477,7 +477,7 @@ def _composed(
     table, left = prepared.table.angle, removed.left
     residual, density = left.removal.residual, None
     if settings.estimators:
-        density = multitaper_density(series.differences(residual), left.rate)
+        density = multitaper_density(residual, left.rate)
     trust = _trust(seen, answered)
     headline = trust.headline(answered.headline, measured.channel)
     table_rates = TableShares()

@@ -49,21 +49,22 @@ class Spectrum:
         return cls(frequency=np.empty(0), density=np.empty(0))
 
 
-def multitaper_density(increments: FloatArray, sample_rate: float) -> Spectrum:
-    """Multitaper rate density of angle increments (rad), in log-spaced bins."""
-    return _density(multitaper, increments, sample_rate)
+def multitaper_density(angle: FloatArray, sample_rate: float) -> Spectrum:
+    """Multitaper rate density of an angle (rad), in log-spaced bins."""
+    return _density(multitaper, angle, sample_rate)
 
 
 def figure_spectrum(angle: FloatArray, sample_rate: float) -> Spectrum:
     """One-sided rate spectrum of an angle, averaged into log-spaced bins for a figure."""
-    return _density(periodogram, series.differences(angle), sample_rate)
+    return _density(periodogram, angle, sample_rate)
 
 
 def _density(
-    power_of: Callable[[FloatArray], FloatArray], increments: FloatArray, sample_rate: float
+    power_of: Callable[[FloatArray], FloatArray], angle: FloatArray, sample_rate: float
 ) -> Spectrum:
-    """One-sided rate density of angle increments (rad), averaged into log-spaced bins."""
-    steps = series.less(increments, series.mean(increments))
+    """One-sided rate density of an angle (rad), averaged into log-spaced bins."""
+    steps = series.differences(angle)
+    steps = series.shift(steps, (angle[0] - angle[-1]) / steps.size)
     frequency, power = smoothed(power_of(steps))
     return Spectrum(frequency=frequency * sample_rate, density=rate_density(power, sample_rate))
 

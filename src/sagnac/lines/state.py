@@ -367,15 +367,5 @@ def lines_removed(state: State) -> Increments:
 
     known = (whole, steps) if table is None else (whole, steps, table)
     parts = series.map(work, size, *known, length=state._length)
-    centre(steps, parts[-1][2] - parts[0][1])
+    series.shift(steps, (parts[0][1] - parts[-1][2]) / steps.size)
     return Increments(steps=steps, averages=np.concatenate([part[0] for part in parts]))
-
-
-def centre(steps: FloatArray, total: float) -> None:
-    """Take the mean out of increments, (samples - 1,) rad, that sum up to `total`, in place."""
-    mean = total / steps.size
-
-    def centred(span: slice) -> None:
-        steps[span] -= mean
-
-    series.map(centred, steps.size, steps)
