@@ -159,7 +159,7 @@ SEEDS = 200
 
 
 def again_like(first, seed):
-    """Of a unit like the first, one gyro and the accelerometer along it, by turns."""
+    """One gyro and the accelerometer along it, by turns, of a unit like the first."""
     made, axis = simulate(replace(first, seed=seed)).recording, seed % 3
     one = replace(
         made,

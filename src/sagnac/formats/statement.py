@@ -305,7 +305,7 @@ def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Sta
 VOCABULARY: Final = frozenset(item.name for item in fields(Statement)) - {"span"}
 # Attributes by which a file states something of itself.
 ATTRIBUTES: Final = VOCABULARY - {"columns", "layout"}
-# Of a file whose every entry has a name, ``time`` and ``table`` are columns.
+# ``time`` and ``table`` are columns of a file in which every entry has a name.
 ARRAYS_STATED: Final = ATTRIBUTES - {"time", "table"}
 
 

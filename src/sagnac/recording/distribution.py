@@ -412,7 +412,7 @@ def _take_turns(profile: Profile, sensors: int, rounding: float) -> bool:
     apart = np.all(np.abs(means) > least, axis=0)
     if (apart & (np.abs(np.sign(means).sum(axis=0)) == _PARTS)).any():
         return True
-    # Of a line at a part of the sample rate some turns see more: the noise between lines tells.
+    # Some turns see more of a line at a part of the sample rate: the noise between lines tells.
     white = whitened(changes)
     if not white.innovation > rounding:
         return False

@@ -284,8 +284,8 @@ _SPOILS: Final = 0.5
 _WHITE: Final = 0.125 + 1.0 / 12.0
 # Change of N that is worth a word.
 _WORTH: Final = 0.02
-# Octaves in which N is looked for end at this part of the sample rate, and begin at so many
-# frequencies; the most samples looked at.
+# N is looked for in octaves: the highest ends at this part of the sample rate, the lowest at no
+# fewer frequencies than these. No more samples than these are looked at.
 _HIGHEST: Final = 0.05
 _LEAST_FREQUENCIES: Final = 16
 _MOST: Final = 2**17

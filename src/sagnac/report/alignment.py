@@ -251,7 +251,7 @@ _SHOWN: Final = (
     ("attitude", "deg", "°", DEGREE),
     ("position", "m", "m", 1.0),
 )
-# Of the parts in a picture.
+# Line styles of the parts in a picture.
 _STYLES: Final = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 _RAISED: Final = 1.01  # by upper bounds, from which on they are shown
 _LEAST: Final = 1e-3  # of the largest part, from which on others are printed

@@ -119,7 +119,7 @@ class _Mantissas(ScalarFormatter):
         self.set_powerlimits((-3, 4))
 
     def get_offset(self) -> str:
-        """Nothing: it would stand above the axis, where the legend is."""
+        """No offset is written: it would stand above the axis, where the legend is."""
         return ""
 
     def power(self) -> str:
