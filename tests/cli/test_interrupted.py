@@ -1,5 +1,6 @@
 """Commands that a signal ends at any instant leave the old result whole, or the new one."""
 
+import ctypes
 import os
 import random
 import signal
@@ -12,6 +13,7 @@ import pytest
 
 import sagnac
 from sagnac.cli import main
+from sagnac.cli.app import Stopped, stopped_by_signals
 
 ROOT = Path(sagnac.__file__).parent.parent
 # Parts of a whole run at which a signal comes, drawn for each command and signal.
@@ -109,3 +111,16 @@ def is_new(after: dict[str, bytes], whole: dict[str, bytes], before: dict[str, b
             after[name] != before[name] or whole[name] == before[name] for name in after
         ) and all(after[name] == whole[name] for name in after if name.endswith((".png", ".csv")))
     return after == whole
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_in_the_callback_of_a_library_ends_the_run_as_well(number, capsys):
+    @ctypes.CFUNCTYPE(None)
+    def called_back() -> None:
+        signal.raise_signal(number)
+
+    ends = pytest.raises(KeyboardInterrupt if number == signal.SIGINT else Stopped)
+    with ends, stopped_by_signals():
+        called_back()
+        time.sleep(10.0)
+    assert capsys.readouterr().err == ""

@@ -2,13 +2,15 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import tempfile
 
 import pytest
 
 from sagnac.errors import RecordingError
-from sagnac.formats.files import remove_leftovers, replacing, replacing_folder
+from sagnac.formats.files import remove_leftovers, replacing, replacing_folder, replacing_set
 
 
 def dead_process() -> int:
@@ -33,6 +35,24 @@ def test_a_full_disk_names_the_file(tmp_path):
     said = pytest.raises(RecordingError, match=r"run\.csv: cannot be written \(No space left")
     with said, replacing(tmp_path / "run.csv"):
         raise OSError(28, "No space left on device")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("write", "made"),
+    [(replacing, "mkstemp"), (replacing_set, "mkdtemp"), (replacing_folder, "mkdtemp")],
+)
+def test_a_signal_that_comes_with_the_part_takes_it_away(write, made, tmp_path, monkeypatch):
+    makes = getattr(tempfile, made)
+
+    def makes_and_stops(*given, **named):
+        part = makes(*given, **named)
+        signal.raise_signal(signal.SIGINT)
+        return part
+
+    monkeypatch.setattr(tempfile, made, makes_and_stops)
+    with pytest.raises(KeyboardInterrupt), write(tmp_path / "run.csv"):
+        pass
     assert list(tmp_path.iterdir()) == []
 
 

@@ -34,6 +34,8 @@ from sagnac.version import __version__
 _NARROWEST: Final = 40
 # Objects made, less those freed, between two collections of garbage.
 _NEW_OBJECTS: Final = 200_000
+# Time after which a signal is sent anew whose exception was lost, s.
+_SOON: Final = 0.02
 
 app: Final = App(
     name="sagnac",
@@ -73,18 +75,34 @@ def _stop(number: int, _frame: object) -> None:
 
 
 @contextmanager
-def _stopped_by_signals() -> Iterator[None]:
+def stopped_by_signals() -> Iterator[None]:
     """Inside, a signal to end is an exception: as after an interrupt, what is half written goes."""
     known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
     if threading.current_thread() is not threading.main_thread():
         # Only the main thread may ask for signals.
         known = []
     before = {number: signal.signal(number, _stop) for number in known}
+    shown, sys.unraisablehook = sys.unraisablehook, _ask_again
     try:
         yield
     finally:
+        sys.unraisablehook = shown
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _ask_again(lost: "sys.UnraisableHookArgs") -> None:
+    """Send a signal anew whose exception was born where it cannot rise, in a library's callback."""
+    if isinstance(lost.exc_value, Stopped):
+        number = lost.exc_value.signal
+    elif isinstance(lost.exc_value, KeyboardInterrupt):
+        number = signal.SIGINT
+    else:
+        sys.__unraisablehook__(lost)
+        return
+    again = threading.Timer(_SOON, os.kill, (os.getpid(), number))
+    again.daemon = True
+    again.start()
 
 
 class _Visible(io.TextIOBase):
@@ -129,7 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _prepare_process()
     try:
         command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
-        with _stopped_by_signals(), _visible_names(command):
+        with stopped_by_signals(), _visible_names(command):
             status = command(*bound.args, **bound.kwargs)
         sys.stdout.flush()
     except KeyboardInterrupt:

@@ -3,10 +3,11 @@
 import json
 import sys
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from dataclasses import field as field_of
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -158,7 +159,8 @@ def _parsed(
     """The wanted columns: key -> values, integers where a float would lose digits."""
     blocks = blocks_of(path, encoding=encoding, blanks=laid_out.delimiter == " ")
     expected = path.stat().st_size // max(1, len(laid_out.delimiter.join(laid_out.first_row)))
-    shown, sys.unraisablehook = sys.unraisablehook, _unshown
+    shown = sys.unraisablehook
+    sys.unraisablehook = partial(_shown_unless_text, shown)
     try:
         return _filled(_batches(blocks, laid_out, wanted), laid_out, wanted, expected)
     except (pa.ArrowInvalid, ValueError) as error:
@@ -211,8 +213,10 @@ def _batches(
             yield from one.result().to_batches()
 
 
-def _unshown(_: object) -> None:
-    """A row that is no UTF-8 never gets to `_odd_row`: the library would print why, and refuses."""
+def _shown_unless_text(shown: Callable[[Any], Any], lost: Any) -> None:
+    """Hide that a row is no UTF-8: it never gets to `_odd_row`, and the library refuses it."""
+    if not isinstance(lost.exc_value, UnicodeDecodeError):
+        shown(lost)
 
 
 def _odd_row(row: Any) -> str:

@@ -152,16 +152,16 @@ def replacing(path: Path) -> Iterator[Path]:
     RecordingError
         If the folder cannot be written to, or the disk is full.
     """
+    temporary: Path | None = None
     try:
-        remove_leftovers(path)
-        handle, name = tempfile.mkstemp(
-            prefix=f".{path.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=path.parent
-        )
-    except OSError as error:
-        raise _unwritable(path, error) from None
-    os.close(handle)
-    temporary = Path(name)
-    try:
+        # A signal between the file and its name here would leave it.
+        with _signals_waiting():
+            remove_leftovers(path)
+            handle, name = tempfile.mkstemp(
+                prefix=f".{path.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=path.parent
+            )
+            os.close(handle)
+            temporary = Path(name)
         yield temporary
         mask = os.umask(0)
         os.umask(mask)
@@ -170,7 +170,9 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise _unwritable(path, error) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with _signals_waiting():
+            if temporary is not None:
+                temporary.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -211,23 +213,23 @@ def _folder_beside(path: Path) -> Iterator[Path]:
     RecordingError
         If it cannot be written to, or the disk is full.
     """
+    folder: Path | None = None
     try:
-        remove_leftovers(path)
-        folder = Path(
-            tempfile.mkdtemp(
-                prefix=f".{path.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=path.parent
+        # A signal between the folder and its name here would leave it.
+        with _signals_waiting():
+            remove_leftovers(path)
+            folder = Path(
+                tempfile.mkdtemp(
+                    prefix=f".{path.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=path.parent
+                )
             )
-        )
-    except OSError as error:
-        raise _unwritable(path, error) from None
-    try:
         yield folder
     except OSError as error:
         raise _unwritable(path, error) from error
     finally:
-        # A signal in the middle of it would leave the rest.
         with _signals_waiting():
-            shutil.rmtree(folder, ignore_errors=True)
+            if folder is not None:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextmanager
