@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.rig.gyro import LockIn, SensorErrors, SlowDrift, dither_of, ring_lasers_of
 from sagnac.rig.sections import GyroConfig, TableConfig
 from sagnac.rig.truth import truth_of
@@ -51,13 +52,14 @@ def test_quantization_is_uniform_with_the_truth_of_its_step():
         assert error[g].std() == pytest.approx(truth.gyros[name].quantization_arcsec, rel=0.02)
 
 
-def test_bias_instability_makes_its_allan_floor():
-    """sigma = B sqrt(2 ln 2 / pi), at cluster times from seconds to minutes."""
+@pytest.mark.parametrize("rate", [10.0, 400.0])
+def test_bias_instability_makes_its_allan_floor(rate):
+    """sigma = B sqrt(2 ln 2 / pi), at cluster times from one sample to a thousand."""
     gyro = replace(NOISELESS, bias_instability_deg_per_h=(1.0, 2.0, 0.5))
-    angle = triad(at_rest(gyro, 200_000.0))
-    for samples in (30, 100, 300, 1000):
+    angle = triad(at_rest(gyro, 1_000_000.0 / rate, rate))
+    for samples in (1, 2, 5, 30, 100, 300, 1000):
         relative = [
-            math.sqrt(allan_variance(angle[g], samples, 10.0)) / (value * DEG / 3600)
+            math.sqrt(allan_variance(angle[g], samples, rate)) / (value * DEG / 3600)
             for g, value in enumerate((1.0, 2.0, 0.5))
         ]
         floor = math.sqrt(np.mean(np.square(relative)))
@@ -68,10 +70,24 @@ def test_rate_random_walk_makes_its_allan_slope():
     """sigma^2 = K^2 tau / 3."""
     gyro = replace(NOISELESS, rate_random_walk_deg_per_h_per_sqrt_h=(1.0, 1.0, 1.0))
     angle = triad(at_rest(gyro, 100_000.0))
-    for samples in (30, 100, 300):
+    for samples in (1, 3, 30, 100, 300):
         variance = np.mean([allan_variance(a, samples, 10.0) for a in angle])
         unit = DEG / 3600 / 60
-        assert variance == pytest.approx(unit**2 * samples / 10.0 / 3.0, rel=0.05)
+        assert variance / (unit**2 * samples / 10.0 / 3.0) == pytest.approx(1.0, rel=0.05)
+
+
+def test_a_markov_rate_makes_its_allan_variance():
+    """One as short as two samples, too."""
+    gyro = replace(
+        NOISELESS, markov_deviation_deg_per_h=(1.0, 1.0, 1.0), markov_time_s=(0.2, 1.0, 20.0)
+    )
+    angle = triad(at_rest(gyro, 20_000.0))
+    unit = DEG / 3600
+    for samples in (1, 3, 30, 100):
+        for time, one in zip(gyro.markov_time_s, angle, strict=True):
+            law = markov_allan_variance(samples / 10.0, unit * math.sqrt(2.0 / time), time)
+            # Of the longest there are a thousand correlation times.
+            assert allan_variance(one, samples, 10.0) / law == pytest.approx(1.0, rel=0.1)
 
 
 def test_deterministic_errors():
@@ -168,19 +184,39 @@ def test_lock_in_takes_the_rate_from_one_block_to_the_next():
 
 @pytest.mark.parametrize("pieces", [1, 3, 50])
 def test_slow_drift_holds_each_value_across_blocks(pieces):
-    config = GyroConfig(bias_instability_deg_per_h=1.0, rate_random_walk_deg_per_h_per_sqrt_h=1.0)
+    config = GyroConfig(
+        arw_deg_per_sqrt_h=0.1,
+        bias_instability_deg_per_h=1.0,
+        rate_random_walk_deg_per_h_per_sqrt_h=1.0,
+    )
+    drift, values = drifted(config, pieces)
+    assert drift.hold == 10
+    held = values[:100].reshape(10, 10)
+    assert np.all(held == held[:, :1])
+    assert np.unique(values).size == 11
+
+
+@pytest.mark.parametrize("slow", ["bias_instability_deg_per_h", "markov_deviation_deg_per_h"])
+def test_slow_drift_that_white_noise_does_not_hide_is_not_held(slow):
+    """Each sample has its own, the same whatever the blocks."""
+    config = replace(GyroConfig(arw_deg_per_sqrt_h=1e-3), **{slow: (1.0,) * 3})
+    drift, values = drifted(replace(config, markov_time_s=(0.1,) * 3), 1)
+    assert drift.hold == 1
+    assert np.unique(values).size == values.size
+    _, parted = drifted(replace(config, markov_time_s=(0.1,) * 3), 7)
+    np.testing.assert_array_equal(parted, values)
+
+
+def drifted(config, pieces):
+    """The drift of gyro x at 500 Hz, and 101 values of it in some pieces."""
     drift = SlowDrift.stationary(
         SensorErrors.of(config, 0),
         sample_rate=500.0,
         duration=60.0,
         random=np.random.default_rng(5),
     )
-    assert drift.hold == 10
     parts = np.array_split(np.arange(101), pieces)
-    values = np.concatenate([drift.advance(int(p[0]), p.size) for p in parts])
-    held = values[:100].reshape(10, 10)
-    assert np.all(held == held[:, :1])
-    assert np.unique(values).size == 11
+    return drift, np.concatenate([drift.advance(int(p[0]), p.size) for p in parts])
 
 
 def test_trend_is_bias_ramp_and_warming():

@@ -320,25 +320,23 @@ def slow_drift(
     normals: FloatArray,
     decay: FloatArray,
     spread: FloatArray,
-    step: float,
+    before: FloatArray,
+    after: FloatArray,
     levels: FloatArray,
-    walked: float,
     out: FloatArray,
-) -> float:
-    """Add independent first-order Markov processes and a random walk; return where it got to.
+) -> None:
+    """Add independent first-order Markov processes, each at the last step and at this one.
 
-    `normals` (n, processes + 1), the walk's last; `levels` holds the processes' state and is
-    changed; `step` is the rms of one step of the walk.
+    `normals` (n, processes); the others (processes,), weights `before` and `after`; `levels` holds
+    the processes' state and is changed.
     """
-    terms = decay.size
     for n in range(out.size):
         total = 0.0
-        for j in range(terms):
-            levels[j] = decay[j] * levels[j] + spread[j] * normals[n, j]
-            total += levels[j]
-        walked += step * normals[n, terms]
-        out[n] += total + walked
-    return walked
+        for j in range(decay.size):
+            level = decay[j] * levels[j] + spread[j] * normals[n, j]
+            total += before[j] * levels[j] + after[j] * level
+            levels[j] = level
+        out[n] += total
 
 
 @compiled()

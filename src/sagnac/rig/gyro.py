@@ -135,7 +135,10 @@ class SensorErrors:
 
 _MARKOV_RATIO: Final = 3.0  # between neighbouring correlation times
 _LONGEST_CORRELATION: Final = 10.0  # of the duration
-_MARKOV_STEP: Final = 0.02  # s, grid of bias instability and rate random walk
+_SHORTEST_CORRELATION: Final = 1.0 / 9.0  # of a sample; what is shorter is white there
+_HELD_STEP: Final = 0.02  # s, for which slow errors are held where nobody sees it
+# Part of the white noise below which slow errors lie at half the rate of held values.
+_UNSEEN: Final = 3e-3
 
 
 # ---- lock-in -------------------------------------------------------------------------
@@ -202,23 +205,29 @@ class LockIn:
 
 @dataclass(slots=True, kw_only=True)
 class SlowDrift:
-    """Bias instability and rate random walk of one gyro, on a coarse grid.
+    """Bias instability, rate random walk and Markov rate of one gyro.
 
     Bias instability is flicker rate noise, made as a sum of Markov processes. Processes of
     variance s^2 at correlation times a ratio r apart have the two-sided density
     s^2 / (2 f ln r); bias instability has B^2 / (2 pi f). A Markov rate of the sensor's own is one
-    process more.
+    process more, and the walk one that forgets nothing.
+
+    A sample is the mean rate since the one before. Given a process at both ends of a sample of k
+    correlation times, its mean is tanh(k/2)/k times the sum of both and white noise of variance
+    2 s^2 (k - 2 tanh(k/2)) / k^2. Slow errors that lie far below the white noise at half the rate
+    of held values are values of every 0.02 s instead, held between.
 
     Attributes
     ----------
     hold
         Samples that one value holds for.
     decay, spread
-        (processes,) correlation from one value to the next, and rms of the noise added.
-    step
-        Rms of one step of the walk, rad/s.
-    levels, walked
-        State of the processes, (processes,), and of the walk, rad/s.
+        (processes,) correlation from one value to the next, and rms of the noise added; the walk
+        and the white noise of means are the last.
+    before, after
+        (processes,) weights of a process at the last value and at this one.
+    levels
+        (processes,) their state, rad/s.
     held
         The last value, rad/s.
     random
@@ -228,10 +237,10 @@ class SlowDrift:
     hold: int
     decay: FloatArray
     spread: FloatArray
-    step: float
+    before: FloatArray
+    after: FloatArray
     levels: FloatArray
     random: np.random.Generator
-    walked: float = 0.0
     held: float = 0.0
 
     @classmethod
@@ -244,13 +253,18 @@ class SlowDrift:
         random: np.random.Generator,
     ) -> Self:
         """The processes of one sensor in their stationary state, for a recording of `duration`."""
-        hold = max(1, round(_MARKOV_STEP * sample_rate))
+        hold = max(1, round(_HELD_STEP * sample_rate))
         step = hold * (1.0 / sample_rate)
+        unseen = _slow_density(errors, 0.5 / step) <= _UNSEEN * errors.random_walk**2
+        shortest = step
+        if not unseen:
+            hold, step = 1, 1.0 / sample_rate
+            shortest = _SHORTEST_CORRELATION * step
         count = 0
         if errors.instability > 0.0:
             longest = max(_LONGEST_CORRELATION * duration, 10.0 * step)
-            count = 1 + math.ceil(math.log(longest / step) / math.log(_MARKOV_RATIO))
-        correlation = step * _MARKOV_RATIO ** np.arange(count)
+            count = 1 + math.ceil(math.log(longest / shortest) / math.log(_MARKOV_RATIO))
+        correlation = shortest * _MARKOV_RATIO ** np.arange(count)
         deviation = np.full(
             count, errors.instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
         )
@@ -258,12 +272,29 @@ class SlowDrift:
             correlation = np.append(correlation, errors.markov_time)
             deviation = np.append(deviation, errors.markov_deviation)
         decay = np.exp(-step / correlation)
+        spread = deviation * np.sqrt(1.0 - decay**2)
+        levels = deviation * random.standard_normal(deviation.size)
+        # The walk is last.
+        decay, levels = np.append(decay, 1.0), np.append(levels, 0.0)
+        spread = np.append(spread, errors.rate_walk * math.sqrt(step))
+        before, after = np.zeros(decay.size), np.ones(decay.size)
+        if not unseen:
+            weight, remainder = _mean_of_ends(np.asarray(step / correlation))
+            before = after = np.append(weight, 0.5)
+            white = float(remainder @ deviation**2) + errors.rate_walk**2 * step / 12.0
+            if count:
+                # Of all that are shorter than the shortest.
+                white += 2.0 * deviation[0] ** 2 * (shortest / step) / (_MARKOV_RATIO - 1.0)
+            decay, levels = np.append(decay, 0.0), np.append(levels, 0.0)
+            spread = np.append(spread, math.sqrt(white))
+            before, after = np.append(before, 0.0), np.append(after, 1.0)
         return cls(
             hold=hold,
             decay=decay,
-            spread=deviation * np.sqrt(1.0 - decay**2),
-            step=errors.rate_walk * math.sqrt(step),
-            levels=deviation * random.standard_normal(deviation.size),
+            spread=spread,
+            before=before,
+            after=after,
+            levels=levels,
             random=random,
         )
 
@@ -272,14 +303,36 @@ class SlowDrift:
         begun = -(-first // self.hold)
         ended = -(-(first + count) // self.hold)
         values = np.zeros(ended - begun)
-        normals = self.random.standard_normal((values.size, self.decay.size + 1))
-        self.walked = _kernels.slow_drift(
-            normals, self.decay, self.spread, self.step, self.levels, self.walked, values
+        normals = self.random.standard_normal((values.size, self.decay.size))
+        _kernels.slow_drift(
+            normals, self.decay, self.spread, self.before, self.after, self.levels, values
         )
         # The last value of a block holds on into the next.
         held = np.concatenate([[self.held], values])
         self.held = float(held[-1])
         return np.asarray(held[(first + np.arange(count)) // self.hold - begun + 1])
+
+
+def _slow_density(errors: SensorErrors, frequency: float) -> float:
+    """Two-sided density of the slow errors at a frequency in Hz, (rad/s)^2/Hz."""
+    angular = 2.0 * math.pi * frequency
+    time = errors.markov_time
+    markov = 2.0 * errors.markov_deviation**2 * time / (1.0 + (angular * time) ** 2)
+    return errors.instability**2 / angular + (errors.rate_walk / angular) ** 2 + markov
+
+
+def _mean_of_ends(steps: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean of Markov processes of variance one over `steps` (processes,) correlation times.
+
+    Returns
+    -------
+    weight, remainder
+        (processes,) of the values at both ends, and variance of what they do not tell.
+    """
+    half = np.tanh(0.5 * steps)
+    remainder = 2.0 * (steps - 2.0 * half) / steps**2
+    # Without the cancellation that short steps bring.
+    return half / steps, np.where(steps < 0.01, steps / 6.0, remainder)
 
 
 # ---- the sensor's own low-pass --------------------------------------------------------

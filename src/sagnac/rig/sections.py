@@ -366,7 +366,7 @@ class GyroConfig:
     bias_deg_per_h
         constant bias
     bias_instability_deg_per_h
-        bias instability B: flicker of the rate, below 25 Hz
+        bias instability B: flicker of the rate
     rate_random_walk_deg_per_h_per_sqrt_h
         rate random walk K
     markov_deviation_deg_per_h
@@ -445,7 +445,7 @@ class AccelerometerConfig:
     bias_mg
         constant bias
     bias_instability_mg
-        bias instability B, below 25 Hz
+        bias instability B
     acceleration_random_walk_mg_per_sqrt_h
         acceleration random walk K
     markov_deviation_mg
