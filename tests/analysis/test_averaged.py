@@ -59,7 +59,7 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     assert holds(found, truth)
     assert found.average.member == "whole band"
     assert found.angle_random_walk == found.fits["likelihood"].coefficients["angle_random_walk"]
-    assert "which the levels bear out" in found.source
+    assert "averages over narrow bands agree" in found.source
     assert "is steady" in texts(found)
     # Angles at 1 s tell less than every sample does: here their fit is of a fiftieth.
     few = analyze(recording_of(x=gyro), Settings(gyros=("x",), method="none", interval=1.0))
@@ -84,7 +84,7 @@ def test_where_the_levels_do_not_tell_the_interval_holds_average_and_likelihood(
     assert walk.low <= fitted["angle_random_walk"].low
     assert walk.high >= fitted["angle_random_walk"].high
     assert walk.low <= np.radians(1.0) / 3600.0 <= walk.high
-    assert "neither bear out nor reject" in found.source
+    assert "averages over narrow bands do not decide" in found.source
     assert "the whole band, and " in found.average.in_words()
 
 

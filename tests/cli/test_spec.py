@@ -42,6 +42,17 @@ def test_analyze_writes_all_whatever_the_verdict(bare, capsys, tmp_path):
     assert "FAIL" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize(("limit", "said"), [(1.5 * N, "PASS"), (0.7 * N, "FAIL"), (None, "")])
+def test_gyros_together_have_one_verdict(limit, said, bare, tmp_path, capsys):
+    more = [] if limit is None else ["--spec", f"{limit:.6g}deg/sqrt(h)"]
+    both = tmp_path / "both.csv"
+    rates = bare.read_text().split()[1:]
+    both.write_text("x,y\n" + "\n".join(f"{one},{one}" for one in rates) + "\n")
+    main(["avar", str(both), *STATED, *more])
+    verdicts = [line for line in capsys.readouterr().out.splitlines() if "Verdict of all" in line]
+    assert verdicts == ([f"Verdict of all: {said}"] if said else [])
+
+
 def test_the_risk_sets_the_confidence():
     assert settings_of(Options()).confidence == 0.95
     assert settings_of(Options(spec="1", risk=0.01)).confidence == 0.99

@@ -10,7 +10,7 @@ import pytest
 from sagnac.analysis.settings import Settings
 from sagnac.fleet import runner
 from sagnac.fleet.config import Task
-from sagnac.fleet.page import write_overview
+from sagnac.fleet.page import control_chart, write_overview
 from sagnac.fleet.runner import run
 from sagnac.fleet.table import groups_of, lines_of, read_table, write_tables
 from sagnac.formats import read, write
@@ -106,3 +106,19 @@ def test_data_that_differ_by_little_are_two_measurements(made) -> None:
     near = replace(first, result=replace(first.result, analysis=analysis))
     task = replace(first.task, settings=Settings(method="fris"))
     assert [line.same_as for line in lines_of([first, near, replace(first, task=task)])] == [""] * 3
+
+
+def test_gyros_that_do_not_pass_are_of_another_color(made):
+    line = replace(
+        lines_of(made.rows)[0], status="estimated", n_deg_per_sqrt_h=1.0, low=0.9, high=1.1
+    )
+    verdicts = ("pass", "fail", "undecided", "fail", "")
+    (axes,) = control_chart([replace(line, verdict=one) for one in verdicts], None).axes
+    drawn = {bars.get_label(): bars.lines[0] for bars in axes.containers}
+    places = {label: [int(place) for place in one.get_xdata()] for label, one in drawn.items()}
+    assert places == {
+        "N with its interval": [1, 5],
+        "N with its interval: fail": [2, 4],
+        "N with its interval: undecided": [3],
+    }
+    assert len({one.get_color() for one in drawn.values()}) == 3

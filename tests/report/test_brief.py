@@ -88,4 +88,6 @@ def test_several_analyses_end_in_one_table():
         ("", replace(one, settings=replace(one.settings, specification=specification_of(limit))))
         for one, limit in ((single, "3e-5"), (analysis(answer=estimate(2 * N)), "3e-5"))
     ]
-    assert [row.split()[-1] for row in text.closing(limited).splitlines()[2:]] == ["pass", "fail"]
+    *rows, last = text.closing(limited).splitlines()[2:]
+    assert [row.split()[-1] for row in rows] == ["pass", "fail"]
+    assert last == "Verdict of all: FAIL"

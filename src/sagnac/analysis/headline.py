@@ -116,12 +116,12 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
             low=min(estimate.low, found.parts.smallest),
             high=max(estimate.high, found.parts.largest),
         )
+    fitted = _likelihood_source(measured.channel, coefficients)
     if choice.member == "whole band":
-        source = f"{_likelihood_source(measured.channel, coefficients)}, which the levels bear out"
+        source = f"{fitted}; averages over narrow bands agree"
     elif choice.member == "both":
         source = (
-            f"{_likelihood_source(measured.channel, coefficients)}, which the levels neither bear "
-            "out nor reject, so that the interval also holds the average over bands and terms "
+            f"{fitted}; averages over narrow bands do not decide, so that the interval also holds the average over bands and terms "
             f"(heaviest: {replace(choice, member='average').in_words()})"
         )
     else:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +24,7 @@ from sagnac.fleet.table import (
     walk_limits,
     yield_of,
 )
-from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, literal
+from sagnac.plot.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
 from sagnac.repeatability.study import Range, Repeatability
 from sagnac.report.figures import STYLE, PowersOfTen, legend_above, styled, svg, write_png
 from sagnac.report.files import rendered, write_text
@@ -41,6 +42,8 @@ _PANELS: Final = 4
 _MOST_NAMES: Final = 30
 _LONGEST_NAME: Final = 20
 _PANEL: Final = (1.65, 1.5)
+# Of what is judged; the first is of what passes and of what no limit was stated for.
+_VERDICT_COLORS: Final = {"": BLUE, "fail": ORANGE, "undecided": OCHRE}
 _TITLE: Final = {"fontsize": 7.0, "loc": "left", "pad": 3.0}
 
 
@@ -188,10 +191,15 @@ def time_chart(lines: Sequence[Line]) -> Figure:
 
 
 def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
-    """Values with bars; bounds as arrows that point down."""
+    """Values with bars; bounds as arrows that point down. What does not pass has its own color."""
     kinds = (("estimated", "o", "N with its interval"), ("upper bound", "v", "upper bound"))
-    for status, marker, label in kinds:
-        chosen = [index for index, line in enumerate(lines) if line.status == status]
+    verdicts = [line.verdict if line.verdict in _VERDICT_COLORS else "" for line in lines]
+    for (status, marker, label), (verdict, color) in product(kinds, _VERDICT_COLORS.items()):
+        chosen = [
+            index
+            for index, line in enumerate(lines)
+            if line.status == status and verdicts[index] == verdict
+        ]
         if not chosen:
             continue
         value = np.array([lines[index].n_deg_per_sqrt_h for index in chosen])
@@ -201,8 +209,8 @@ def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
             high = np.array([lines[index].high for index in chosen])
             reach = np.maximum(np.stack([value - low, high - value]), 0.0)
         axes.errorbar(
-            place[chosen], value, yerr=reach, fmt=marker, color=BLUE, elinewidth=0.8,
-            markersize=3.6, label=label,
+            place[chosen], value, yerr=reach, fmt=marker, color=color, elinewidth=0.8,
+            markersize=3.6, label=f"{label}: {verdict}" if verdict else label,
         )  # fmt: skip
 
 

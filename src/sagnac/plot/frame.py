@@ -12,8 +12,9 @@ QUIET: Final = "#9a9a9a"
 BLUE: Final = "#1f5a96"
 ORANGE: Final = "#c4561b"
 GREEN: Final = "#2f7d5b"
+OCHRE: Final = "#8a6d00"
 # Of several curves, one after another.
-COLORS: Final = (BLUE, ORANGE, GREEN, "#7a4f9a", "#8a6d00", INK)
+COLORS: Final = (BLUE, ORANGE, GREEN, "#7a4f9a", OCHRE, INK)
 
 # Labels of a curve that stands alone: of the residual, or of the recording as it is.
 STATES: Final = ("after removal", "as recorded")

@@ -67,13 +67,14 @@ def sentences(analysis: Analysis) -> list[str]:
     choice = analysis.average
     if choice is not None and choice.member == "whole band":
         said.append(
-            "N rests on the likelihood of the whole spectrum, which its multitaper levels bear out."
+            "N rests on the likelihood of the whole spectrum, with which its multitaper averages "
+            "over narrow bands agree."
         )
     elif choice is not None and choice.member == "both":
         said.append(
-            "N comes from the likelihood of the whole spectrum. Its multitaper levels neither bear "
-            "it out nor reject it, so that the interval also holds the average over bands and "
-            "terms [average]."
+            "N comes from the likelihood of the whole spectrum. Its multitaper averages over "
+            "narrow bands neither agree with it nor reject it, so that the interval also holds the "
+            "average over bands and terms [average]."
         )
     elif choice is not None and choice.terms:
         said.append(
@@ -82,8 +83,8 @@ def sentences(analysis: Analysis) -> list[str]:
         )
     if choice is not None and choice.slow_terms == "low band":
         said.append(
-            "B and K come from the likelihood of the lowest frequencies of the spectrum, which "
-            "its multitaper levels bear out."
+            "B and K come from the likelihood of the lowest frequencies of the spectrum, with which "
+            "its multitaper averages over narrow bands agree."
         )
     if analysis.per_gyro:
         said.append("N of each gyro was told apart by the three-cornered hat of the differences.")

@@ -45,6 +45,7 @@ from sagnac.report.sections import (
     found_text,
     gyro_text,
     limit_text,
+    overall_decision,
     risk_text,
     share_remarks,
     share_rows,
@@ -426,7 +427,7 @@ def _levelled(note: Note) -> str:
 def closing(named: Sequence[tuple[str, Analysis]]) -> str:
     """One row for each gyro of several analyses, or of several gyros; empty for one alone.
 
-    What was warned of stands below, since the table is what one looks at last.
+    The decision on all of them and what was warned of stand below, since the table is what one looks at last.
 
     Parameters
     ----------
@@ -439,7 +440,9 @@ def closing(named: Sequence[tuple[str, Analysis]]) -> str:
     unit = field_unit("angle_random_walk").symbol
     listed = table(("file", "gyro", f"N {unit}", "interval", "status", "verdict"), rows)
     warned = [line for file, analysis in named for line in _warned_of(file, analysis)]
-    return "\n".join((listed, *warned))
+    decision = overall_decision([analysis for _, analysis in named])
+    said = [f"Verdict of all: {DECISIONS[decision]}"] if decision else []
+    return "\n".join((listed, *said, *warned))
 
 
 def _warned_of(file: str, analysis: Analysis) -> list[str]:

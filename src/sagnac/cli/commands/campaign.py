@@ -131,10 +131,13 @@ def _print(report: "CampaignReport", output: Path, choices: "Choices") -> None:
     from sagnac.report.quantities import number
 
     made, lines = report.campaign, report.lines
-    for (method, gyros), group in groups_of(lines).items():
+    groups = groups_of(lines)
+    several = len({method for method, _ in groups}) > 1
+    for (method, gyros), group in groups.items():
         done = [line for line in group if line.state == "done"]
         scatter = scatter_of(done, choices.settings.confidence)
-        print(f"{gyros or 'no gyro'}, {method}: {len(done)} of {len(group)} recordings analyzed")
+        by = f" by {method}" if several else ""
+        print(f"{gyros or 'no gyro'}{by}: {len(done)} of {len(group)} recordings analyzed")
         if scatter.found is None:
             continue
         mean = scatter.found.mean
