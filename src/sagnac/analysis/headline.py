@@ -121,7 +121,8 @@ def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficien
         source = f"{fitted}; averages over narrow bands agree"
     elif choice.member == "both":
         source = (
-            f"{fitted}; averages over narrow bands do not decide, so that the interval also holds the average over bands and terms "
+            f"{fitted}; averages over narrow bands do not decide, so that the interval also holds "
+            "the average over bands and terms "
             f"(heaviest: {replace(choice, member='average').in_words()})"
         )
     else:

@@ -83,8 +83,8 @@ def sentences(analysis: Analysis) -> list[str]:
         )
     if choice is not None and choice.slow_terms == "low band":
         said.append(
-            "B and K come from the likelihood of the lowest frequencies of the spectrum, with which "
-            "its multitaper averages over narrow bands agree."
+            "B and K come from the likelihood of the lowest frequencies of the spectrum, with "
+            "which its multitaper averages over narrow bands agree."
         )
     if analysis.per_gyro:
         said.append("N of each gyro was told apart by the three-cornered hat of the differences.")

@@ -427,7 +427,8 @@ def _levelled(note: Note) -> str:
 def closing(named: Sequence[tuple[str, Analysis]]) -> str:
     """One row for each gyro of several analyses, or of several gyros; empty for one alone.
 
-    The decision on all of them and what was warned of stand below, since the table is what one looks at last.
+    The decision on all of them and what was warned of stand below, since the table is what one
+    looks at last.
 
     Parameters
     ----------
