@@ -117,14 +117,33 @@ def test_what_cannot_be_told_apart_is_refused():
         sagnac.self_noise(recording, band=(1.0, 1.001))
 
 
+def least_errors(samples):
+    """Cramer-Rao bound of ln N of each gyro: the motion takes one of three directions.
+
+    Under motion far above the noise the information on the logarithms of the densities is
+    the squared projector, element by element, beside the motion as the noise sees it, once for each
+    complex ordinate.
+    """
+    motion = 1.0 / NOISE / np.linalg.norm(1.0 / NOISE)
+    information = (np.eye(3) - np.outer(motion, motion)) ** 2
+    return 0.5 * np.sqrt(np.diag(np.linalg.inv(information)) / (samples / 2))
+
+
 @pytest.mark.statistics
 def test_intervals_hold_over_two_hundred_seeds():
-    found = [sagnac.self_noise(three(seed)[0], band=(0.0, 5.0)) for seed in range(200)]
+    """Records of 55 minutes at 10 Hz."""
+    samples = 2**15
+    found = [sagnac.self_noise(three(seed, samples)[0], band=(0.0, 5.0)) for seed in range(200)]
     errors = np.array([walks(one) / NOISE - 1.0 for one in found])
     holding = np.mean([held(one, NOISE) for one in found])
+    scatter = np.sqrt(np.mean(errors**2, axis=0))
     print(
         f"N within {100 * np.abs(errors).max():.1f} %, mean {100 * errors.mean():.2f} %, rms "
-        f"{100 * errors.std():.2f} %; {100 * holding:.1f} % of 600 intervals hold"
+        f"{(100 * scatter).round(2).tolist()} %, at least "
+        f"{(100 * least_errors(samples)).round(2).tolist()} %; "
+        f"{100 * holding:.1f} % of 600 intervals hold"
     )
-    assert np.quantile(np.abs(errors), 0.99) < 0.05
+    assert np.abs(errors).max() < 0.05
     assert 0.93 <= holding <= 0.97
+    # Two hundred seeds know a scatter to 5 %.
+    assert np.all(scatter < 1.15 * least_errors(samples))

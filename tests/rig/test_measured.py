@@ -229,8 +229,5 @@ def test_each_coefficient_measured_again_holds_the_first():
         ratio = np.mean(spectra[axis], axis=0) / wanted
         print(one.channel, ratio.round(3).tolist())
         assert np.all(np.abs(ratio - 1.0) < 0.03 + 3.0 * chance), one.channel
-    every = np.concatenate(list(held.values()))
-    assert np.mean(every) >= 0.93
-    # Of each alone, with three standard errors.
     for name, share in shares.items():
-        assert share > 0.95 - 3.0 * math.sqrt(0.95 * 0.05 / len(held[name])), name
+        assert share >= 0.93, name
