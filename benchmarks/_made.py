@@ -160,7 +160,7 @@ MADE: Final = (
     Made(
         page="benchmarks_analysis.md",
         sources=("benchmarks/analysis.py", "src/sagnac/analysis/*.py", "src/sagnac/report/*.py"),
-        command="python -m benchmarks.analysis --write",
+        command="python -m benchmarks.analysis --long --write",
         may_be_older=True,
     ),
     Made(
