@@ -298,8 +298,9 @@ def motion_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple
     text = (
         f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
         f"{100.0 * moves.size / rates.size:.2g} % of the record, first at "
-        f"{second_of(recording, int(starts[moves[0]])):.1f} s, and no encoder is named: this is no "
-        f"still bench; name the encoder with {{table}}, or {remedy_of(recording, still)}"
+        f"{second_of(recording, int(starts[moves[0]])):.1f} s, and no encoder is looked at: this "
+        f"is no still bench; use sagnac analyze with the encoder ({{table}}), or "
+        f"{remedy_of(recording, still)}"
     )
     return (Note(name="motion", level="error", channel=gyro.name, text=text),)
 
@@ -311,7 +312,7 @@ def _turns_steadily(
     of such noise has: an error, since what is read then is the error of the table."""
     if abs(rate) < min(_LARGEST_BIAS, largest):
         return ()
-    why = "and no encoder is named: name it with {table}"
+    why = "and no encoder is looked at: use sagnac analyze with it ({table})"
     if recording.table is not None:
         why = "and the encoder that is named does not: name its column and unit with {table}"
     text = (
