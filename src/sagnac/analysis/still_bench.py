@@ -104,7 +104,7 @@ def _whole(
         analysis,
         lines=searched.lines,
         angle_random_walk=searched.angle_random_walk,
-        source=f"{searched.source}, lines removed" if searched.lines else searched.source,
+        source=f"{searched.source}; lines removed" if searched.lines else searched.source,
         average=searched.average,
         coefficients=searched.coefficients,
         covariance=searched.covariance,
