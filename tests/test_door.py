@@ -91,6 +91,11 @@ def test_importing_loads_nothing_heavy():
     assert done.stdout.strip() == "set()", done.stderr
 
 
+def test_a_screen_of_text_loads_nothing_that_draws():
+    done = run("import sagnac.report.text, sys; print('matplotlib' in sys.modules)")
+    assert done.stdout.strip() == "False", done.stderr
+
+
 def test_field_units_are_converted_on_the_way_in():
     rates = np.random.default_rng(3).standard_normal(4000)
     one = sagnac.Recording.from_arrays(x=list(rates), kind="rate", unit="deg/s", sample_rate=10.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.spectra import Spectrum
-from sagnac.report import figures as spectra
+from sagnac.report import quantities as spectra
 from tests.handmade import analysis
 
 

@@ -37,8 +37,7 @@ from sagnac.documents import ANALYSES, ANALYSIS, read_analyses
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.report.command_line import error_text, findings_data, note_text
-from sagnac.report.figures import shown_density
-from sagnac.report.quantities import curve_columns, curve_unit
+from sagnac.report.quantities import curve_columns, curve_unit, shown_density
 from sagnac.report.sections import overall_decision, verdict_data
 from sagnac.stability.curve import StabilityCurve
 from sagnac.units import ARCSECOND, DEGREE, SENSED, UNITS, Sensor, Unit, field_unit

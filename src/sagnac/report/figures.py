@@ -19,18 +19,15 @@ from matplotlib.lines import Line2D
 from matplotlib.markers import TICKDOWN, TICKLEFT, MarkerStyle
 from matplotlib.ticker import LogFormatterSciNotation, NullLocator, ScalarFormatter
 from numpy.typing import ArrayLike
-from scipy.special import gammainccinv, gammaincinv
 
 from sagnac import plot
 from sagnac.analysis.result import Analysis
-from sagnac.analysis.spectra import Spectrum
 from sagnac.arrays import FloatArray
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, literal, logarithmic
 from sagnac.report.files import write_bytes
 from sagnac.report.quantities import curve_unit, in_field_unit, number
-from sagnac.spectrum.power_laws import running_median
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import DEGREE, DEGREE_PER_HOUR, Unit
+from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 
 # ---- style -------------------------------------------------------------------------
 
@@ -203,50 +200,6 @@ def legend_above(axes: Axes, columns: int) -> None:
     )
 
 
-# ---- spectra -----------------------------------------------------------------------
-
-_NEIGHBOURS = 51
-
-
-def shown_density(analysis: Analysis) -> Spectrum:
-    """Frequency (Hz) and one-sided rate density, (deg/h)^2/Hz."""
-    measured = analysis.density
-    if measured is None:
-        return Spectrum.empty()
-    return Spectrum(frequency=measured.frequency, density=measured.density / DEGREE_PER_HOUR**2)
-
-
-def coarser(spectrum: Spectrum, most: int) -> Spectrum:
-    """The spectrum in `most` log-spaced bins at most, each the mean of those it takes."""
-    if spectrum.frequency.size <= most:
-        return spectrum
-    edges = np.geomspace(spectrum.frequency[0], spectrum.frequency[-1], most + 1)[:-1]
-    starts = np.unique(np.searchsorted(spectrum.frequency, edges))
-    # Bins that were log-spaced before are wider at high frequency and count by their width.
-    width = np.gradient(spectrum.frequency)
-    total = np.add.reduceat(width, starts)
-    return Spectrum(
-        frequency=np.add.reduceat(width * spectrum.frequency, starts) / total,
-        density=np.add.reduceat(width * spectrum.density, starts) / total,
-    )
-
-
-def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:
-    """How many peaks the spectrum after removal still has.
-
-    A bin is one of a peak if it stands above the median of the bins around it by more than
-    noise does once in `false_alarm` over the whole spectrum; bins that touch are one peak.
-    Bins are means of `n` exponential ordinates, gamma distributed of shape `n`.
-    """
-    frequency, density = analysis.spectrum.frequency, analysis.spectrum.density
-    if density.size < _NEIGHBOURS:
-        return 0
-    shape = np.maximum(np.round(np.gradient(frequency) * analysis.recording.duration), 1.0)
-    threshold = gammainccinv(shape, false_alarm / density.size) / gammaincinv(shape, 0.5)
-    above = density > threshold * running_median(density, _NEIGHBOURS)
-    return int(np.count_nonzero(above[1:] & ~above[:-1]) + above[0])
-
-
 # ---- figures -----------------------------------------------------------------------
 
 COLORS: Final = {
@@ -367,6 +320,11 @@ def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
         logarithmic(canvas.axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
         legend_above(canvas.axes, columns=6)
     return canvas.figure
+
+
+def force_figure(analyses: Sequence[Analysis]) -> Figure:
+    """Allan deviation of accelerometers against cluster time, as recorded."""
+    return curves_figure(analyses, UNITS[SENSED["accelerometer"].rate_unit])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -114,7 +114,7 @@ def write_accelerometers(analysis: Analysis, folder: Path, *, pdf: bool = False)
     With `pdf` also the page as a PDF.
     """
     with replacing_folder(folder) as new:
-        drawn = sections.force_figure(list(analysis.accelerometers.values()))
+        drawn = figures.force_figure(list(analysis.accelerometers.values()))
         figures.write_png(drawn, new / "stability.png")
         text = page.accelerometers_page(analysis)
         write_text(new / "report.html", text)

@@ -24,8 +24,8 @@ from sagnac.report.document import analysis_document
 from sagnac.report.figures import (
     ReportFigures,
     comparison_figure,
+    force_figure,
     report_figures,
-    residual_peaks,
     svg,
     unit_figure,
 )
@@ -38,6 +38,7 @@ from sagnac.report.quantities import (
     line_position,
     number,
     reading_cells,
+    residual_peaks,
     subject,
     typeset,
     unit_cells,
@@ -47,7 +48,6 @@ from sagnac.report.sections import (
     DECISIONS,
     HEADER,
     cited,
-    force_figure,
     force_notes,
     force_rows,
     gyro_text,

@@ -10,8 +10,6 @@ from collections.abc import Iterable, Sequence
 from itertools import zip_longest
 from typing import Any, Final
 
-from matplotlib.figure import Figure
-
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis, answer_coefficients
 from sagnac.analysis.shares import Share
@@ -19,7 +17,6 @@ from sagnac.coefficients.estimates import Estimate, Interval
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import one_line, rounded
 from sagnac.report.command_line import note_text
-from sagnac.report.figures import curves_figure, shown_density
 from sagnac.report.quantities import (
     curve_columns,
     curve_unit,
@@ -27,6 +24,7 @@ from sagnac.report.quantities import (
     in_field_unit,
     number,
     reading,
+    shown_density,
 )
 from sagnac.specification.verdict import Decision, Judgement, Verdict, overall
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, field_unit
@@ -227,11 +225,6 @@ def _reading(estimate: Estimate | None, size: float) -> str:
         return f"< {number(shown.high, plain=True)}"
     value, interval = figures(shown, plain=True)
     return f"{value} [{interval.replace(' … ', ', ')}]"
-
-
-def force_figure(analyses: Sequence[Analysis]) -> Figure:
-    """Allan deviation of accelerometers against cluster time, as recorded."""
-    return curves_figure(analyses, UNITS[_SENSED.rate_unit])
 
 
 def force_notes(analyses: Sequence[Analysis]) -> tuple[str, ...]:

@@ -19,11 +19,11 @@ from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import Note, counted, ranked
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, error_text, note_text
-from sagnac.report.figures import coarser, residual_peaks, shown_density
 from sagnac.report.files import placed_notes
 from sagnac.report.quantities import (
     FIT_TITLES,
     TITLES,
+    coarser,
     curve_columns,
     curve_unit,
     in_field_unit,
@@ -32,7 +32,9 @@ from sagnac.report.quantities import (
     line_position,
     reading,
     reading_cells,
+    residual_peaks,
     sentence,
+    shown_density,
     subject,
     unit_cells,
     worst_gyro,
