@@ -107,7 +107,8 @@ def content(folder: Path) -> dict[str, str]:
 def output_of(words: list[str]) -> str:
     """First folder, or file, of the output that the words name."""
     place = words.index("-o") + 1 if "-o" in words else 2
-    return Path(words[place]).parts[0] if place < len(words) and words[place] else "out"
+    parts = Path(words[place]).parts if place < len(words) else ()
+    return parts[0] if parts else "out"
 
 
 def outcome(words: list[str]) -> str:
