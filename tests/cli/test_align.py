@@ -59,6 +59,17 @@ def test_priors_are_printed_and_taken(capsys, tmp_path):
     shown = capsys.readouterr().out
     assert "priors, 1 σ: azimuth 1.00 × 10⁻⁴°, tilt 0.250°, bias from 600 s at rest" in shown
     assert "with the worst upper bound" in shown
+    raised = found(capsys, path, "--after", "60s", "--tilt", "2deg")
+    # Both with the misalignment, which rules here.
+    for name, key in (("attitude", "deg"), ("position_unaided", "m")):
+        (one,) = raised[name]
+        assert one[f"highest_{key}"] >= one[f"sigma_{key}"]
+    assert main(["align", str(path), "--after", "60s", "--tilt", "2deg"]) == 0
+    shown = capsys.readouterr().out
+    (highest,) = re.findall(r"worst upper bound: heading drift (\S+) × 10⁻⁴°", shown)
+    assert float(highest) * 1e-4 == pytest.approx(
+        raised["heading_drift"][0]["highest_deg"], rel=0.01
+    )
     # g t^2/2 times the tilt, of north and east.
     position = made["position_unaided"][0]["by"]["misalignment"]
     assert position == pytest.approx(9.80665 * 1800.0 * 0.25 * DEGREE * math.sqrt(2.0), rel=0.01)

@@ -115,6 +115,11 @@ class Growth:
         count = len(PARTS) if misaligned else len(PARTS) - 1
         return np.asarray(np.sqrt(self.variances[:, :count].sum(axis=1)))
 
+    @property
+    def highest_misaligned(self) -> FloatArray:
+        """(times,) `highest` with the misalignment at the start."""
+        return np.hypot(self.highest, np.sqrt(self.variances[:, -1]))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drift:

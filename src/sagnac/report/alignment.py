@@ -315,7 +315,7 @@ def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:
             f"highest_{unit}": float(highest / size),
         }
         for row, (time, sigma, highest) in enumerate(
-            zip(growth.times, growth.deviation(), growth.highest, strict=True)
+            zip(growth.times, growth.deviation(), growth.highest_misaligned, strict=True)
         )
     ]
 
@@ -369,9 +369,13 @@ def _growth_at_most(found: Drift, row: int) -> list[str]:
     shown = []
     for name, _, unit, size in _SHOWN:
         growth: Growth = getattr(found, name)
-        if growth.highest[row] > _RAISED * growth.deviation(misaligned=False)[row]:
+        title, highest, sigma = name, growth.highest_misaligned, growth.deviation()
+        if name == "heading":
+            title = "heading drift"
+            highest, sigma = growth.highest, growth.deviation(misaligned=False)
+        if highest[row] > _RAISED * sigma[row]:
             gap = "" if unit == "°" else " "
-            shown.append(f"{name} {number(growth.highest[row] / size)}{gap}{unit}")
+            shown.append(f"{title} {number(highest[row] / size)}{gap}{unit}")
     return [f"    by the sensors with the worst upper bound: {', '.join(shown)}"] if shown else []
 
 
