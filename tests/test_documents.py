@@ -49,6 +49,9 @@ def test_the_schema_is_published_with_its_version():
         (lambda it: it.pop("curve"), "must contain"),
         (lambda it: it.update(accelerometers={"ax": {}}), "must contain"),
         (lambda it: it.update(accelerometers=[]), "accelerometers must be object"),
+        (lambda it: it.update(low_pass={"corner_hz": 40.0}), "must contain"),
+        (lambda it: it.update(low_pass={"corner_hz": 0.0, "order": 1}), "must be bigger than 0"),
+        (lambda it: it.update(slow_noise={"markov": {"deviation": {}}}), "must contain"),
     ],
 )
 def test_an_edited_document_is_told_where(change, said, tmp_path):

@@ -155,6 +155,39 @@ def test_the_low_pass_that_a_spectrum_shows_is_simulated_again(order):
     assert any(line.startswith("x: low-pass of ") for line in said)
 
 
+@pytest.mark.parametrize(("deviation", "time"), [(10.0, 30.0), (0.0, 30.0)])
+def test_a_markov_rate_that_the_spectrum_shows_is_simulated_again(deviation, time):
+    """Beside it a unit without one, of which nothing is said."""
+    unit = RigConfig(
+        duration_s=7200.0,
+        sample_rate_hz=5.0,
+        kind="rate",
+        table=STILL,
+        gyro=GyroConfig(
+            arw_deg_per_sqrt_h=0.1,
+            quantization_step_arcsec=0.0,
+            markov_deviation_deg_per_h=deviation,
+            markov_time_s=time,
+        ),
+    )
+    made = simulate(unit).recording
+    first = sagnac.analyze(replace(made, gyros=made.gyros[:1]), method="none")
+    again = RigConfig.from_analysis(first)
+    said = Measured.of_document(json.loads(first.to_json())).left_out()
+    noted = [note.text for note in first.notes if note.text.startswith("slow noise: a Markov")]
+    assert len(noted) == any("Markov rate" in line for line in said) == (deviation > 0.0)
+    assert again.gyro.markov_deviation_deg_per_h[0] == pytest.approx(deviation, rel=0.15)
+    if deviation:
+        assert again.gyro.markov_time_s[0] == pytest.approx(time, rel=0.3)
+    curves = [
+        sagnac.stability_curve(gyro.values, kind="rate", sample_rate=5.0).deviation
+        for gyro in simulate(replace(again, seed=5)).recording.gyros
+    ]
+    seen = first.curve.tau < 200.0
+    ratio = np.sqrt(np.mean(np.square(curves), axis=0)) / first.curve.deviation
+    assert np.abs(ratio[seen] - 1.0).max() < 0.25
+
+
 SEEDS = 200
 
 

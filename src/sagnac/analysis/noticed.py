@@ -9,6 +9,7 @@ from sagnac.analysis.parts import Parts
 from sagnac.coefficients.bounds import Hump, RollOff
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.model_average import Elsewhere
+from sagnac.coefficients.slow_model import MarkovEstimate
 from sagnac.errors import Level, Note, counted, rounded
 from sagnac.recording.spikes import Spikes
 from sagnac.units import SENSED, UNITS, Sensor, field_unit
@@ -145,4 +146,16 @@ def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
         level="warning",
         text=f"the {walk} changes: {reach}, {rounded(apart)} % apart, more than by chance; "
         "the interval covers them",
+    )
+
+
+def markov_text(found: MarkovEstimate, sensor: Sensor) -> str:
+    """The Markov rate that describes slow noise where B and K are bounds at most."""
+    unit = UNITS[SENSED[sensor].rate_unit]
+    size, time = found.deviation, found.correlation_time
+    rate = "rate" if sensor == "gyro" else "acceleration"
+    return (
+        f"slow noise: a Markov {rate} of {size.value / unit.size:.3g} {unit.name} "
+        f"({size.low / unit.size:.3g} to {size.high / unit.size:.3g}) with a correlation time of "
+        f"{time.value:.3g} s ({time.low:.3g} to {time.high:.3g}) describes it; B and K are bounds"
     )

@@ -28,7 +28,7 @@ from sagnac.analysis.measurement import (
     require_noise,
     require_sound,
 )
-from sagnac.analysis.noticed import noticed
+from sagnac.analysis.noticed import markov_text, noticed
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
@@ -49,6 +49,7 @@ from sagnac.analysis.table_angle import (
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate, unobserved
+from sagnac.coefficients.slow_model import untold
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.kernels import cache_notes
 from sagnac.lines.model import Line
@@ -403,13 +404,25 @@ def _slow_noise(prepared: _Prepared, curves: Curves, found: Averaged | None) -> 
     """A note on a rise of the curve that no estimated term has."""
     if found is None or found.cleaned.warm_up is not None:
         return ()
-    measured = prepared.measured
-    rise = slow_noise(curves.after, found.average.coefficients)
-    if rise is None:
+    measured, terms = prepared.measured, found.average.coefficients
+    model = None
+    if prepared.table.angle is None:
+        model = untold(found.levels, found.average.rests_on, terms)
+    if model is not None and model.markov is not None:
+        sensor = prepared.recording.gyros[0].sensor
+        return (Note(channel=measured.channel, text=markov_text(model.markov, sensor)),)
+    rise = slow_noise(curves.after, terms)
+    if rise is not None:
+        shown = (
+            f"at {rise.tau:.3g} s the curve lies {rounded(rise.ratio)} times above the terms that "
+            "are estimated"
+        )
+    elif model is not None:
+        shown = "the lowest frequencies of the spectrum lie above the terms that are estimated"
+    else:
         return ()
     text = (
-        f"slow noise, K or R or B: at {rise.tau:.3g} s the curve lies {rounded(rise.ratio)} times "
-        "above the terms that are estimated, and the recording does not show which of the three "
+        f"slow noise, K or R or B: {shown}, and the recording does not show which of the three "
         "it is; record longer"
     )
     return (Note(channel=measured.channel, text=text),)

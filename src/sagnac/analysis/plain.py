@@ -11,6 +11,7 @@ from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import ORDERS
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import CoefficientName, rate_density_basis
+from sagnac.coefficients.slow_model import untold
 from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, field_unit
 
 
@@ -99,13 +100,11 @@ def triad_data(analysis: Analysis) -> dict[str, Any] | None:
 
 
 def _ends(interval: Interval | None, size: float = 1.0) -> dict[str, float] | None:
-    if interval is None:
-        return None
-    return {
-        "value": interval.value / size,
-        "low": interval.low / size,
-        "high": interval.high / size,
-    }
+    return None if interval is None else _interval(interval, size)
+
+
+def _interval(found: Interval, size: float = 1.0) -> dict[str, float]:
+    return {name: getattr(found, name) / size for name in ("value", "low", "high")}
 
 
 def covariance_data(analysis: Analysis) -> dict[str, Any] | None:
@@ -187,6 +186,34 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     """The same for JSON: ``low_pass`` with ``corner_hz`` and ``order``; ``{}`` if there is none."""
     found = low_pass_of(analysis)
     return {} if found is None else {"low_pass": {"corner_hz": found.corner, "order": found.order}}
+
+
+def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
+    """Slow noise of a sensor at rest where B and K are bounds at most, for JSON: ``slow_noise``.
+
+    ``bias_instability`` and ``rate_random_walk`` (by their titles) with ``value`` and ``unit``, and
+    ``markov``, None or ``deviation`` {value, low, high, unit} and ``correlation_time_s`` {value,
+    low, high}. Together with N they are what the levels of the spectrum show; ``{}`` if there is
+    no such noise.
+    """
+    if analysis.table_rate is not None:
+        return {}
+    found = untold(analysis.levels, analysis.average, answer_coefficients(analysis))
+    if found is None:
+        return {}
+    sensed, sensor = SENSED[analysis.sensor], analysis.sensor
+    data: dict[str, Any] = {"markov": None}
+    for name in ("bias_instability", "rate_random_walk"):
+        unit = field_unit(name, sensor)
+        value = getattr(found, name) / unit.size
+        data[sensed.titles[name].replace(" ", "_")] = {"value": value, "unit": unit.name}
+    if found.markov is not None:
+        unit = field_unit("bias_instability", sensor)
+        data["markov"] = {
+            "deviation": {**_interval(found.markov.deviation, unit.size), "unit": unit.name},
+            "correlation_time_s": _interval(found.markov.correlation_time),
+        }
+    return {"slow_noise": data}
 
 
 def _fitted(

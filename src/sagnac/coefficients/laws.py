@@ -250,18 +250,7 @@ def markov_cosine_power(
     """
     index = np.asarray(index, dtype=np.float64)
     ratio = interval / correlation_time
-    decay = np.exp(-ratio)
-    # r - 1 + e^-r without cancellation.
-    excess = (
-        ratio**2 / 2.0 - ratio**3 / 6.0 + ratio**4 / 24.0 - ratio**5 / 120.0
-        if ratio < 0.01
-        else ratio + np.expm1(-ratio)
-    )
-    cosine = np.cos(np.pi * index / samples)
-    one_apart = np.expm1(-ratio) ** 2
-    spectrum = 2.0 * excess + 2.0 * one_apart * (cosine - decay) / (
-        1.0 - 2.0 * decay * cosine + decay**2
-    )
+    spectrum = _markov_increments(np.cos(np.pi * index / samples), ratio)
     length = samples * ratio
     angle = np.pi * index
     z = length - 1j * angle
@@ -272,6 +261,45 @@ def markov_cosine_power(
     return np.asarray(
         0.5 * correlation_time**3 * spectrum * finite * (length**2 + angle**2) / length
     )
+
+
+def _markov_increments(cosine: FloatArray, ratio: float) -> FloatArray:
+    """Discrete spectrum of mean rates of a Markov rate at cosines of its angular frequency.
+
+    In squared samples of `ratio` correlation times, twice over, for a variance of one.
+    """
+    decay = np.exp(-ratio)
+    # r - 1 + e^-r without cancellation.
+    excess = (
+        ratio**2 / 2.0 - ratio**3 / 6.0 + ratio**4 / 24.0 - ratio**5 / 120.0
+        if ratio < 0.01
+        else ratio + np.expm1(-ratio)
+    )
+    one_apart = np.expm1(-ratio) ** 2
+    return np.asarray(
+        2.0 * excess + 2.0 * one_apart * (cosine - decay) / (1.0 - 2.0 * decay * cosine + decay**2)
+    )
+
+
+def markov_density(frequency: FloatArray, interval: float, correlation_time: float) -> FloatArray:
+    """One-sided rate density of sampled angle increments of a Markov rate of q_c = 1.
+
+    Parameters
+    ----------
+    frequency, interval
+        As in `increment_spectrum_basis`.
+    correlation_time
+        T_c, s.
+
+    Returns
+    -------
+    FloatArray
+        (bins,), (rad/s)^2/Hz.
+    """
+    cosine = np.cos(2.0 * np.pi * np.asarray(frequency, dtype=np.float64) * interval)
+    spectrum = _markov_increments(cosine, interval / correlation_time)
+    # The variance is T_c/2, and a sample interval/T_c correlation times.
+    return np.asarray(correlation_time**3 / interval * spectrum)
 
 
 @lru_cache(maxsize=8)

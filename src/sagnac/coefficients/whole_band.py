@@ -144,7 +144,7 @@ def borne_out(
         return (
             outdone <= test.outdone
             and _agrees(fitted, walk, test.apart)
-            and _describes(levels.shape, ratio, freedom, test.chance)
+            and describes(levels.shape, ratio, freedom, test.chance)
         )
 
     if passes(_SURELY):
@@ -180,11 +180,23 @@ def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
     if not law.min() > 0.0:
         return False
     ratio, freedom = levels.level[used] / law, int(np.count_nonzero(used)) - FALL
-    return _describes(levels.shape[used], ratio, freedom, _SURELY.chance)
+    return describes(levels.shape[used], ratio, freedom, _SURELY.chance)
 
 
-def _describes(shape: FloatArray, ratio: FloatArray, freedom: int, chance: float) -> bool:
-    """Whether levels of these shapes depart from their law, level over mean, by chance alone."""
+def describes(shape: FloatArray, ratio: FloatArray, freedom: int, chance: float) -> bool:
+    """Whether levels depart from their law by chance alone.
+
+    Parameters
+    ----------
+    shape
+        (bins,) of the gamma law of each level.
+    ratio
+        (bins,) level over its mean.
+    freedom
+        Bins less the terms fitted.
+    chance
+        That levels of the law fail the test.
+    """
     deviance = float(2.0 * shape @ (ratio - 1.0 - np.log(ratio)))
     within = deviance <= 2.0 * float(gammaincinv(0.5 * freedom, 1.0 - chance))
     return within and largest_run(shape, ratio) < -float(ndtri(chance / (4.0 * ratio.size)))

@@ -20,6 +20,7 @@ from sagnac.analysis.plain import (
     low_pass_data,
     parts_data,
     shares_data,
+    slow_noise_data,
     triad_data,
 )
 from sagnac.analysis.result import Analysis, Covariance, answer_coefficients, headline_coefficients
@@ -77,6 +78,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "coefficients": _coefficients(headline_coefficients(analysis)),
         "covariance": covariance_data(analysis),
         **low_pass_data(analysis),
+        **slow_noise_data(analysis),
         **_verdict(analysis),
         "parts": parts_data(analysis),
         "shares": shares_data(analysis),
@@ -180,6 +182,7 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
         "curve": {"estimator": curve.estimator, "unit": unit.name, **_points(curve, unit)},
         "covariance": covariance_data(analysis),
         **low_pass_data(analysis),
+        **slow_noise_data(analysis),
         "lines": [
             {
                 "frequency_hz": line.frequency,

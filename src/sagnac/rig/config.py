@@ -55,6 +55,7 @@ _KEYS: Final[Mapping[Sensor, Mapping[str, str]]] = {
     for place, sensor in enumerate(SENSORS)
 }
 _FORCE_WALK: Final = "velocity_random_walk"
+_MARKOV_TIME_S: Final = 100.0  # of a Markov rate that is not there
 _NAMES: Final[Mapping[Sensor, tuple[str, str, str]]] = {
     "gyro": GYRO_NAMES,
     "accelerometer": ACCELEROMETER_NAMES,
@@ -75,6 +76,8 @@ class Measured:
         Of a sample; empty if it is not stated.
     low_passes
         Name -> corner, Hz, and order of the low-pass that its spectrum shows.
+    markov
+        Name -> standard deviation in the field's unit and correlation time, s, of a Markov rate.
     table_rate
         deg/s, 0 at rest.
     """
@@ -86,6 +89,7 @@ class Measured:
     table_rate: float = 0.0
     kind: str = ""
     low_passes: Mapping[str, tuple[float, int]] = field(default_factory=dict)
+    markov: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.gyros:
@@ -97,14 +101,13 @@ class Measured:
         read = document["input"]
         alone = document.get("gyros") or {document["channel"]: document}
         gyros = {
-            name: _of_document(one["coefficients"], one["angle_random_walk"], "gyro")
-            for name, one in alone.items()
+            name: _of_document(one, one["angle_random_walk"], "gyro") for name, one in alone.items()
         }
         if not document.get("gyros"):
             # A triad on a table has only N of each gyro; the other terms are those of the pair.
             (pair,) = gyros.values()
             gyros = {
-                name: {**pair, **_of_document({}, own, "gyro")}
+                name: {**pair, **_of_document({"coefficients": {}}, own, "gyro")}
                 for name, own in document["per_gyro"].items()
                 if own["status"] == "estimated"
             } or gyros
@@ -112,8 +115,7 @@ class Measured:
         return cls(
             gyros=gyros,
             accelerometers={
-                name: _of_document(one["coefficients"], one[_FORCE_WALK], "accelerometer")
-                for name, one in forces
+                name: _of_document(one, one[_FORCE_WALK], "accelerometer") for name, one in forces
             },
             sample_rate=read["sample_rate_hz"],
             duration=read["duration_s"],
@@ -123,6 +125,11 @@ class Measured:
                 name: (one["low_pass"]["corner_hz"], one["low_pass"]["order"])
                 for name, one in (*alone.items(), *forces)
                 if one.get("low_pass")
+            },
+            markov={
+                name: (rate["deviation"]["value"], rate["correlation_time_s"]["value"])
+                for name, one in (*alone.items(), *forces)
+                if (rate := one.get("slow_noise", {}).get("markov"))
             },
         )
 
@@ -152,6 +159,10 @@ class Measured:
             tables[kind]["low_pass_order"] = min((one for one in passes if one), default=(0.0, 1))[
                 1
             ]
+            rates = [self.markov.get(name) for name in _three(found, _NAMES[kind])]
+            unit = {"gyro": "deg_per_h", "accelerometer": "mg"}[kind]
+            tables[kind][f"markov_deviation_{unit}"] = [one[0] if one else 0.0 for one in rates]
+            tables[kind]["markov_time_s"] = [one[1] if one else _MARKOV_TIME_S for one in rates]
         tables["gyro"]["quantization_step_arcsec"] = 0.0
         if self.accelerometers:
             tables["accelerometer"]["mode"] = "triad"
@@ -172,6 +183,10 @@ class Measured:
         for kind, found in self._kinds.items():
             titles = SENSED[kind].titles
             for name, one in found.items():
+                if name in self.markov:
+                    size, time = self.markov[name]
+                    unit = SENSED[kind].rate_unit
+                    lines.append(f"{name}: Markov rate of {size:.4g} {unit} over {time:.4g} s")
                 missing = [title for key, title in titles.items() if key not in one]
                 if missing:
                     lines.append(f"{name}: without {', '.join(missing)}, not estimated")
@@ -193,16 +208,27 @@ def _three(found: Mapping[str, object], names: tuple[str, str, str]) -> list[str
 
 
 def _of_document(
-    coefficients: Mapping[str, Any], walk: Mapping[str, Any], kind: Sensor
+    stated: Mapping[str, Any], walk: Mapping[str, Any], kind: Sensor
 ) -> dict[str, float]:
-    """Coefficients that were estimated, in the field's units."""
-    titles = SENSED[kind].titles
-    stated = {name: coefficients.get(title.replace(" ", "_")) for name, title in titles.items()}
-    stated["angle_random_walk"] = walk
+    """Coefficients that were estimated, in the field's units.
+
+    B and K that are bounds come from the slow noise that the spectrum shows.
+    """
+    keys = {name: title.replace(" ", "_") for name, title in SENSED[kind].titles.items()}
+    found = {name: stated["coefficients"].get(key) for name, key in keys.items()}
+    found["angle_random_walk"] = walk
+    slow = stated.get("slow_noise") or {}
     return {
-        name: one["value"]
-        for name, one in stated.items()
-        if one is not None and one["status"] == "estimated"
+        **{
+            name: slow[key]["value"]
+            for name, key in keys.items()
+            if key in slow and slow[key]["value"] > 0.0
+        },
+        **{
+            name: one["value"]
+            for name, one in found.items()
+            if one is not None and one["status"] == "estimated"
+        },
     }
 
 

@@ -407,7 +407,7 @@ class GyroConfig:
     bias_instability_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
     rate_random_walk_deg_per_h_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
     markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = (0.0, 0.0, 0.0)
-    markov_time_s: Annotated[Triple, PerGyro(0.1, 1e6)] = (100.0, 100.0, 100.0)
+    markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
     rate_ramp_deg_per_h_per_h: Annotated[Triple, PerGyro(-1e4, 1e4)] = (0.0, 0.0, 0.0)
     temperature_coefficient_deg_per_h_per_k: Annotated[Triple, PerGyro(-1e3, 1e3)] = (0.0, 0.0, 0.0)
     warm_up_k: Annotated[float, Number(-100.0, 100.0)] = 0.0
@@ -468,7 +468,7 @@ class AccelerometerConfig:
     bias_instability_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
     acceleration_random_walk_mg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
     markov_deviation_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
-    markov_time_s: Annotated[Triple, PerGyro(0.1, 1e6)] = (100.0, 100.0, 100.0)
+    markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
     acceleration_ramp_mg_per_h: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
     low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
     low_pass_order: Annotated[int, Whole(1, 2)] = 1

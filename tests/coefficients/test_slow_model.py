@@ -1,0 +1,62 @@
+"""Slow noise as the levels of a spectrum show it."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from sagnac.coefficients.laws import markov_density
+from sagnac.coefficients.slow_model import slow_model
+from sagnac.spectrum.levels import robust_levels
+from sagnac.spectrum.tapered import tapered_spectrum
+from tests.alignment.strapdown import coloured
+
+RATE = 10.0
+SAMPLES = 72_000
+
+
+def markov(random, deviation, time):
+    """Mean rates over samples of a tenth of a second, of twenty values in each."""
+    fine = 20
+    decay = np.exp(-1.0 / (RATE * fine * time))
+    steps = deviation * np.sqrt(1.0 - decay**2) * random.standard_normal(SAMPLES * fine)
+    steps[0] = deviation * random.standard_normal()
+    return lfilter([1.0], [1.0, -decay], steps).reshape(SAMPLES, fine).mean(axis=1)
+
+
+def levels_of(rates):
+    return robust_levels(tapered_spectrum(rates / RATE, sample_rate=RATE))
+
+
+def test_the_density_of_a_markov_rate_is_that_of_its_means_folded():
+    frequency, interval, time = np.array([0.001, 0.1, 1.0, 3.0, 4.9]), 0.1, 0.3
+    every = frequency[:, np.newaxis] + np.arange(-3000, 3001) / interval
+    density = 2.0 * time**2 / (1.0 + (2.0 * np.pi * every * time) ** 2)
+    folded = np.sum(density * np.sinc(every * interval) ** 2, axis=1)
+    assert markov_density(frequency, interval, time) / folded == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("deviation", "time"), [(1.0, 3.0), (1.0, 30.0)])
+def test_a_markov_rate_beside_white_noise_is_told(deviation, time):
+    random = np.random.default_rng(3)
+    rates = np.sqrt(RATE) * random.standard_normal(SAMPLES) + markov(random, deviation, time)
+    found = slow_model(levels_of(rates), highest=0.5 * RATE).markov
+    assert found.deviation.low < deviation < found.deviation.high
+    assert found.correlation_time.low < time < found.correlation_time.high
+    assert found.deviation.high / found.deviation.low < 1.3
+    assert found.correlation_time.high / found.correlation_time.low < 2.0
+
+
+@pytest.mark.parametrize(("flicker", "walk"), [(0.0, 0.0), (1.0, 0.0), (0.0, 0.03), (0.5, 0.01)])
+def test_noise_of_the_five_terms_has_no_markov_rate(flicker, walk):
+    random = np.random.default_rng(4)
+    noise = {"white": 1.0, "flicker": flicker, "walk": walk}
+    (rates,) = coloured(random, 1, 7200, **noise)
+    found = slow_model(robust_levels(tapered_spectrum(rates[:, 0], sample_rate=1.0)), highest=0.5)
+    if not flicker and not walk:
+        assert found is None
+        return
+    assert found.markov is None
+    if not walk:
+        assert found.bias_instability == pytest.approx(flicker, rel=0.25)
+    if not flicker:
+        assert found.rate_random_walk == pytest.approx(walk, rel=0.25)
