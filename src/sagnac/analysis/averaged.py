@@ -14,7 +14,7 @@ from sagnac.analysis.corrections import (
     without_warm_up,
 )
 from sagnac.analysis.curves import Points, points_at
-from sagnac.analysis.fits import Coefficients
+from sagnac.analysis.fits import Coefficients, with_likelihood_of
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
 from sagnac.analysis.removal import Remainder
@@ -97,6 +97,8 @@ class Averaged:
         The increments that it is of.
     levels
         Of their spectrum.
+    coefficients
+        The fits, by likelihood of the angles of which it is a member.
     """
 
     average: Average
@@ -105,6 +107,7 @@ class Averaged:
     parts: Parts | None
     cleaned: Cleaned
     levels: Levels
+    coefficients: Coefficients
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,10 +131,11 @@ def averaged(
     """The average over bands and terms of what removal left.
 
     It uses every sample. If nothing dithers the readout from one sample to the next, it uses
-    samples farther apart. The likelihood fit may be of fewer angles. It is a member of the average
-    of those, and is the answer if their levels bear it out, the average of every sample allows its
-    value, and its interval is the narrower one. Else B and K are of a likelihood fit to the
-    lowest frequencies if the levels bear it out.
+    samples farther apart. The likelihood fit of them is a member, and is the answer if their levels
+    bear it out. Else that of fewer angles is a member of the average of those, and is the answer if
+    their levels bear it out, the average of every sample allows its value, and its interval is the
+    narrower one. Else B and K are of a likelihood fit to the lowest frequencies if the levels bear
+    it out.
 
     Parameters
     ----------
@@ -157,23 +161,30 @@ def averaged(
     # not see; one that they see is slow.
     slow = coefficients.readout.every > 1
     full = fine if left.once_a_turn else _every_sample(recording, gyros, left, fine, slow)
-    whole_band = _whole_band(coefficients)
-    cleaned = clean(full)
-    member = None if cleaned.is_changed or full.rate > fine.rate else whole_band
-    basis = basis_of(cleaned, masked, settings.confidence, member)
+    cleaned, confidence = clean(full), settings.confidence
+    every: Coefficients | None = coefficients
+    if full.rate > fine.rate:
+        every = with_likelihood_of(coefficients, full, confidence=confidence, masked=masked)
+    member = None if every is None or cleaned.is_changed else _whole_band(every)
+    basis = basis_of(cleaned, masked, confidence, member)
     if basis is None:
         return None
     found = roll_off(basis.levels)
-    if whole_band is not None and member is None and not cleaned.is_changed:
-        basis = by_whole_band(basis, fine, masked, settings.confidence, whole_band)
-    basis = _with_slow_terms(basis, masked, settings.confidence)
+    if every is not None and basis.average.rests_on.member != "average":
+        coefficients = every
+    elif full.rate > fine.rate and not cleaned.is_changed:
+        whole_band = _whole_band(coefficients)
+        if whole_band is not None:
+            basis = by_whole_band(basis, fine, masked, confidence, whole_band)
+    basis = _with_slow_terms(basis, masked, confidence)
     return Averaged(
         average=basis.average,
         roll_off=found,
         hump=_hump(basis),
-        parts=_parts(basis, masked, settings.confidence),
+        parts=_parts(basis, masked, confidence),
         cleaned=basis.cleaned,
         levels=basis.levels,
+        coefficients=coefficients,
     )
 
 

@@ -18,6 +18,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.special import ndtr, ndtri
 
 from sagnac import series
 from sagnac.analysis.averaged import Averaged
@@ -34,10 +36,18 @@ from sagnac.recording.model import Recording
 from sagnac.table.turns import mean_rate
 
 
-def of_both_alike(measured: Measurement, read: Headline) -> Headline:
-    """The answer of a pair whose weights are unlike, with an interval that holds the plain mean.
+# Standard errors beyond which nothing lies.
+_FAR: Final = 20.0
 
-    The square of what is read is the mean of N^2 of the two gyros by the squares of their weights.
+
+def of_both_alike(measured: Measurement, read: Headline) -> Headline:
+    """The answer of a pair of which each gyro has a weight, with an interval for the plain mean.
+
+    The square of what is read is the mean of N^2 of the two gyros by the squares of their weights,
+    so that N of the pair lies between what is read over the larger weight and over the smaller. An
+    interval that holds any value between the two at the confidence asked for is that of Imbens and
+    Manski (Econometrica 72, 1845, 2004): on either side c standard errors, with
+    ``Phi(c + d) - Phi(-c)`` the confidence and d the distance of the two in standard errors.
 
     Parameters
     ----------
@@ -48,22 +58,38 @@ def of_both_alike(measured: Measurement, read: Headline) -> Headline:
     """
     least, most = sorted(abs(weight) for weight in measured.weights)
     estimate = read.estimate
-    if (ALIKE[0] < least and most < ALIKE[1]) or estimate.status == "not observable":
+    if least == most or estimate.status == "not observable":
         return read
-    first, second = measured.gyros
-    note = Note(
-        channel=measured.channel,
-        text=f"{first} counts {abs(measured.weights[0]):.2f} times and {second} "
-        f"{abs(measured.weights[1]):.2f} times, so that the two take the table out; the interval "
-        "holds their plain mean whichever of the two has the noise",
-    )
-    low, high = estimate.low / most, estimate.high / least
-    value = estimate.value if estimate.status == "estimated" else high
-    return replace(
-        read,
-        estimate=replace(estimate, value=value, low=low, high=high),
-        notes=(*read.notes, note),
-    )
+    notes = read.notes
+    if not (ALIKE[0] < least and most < ALIKE[1]):
+        first, second = measured.gyros
+        note = Note(
+            channel=measured.channel,
+            text=f"{first} counts {abs(measured.weights[0]):.2f} times and {second} "
+            f"{abs(measured.weights[1]):.2f} times, so that the two take the table out; the "
+            "interval holds their plain mean whichever of the two has the noise",
+        )
+        notes = (*notes, note)
+    if estimate.status != "estimated":
+        high = estimate.high / least
+        return replace(read, estimate=replace(estimate, value=high, high=high), notes=notes)
+    part = _part_of_errors(estimate, math.log(most / least))
+    low = estimate.value / most * (estimate.low / estimate.value) ** part
+    high = estimate.value / least * (estimate.high / estimate.value) ** part
+    return replace(read, estimate=replace(estimate, low=low, high=high), notes=notes)
+
+
+def _part_of_errors(estimate: Estimate, apart: float) -> float:
+    """Part of an interval's reach on either side of two values `apart` in ln N that holds both."""
+    usual = float(ndtri(0.5 + 0.5 * estimate.confidence))
+    if estimate.low <= 0.0 or estimate.low == estimate.high:
+        return 1.0
+    distance = apart * 2.0 * usual / math.log(estimate.high / estimate.low)
+
+    def beyond(deviations: float) -> float:
+        return float(ndtr(deviations + distance) - ndtr(-deviations)) - estimate.confidence
+
+    return max(0.0, float(brentq(beyond, -_FAR, _FAR))) / usual
 
 
 # Rms s by which the time of an encoder's readings may wander unseen in half an hour.

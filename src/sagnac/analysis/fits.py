@@ -123,6 +123,43 @@ def coefficients_of(
     )
 
 
+def with_likelihood_of(
+    coefficients: Coefficients,
+    points: Points,
+    *,
+    confidence: float,
+    masked: tuple[tuple[float, float], ...],
+) -> Coefficients | None:
+    """The same with the likelihood fit of other angles, or None if five terms do not describe them.
+
+    Parameters
+    ----------
+    coefficients
+        With a likelihood fit, whose place it takes.
+    points
+        All of whose band is to be described.
+    confidence
+        Of its intervals.
+    masked
+        (low, high) bands to leave out, Hz.
+    """
+    try:
+        cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
+        fit = spectrum_fit(cosine, confidence=confidence, masked=masked)
+    except RecordingError:
+        return None
+    if fit.departure != 0.0:
+        return None
+    former = coefficients.fits["likelihood"]
+    others = (note for note in coefficients.notes if note not in former.notes)
+    return replace(
+        coefficients,
+        fits={**coefficients.fits, "likelihood": fit},
+        points=points,
+        notes=(*others, *fit.notes),
+    )
+
+
 def nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
     """A fit that observes nothing."""
     return Fit(

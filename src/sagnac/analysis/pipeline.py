@@ -329,6 +329,7 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 left=left,
                 coefficients=coefficients,
             )
+            coefficients = coefficients if found is None else found.coefficients
         coefficients, found = _within_curve(prepared, curves, coefficients, found)
         headline = headline_of(
             measured,

@@ -1,0 +1,76 @@
+"""A pair of which each gyro has a weight of its own: the interval holds the plain mean."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.analysis.encoder import of_both_alike
+from sagnac.analysis.headline import Headline
+from sagnac.analysis.measurement import Measurement
+from sagnac.coefficients.estimates import Estimate
+
+SIGMA = 1.3e-3  # standard error of ln N, as of two hours at 500 Hz
+DRAWS = 1500
+
+
+def pair(apart: float) -> Measurement:
+    """Two gyros whose weights are a factor `apart` apart."""
+    first = np.sqrt(2.0 / (1.0 + apart**2))
+    return Measurement(
+        channel="x-z",
+        angle=np.zeros(2),
+        gyros=("x", "z"),
+        sample_rate=1.0,
+        weights=(first, first * apart),
+    )
+
+
+def read(value: float, confidence: float) -> Headline:
+    reach = {0.95: 1.959964, 0.68: 0.994458}[confidence]
+    estimate = Estimate(
+        name="angle_random_walk",
+        value=value,
+        low=value * np.exp(-reach * SIGMA),
+        high=value * np.exp(reach * SIGMA),
+        confidence=confidence,
+        status="estimated",
+    )
+    return Headline(estimate=estimate, source="")
+
+
+def coverage(measured: Measurement, part: float, confidence: float) -> float:
+    """How often the interval holds the root mean square of two N, one with a part of the noise."""
+    squares = np.array([part, 1.0 - part])
+    truth = np.sqrt(squares.sum() / 2.0)
+    weighted = np.sqrt(squares @ np.square(measured.weights) / 2.0)
+    errors = SIGMA * np.random.default_rng(7).standard_normal(DRAWS)
+    held = 0
+    for value in weighted * np.exp(errors):
+        found = of_both_alike(measured, read(float(value), confidence)).estimate
+        held += found.low <= truth <= found.high
+    return held / DRAWS
+
+
+@pytest.mark.parametrize("confidence", [0.95, 0.68])
+@pytest.mark.parametrize("apart", [1.0005, 1.0035, 1.01, 1.5])
+def test_the_plain_mean_is_held_whichever_gyro_has_the_noise(apart, confidence):
+    chance = 3.0 * np.sqrt(confidence * (1.0 - confidence) / DRAWS)
+    found = [coverage(pair(apart), part, confidence) for part in (0.0, 0.5, 1.0)]
+    assert min(found) > confidence - chance
+    # At either end it is no wider than it has to be.
+    assert max(found[0], found[2]) < confidence + chance
+
+
+def test_equal_weights_change_nothing():
+    answer = read(1.0, 0.95)
+    assert of_both_alike(pair(1.0), answer) is answer
+
+
+def test_a_bound_is_that_of_the_gyro_that_counts_least():
+    answer = read(1.0, 0.95)
+    bound = replace(answer.estimate, value=1.0, low=0.0, high=1.0, status="upper bound")
+    found = of_both_alike(pair(1.02), replace(answer, estimate=bound)).estimate
+    least = min(pair(1.02).weights)
+    assert found.low == 0.0
+    assert found.value == found.high == pytest.approx(1.0 / least)
