@@ -35,7 +35,6 @@ from sagnac.recording.encoder_faults import LEAST_SHARE, table_share
 from sagnac.recording.model import Recording
 from sagnac.table.turns import mean_rate
 
-
 # Standard errors beyond which nothing lies.
 _FAR: Final = 20.0
 
