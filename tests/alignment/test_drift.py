@@ -57,6 +57,20 @@ def test_flicker_is_the_integral_of_its_spectrum(rest):
         assert wanted == pytest.approx(1e-12 * time**2 * 4.0 * np.log(2.0) / np.pi, rel=1e-3)
 
 
+@pytest.mark.parametrize(("rest", "constant"), [(12.0, 5.0), (60.0, 30.0), (900.0, 500.0)])
+def test_a_markov_rate_is_the_sum_of_its_covariances(rest, constant):
+    noise = GyroNoise(angle_random_walk=1e-30, markov_deviation=1e-5, markov_time=constant)
+    found = heading(noise, rest=rest)
+    time, step = 60.0, 0.25
+    moments = np.arange(-rest, time, step) + 0.5 * step
+    weight = step * np.where(moments > 0.0, 1.0, -time / rest)
+    apart = np.abs(moments[:, np.newaxis] - moments)
+    wanted = 1e-10 * weight @ np.exp(-apart / constant) @ weight
+    assert part(found, "markov_rate") / wanted == pytest.approx(1.0, rel=2e-3)
+    assert found.highest / np.sqrt(wanted) == pytest.approx(1.0, rel=2e-3)
+    assert part(heading(GyroNoise(angle_random_walk=1e-5)), "markov_rate") == 0.0
+
+
 FORCE = GyroNoise(angle_random_walk=1e-4, bias_instability=3e-5, rate_random_walk=2e-6)
 QUIET = GyroNoise(angle_random_walk=1e-30)
 

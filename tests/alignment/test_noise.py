@@ -39,7 +39,33 @@ def test_analysis_is_read_in_its_units(tmp_path) -> None:
     assert noise.unseen == ("rate_random_walk",)
     shares = np.array([DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR, 1.0])
     wanted = np.array([[4e-9, -2e-8, 0], [-2e-8, 1e-6, 0], [0, 0, 0]]) * np.outer(shares, shares)
-    assert noise.covariance == pytest.approx(wanted, rel=1e-12)
+    assert noise.covariance == pytest.approx(wanted, rel=1e-12, abs=0.0)
+
+
+def test_slow_noise_that_b_and_k_are_not_told_apart_in_is_taken():
+    stated = document()
+    bound = {"value": 0.02, "low": 0.0, "high": 0.02, "confidence": 0.95, "unit": "deg/h"}
+    stated["coefficients"]["bias_instability"] = {**bound, "status": "upper bound"}
+    without = GyroNoise.from_document(stated)
+    assert (without.bias_instability, without.markov_deviation) == (0.0, 0.0)
+    stated["slow_noise"] = {
+        "bias_instability": {"value": 0.01, "unit": "deg/h"},
+        "rate_random_walk": {"value": 0.0, "unit": "deg/h/sqrt(h)"},
+        "markov": {
+            "deviation": {"value": 0.03, "unit": "deg/h"},
+            "correlation_time_s": {"value": 25.0},
+        },
+    }
+    noise = GyroNoise.from_document(stated)
+    told = (noise.bias_instability, noise.markov_deviation)
+    assert told == pytest.approx((0.01 * DEGREE_PER_HOUR, 0.03 * DEGREE_PER_HOUR), abs=0.0)
+    assert noise.markov_time == 25.0
+    assert noise.bounds == without.bounds
+    # What is estimated stays as it is.
+    stated["coefficients"] = document()["coefficients"]
+    assert GyroNoise.from_document(stated).bias_instability == pytest.approx(
+        0.01 * DEGREE_PER_HOUR, abs=0.0
+    )
 
 
 def test_accelerometers_are_read_in_their_units():
@@ -69,7 +95,7 @@ def test_accelerometers_are_read_in_their_units():
     assert east.angle_random_walk == pytest.approx(0.02 / 60.0)
     shares = np.array([1.0 / 60.0, milli, 0.0])
     wanted = np.array([[1e-8, 2e-9, 0], [2e-9, 4e-6, 0], [0, 0, 0]]) * np.outer(shares, shares)
-    assert north.covariance == pytest.approx(wanted, rel=1e-12)
+    assert north.covariance == pytest.approx(wanted, rel=1e-12, abs=0.0)
     # Other names say nothing of north and east: the loudest stands for both.
     others = {"a": three["ax"], "b": three["az"]}
     _, (north, east) = GyroNoise.unit_from_document({**document(), "accelerometers": others})

@@ -75,6 +75,24 @@ def test_priors_are_printed_and_taken(capsys, tmp_path):
     assert position == pytest.approx(9.80665 * 1800.0 * 0.25 * DEGREE * math.sqrt(2.0), rel=0.01)
 
 
+def test_a_markov_rate_of_the_analysis_counts_and_is_named(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    without = found(capsys, path, "--after", "10min")["heading_drift"][0]
+    rate = {"deviation": {"value": 1.0, "unit": "deg/h"}, "correlation_time_s": {"value": 30.0}}
+    flicker = {"value": 1e-6, "unit": "deg/h"}
+    changed(path, slow_noise={"bias_instability": flicker, "markov": rate})
+    made = found(capsys, path, "--after", "10min")
+    (one,) = made["heading_drift"]
+    # 2 D^2 T t of the run, twice for a rest as long.
+    wanted = 1.0 / 3600.0 * math.sqrt(4.0 * 30.0 * 600.0)
+    assert one["by"]["markov_rate"] == pytest.approx(wanted, rel=0.1)
+    assert one["sigma_deg"] == pytest.approx(math.hypot(*one["by"].values()))
+    assert one["highest_deg"] > one["sigma_deg"] > 10.0 * without["sigma_deg"]
+    assert any(
+        note.startswith("Bias instability of all axes is the most") for note in made["notes"]
+    )
+
+
 def test_a_filter_that_finds_no_azimuth_says_so_and_one_that_does_says_nothing(capsys, tmp_path):
     path = document(tmp_path, gyros=("x",))
     said = "the filter's azimuth is only the prior"

@@ -8,11 +8,13 @@ of a flicker, whose level has no variance, only what differs between rest and ru
 Accelerometers err alike: their mean over the rest is balanced by a tilt, since they levelled the
 unit, and what differs from it pulls. The covariance of a flicker is
 ``-(B^2/pi) ln|s - u|`` then, up to a constant that drops out (the transform of B^2/(2 pi |f|)).
+That of a Markov rate is ``D^2 e^(-|s - u|/T)``; of it, too, its mean over the rest is taken off.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -35,11 +37,12 @@ PARTS: Final = (
     "angle_random_walk",
     "bias_instability",
     "rate_random_walk",
+    "markov_rate",
     "initial_bias",
     "accelerometers",
     "misalignment",
 )
-"""Parts of an error; the first four are of the gyros."""
+"""Parts of an error; the first five are of the gyros."""
 
 _GYROS: Final = 3
 _STATES: Final = DRIFTS.start  # those before the drifts of the gyros
@@ -96,7 +99,7 @@ class Growth:
     times
         (times,), s since the aiding ended.
     variances
-        (times, 6) of `PARTS`, which add up: rad^2 of heading and of one tilt, m^2 of position north
+        (times, 7) of `PARTS`, which add up: rad^2 of heading and of one tilt, m^2 of position north
         and east together.
     reach
         (times,) half of the interval of the logarithm of their sum, from the errors of N, B and K.
@@ -174,12 +177,14 @@ def drift(
             f"accelerometers are {len(accelerometers)}; give two, along north and east, or none"
         )
     known = priors or Priors()
-    rows = [_at(time, latitude, known) for time in moments]
+    sensors = (*noises, *accelerometers)
+    times_of_markov = tuple(
+        dict.fromkeys(one.markov_time for one in sensors if one.markov_deviation > 0.0)
+    )
+    rows = [_at(time, latitude, known, times_of_markov) for time in moments]
     deviations = float(ndtri(0.5 + 0.5 * confidence))
     grown = [
-        _growth(
-            (*noises, *accelerometers), moments, [row[place] for row in rows], known, deviations
-        )
+        _growth(sensors, moments, [row[place] for row in rows], known, deviations)
         for place in range(len(_OUTPUTS))
     ]
     return Drift(heading=grown[0], attitude=grown[1], position=grown[2], priors=known)
@@ -193,6 +198,8 @@ class _Weights:
     ----------
     terms
         (5, 3) variance that N, B and K at one make after the rest.
+    markov
+        (5,) the same of a Markov rate at one, by its correlation time.
     total
         (5,) variance that a bias at one makes.
     misaligned
@@ -200,11 +207,14 @@ class _Weights:
     """
 
     terms: FloatArray
+    markov: Mapping[float, FloatArray]
     total: FloatArray
     misaligned: float
 
 
-def _at(time: float, latitude: float, priors: Priors) -> tuple[_Weights, ...]:
+def _at(
+    time: float, latitude: float, priors: Priors, times_of_markov: Sequence[float]
+) -> tuple[_Weights, ...]:
     """The weights of all outputs after a time."""
     cells = min(max(_CELLS, math.ceil(time / _LONGEST_CELL)), _MOST_CELLS)
     length = time / cells
@@ -228,16 +238,21 @@ def _at(time: float, latitude: float, priors: Priors) -> tuple[_Weights, ...]:
     terms = np.stack(
         [
             length * (weights**2).sum(axis=2),
-            _flicker(weights, total, length, priors.rest),
+            -_beside_rest(weights, total, length, priors.rest, _of_logarithm) / math.pi,
             _walked(weights, length),
         ],
         axis=-1,
     )
+    markov = {
+        one: _beside_rest(weights, total, length, priors.rest, partial(_of_exponential, time=one))
+        for one in times_of_markov
+    }
     # Heading; the mean square of the two tilts; the sum of the squares of north and east.
     groups = ((0,), 1.0), ((1, 2), 0.5), ((3, 4), 1.0)
     return tuple(
         _Weights(
             terms=share * terms[list(which)].sum(axis=0),
+            markov={one: share * made[list(which)].sum(axis=0) for one, made in markov.items()},
             total=share * (total[list(which)] ** 2).sum(axis=0),
             misaligned=share * float(left[list(which)].sum()),
         )
@@ -251,25 +266,41 @@ def _walked(weights: FloatArray, length: float) -> FloatArray:
     return np.asarray(length**3 * (after**2).sum(axis=-1))
 
 
-def _flicker(weights: FloatArray, total: FloatArray, length: float, rest: float) -> FloatArray:
-    """(5, 5) variance of flicker at one, less its mean over the rest."""
+def _beside_rest(
+    weights: FloatArray,
+    total: FloatArray,
+    length: float,
+    rest: float,
+    twice_integrated: Callable[[FloatArray], FloatArray],
+) -> FloatArray:
+    """(5, 5) variance of a noise less its mean over the rest.
+
+    `twice_integrated` has the covariance over the lag as its second derivative; it and its slope
+    are zero at zero.
+    """
     cells = weights.shape[-1]
     edges = length * np.arange(cells + 1.0)
     lags = length * np.arange(-1.0, cells + 1.0)
-    within = np.diff(_twice_integrated(lags), 2)
+    within = np.diff(twice_integrated(lags), 2)
     mean = total / rest
-    between = np.diff(_twice_integrated(rest + edges) - _twice_integrated(edges))
+    between = np.diff(twice_integrated(rest + edges) - twice_integrated(edges))
     flat = weights.reshape(-1, cells)
     square = (flat.T * matmul_toeplitz(within, flat.T)).sum(axis=0).reshape(total.shape)
-    square += mean**2 * 2.0 * float(_twice_integrated(np.array([rest]))[0])
+    square += mean**2 * 2.0 * float(twice_integrated(np.array([rest]))[0])
     square -= 2.0 * mean * (weights @ between)
-    return np.asarray(-square / math.pi)
+    return np.asarray(square)
 
 
-def _twice_integrated(lag: FloatArray) -> FloatArray:
+def _of_logarithm(lag: FloatArray) -> FloatArray:
     """``x^2 (ln|x| - 3/2)/2``, whose second derivative is ``ln|x|``."""
     size = np.abs(lag)
     return np.asarray(0.5 * (xlogy(size**2, size) - 1.5 * size**2))
+
+
+def _of_exponential(lag: FloatArray, *, time: float) -> FloatArray:
+    """``T^2 (e^(-|x|/T) - 1 + |x|/T)``, whose second derivative is ``e^(-|x|/T)``."""
+    ratio = np.abs(lag) / time
+    return np.asarray(time**2 * (np.expm1(-ratio) + ratio))
 
 
 def _rest_variance(noise: GyroNoise, rest: float) -> float:
@@ -278,14 +309,21 @@ def _rest_variance(noise: GyroNoise, rest: float) -> float:
 
 
 def _parts(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> FloatArray:
-    """(6,) variances of `PARTS`."""
+    """(7,) variances of `PARTS`."""
     made = np.array(
         [
-            [*(terms * one.values**2), total * _initial(one, rest)]
-            for one, rest, terms, total in _each(sensors, row, priors)
+            [*(terms * one.values**2), _of_markov(one, row, place), total * _initial(one, rest)]
+            for place, (one, rest, terms, total) in enumerate(_each(sensors, row, priors))
         ]
     )
     return np.array([*made[:_GYROS].sum(axis=0), made[_GYROS:].sum(), row.misaligned])
+
+
+def _of_markov(noise: GyroNoise, row: _Weights, place: int) -> float:
+    """Variance that the Markov rate of a sensor makes."""
+    if not noise.markov_deviation:
+        return 0.0
+    return noise.markov_deviation**2 * float(row.markov[noise.markov_time][place])
 
 
 def _each(
@@ -309,7 +347,8 @@ def _highest(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> flo
     """Variance with the worst of the upper bounds of each sensor."""
     return sum(
         max(float(terms @ one.values**2 + total * _initial(one, rest)) for one in noise.bounded)
-        for noise, rest, terms, total in _each(sensors, row, priors)
+        + _of_markov(noise, row, place)
+        for place, (noise, rest, terms, total) in enumerate(_each(sensors, row, priors))
     )
 
 

@@ -30,10 +30,13 @@ class GyroNoise:
     ----------
     angle_random_walk, bias_instability, rate_random_walk
         N in rad/sqrt(s), B in rad/s, K in rad/s/sqrt(s); 0 for what was not seen.
+    markov_deviation, markov_time
+        Standard deviation, rad/s, and correlation time, s, of a Markov rate; 0 for none.
     covariance
         (3, 3) of these three, SI.
     unseen
-        Names of those that are 0 because they were not estimated.
+        Names of those that were not estimated: 0, or the most likely of slow noise that B and K
+        are not told apart in.
     bounds
         Upper bounds of those, by name; what has none was not observable.
 
@@ -46,12 +49,14 @@ class GyroNoise:
     angle_random_walk: float
     bias_instability: float = 0.0
     rate_random_walk: float = 0.0
+    markov_deviation: float = 0.0
+    markov_time: float = 1.0
     covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     unseen: tuple[CoefficientName, ...] = ()
     bounds: Mapping[CoefficientName, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in NAMES:
+        for name in (*NAMES, "markov_deviation", "markov_time"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
@@ -155,7 +160,8 @@ class GyroNoise:
         """The noise that an analysis of schema ``sagnac.analysis/1`` states, of a gyro or a force.
 
         What is not estimated is taken as 0 and named in `unseen`; if N has an upper bound only, N
-        is that bound.
+        is that bound. B and K that are bounds are those of the slow noise that the spectrum shows,
+        if it does.
 
         Raises
         ------
@@ -166,6 +172,7 @@ class GyroNoise:
         title_of = {name: sensed.titles[name].replace(" ", "_") for name in NAMES}
         stated = {name: document["coefficients"].get(title) for name, title in title_of.items()}
         stated[NAMES[0]] = document[title_of[NAMES[0]]]
+        slow = document.get("slow_noise") or {}
         units = sensed.coefficients
         values: list[float] = []
         unseen: list[CoefficientName] = []
@@ -176,7 +183,8 @@ class GyroNoise:
             if one["status"] == "estimated" or bounded:
                 values.append(one["value"] * units[name][one["unit"]])
             else:
-                values.append(0.0)
+                shown = slow.get(title_of[name])
+                values.append(shown["value"] * units[name][shown["unit"]] if shown else 0.0)
             if one["status"] != "estimated":
                 unseen.append(name)
             if one["status"] == "upper bound":
@@ -189,6 +197,7 @@ class GyroNoise:
             angle_random_walk=values[0],
             bias_instability=values[1],
             rate_random_walk=values[2],
+            **_markov(slow.get("markov"), units["bias_instability"]),
             covariance=_covariance(
                 document.get("covariance"), unseen, _errors(stated, unseen, units), sensor
             ),
@@ -199,6 +208,17 @@ class GyroNoise:
 
 Unit = tuple[tuple[GyroNoise, GyroNoise, GyroNoise], tuple[GyroNoise, ...]]
 """Gyros about north, east and down, and accelerometers along north and east or none."""
+
+
+def _markov(stated: Mapping[str, Any] | None, sizes: Mapping[str, float]) -> dict[str, float]:
+    """Deviation and time of a Markov rate, SI; nothing if there is none."""
+    if stated is None:
+        return {}
+    size = stated["deviation"]
+    return {
+        "markov_deviation": size["value"] * sizes[size["unit"]],
+        "markov_time": stated["correlation_time_s"]["value"],
+    }
 
 
 def _errors(

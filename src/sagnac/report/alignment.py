@@ -243,7 +243,11 @@ def _drift(prospect: Prospect) -> float:
 # ---- heading drift -----------------------------------------------------------------
 
 _SYMBOLS: Final = dict(
-    zip(PARTS, ("N", "B", "K", "initial bias", "accelerometers", "misalignment"), strict=True)
+    zip(
+        PARTS,
+        ("N", "B", "K", "Markov rate", "initial bias", "accelerometers", "misalignment"),
+        strict=True,
+    )
 )
 # Axis of the gyro, and what is shown of it: unit, its size, title.
 _SHOWN: Final = (
@@ -252,7 +256,9 @@ _SHOWN: Final = (
     ("position", "m", "m", 1.0),
 )
 # Line styles of the parts in a picture.
-_STYLES: Final = ("--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
+_STYLES: Final = ("--", ":", "-.", (0, (8, 2)), (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
+# Parts that are named only if they are there.
+_OPTIONAL: Final = ("markov_rate", "accelerometers")
 _RAISED: Final = 1.01  # by upper bounds, from which on they are shown
 _LEAST: Final = 1e-3  # of the largest part, from which on others are printed
 _PRIOR_SHARE: Final = 0.9  # of the answer, from which on it is the prior alone
@@ -302,8 +308,12 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
 
 def _by(growth: Growth, row: int, size: float, parts: tuple[str, ...]) -> dict[str, float]:
     values = dict(zip(PARTS, np.sqrt(growth.variances[row]) / size, strict=True))
-    measured = bool(np.any(growth.variances[:, PARTS.index("accelerometers")]))
-    return {name: float(values[name]) for name in parts if measured or name != "accelerometers"}
+    there = np.any(growth.variances > 0.0, axis=0)
+    return {
+        name: float(values[name])
+        for name in parts
+        if name not in _OPTIONAL or there[PARTS.index(name)]
+    }
 
 
 def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:
@@ -402,12 +412,13 @@ def drift_notes(unaided: Unaided) -> list[str]:
         f"{TITLES[name]} was not observable, so that nothing of it is in here"
         for name in sorted(open_names)
     ]
-    bounded = {name for noise in unaided.noises for name in noise.bounds}
-    notes += [
-        f"{TITLES[name]} of {_bounded_axes(unaided, name)} is zero here: "
-        "only an upper bound is known"
-        for name in sorted(bounded)
-    ]
+    for name in NAMES:
+        none, likely = _bounded_axes(unaided, name)
+        if none:
+            notes.append(f"{TITLES[name]} of {none} is zero here: only an upper bound is known")
+        if likely:
+            taken = "its upper bound" if name == NAMES[0] else "the most likely"
+            notes.append(f"{TITLES[name]} of {likely} is {taken} here: no more is known of it")
     if len({id(noise) for noise in unaided.noises}) == 1:
         notes.append("one gyro stands for all three axes")
     if not unaided.latitude_stated:
@@ -424,11 +435,19 @@ def drift_notes(unaided: Unaided) -> list[str]:
     return notes
 
 
-def _bounded_axes(unaided: Unaided, name: CoefficientName) -> str:
-    """The axes of whose gyros a coefficient is bounded only."""
-    axes = zip(("north", "east", "down"), unaided.noises, strict=True)
-    found = [axis for axis, noise in axes if name in noise.bounds]
-    return "all axes" if len(found) == len(unaided.noises) else " and ".join(found)
+def _bounded_axes(unaided: Unaided, name: CoefficientName) -> tuple[str, str]:
+    """The axes of whose gyros a coefficient is bounded only: those without it, and with it."""
+    axes = dict(zip(("north", "east", "down"), unaided.noises, strict=True))
+
+    def shown(there: bool) -> str:
+        found = [
+            axis
+            for axis, noise in axes.items()
+            if name in noise.bounds and (getattr(noise, name) > 0.0) == there
+        ]
+        return "all axes" if len(found) == len(axes) else " and ".join(found)
+
+    return shown(False), shown(True)
 
 
 def drift_figure(unaided: Unaided) -> Figure:
