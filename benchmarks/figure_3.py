@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks._made import made_page, with_stamp
 from benchmarks.stability import PAGE as STABILITY_PAGE
-from sagnac import series
+from sagnac import arrays
 from sagnac.arrays import FloatArray
 from sagnac.paper.outcome import least_squares_of
 from sagnac.paper.prediction import FIGURE_3
@@ -53,7 +53,7 @@ def noise_of(seed: int, sample_rate: float) -> FloatArray:
     """Angles of gyro z once a second: noise alone, dithered, at rest."""
     base = with_time_lines(config_of_run("dithered", 0.0, seed, DURATION), ())
     recording = simulate(replace(base, sample_rate_hz=sample_rate)).recording
-    return series.every(recording.gyro("z").values, round(sample_rate))
+    return arrays.every(recording.gyro("z").values, round(sample_rate))
 
 
 def phase_of_line(seed: int) -> float:

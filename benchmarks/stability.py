@@ -22,7 +22,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from sagnac import deviation_at_every_tau, series, stability_curve
+from sagnac import arrays, deviation_at_every_tau, stability_curve
 from sagnac.stability.estimators import Estimator
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks_stability.md"
@@ -113,12 +113,9 @@ def peak_above_data(estimator: Estimator, samples: int) -> float:
 def print_memory(estimator: Estimator, samples: int) -> None:
     ours(rates(1000), estimator, clusters(estimator, 1000, 5))
     generator = np.random.default_rng(1)
-    values = series.empty(samples)
-
-    def fill(state: None, block: slice) -> None:
+    values = arrays.empty(samples)
+    for block in arrays.blocks(samples):
         values[block] = generator.standard_normal(block.stop - block.start)
-
-    series.reduce(fill, None, samples, values)
     taus = clusters(estimator, samples, 60)
     before = peak_memory()
     ours(values, estimator, taus)
@@ -168,7 +165,7 @@ def report(largest: int) -> str:
         "",
         "## Peak memory above the values",
         "",
-        f"MB; beyond {series.IN_MEMORY:.1e} samples values and angles lie in scratch files, and "
+        f"MB; beyond {arrays.IN_MEMORY:.1e} samples values and angles lie in scratch files, and "
         "`mtotdev`, `theo1` and `theoh`, whose longest windows are the whole record, are not in "
         "bounded memory.",
         "",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.analysis.pipeline import analyze, answer_of
 from sagnac.analysis.settings import Settings
 from sagnac.errors import RecordingError
@@ -307,10 +307,10 @@ def figures_of(result):
 def test_a_long_recording_gives_the_same_from_its_file(simulation, tmp_path, monkeypatch, settings):
     path = write(simulation.recording, tmp_path / "run.parquet")
     whole = analyze(read(path), settings)
-    monkeypatch.setattr(series, "IN_MEMORY", 2**12)
-    monkeypatch.setattr(series, "SPAN", 2**12)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 2**12)
+    monkeypatch.setattr(arrays, "BLOCK", 2**12)
     recording = read(path)
-    assert all(series.is_mapped(gyro.values) for gyro in recording.gyros)
+    assert all(arrays.is_mapped(gyro.values) for gyro in recording.gyros)
     spans = analyze(recording, settings)
     assert spans.notes == whole.notes
     assert spans.source == whole.source
@@ -331,8 +331,8 @@ def test_rates_are_summed_span_by_span(monkeypatch):
     recording = still(names=("x", "z"))
     settings = replace(PAIR, method="none")
     whole = analyze(recording, settings)
-    monkeypatch.setattr(series, "IN_MEMORY", 1000)
-    monkeypatch.setattr(series, "SPAN", 777)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
+    monkeypatch.setattr(arrays, "BLOCK", 777)
     expected, found = figures_of(whole), figures_of(analyze(recording, settings))
     for name, values in expected.items():
         assert found[name] == pytest.approx(values, rel=1e-9, nan_ok=True), name
@@ -341,13 +341,13 @@ def test_rates_are_summed_span_by_span(monkeypatch):
 MEASURE = """
 import resource, sys
 from pathlib import Path
-from sagnac import series
+from sagnac import arrays
 from sagnac.analysis.pipeline import analyze, answer_of
 from sagnac.analysis.settings import Settings
 from sagnac.formats import read
 from sagnac.recording.quality import check
 
-series.IN_MEMORY, series.SPAN = 2**16, 2**16
+arrays.IN_MEMORY, arrays.BLOCK = 2**16, 2**16
 for name in sys.argv[1:]:
     recording = read(name)
     check(recording)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.spectra import residual_of
@@ -39,7 +39,7 @@ def test_the_rate_against_time():
 def test_an_order_stands_where_it_was_put(monkeypatch):
     _, table, before, after = turning()
     # Blocks much shorter than the record, so that steps between them count too.
-    monkeypatch.setattr(series, "SPAN", 777)
+    monkeypatch.setattr(arrays, "BLOCK", 777)
     turn = residual_of(measured_of(before), left_of(after), table).by_angle
     # Rate amplitude: that of the angle times 7 and the rate of the table, less what a sector of
     # the turn averages out.

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, parquet, read, write
 from sagnac.formats.assemble import check_lengths
@@ -51,22 +51,22 @@ def long_columns() -> dict[str, np.ndarray]:
 
 
 def long_file(path: Path, layout: str) -> Path:
-    arrays = long_columns()
+    columns = long_columns()
     if path.suffix == ".parquet":
         rows = LONG if layout == "one piece" else 700
-        pq.write_table(pa.table(arrays), path, row_group_size=rows)
+        pq.write_table(pa.table(columns), path, row_group_size=rows)
     elif path.suffix == ".h5":
         with h5py.File(path, "w") as file:
-            matrix = np.column_stack([arrays.pop("z"), arrays.pop("table")])
+            matrix = np.column_stack([columns.pop("z"), columns.pop("table")])
             chunks = {} if layout == "one piece" else {"chunks": (128, 1), "compression": "gzip"}
             file.create_dataset("m", data=matrix, **chunks)
-            for name, values in arrays.items():
+            for name, values in columns.items():
                 chunks = {} if layout == "one piece" else {"chunks": (300,), "compression": "gzip"}
                 file.create_dataset(name, data=values, **chunks)
     elif path.suffix == ".npz":
-        np.savez(path, **arrays)
+        np.savez(path, **columns)
     else:
-        save(path, text(",".join(arrays), *arrays.values()))
+        save(path, text(",".join(columns), *columns.values()))
     return path
 
 
@@ -98,9 +98,9 @@ def test_long_recordings_are_read_span_by_span(tmp_path, monkeypatch, suffix, la
     )
     rolled = replace(statement, gyros=("x",), counter_bits=16)
     once = [read(path, one) for one in (statement, rolled)]
-    monkeypatch.setattr(series, "IN_MEMORY", 0)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0)
     for length in (97, 700):
-        monkeypatch.setattr(series, "SPAN", length)
+        monkeypatch.setattr(arrays, "BLOCK", length)
         for one, recording in zip((statement, rolled), once, strict=True):
             back = read(path, one)
             assert back.notes == recording.notes
@@ -108,7 +108,7 @@ def test_long_recordings_are_read_span_by_span(tmp_path, monkeypatch, suffix, la
             assert back.provenance == recording.provenance
             read_channels = (*recording.gyros, recording.table)
             for channel, other in zip((*back.gyros, back.table), read_channels, strict=True):
-                assert series.is_mapped(channel.values)
+                assert arrays.is_mapped(channel.values)
                 assert (channel.name, channel.kind, channel.shown_in) == (
                     other.name,
                     other.kind,
@@ -120,23 +120,23 @@ def test_long_recordings_are_read_span_by_span(tmp_path, monkeypatch, suffix, la
             if back.times is not None:
                 np.testing.assert_array_equal(back.times, recording.times)
     # And both are right: the table and the counter without their wraps.
-    arrays = long_columns()
+    columns = long_columns()
     span = slice(*(round(50.0 * edge) if edge else None for edge in (one.span or (None, None))))
     if once[0].times is None:
-        table = np.unwrap(np.deg2rad(arrays["table"]))[span]
+        table = np.unwrap(np.deg2rad(columns["table"]))[span]
         assert once[0].table.values - once[0].table.values[0] == pytest.approx(
             table - table[0], abs=1e-9
         )
-        counts = np.unwrap(arrays["x"], period=2**16)[span] * 0.5 * ARCSECOND
+        counts = np.unwrap(columns["x"], period=2**16)[span] * 0.5 * ARCSECOND
         assert once[1].gyros[0].values - once[1].gyros[0].values[0] == pytest.approx(
             counts - counts[0], abs=1e-12
         )
 
 
 def test_only_what_a_slice_needs_is_read(tmp_path):
-    arrays = long_columns()
+    columns = long_columns()
     taken = slice(1500, 1600)
-    pq.write_table(pa.table(arrays), tmp_path / "run.parquet", row_group_size=500)
+    pq.write_table(pa.table(columns), tmp_path / "run.parquet", row_group_size=500)
     metadata = pq.read_metadata(tmp_path / "run.parquet")
     spoilt = bytearray((tmp_path / "run.parquet").read_bytes())
     for group in range(metadata.num_row_groups):
@@ -149,8 +149,8 @@ def test_only_what_a_slice_needs_is_read(tmp_path):
                 )
     (tmp_path / "run.parquet").write_bytes(spoilt)
     with h5py.File(tmp_path / "run.h5", "w") as file:
-        file.create_dataset("z", data=arrays["z"], chunks=(500,), compression="gzip")
-        file.create_dataset("x", data=arrays["x"], chunks=(500,), compression="gzip")
+        file.create_dataset("z", data=columns["z"], chunks=(500,), compression="gzip")
+        file.create_dataset("x", data=columns["x"], chunks=(500,), compression="gzip")
         chunks = [
             (name, file[name].id.get_chunk_info(number))
             for name in ("x", "z")
@@ -165,7 +165,7 @@ def test_only_what_a_slice_needs_is_read(tmp_path):
     for name in ("run.parquet", "run.h5"):
         sliced = replace(stated, span=(30.0, 32.0), time="none", table="none")
         values = read(tmp_path / name, sliced).gyros[0].values
-        np.testing.assert_allclose(values, arrays["z"][taken] * ARCSECOND, rtol=1e-15)
+        np.testing.assert_allclose(values, columns["z"][taken] * ARCSECOND, rtol=1e-15)
         assert values.base is None or values.base.size == 100
         refused(tmp_path / name, "damaged", statement=replace(sliced, span=None))
 
@@ -175,8 +175,8 @@ def test_missing_samples_and_integers_in_different_pieces(tmp_path, monkeypatch)
     table = pa.table({"x": pa.array([None if i == 900 else int(v) for i, v in enumerate(big)])})
     pq.write_table(table, tmp_path / "run.parquet", row_group_size=700)
     stated = Statement(kind="angle", unit="rad", sample_rate=1.0)
-    monkeypatch.setattr(series, "IN_MEMORY", 0)
-    monkeypatch.setattr(series, "SPAN", 100)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0)
+    monkeypatch.setattr(arrays, "BLOCK", 100)
     values = read(tmp_path / "run.parquet", stated, verify=False).gyros[0].values
     expected = big.astype(float)
     expected[900] = np.nan
@@ -187,8 +187,8 @@ def test_missing_samples_and_integers_in_different_pieces(tmp_path, monkeypatch)
 def test_long_recordings_are_written_span_by_span(tmp_path, monkeypatch, suffix):
     recording = example(times=True)
     whole = read(write(recording, tmp_path / f"whole.{suffix}"))
-    monkeypatch.setattr(series, "IN_MEMORY", 0)
-    monkeypatch.setattr(series, "SPAN", 97)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0)
+    monkeypatch.setattr(arrays, "BLOCK", 97)
     monkeypatch.setattr(parquet, "ROWS_PER_GROUP", 97)
     back = read(write(whole, tmp_path / f"spans.{suffix}"))
     assert back.sample_rate == whole.sample_rate

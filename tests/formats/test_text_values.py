@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.formats.text import (
     STYLES,
     NumberStyle,
@@ -93,7 +93,7 @@ def test_times_of_the_clock():
 
 
 def test_days_go_on_past_midnight(monkeypatch):
-    monkeypatch.setattr(series, "SPAN", 100)
+    monkeypatch.setattr(arrays, "BLOCK", 100)
     seconds = np.arange(0, 4 * 86_400, 997)
     clock = (seconds % 86_400) * 10**9
     np.testing.assert_array_equal(past_midnight(clock), seconds * 10**9)

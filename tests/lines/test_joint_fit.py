@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.lines import components as model
 from sagnac.lines import joint_fit
 from sagnac.lines.components import Components, joined, no_components
@@ -16,11 +16,15 @@ SAMPLES = 20_000
 
 @pytest.fixture(autouse=True)
 def several_spans(monkeypatch):
-    monkeypatch.setattr(series, "SPAN", 8192)
+    monkeypatch.setattr(arrays, "BLOCK", 8192)
 
 
 def removed(angle, table, components):
-    return series.made(lambda span: model.removed(angle[span], table, components, span), angle.size)
+    parts = []
+    for part in arrays.blocks(angle.size):
+        alpha = None if table is None else table[part]
+        parts.append(model.removed(angle[part], alpha, components, start=part.start))
+    return np.concatenate(parts)
 
 
 def fit(increments, table, components, *, fresh=False):
@@ -200,7 +204,7 @@ def test_removed_is_exact_where_blocks_meet(samples):
 
 def test_nothing_to_remove_is_a_copy():
     angle = np.arange(5.0)
-    rest = model.removed(angle, None, no_components(5), slice(0, 5))
+    rest = model.removed(angle, None, no_components(5))
     assert np.array_equal(rest, angle)
     assert rest is not angle
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.lines.components import no_components, removed
 from sagnac.lines.products import even_blocks, inner_products, sampling
 from tests.lines.test_joint_fit import MIXED, SAMPLES, wandering_table
 
 
 def test_inner_products_are_those_of_the_increments(monkeypatch):
-    monkeypatch.setattr(series, "SPAN", 8192)
+    monkeypatch.setattr(arrays, "BLOCK", 8192)
     table = wandering_table()
     number = np.arange(SAMPLES) - 0.5 * (SAMPLES - 1)
     middle, width = 0.5 * (table.min() + table.max()), np.ptp(table)
@@ -55,4 +55,4 @@ def test_what_does_not_go_together_is_refused():
     with pytest.raises(ValueError, match="3 components have one of each"):
         replace(no_components(5), frequencies=np.full(3, 0.1))
     with pytest.raises(ValueError, match="give the table angle"):
-        removed(np.zeros(SAMPLES), None, MIXED, slice(0, SAMPLES))
+        removed(np.zeros(SAMPLES), None, MIXED)

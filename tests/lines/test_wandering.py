@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.lines.naming import taken_bands
 from sagnac.lines.wandering import clusters, fit_drifting, values
 
@@ -226,22 +226,22 @@ def test_drifting_lines_beside_each_other_do_not_disturb():
         assert np.sum(error**2) < found.parameters + 4.0 * np.sqrt(2.0 * found.parameters)
 
 
-def test_series_may_be_mapped_and_goes_by_spans(monkeypatch):
+def test_increments_may_be_mapped_and_go_by_blocks(monkeypatch):
     frequency = 50.0 / RATE
     steps = np.diff(made("wandering", frequency, 300.0).real) + white(7)
     whole = fit_drifting(steps, frequency, 1.0, center=CENTER)
-    monkeypatch.setattr(series, "IN_MEMORY", 1000)
-    monkeypatch.setattr(series, "SPAN", 10_000)
-    mapped = series.empty(steps.size)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
+    monkeypatch.setattr(arrays, "BLOCK", 10_000)
+    mapped = arrays.empty(steps.size)
     mapped[:] = steps
-    assert series.is_mapped(mapped)
+    assert arrays.is_mapped(mapped)
     found = fit_drifting(mapped, frequency, 1.0, center=CENTER)
     assert whole is not None
     assert found is not None
     assert found.blocks == whole.blocks
     assert found.knots == pytest.approx(whole.knots, abs=1e-9 * whole.amplitude)
     assert mapped == pytest.approx(steps)
-    pieces = series.map(lambda span: values(found, span.start, span.stop - span.start), SAMPLES)
+    pieces = [values(found, part.start, part.stop - part.start) for part in arrays.blocks(SAMPLES)]
     assert np.concatenate(pieces) == pytest.approx(
         values(found, 0, SAMPLES), abs=1e-9 * found.amplitude
     )

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from sagnac.recording.quality import check
@@ -112,9 +112,9 @@ def faulty() -> dict[str, Recording]:
 
 def mapped(recording: Recording) -> Recording:
     def moved(values):
-        moved = series.empty(values.size)
+        moved = arrays.empty(values.size)
         moved[:] = values
-        assert series.is_mapped(moved)
+        assert arrays.is_mapped(moved)
         return moved
 
     def channel(one):

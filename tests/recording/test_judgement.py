@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.recording.effects import FINDINGS, effect_words, finding, level_of
 from sagnac.recording.model import Recording
 from sagnac.recording.quality import accept, judged
@@ -39,8 +39,8 @@ def test_a_pathology_is_found_with_what_it_does_to_the_walk(case):
 def test_findings_are_the_same_span_by_span(monkeypatch, case):
     recording = PATHOLOGIES[case][1]()
     found = judged(recording)
-    monkeypatch.setattr(series, "IN_MEMORY", 0)
-    monkeypatch.setattr(series, "SPAN", 999)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0)
+    monkeypatch.setattr(arrays, "BLOCK", 999)
     assert judged(mapped(recording)) == found
 
 

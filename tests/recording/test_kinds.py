@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import Channel, angle_increments, angle_of, finite_extent, unwrapped
 from tests.recording.recordings import DEGREE, RATE, noise, rate_gyro
@@ -38,8 +38,8 @@ def test_wraps_are_found_across_the_borders_of_spans(monkeypatch, length):
     reading = angle % 360.0
     reading[[99, 500]] = np.nan
     whole, wraps = unwrapped(reading, 360.0)
-    monkeypatch.setattr(series, "IN_MEMORY", 0)
-    monkeypatch.setattr(series, "SPAN", length)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0)
+    monkeypatch.setattr(arrays, "BLOCK", length)
     values, count = unwrapped(reading, 360.0)
     assert count == wraps > 100
     assert np.array_equal(values, whole, equal_nan=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.errors import LEVELS, Note, RecordingError
 from sagnac.recording.channel import angle_of
 from sagnac.recording.encoder_faults import require_encoder_follows
@@ -32,8 +32,8 @@ def test_findings_and_values_are_the_same_span_by_span(monkeypatch, name, length
     sound = bool(np.isfinite(gyro.values).all())
     angle = angle_of(gyro, RATE) if sound else None
 
-    monkeypatch.setattr(series, "IN_MEMORY", 0)
-    monkeypatch.setattr(series, "SPAN", length)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0)
+    monkeypatch.setattr(arrays, "BLOCK", length)
     long = mapped(recording)
     assert check(long) == found
     assert outcome(require_encoder_follows, long, long.gyros[0]) == follows

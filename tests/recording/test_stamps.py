@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.errors import RecordingError
 from sagnac.recording.stamps import Sampling, median_step, sampling
 
@@ -26,9 +26,9 @@ def test_the_median_interval_is_exact_span_by_span(monkeypatch, size, repeats):
             kept = steps[np.isfinite(steps) & (steps >= 0.0 if repeats else steps > 0.0)]
             expected = float(np.median(kept)) if kept.size else np.nan
             with monkeypatch.context() as patch:
-                patch.setattr(series, "IN_MEMORY", 0)
-                patch.setattr(series, "SPAN", 97)
-                long = series.empty(size)
+                patch.setattr(arrays, "IN_MEMORY", 0)
+                patch.setattr(arrays, "BLOCK", 97)
+                long = arrays.empty(size)
                 long[:] = stamps
                 found = median_step(long, repeats=repeats)
             assert median_step(stamps, repeats=repeats) == pytest.approx(expected, nan_ok=True)

@@ -12,7 +12,7 @@ from tests.recording.recordings import noise, rate_gyro
 @pytest.mark.parametrize("length", [1, 2, 7, 100])
 @pytest.mark.parametrize("missing", [[], [0], [9], [2, 3, 7], [0, 4, 9], list(range(10))])
 def test_places_do_not_depend_on_the_blocks(monkeypatch, length, missing):
-    monkeypatch.setattr("sagnac.series.SPAN", length)
+    monkeypatch.setattr("sagnac.arrays.BLOCK", length)
     values = np.arange(10.0)
     values[missing] = np.nan
     places = Places(values=values, test=is_not_finite)
@@ -29,7 +29,7 @@ def test_places_do_not_depend_on_the_blocks(monkeypatch, length, missing):
 
 @pytest.mark.parametrize("length", [1, 3, 100])
 def test_steps_look_across_the_borders_of_blocks(monkeypatch, length):
-    monkeypatch.setattr("sagnac.series.SPAN", length)
+    monkeypatch.setattr("sagnac.arrays.BLOCK", length)
     values = np.array([0.0, 0.0, 5.0, 5.0, 5.0, 0.0])
     steps = Places(values=values, test=lambda some: np.diff(some) != 0.0, following=1)
     assert steps.all().tolist() == [1, 4]

@@ -36,7 +36,7 @@ def test_a_channel_that_sticks_once_is_found_where_it_does(length, quantum):
 
 @pytest.mark.parametrize("length", [1, 2, 3, 5, 100])
 def test_runs_are_counted_across_the_borders_of_blocks(monkeypatch, length):
-    monkeypatch.setattr("sagnac.series.SPAN", length)
+    monkeypatch.setattr("sagnac.arrays.BLOCK", length)
     runs = runs_of(np.array([1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 2.0, 2.0, 2.0, 2.0]))
     assert (runs.number, runs.longest.first, runs.longest.after) == (4, 3, 7)
     assert sorted(runs.lengths) == [1, 2, 4, 4]

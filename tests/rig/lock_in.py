@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.arrays import FloatArray
 from sagnac.kernels import compiled
 from sagnac.rig.ring_laser import Dither, RingLaser
@@ -136,17 +136,14 @@ def integrate(
     )
     noisy = equation.quantum_kick > 0.0 or equation.backscatter_kick > 0.0
     excess = np.empty(samples)
-
-    def advance(state: BeatState, part: slice) -> BeatState:
+    state = BeatState(0.0, 0.0, 0.0)
+    for part in arrays.blocks(samples, max(1, CHUNK_STEPS // (stretches * steps))):
         halves = (part.stop - part.start) * stretches
         normals = np.empty((halves * steps if noisy else 0, 2))
         normals[:, 0] = quantum.standard_normal(len(normals))
         normals[:, 1] = backscatter.standard_normal(len(normals))
         peaks = dither_peaks(laser, dither, halves, amplitude)
-        return lock_in_steps(equation, peaks, normals, state, excess[part])
-
-    length = max(1, CHUNK_STEPS // (stretches * steps))
-    series.reduce(advance, BeatState(0.0, 0.0, 0.0), samples, length=length)
+        state = lock_in_steps(equation, peaks, normals, state, excess[part])
     return excess / laser.phase_per_angle
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sagnac import series
+from sagnac import arrays
 
 SAMPLES = 40_000
 
@@ -44,6 +44,6 @@ def everything(generator):
 
 
 def as_series(values):
-    copy = series.empty(values.size)
+    copy = arrays.empty(values.size)
     copy[:] = values
     return copy

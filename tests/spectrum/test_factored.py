@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 
 from sagnac.spectrum.transforms import (
     Factors,
-    Samples,
     combine_columns,
     factored,
     factors,
@@ -15,10 +14,6 @@ from sagnac.spectrum.transforms import (
     split,
     transform_columns,
 )
-
-
-def samples_of(values):
-    return Samples(size=values.size, piece=lambda block: values[block], touched=(values,))
 
 
 @settings(deadline=None)
@@ -44,7 +39,7 @@ def test_factors_that_cannot_be():
 def test_split_deals_samples_into_rows_and_ends_with_zeros():
     by = Factors(count=4, size=5)
     with scratch(4, 3, np.float64) as columns:
-        split(samples_of(np.arange(1.0, 11.0)), by, columns)
+        split(np.arange(1.0, 11.0), by, columns)
         rows = columns.read(slice(0, 4), slice(0, 3)).copy()
     np.testing.assert_array_equal(rows, [[1, 5, 9], [2, 6, 10], [3, 7, 0], [4, 8, 0]])
 
@@ -67,14 +62,14 @@ def test_rounds_are_the_transforms_they_say():
             np.testing.assert_allclose(sums, whole[first : first + sums.size], atol=1e-12)
 
 
-def test_what_is_stored_comes_back_as_a_series():
+def test_what_is_stored_comes_back_as_an_array():
     values = np.random.default_rng(1).standard_normal(55)
 
     def store(result, some, block):
         for row, sums in enumerate(block):
             result.write(0, 10 * row + some.start, sums.real[np.newaxis])
 
-    made = factored(samples_of(values), Factors(count=6, size=10), 60, store)
+    made = factored(values, Factors(count=6, size=10), 60, store)
     expected = np.fft.fft(values, 60).real
     for row in range(6):
         here = slice(10 * row, 10 * row + 6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.spectrum.power_laws import PowerLaws, bin_levels, fit_levels, fit_power_laws
 from tests.spectrum.examples import as_series
 
@@ -35,8 +35,8 @@ def test_levels_of_bins_are_expected_powers_whatever_lines_there_are(monkeypatch
     power = np.random.default_rng(5).exponential(size=BINS)
     power[[2000, 2001, 30_000]] = 1e9
     if mapped:
-        monkeypatch.setattr(series, "IN_MEMORY", 1000)
-        monkeypatch.setattr(series, "SPAN", 7000)
+        monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
+        monkeypatch.setattr(arrays, "BLOCK", 7000)
     binned = bin_levels(as_series(power))
     assert binned.count.sum() == BINS
     assert np.array_equal(binned.count[:9], np.ones(9))

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.spectrum.transforms import scratch
 
 
 @pytest.mark.parametrize("in_file", [False, True])
 @pytest.mark.parametrize("dtype", [np.float64, np.complex128])
 def test_blocks_come_back_from_where_they_were_written(monkeypatch, in_file, dtype):
-    monkeypatch.setattr(series, "IN_MEMORY", 0 if in_file else 1000)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0 if in_file else 1000)
     values = np.random.default_rng(0).standard_normal((6, 9)).astype(dtype)
     with scratch(6, 9, dtype) as table:
         assert (table.file is not None) == in_file
@@ -22,11 +22,11 @@ def test_blocks_come_back_from_where_they_were_written(monkeypatch, in_file, dty
 
 
 @pytest.mark.parametrize("in_file", [False, True])
-def test_a_row_outlives_the_scratch_as_a_series(monkeypatch, in_file):
-    monkeypatch.setattr(series, "IN_MEMORY", 0 if in_file else 1000)
+def test_a_row_outlives_the_scratch_as_an_array(monkeypatch, in_file):
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0 if in_file else 1000)
     with scratch(1, 50, np.float64) as table:
         table.write(0, 20, np.arange(20.0, 50.0)[np.newaxis])
         table.write(0, 0, np.arange(20.0)[np.newaxis])
         row = table.first_row()
-    assert series.is_mapped(row) == in_file
+    assert arrays.is_mapped(row) == in_file
     np.testing.assert_array_equal(row, np.arange(50.0))

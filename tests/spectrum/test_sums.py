@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.spectrum import sums
 from sagnac.spectrum.sums import angle_series, angle_sums, tone_sums
 from tests.spectrum.examples import as_series
@@ -86,8 +86,8 @@ def test_tone_sums_by_spans_and_of_a_mapped_series(monkeypatch):
     generator = np.random.default_rng(5)
     values = generator.standard_normal(9000)
     frequencies = generator.uniform(0.0, 0.5, 40)
-    monkeypatch.setattr(series, "IN_MEMORY", 100)
-    monkeypatch.setattr(series, "SPAN", 1500)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 100)
+    monkeypatch.setattr(arrays, "BLOCK", 1500)
     monkeypatch.setattr("sagnac.spectrum.sums._TONES_AT_ONCE", 16)
     sums = tone_sums(as_series(values), frequencies, 4499.5, lag_unit=1e-4)
     np.testing.assert_allclose(sums, naive_tone_sums(values, frequencies, 4499.5, 1e-4), atol=1e-10)

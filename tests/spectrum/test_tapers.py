@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.spectrum.periodogram import multitaper, periodogram
 from sagnac.spectrum.transforms import transform_length
 from tests.spectrum.examples import SAMPLES, as_series
@@ -25,10 +25,10 @@ def test_multitaper_is_the_mean_over_orthonormal_tapers():
 
 def test_multitaper_of_a_mapped_series(monkeypatch):
     values = np.random.default_rng(13).standard_normal(135_000)
-    monkeypatch.setattr(series, "IN_MEMORY", 1000)
-    monkeypatch.setattr(series, "SPAN", 7000)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
+    monkeypatch.setattr(arrays, "BLOCK", 7000)
     power = multitaper(as_series(values), 2)
-    assert series.is_mapped(power)
+    assert arrays.is_mapped(power)
     size = values.size
     place = np.pi * np.arange(1, size + 1) / (size + 1)
     expected = sum(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.stability.curve import stability_curve
 from tests import naive_stability as naive
 from tests.stability.examples import ESTIMATORS, WITH_GAPS
@@ -14,9 +14,9 @@ from tests.stability.examples import ESTIMATORS, WITH_GAPS
 def test_a_record_out_of_memory_has_the_same_curve(monkeypatch, estimator, kind):
     values = np.random.default_rng(9).standard_normal(9_001)
     inside = stability_curve(values, kind=kind, sample_rate=10.0, estimator=estimator)
-    monkeypatch.setattr(series, "IN_MEMORY", 1000)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
     monkeypatch.setattr("sagnac.stability.sums.STARTS", 4096)
-    mapped = series.empty(values.size)
+    mapped = arrays.empty(values.size)
     mapped[:] = values
     outside = stability_curve(mapped, kind=kind, sample_rate=10.0, estimator=estimator)
     _assert_same(inside, outside)
@@ -29,10 +29,10 @@ def test_a_record_out_of_memory_with_gaps_has_the_same_curve(monkeypatch, estima
     values[[0, 700, 701, 5000, 12_344]] = np.nan
     values[1000:1100:7] = np.nan
     inside = stability_curve(values, kind=kind, sample_rate=10.0, estimator=estimator, gaps="omit")
-    monkeypatch.setattr(series, "IN_MEMORY", 1000)
-    monkeypatch.setattr(series, "SPAN", 700)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
+    monkeypatch.setattr(arrays, "BLOCK", 700)
     monkeypatch.setattr("sagnac.stability.sums.STARTS", 4096)
-    mapped = series.empty(values.size)
+    mapped = arrays.empty(values.size)
     mapped[:] = values
     outside = stability_curve(mapped, kind=kind, sample_rate=10.0, estimator=estimator, gaps="omit")
     _assert_same(inside, outside)

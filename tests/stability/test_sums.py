@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.errors import RecordingError
 from sagnac.stability.curve import stability_curve
 from tests import naive_stability as naive
@@ -51,8 +51,8 @@ def test_taus_that_gaps_leave_without_a_term_are_noted():
 def test_blocks_do_not_show(monkeypatch, mapped):
     """A record of many blocks, and clusters on both sides of a block, against plain sums."""
     if mapped:
-        monkeypatch.setattr(series, "IN_MEMORY", 1000)
-        monkeypatch.setattr(series, "SPAN", 3000)
+        monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
+        monkeypatch.setattr(arrays, "BLOCK", 3000)
         monkeypatch.setattr("sagnac.stability.sums.STARTS", 4096)
     rate = np.random.default_rng(4).standard_normal(20_000)
     x = np.concatenate([[0.0], np.cumsum(rate - rate.mean())])

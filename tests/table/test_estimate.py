@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.recording.channel import angle_of
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate as make_by_rig
@@ -142,7 +142,7 @@ def test_a_delay_that_is_found_is_taken_out_of_the_readings():
 def test_the_estimate_is_the_same_by_blocks_of_any_length(monkeypatch, span):
     recorded = simulate(bench(seconds=300.0, motion="reversing", latency=2e-3, jitter=20e-6))
     whole = estimated(recorded, "xz")
-    monkeypatch.setattr(series, "SPAN", span)
+    monkeypatch.setattr(arrays, "BLOCK", span)
     parts = estimated(recorded, "xz")
     assert np.asarray(parts.angle) == pytest.approx(np.asarray(whole.angle), abs=1e-9)
     assert np.asarray(parts.readings) == pytest.approx(np.asarray(whole.readings), abs=1e-9)

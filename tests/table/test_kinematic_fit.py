@@ -37,7 +37,7 @@ def test_increments_are_those_of_the_columns_written_out(case):
         written += [np.cos(order * kinematic.angle), np.sin(order * kinematic.angle)]
     assert columns.size == 8
     block = slice(100, 400)
-    assert columns.increments(block) == pytest.approx(
+    assert columns.increments(block.start, block.stop) == pytest.approx(
         np.diff(np.array(written)[:, 100:401], axis=1), abs=1e-12
     )
     assert columns.deviations.tolist() == [
@@ -51,7 +51,7 @@ def test_the_triangle_is_that_of_all_rows_at_once(case, monkeypatch):
     columns, target = columns_of(case), np.diff(averages)
     monkeypatch.setattr(room, "_AT_ONCE", 37)
     found = room.triangle(columns, target[np.newaxis])
-    rows = np.vstack([columns.increments(slice(0, target.size)), target]).T
+    rows = np.vstack([columns.increments(0, target.size), target]).T
     assert found.shape == (9, 9)
     assert np.tril(found, -1) == pytest.approx(np.zeros((9, 9)))
     scale = np.linalg.norm(rows, axis=0)

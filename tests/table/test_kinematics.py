@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.table.kinematics import (
     are_whole,
     averaged,
@@ -23,7 +23,7 @@ from tests.table.turning import RATE, TURN, motion, reversing, time, wandering
 
 @pytest.mark.parametrize("span", [2**18, 5000, 7])
 def test_integrals_and_averages_are_the_same_by_blocks_of_any_length(monkeypatch, span):
-    monkeypatch.setattr(series, "SPAN", span)
+    monkeypatch.setattr(arrays, "BLOCK", span)
     _, table = motion(wandering(60.0))
     found = kinematics(table, RATE)
     cosine, sine = sine_cosine_integrals(table, 1.0 / RATE)

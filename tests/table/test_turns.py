@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import series
+from sagnac import arrays
 from sagnac.errors import RecordingError
 from sagnac.table.turns import (
     full_rotation_samples,
@@ -18,7 +18,7 @@ TURN = 2.0 * np.pi
 
 @pytest.fixture(autouse=True)
 def several_spans(monkeypatch):
-    monkeypatch.setattr(series, "SPAN", 5000)
+    monkeypatch.setattr(arrays, "BLOCK", 5000)
 
 
 @pytest.mark.parametrize("start", [0.0, 0.3, -1.7, 40.2])
@@ -85,8 +85,8 @@ def test_turns_are_the_same_by_spans_of_any_length(monkeypatch, length):
     angle = np.random.default_rng(0).standard_normal(table.size)
     whole = [*full_rotation_samples(angle, table), mean_rate(table, 100.0)]
     whole += [full_turns(table), full_turn_times(-table, null_angle=0.3)]
-    monkeypatch.setattr(series, "IN_MEMORY", 0)
-    monkeypatch.setattr(series, "SPAN", length)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0)
+    monkeypatch.setattr(arrays, "BLOCK", length)
     spans = [*full_rotation_samples(angle, table), mean_rate(table, 100.0)]
     spans += [full_turns(table), full_turn_times(-table, null_angle=0.3)]
     for one, other in zip(whole, spans, strict=True):

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
 from sagnac.analysis.corrections import (
     LEAST_FOR_WARM_UP,
     WarmUp,
@@ -19,7 +18,7 @@ from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import Settings
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, differences, extent
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import SLOW_NAMES
@@ -198,13 +197,13 @@ def _hump(basis: _Basis) -> Hump | None:
 
 def roll_off_of(points: Points, masked: Bands) -> RollOff:
     """Where the spectrum of some angles begins to be lowered; nowhere if there are too few."""
-    levels = levels_of(series.differences(points.angle), points.rate, masked)
+    levels = levels_of(differences(points.angle), points.rate, masked)
     return RollOff() if levels is None else roll_off(levels)
 
 
 def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | None:
     """Robust levels of increments (rad) at a rate (Hz); None if there is nothing to level."""
-    if increments.size < LEAST_SAMPLES or not np.any(np.diff(series.extent(increments))):
+    if increments.size < LEAST_SAMPLES or not np.any(np.diff(extent(increments))):
         return None
     try:
         levels = robust_levels(tapered_spectrum(increments, sample_rate=rate), masked=masked)
@@ -216,7 +215,7 @@ def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | No
 
 def clean(points: Points) -> Cleaned:
     """Increments of some angles without spikes and without warm-up."""
-    increments, rate = series.differences(points.angle), points.rate
+    increments, rate = differences(points.angle), points.rate
     spikes = warm_up = None
     if increments.size >= LEAST_FOR_SPIKES:
         spikes = find_spikes(increments, sample_rate=rate)
@@ -291,7 +290,7 @@ def by_whole_band(
         return basis
     if walk.status != "not observable" and not walk.low <= fit.value <= walk.high:
         return basis
-    few = Cleaned(increments=series.differences(fine.angle), rate=fine.rate)
+    few = Cleaned(increments=differences(fine.angle), rate=fine.rate)
     other = basis_of(few, masked, confidence, whole_band)
     if other is None or other.average.rests_on.member == "average":
         return basis
@@ -318,7 +317,7 @@ def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
     wanted = max(_SLOW_RATE, _SLOW_ANGLES * rate / increments.size)
     step = math.ceil(rate / min(wanted, 0.5 * choice.band_hz[1]))
     edges = step * np.arange(increments.size // step + 1)
-    sums = bin_sums(lambda span: increments[span], edges, increments)
+    sums = bin_sums(increments, edges)
     # Fitted where it is not seen, Q would take from N what a low-pass takes.
     quantization = tuple(name for name in choice.terms if name == "quantization")
     try:

@@ -19,13 +19,13 @@ import numpy as np
 from scipy.linalg import cho_solve
 from scipy.optimize import minimize_scalar
 
-from sagnac import series
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, empty, extent, mean
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.stripping import stripped
 from sagnac.recording.channel import Channel, Pickoff, angle_of
 from sagnac.recording.model import Recording
+from sagnac.table.kinematics import averages_of
 from sagnac.units import ARCSECOND, SENSED, UNITS, field_unit
 
 if TYPE_CHECKING:
@@ -89,9 +89,9 @@ def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method)
 def _unusable(pickoff: Pickoff) -> str:
     """Why a pick-off cannot be used; empty if it can."""
     values = pickoff.values
-    if not math.isfinite(series.mean(values)):
+    if not math.isfinite(mean(values)):
         return "has samples that are missing or infinite"
-    low, high = series.extent(values)
+    low, high = extent(values)
     return "does not move" if low == high else ""
 
 
@@ -166,7 +166,7 @@ def without_temperature(recording: Recording, names: tuple[str, ...]) -> Undithe
             path=recording.path,
             remedy=f"give {_LEAST_SAMPLES} or more, or leave out {{covariates}}",
         )
-    if not math.isfinite(series.mean(temperature)):
+    if not math.isfinite(mean(temperature)):
         raise RecordingError(
             "has samples that are missing or infinite",
             path=recording.path,
@@ -294,19 +294,19 @@ def _corrected(gyro: Channel, drift: ThermalDrift, sample_rate: float) -> Channe
     """The same channel without the drift."""
     turned = drift.rate.antiderivative()
     values, step = gyro.values, 1.0 / sample_rate
-
-    def corrected(block: slice) -> FloatArray:
+    corrected = empty(values.size)
+    for block in blocks(values.size):
         times = np.arange(block.start, block.stop) * step
-        if gyro.kind == "angle":
-            return np.asarray(values[block] - turned(times))
-        steps = turned(times) - turned(times - step)
-        return np.asarray(values[block] - (steps if gyro.kind == "increment" else steps / step))
-
-    return replace(gyro, values=series.made(corrected, values.size, values))
+        drifted = turned(times)
+        if gyro.kind != "angle":
+            drifted -= turned(times - step)
+            drifted /= 1.0 if gyro.kind == "increment" else step
+        np.subtract(values[block], drifted, out=corrected[block])
+    return replace(gyro, values=corrected)
 
 
 def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) -> Note:
-    low, high = series.extent(temperature)
+    low, high = extent(temperature)
     span = f"temperature from {low:.4g} to {high:.4g}"
     if drift is None:
         return Note(channel=gyro.name, text=f"{span}: no drift with it is seen, none is taken off")
@@ -384,10 +384,7 @@ def find_warm_up(increments: ArrayLike, *, sample_rate: float) -> WarmUp | None:
     if values.ndim != 1 or values.size < LEAST_FOR_WARM_UP:
         raise ValueError(f"increments has shape {values.shape}; give {LEAST_FOR_WARM_UP} or more")
     size = values.size // _WARM_UP_MEANS
-    sums = series.map(
-        lambda block: float(values[block].mean()), size * _WARM_UP_MEANS, values, length=size
-    )
-    means = np.array(sums) * sample_rate
+    means = averages_of(values[: size * _WARM_UP_MEANS], size) * sample_rate
     width = size / sample_rate
     time: FloatArray = (np.arange(_WARM_UP_MEANS, dtype=np.float64) + 0.5) * width
     constants = np.geomspace(2.0 * width, _WARM_UP_MEANS * width / 3.0, 40)
@@ -459,10 +456,9 @@ def without_warm_up(increments: ArrayLike, warm_up: WarmUp, *, sample_rate: floa
         Samples per second.
     """
     values = np.asarray(increments, dtype=np.float64)
-
-    def settled(block: slice) -> FloatArray:
+    settled = empty(values.size)
+    for block in blocks(values.size):
         time = (np.arange(block.start, block.stop) + 0.5) / sample_rate
         settling = warm_up.rate / sample_rate * np.exp(-time / warm_up.time)
-        return np.asarray(values[block] - settling)
-
-    return series.made(settled, values.size, values)
+        np.subtract(values[block], settling, out=settled[block])
+    return settled

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sagnac import series
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, every
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.naming import taken_allan_variance, with_noise_restored
 from sagnac.recording.model import Kind
@@ -65,7 +64,7 @@ class Curves:
 def points_at(angle: FloatArray, sample_rate: float, interval: float | None) -> Points:
     """Every angle at an interval (Step 4), the nearest whole number of samples; None for all."""
     step = 1 if interval is None else max(1, round(interval * sample_rate))
-    return Points(angle=angle if step == 1 else series.every(angle, step), rate=sample_rate / step)
+    return Points(angle=angle if step == 1 else every(angle, step), rate=sample_rate / step)
 
 
 def points_of(left: Remainder, interval: float | None) -> Points:

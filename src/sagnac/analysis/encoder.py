@@ -21,13 +21,12 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
-from sagnac import series
 from sagnac.analysis.averaged import Averaged
 from sagnac.analysis.headline import Headline
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.sharing import shared_walk
 from sagnac.analysis.table_angle import ALIKE, TurningTable
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks
 from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note, rounded
 from sagnac.recording.channel import PAIR_SIZE
@@ -327,10 +326,8 @@ def white_noise(angle: FloatArray) -> float:
     angle
         (samples,) rad.
     """
-
-    def sums(block: slice) -> float:
+    size, square = angle.size - 3, 0.0
+    for block in blocks(size):
         thirds = np.diff(angle[block.start : block.stop + 3], n=3)
-        return float(thirds @ thirds)
-
-    size = angle.size - 3
-    return math.sqrt(series.total(sums, size, angle) / size / _THIRD)
+        square += float(thirds @ thirds)
+    return math.sqrt(square / size / _THIRD)

@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from sagnac import series
 from sagnac.analysis.curves import LEAST_POINTS, Points, points_at
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
+from sagnac.arrays import every
 from sagnac.coefficients.cosine_spectrum import cosine_spectrum
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.estimates import Estimate, Fit, FitName, unobserved
@@ -93,9 +93,7 @@ def coefficients_of(
         likelihood = nothing_observed("likelihood", settings.confidence)
     else:
         if readout.every > 1:
-            fine = Points(
-                angle=series.every(fine.angle, readout.every), rate=fine.rate / readout.every
-            )
+            fine = Points(angle=every(fine.angle, readout.every), rate=fine.rate / readout.every)
         likelihood = _fit_likelihood(fine, settings.confidence, left.removal.masked)
     of_gyro = _from_cluster(curve, readout.time)
     fits: dict[FitName, Fit] = {
@@ -249,9 +247,9 @@ def _hat(
     # The hat uses differences only, so the first gyro may stand at zero.
     separation = three_cornered_hat(
         {
-            middle: -PAIR_SIZE * series.every(second.removal.residual, step),
+            middle: -PAIR_SIZE * every(second.removal.residual, step),
             first: np.zeros(fine.angle.size),
-            last: -PAIR_SIZE * series.every(left.removal.residual, step),
+            last: -PAIR_SIZE * every(left.removal.residual, step),
         },
         kind="angle",
         sample_rate=fine.rate,

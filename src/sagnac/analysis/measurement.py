@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, elementwise, extent
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import angle_of, as_one_gyro
 from sagnac.recording.gaps import not_finite_notes, stuck_notes
@@ -80,7 +79,7 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
     second = angle_of(recording.gyro(gyros[-1]), rate)
     return Measurement(
         channel=f"{gyros[0]}-{gyros[-1]}",
-        angle=series.less(first, second),
+        angle=elementwise(np.subtract, first, second),
         gyros=(gyros[0], gyros[-1]),
         sample_rate=rate,
     )
@@ -111,15 +110,12 @@ def require_noise(measured: Measurement) -> None:
     """
     angle = measured.angle
     slope = (angle[-1] - angle[0]) / max(angle.size - 1, 1)
-    largest = max(map(abs, series.extent(angle)))
-
-    def farthest(block: slice) -> float:
-        line = angle[0] + slope * np.arange(block.start, block.stop)
-        return float(np.abs(angle[block] - line).max())
-
+    largest = max(map(abs, extent(angle)))
     rounding = _ROUNDING * float(np.spacing(largest))
-    if max(series.map(farthest, angle.size, angle)) > rounding:
-        return
+    for block in blocks(angle.size):
+        line = angle[0] + slope * np.arange(block.start, block.stop)
+        if np.abs(angle[block] - line).max() > rounding:
+            return
     what = "the two gyros turn alike" if measured.is_pair else "it turns evenly"
     raise RecordingError(
         f"holds no noise: {what} to the last place of the numbers",

@@ -6,7 +6,6 @@ from typing import Any, Final
 
 from threadpoolctl import ThreadpoolController
 
-from sagnac import series
 from sagnac.analysis.alone import Run, each_alone, gyros_alone
 from sagnac.analysis.averaged import Averaged, averaged
 from sagnac.analysis.corrections import Undithered, without_dither, without_temperature
@@ -47,6 +46,7 @@ from sagnac.analysis.table_angle import (
     turning_table,
 )
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
+from sagnac.arrays import differences
 from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate, unobserved
 from sagnac.coefficients.slow_model import untold
@@ -472,9 +472,7 @@ def _of_remainder(
     cleaned = found.cleaned
     # The answer may be of fewer angles; every sample tells more.
     increments = (
-        cleaned.increments
-        if cleaned.rate == left.rate
-        else series.differences(left.removal.residual)
+        cleaned.increments if cleaned.rate == left.rate else differences(left.removal.residual)
     )
     notes = judged_remainder(recording, channel, increments, left.rate)
     return tuple(note for note in notes if not (known and note.name == "unsteady"))

@@ -12,8 +12,7 @@ from typing import Final
 import numpy as np
 from scipy.special import stdtrit
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, every
 from sagnac.coefficients.estimates import Interval
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import angle_of
@@ -131,7 +130,7 @@ def _fitted(recording: Recording, gyros: tuple[str, ...], confidence: float) -> 
     rate = recording.sample_rate
     step = max(1, round(_INTERVAL * rate))
     interval = step / rate
-    table = series.every(recording.table.values, step)
+    table = every(recording.table.values, step)
     if table.size < 4 * _STRETCHES:
         raise RecordingError(
             f"{recording.duration:.4g} s are too short for shares of the table's rate",
@@ -150,7 +149,7 @@ def _fitted(recording: Recording, gyros: tuple[str, ...], confidence: float) -> 
         )
     return {
         name: _share(
-            design, np.diff(series.every(angle_of(recording.gyro(name), rate), step)) / interval,
+            design, np.diff(every(angle_of(recording.gyro(name), rate), step)) / interval,
             confidence,
         )
         for name in gyros

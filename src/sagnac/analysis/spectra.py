@@ -6,10 +6,9 @@ from typing import Final, Self
 
 import numpy as np
 
-from sagnac import series
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, differences, elementwise
 from sagnac.spectrum.periodogram import density as rate_density
 from sagnac.spectrum.periodogram import multitaper, periodogram, smoothed
 
@@ -63,8 +62,8 @@ def _density(
     power_of: Callable[[FloatArray], FloatArray], angle: FloatArray, sample_rate: float
 ) -> Spectrum:
     """One-sided rate density of an angle (rad), averaged into log-spaced bins."""
-    steps = series.differences(angle)
-    steps = series.shift(steps, (angle[0] - angle[-1]) / steps.size)
+    steps = differences(angle)
+    elementwise(np.add, steps, (angle[0] - angle[-1]) / steps.size, out=steps)
     frequency, power = smoothed(power_of(steps))
     return Spectrum(frequency=frequency * sample_rate, density=rate_density(power, sample_rate))
 
@@ -146,23 +145,16 @@ def residual_of(measured: Measurement, left: Remainder, table: FloatArray | None
 def _by_angle(measured: Measurement, after: FloatArray, table: FloatArray) -> ByAngle | None:
     if abs(float(table[-1] - table[0])) < 2.0 * np.pi * _LEAST_TURNS:
         return None
-
-    def sums(block: slice) -> FloatArray:
-        """Count and both increments of each sector; a block lacks the step from the one before."""
-        here = slice(max(block.start - 1, 0), block.stop)
+    # Count and both increments of each sector.
+    sums = np.zeros((3, _SECTORS))
+    for block in blocks(table.size - 1):
+        here = slice(block.start, block.stop + 1)
         middle = 0.5 * (table[here][1:] + table[here][:-1])
         sector = np.floor(middle * (_SECTORS / (2.0 * np.pi))).astype(np.int64) & (_SECTORS - 1)
-        return np.stack(
-            [
-                np.bincount(sector, minlength=_SECTORS).astype(np.float64),
-                *(
-                    np.bincount(sector, weights=np.diff(angle[here]), minlength=_SECTORS)
-                    for angle in (measured.angle, after)
-                ),
-            ]
-        )
-
-    count, *increments = series.total(sums, table.size, table, measured.angle, after)
+        sums[0] += np.bincount(sector, minlength=_SECTORS)
+        for number, angle in enumerate((measured.angle, after), start=1):
+            sums[number] += np.bincount(sector, weights=np.diff(angle[here]), minlength=_SECTORS)
+    count, *increments = sums
     if not count.all():
         return None
     before, left = (measured.sample_rate * each / count for each in increments)

@@ -4,13 +4,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sagnac import series
 from sagnac.analysis.curves import family_notes, family_of
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Progress, Settings
 from sagnac.analysis.spectra import Spectrum, multitaper_density
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, differences
 from sagnac.coefficients.estimates import unobserved
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.channel import angle_of
@@ -89,7 +88,7 @@ def at_rest(
 def has_gaps(recording: Recording, gyro: str) -> bool:
     """Whether a sample of the gyro is missing."""
     values = recording.gyro(gyro).values
-    return any(series.map(lambda block: np.isnan(values[block]).any(), values.size, values))
+    return any(np.isnan(values[block]).any() for block in blocks(values.size))
 
 
 def _whole(
@@ -147,7 +146,7 @@ def _with_gaps(
     span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
     try:
         found = _whole(part, replace(settings, estimators=()), progress, lines_in=lines_in)
-        steps = series.differences(angle_of(part.gyro(name), part.sample_rate))
+        steps = differences(angle_of(part.gyro(name), part.sample_rate))
         density = multitaper_density(steps, part.sample_rate)
     except RecordingError as error:
         nothing = _nothing_but(curve, recording, settings)

@@ -7,10 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, empty
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.recording.channel import angle_of
 from sagnac.recording.encoder_faults import require_encoder_follows
@@ -196,19 +195,17 @@ def followed(measured: Measurement, recording: Recording, table: TurningTable) -
         first, second = (
             angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros
         )
-        one, other = weights
-        alone = series.made(
-            lambda span: one * first[span] - other * second[span], first.size, first, second
-        )
+        alone = empty(first.size)
+        for block in blocks(alone.size):
+            alone[block] = weights[0] * first[block] - weights[1] * second[block]
         if _takes_table_out(weights, measured, alone, share, estimate):
             return replace(measured, angle=alone, weights=weights)
     if estimate.angle is estimate.readings:
         return measured
     angle, readings, known = measured.angle, estimate.readings, estimate.angle
-    own = series.made(
-        lambda span: angle[span] - share * (readings[span] - known[span]),
-        angle.size, angle, readings, known,
-    )  # fmt: skip
+    own = empty(angle.size)
+    for block in blocks(own.size):
+        own[block] = angle[block] - share * (readings[block] - known[block])
     return replace(measured, angle=own)
 
 
@@ -234,9 +231,9 @@ def _takes_table_out(
     if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in weights):
         return True
     angle, readings = measured.angle, estimate.readings
-    by_encoder = series.made(
-        lambda span: angle[span] - share * readings[span], angle.size, angle, readings
-    )
+    by_encoder = empty(angle.size)
+    for some in blocks(angle.size):
+        by_encoder[some] = angle[some] - share * readings[some]
     block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
     slow = _step(averages_of(alone, block)) < _QUIETER * _step(averages_of(by_encoder, block))
     return slow or _step(alone) < _QUIETER * _step(by_encoder)
@@ -244,11 +241,10 @@ def _takes_table_out(
 
 def _step(angle: FloatArray) -> float:
     """Rms increment about the mean, rad."""
-
-    def sums(block: slice) -> FloatArray:
-        steps = np.diff(angle[block.start : block.stop + 1])
-        return np.array([steps.sum(), steps @ steps])
-
     size = angle.size - 1
-    first, second = series.total(sums, size, angle) / size
+    sums = np.zeros(2)
+    for block in blocks(size):
+        steps = np.diff(angle[block.start : block.stop + 1])
+        sums += steps.sum(), steps @ steps
+    first, second = sums / size
     return math.sqrt(max(float(second - first**2), 0.0))

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtr, chdtrc, chndtr
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, elementwise, empty
 from sagnac.coefficients.estimates import SquaredEstimate
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
@@ -55,7 +54,7 @@ class CosineSpectrum:
     Attributes
     ----------
     transform
-        (samples,) orthonormal cosine transform (DCT-II) of the increments, rad, a series.
+        (samples,) orthonormal cosine transform (DCT-II) of the increments, rad.
     interval
         Between samples, s.
     terms
@@ -170,20 +169,14 @@ def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
     """Slope per sample of the increments by least squares, and what is left."""
     size = increments.size
     middle = 0.5 * (size - 1)
-    moment = series.reduce(
-        lambda total, block: (
-            total + float((np.arange(block.start, block.stop) - middle) @ increments[block])
-        ),
-        0.0,
-        size,
-        increments,
+    moment = sum(
+        float((np.arange(block.start, block.stop) - middle) @ increments[block])
+        for block in blocks(size)
     )
     slope = 12.0 * moment / (float(size) * (float(size) ** 2 - 1.0))
-    rest = series.made(
-        lambda block: increments[block] - slope * (np.arange(block.start, block.stop) - middle),
-        size,
-        increments,
-    )
+    rest = empty(size)
+    for block in blocks(size):
+        rest[block] = increments[block] - slope * (np.arange(block.start, block.stop) - middle)
     return slope, rest
 
 
@@ -222,7 +215,7 @@ class SpectrumBins:
 
     def mean(self, one: FloatArray, other: FloatArray) -> FloatArray:
         """Mean over each bin of products of values at k = 0, 1, …"""
-        sums = bin_sums(lambda span: one[span] * other[span], self.edges, one, other)
+        sums = bin_sums(elementwise(np.multiply, one, other), self.edges)
         return np.asarray(sums[self.keep] / self.count)
 
 

@@ -117,7 +117,7 @@ def rate_ramp(
     """
     step = max(1, increments.size // _SUMS)
     edges = step * np.arange(increments.size // step + 1)
-    sums = bin_sums(lambda span: increments[span], edges, increments)
+    sums = bin_sums(increments, edges)
     try:
         cosine = cosine_spectrum(sums, kind="increment", sample_rate=sample_rate / step)
         bins = cosine_bins(cosine.transform.size, cosine.interval, masked, None)

@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, elementwise
 from sagnac.coefficients.cosine_spectrum import (
     bin_means,
     cosine_bins,
@@ -212,7 +211,7 @@ def _pair_spectra(
     bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
     basis = bin_means(bins, lambda index: cosine_power_basis(index, samples, interval))
     one, other = (
-        cosine_transform(without_slope(series.less(first, second)[:samples])[1])
+        cosine_transform(without_slope(elementwise(np.subtract, first, second)[:samples])[1])
         for first, second in pairwise(channels)
     )
     moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)

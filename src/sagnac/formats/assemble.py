@@ -11,8 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import Filling, FloatArray
 from sagnac.errors import Note, RecordingError, counted
 from sagnac.formats.channels import (
     Scale,
@@ -175,7 +174,7 @@ def _loaded(source: Source, column: Column, stretch: Stretch) -> FloatArray:
         stored = source.load([column.key])
         if stored.lengths[column.key] < stretch.stop:
             return nothing
-        values = series.Filling(stretch.stop - stretch.first)
+        values = Filling(stretch.stop - stretch.first)
         origin = None
         for piece in stored.pieces([column.key], stretch.first, stretch.stop):
             raw = piece[column.key]
@@ -487,7 +486,7 @@ def _gyro(
 
 def load_columns(stored: Stored, keys: Sequence[str], stretch: Stretch) -> dict[str, FloatArray]:
     """The samples that are taken, converted piece by piece: no column is in memory twice."""
-    columns = {key: series.Filling(stretch.stop - stretch.first) for key in keys}
+    columns = {key: Filling(stretch.stop - stretch.first) for key in keys}
     for piece in stored.pieces(keys, stretch.first, stretch.stop):
         for key, values in piece.items():
             _require_exact(key, values)

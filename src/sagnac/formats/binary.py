@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import series
+from sagnac.arrays import blocks
 from sagnac.documents import ANY, NUMBER, TEXT, Schema, keep, one_of, read_toml, table
 from sagnac.errors import Note, RecordingError, counted
 from sagnac.formats.files import damaged
@@ -289,9 +289,8 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
         with damaged(BINARY.name):
-            for first in range(start, stop, series.SPAN):
-                last = min(first + series.SPAN, stop)
-                rows = _records(path, laid_out, starts, first, last)
+            for block in blocks(stop, start=start):
+                rows = _records(path, laid_out, starts, block)
                 yield {key: np.ascontiguousarray(rows[key]) for key in keys}
 
     names = {one.name for one in laid_out.fields}
@@ -317,14 +316,15 @@ def _bytes(path: Path) -> Bytes:
 
 
 def _records(
-    path: Path, laid_out: BinaryLayout, starts: NDArray[np.int64] | None, first: int, last: int
+    path: Path, laid_out: BinaryLayout, starts: NDArray[np.int64] | None, some: slice
 ) -> NDArray[Any]:
-    """Records `first` to the one before `last`."""
+    """Some of the records."""
     content = _bytes(path)
     if starts is None:
-        begin = laid_out.header_bytes + first * laid_out.size
-        return content[begin : begin + (last - first) * laid_out.size].view(laid_out.dtype)
-    rows = content[starts[first:last, None] + np.arange(laid_out.size)]
+        begin = laid_out.header_bytes
+        rows = content[begin + some.start * laid_out.size : begin + some.stop * laid_out.size]
+        return rows.view(laid_out.dtype)
+    rows = content[starts[some, None] + np.arange(laid_out.size)]
     return np.ascontiguousarray(rows).view(laid_out.dtype)[:, 0]
 
 
@@ -337,7 +337,8 @@ def _found(path: Path, laid_out: BinaryLayout) -> tuple[NDArray[np.int64], tuple
     last = content.size - laid_out.size
     for begin in range(laid_out.header_bytes, last + 1, _LOOKED_THROUGH):
         places = _places(content, laid_out, begin, min(begin + _LOOKED_THROUGH, last + 1))
-        for rows in np.array_split(places, max(1, places.size // series.SPAN)):
+        for some in blocks(places.size):
+            rows = places[some]
             is_right = _are_right(content, laid_out, rows)
             wrong += int(np.count_nonzero(~is_right)) if laid_out.checksum else 0
             found.append(rows[is_right])

@@ -7,8 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.arrays import Filling, FloatArray, blocks, elementwise
 from sagnac.errors import Note, RecordingError, counted
 from sagnac.formats.choice import Choice, Placed
 from sagnac.formats.source import Column, Stored
@@ -152,7 +151,7 @@ def stamps_in_seconds(stored: Stored, key: str, unit: float, until: float | None
         s from the first, after which none are needed, or None.
     """
     samples = stored.lengths[key]
-    times = series.Filling(samples)
+    times = Filling(samples)
     origin: Any = None
     for piece in stored.pieces([key], 0, samples):
         raw = piece[key]
@@ -166,11 +165,11 @@ def stamps_in_seconds(stored: Stored, key: str, unit: float, until: float | None
 
 def first_at(times: FloatArray, limit: float) -> int:
     """First sample at or after `limit`, s; their number if there is none."""
-
-    def reached(block: slice) -> BooleanArray:
-        return np.asarray(times[block] >= limit - _SLACK)
-
-    return series.first_where(reached, times.size, times)
+    for block in blocks(times.size):
+        reached = times[block] >= limit - _SLACK
+        if reached.any():
+            return int(block.start + np.argmax(reached))
+    return times.size
 
 
 # ---- scales ------------------------------------------------------------------------
@@ -474,7 +473,7 @@ def gyro_channel(name: str, raw: FloatArray, scale: Scale, counter_period: float
 
 def _in_si(name: str, scale: Scale, readings: FloatArray, *notes: Note) -> Taken:
     """The channel of these readings, which become SI in place."""
-    values = series.scale(readings, scale.factor)
+    values = elementwise(np.multiply, readings, scale.factor, out=readings)
     channel = Channel(
         name=name, kind=scale.kind, shown_in=scale.unit, values=values, sensor=scale.sensor
     )

@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import series
+from sagnac.arrays import blocks
 from sagnac.errors import RecordingError, one_line
 from sagnac.formats.files import damaged, replacing, require_content
 from sagnac.formats.registry import HDF5
@@ -273,12 +273,11 @@ def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Itera
     axis = int(np.argmax(dataset.shape))
     # A compressed chunk is unpacked as often as it is touched.
     chunk = dataset.chunks[axis] if dataset.chunks else 1
-    length = -(-series.SPAN // chunk) * chunk
     place: list[slice | int] = [
         slice(None) if vector.index is None else vector.index - 1
     ] * dataset.ndim
-    for first in range(start - start % length, stop, length):
-        place[axis] = slice(max(first, start), min(first + length, stop))
+    for block in blocks(stop, start=start - start % chunk, multiple=chunk):
+        place[axis] = slice(max(block.start, start), block.stop)
         yield dataset[tuple(place)].reshape(-1)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
-from sagnac import series
+from sagnac.arrays import blocks
 from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged
 from sagnac.formats.hdf5 import (
@@ -70,9 +70,8 @@ def open_source(path: Path) -> Source:
         with damaged(NETCDF.name), h5py.File(path, "r") as file:
             for key in keys:
                 variable = file[key]
-                for first in range(start, stop, series.SPAN):
-                    raw = np.asarray(variable[first : min(first + series.SPAN, stop)])
-                    yield {key: _scaled(raw, variable.attrs)}
+                for block in blocks(stop, start=start):
+                    yield {key: _scaled(np.asarray(variable[block]), variable.attrs)}
 
     def load(keys: Sequence[str]) -> Stored:
         with damaged(NETCDF.name), h5py.File(path, "r") as file:

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import series
+from sagnac.arrays import blocks
 from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged, replacing, require_content, require_room
 from sagnac.formats.registry import NPY, NPZ
@@ -74,8 +74,7 @@ def _open_array(path: Path) -> Source:
     def load(keys: Sequence[str]) -> Stored:
         def pieces(wanted: Sequence[str], start: int, stop: int) -> Pieces:
             with damaged(NPY.name):
-                for first in range(start, stop, series.SPAN):
-                    block = slice(first, min(first + series.SPAN, stop))
+                for block in blocks(stop, start=start):
                     yield {key: np.array(columns[key][block]) for key in wanted}
 
         return Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)

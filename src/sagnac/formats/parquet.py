@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from sagnac import series
+from sagnac.arrays import BLOCK
 from sagnac.formats.feather import as_numpy, column_of, is_numeric, text_of
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.registry import PARQUET
@@ -100,7 +100,7 @@ def _pieces(
     last = int(np.searchsorted(edges, stop, side="left"))
     position = int(edges[first])
     for batch in file.iter_batches(
-        batch_size=series.SPAN, row_groups=list(range(first, last)), columns=list(keys)
+        batch_size=BLOCK, row_groups=list(range(first, last)), columns=list(keys)
     ):
         inside = slice(max(start - position, 0), stop - position)
         yield {key: as_numpy(batch.column(key))[inside] for key in keys}

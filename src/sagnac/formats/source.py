@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import series
+from sagnac.arrays import blocks
 from sagnac.errors import Note, one_line
 from sagnac.formats.files import replacing
 from sagnac.formats.statement import ROLES, VOCABULARY, Statement
@@ -232,13 +232,10 @@ class Outgoing:
         write
             Called with the number of the first row, and with `rows`.
         length
-            Rows in a block, `series.SPAN` unless stated.
+            Rows in a block, `sagnac.arrays.BLOCK` unless stated.
         """
-
-        def step(state: None, block: slice) -> None:
+        for block in blocks(self.samples, length):
             write(block.start, self.rows(block))
-
-        series.reduce(step, None, self.samples, *self.columns.values(), length=length)
 
     def statement(self) -> dict[str, str | float]:
         """All of it in flat text, for formats that carry attributes beside the numbers."""

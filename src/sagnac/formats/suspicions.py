@@ -8,8 +8,7 @@ from typing import Final
 import numpy as np
 from scipy.fft import rfft
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks
 from sagnac.errors import Note, counted
 from sagnac.formats.channels import Scale
 from sagnac.formats.statement import COUNTER_BITS
@@ -75,12 +74,11 @@ def roll_overs(readings: FloatArray) -> RollOvers | None:
     usual = np.abs(steps[np.abs(steps) <= limit])
     if usual.size < 2 or float(np.quantile(usual, 0.99)) > _USUAL * extent:
         return None
-
-    def large(block: slice) -> FloatArray:
-        found = np.diff(readings[block.start : block.stop + 1])
-        return np.asarray(found[np.abs(found) > limit])
-
-    found = np.concatenate(series.map(large, readings.size - 1, readings))
+    large = []
+    for block in blocks(readings.size - 1):
+        step = np.diff(readings[block.start : block.stop + 1])
+        large.append(step[np.abs(step) > limit])
+    found = np.concatenate(large)
     if not found.size:
         return None
     ordinary = float(np.median(steps[np.abs(steps) <= limit]))

@@ -11,7 +11,7 @@ from nptdms import TdmsFile
 from nptdms.log import log_manager
 from numpy.typing import NDArray
 
-from sagnac import series
+from sagnac.arrays import blocks
 from sagnac.errors import RecordingError
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import TDMS
@@ -67,8 +67,8 @@ def open_source(path: Path) -> Source:
             for key in keys:
                 group, name = places[key]
                 channel = file[group][name]
-                for first in range(start, stop, series.SPAN):
-                    values = channel.read_data(first, min(series.SPAN, stop - first))
+                for block in blocks(stop, start=start):
+                    values = channel.read_data(block.start, block.stop - block.start)
                     yield {key: _numbers(values)}
 
     def load(keys: Sequence[str]) -> Stored:

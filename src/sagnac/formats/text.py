@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sagnac import series
+from sagnac.arrays import blocks
 from sagnac.errors import RecordingError
 
 # ---- text numbers ------------------------------------------------------------------
@@ -213,13 +213,13 @@ def past_midnight(times: NDArray[np.int64]) -> NDArray[np.int64]:
     """
     days = 0
     last = int(times[0]) if times.size else 0
-    for start in range(0, times.size, series.SPAN):
-        block = times[start : start + series.SPAN]
-        back = np.diff(block, prepend=np.int64(last)) < -_DAY // 2
-        last = int(block[-1])
+    for block in blocks(times.size):
+        here = times[block]
+        back = np.diff(here, prepend=np.int64(last)) < -_DAY // 2
+        last = int(here[-1])
         over = np.cumsum(back) + days
         days = int(over[-1])
-        block += over * _DAY
+        here += over * _DAY
     return times
 
 

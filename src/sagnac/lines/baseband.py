@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.arrays import ComplexArray, FloatArray, blocks
 from sagnac.lines.components import MIX_BLOCK, mixed_down
 
 SHORTEST_MEAN: Final = MIX_BLOCK
@@ -111,17 +110,13 @@ def baseband(
     """
     merged = -(-steps.size // (SHORTEST_MEAN * _MOST_VALUES))
     length = merged * SHORTEST_MEAN
-
-    def mixed(span: slice) -> ComplexArray:
-        rest = steps[span]
+    mixed = []
+    for block in blocks(steps.size, multiple=length):
+        rest = steps[block]
         if taken is not None:
-            rest = rest - np.diff(taken(span.start, rest.size + 1))
-        return mixed_down(rest, frequency, center - span.start)
-
-    mixed_blocks = series.map(
-        mixed, steps.size, steps, length=length * max(1, series.SPAN // length)
-    )
-    means = np.concatenate(mixed_blocks)
+            rest = rest - np.diff(taken(block.start, rest.size + 1))
+        mixed.append(mixed_down(rest, frequency, center - block.start))
+    means = np.concatenate(mixed)
     means = means[: means.size // merged * merged].reshape(-1, merged).mean(axis=1)
     return Baseband(
         target=2.0 * means,
@@ -157,12 +152,12 @@ def sum_of_tones(base: Baseband, frequencies: FloatArray, amplitudes: ComplexArr
     """
     if frequencies.size == 0:
         return np.zeros(base.middles.size, dtype=np.complex128)
-    rows = series.map(
-        lambda block: amplitudes @ _tones(base, frequencies, block),
-        base.middles.size,
-        length=_ROWS,
+    return np.concatenate(
+        [
+            amplitudes @ _tones(base, frequencies, base.middles[some])
+            for some in blocks(base.middles.size, _ROWS)
+        ]
     )
-    return np.concatenate(rows)
 
 
 def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
@@ -176,11 +171,11 @@ def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
     return min(found, key=lambda one: one.cost)
 
 
-def _tones(base: Baseband, frequencies: FloatArray, block: slice) -> ComplexArray:
-    """(tones, block) steady tones of amplitude one as the means over each length show them."""
+def _tones(base: Baseband, frequencies: FloatArray, middles: FloatArray) -> ComplexArray:
+    """(tones, middles) steady tones of amplitude one as the means over each length show them."""
     apart = frequencies - base.frequency
     gain = np.sinc(base.length * apart) / np.sinc(apart)
-    phase = np.outer(apart, base.middles[block] - base.center)
+    phase = np.outer(apart, middles - base.center)
     return np.asarray(gain[:, np.newaxis] * np.exp(2j * np.pi * phase))
 
 
@@ -206,20 +201,16 @@ class _Products:
 def _products(base: Baseband, frequencies: FloatArray) -> _Products:
     """Inner products of steady tones; the lag is 2 pi a record."""
     count = frequencies.size
-
-    def over(block: slice) -> ComplexArray:
-        tones = _tones(base, frequencies, block)
-        lag = 2.0 * np.pi / base.samples * (base.middles[block] - base.center)
+    total = np.zeros((count, 3 * count + 2), dtype=np.complex128)
+    for some in blocks(base.middles.size, _ROWS):
+        tones = _tones(base, frequencies, base.middles[some])
+        lag = 2.0 * np.pi / base.samples * (base.middles[some] - base.center)
         across = tones.conj()
-        found = np.empty((count, 3 * count + 2), dtype=np.complex128)
-        found[:, :count] = across @ tones.T
-        found[:, count : 2 * count] = across @ (lag * tones).T
-        found[:, 2 * count : 3 * count] = across @ (lag**2 * tones).T
-        found[:, -2] = across @ base.target[block]
-        found[:, -1] = across @ (lag * base.target[block])
-        return found
-
-    total = series.total(over, base.middles.size, length=_ROWS)
+        total[:, :count] += across @ tones.T
+        total[:, count : 2 * count] += across @ (lag * tones).T
+        total[:, 2 * count : 3 * count] += across @ (lag**2 * tones).T
+        total[:, -2] += across @ base.target[some]
+        total[:, -1] += across @ (lag * base.target[some])
     plain, once, twice = (total[:, part * count : (part + 1) * count] for part in range(3))
     # Contiguous, as they are used in matrix products.
     return _Products(

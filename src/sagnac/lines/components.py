@@ -8,8 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, every, extent
 from sagnac.spectrum.sums import angle_series, tones
 from sagnac.table.turns import mean_rate
 
@@ -124,20 +123,20 @@ def joined(first: Components, second: Components) -> Components:
 
 
 def removed(
-    angle: FloatArray, table: FloatArray | None, components: Components, span: slice
+    angle: FloatArray, table: FloatArray | None, components: Components, *, start: int = 0
 ) -> FloatArray:
-    """`angle`, rad, over a block of the samples, without the components; a copy.
+    """An angle without the components; a copy.
 
     Parameters
     ----------
     angle
-        (span,) rad.
+        (samples,) rad.
     table
-        (samples,) table angle of the whole record, rad; None if there are no orders.
+        (samples,) table angle, rad; None if there are no orders.
     components
         What to take away.
-    span
-        Which samples `angle` is.
+    start
+        Place of the first sample in the record.
 
     Raises
     ------
@@ -149,21 +148,20 @@ def removed(
     if angles and table is None:
         raise ValueError(f"{angles} orders of table angle, and table is None; give the table angle")
     if angles and table is not None:
-        alpha = table[span]
         multiples = phase_multiples(components)
         if multiples.any():
             chosen = np.flatnonzero(multiples)
             orders = components.orders[chosen].astype(np.int64)
             sums = np.zeros(int(orders[-1]) + 1, dtype=np.complex128)
             np.add.at(sums, orders, components.cosine[chosen] - 1j * components.sine[chosen])
-            rest -= angle_series(alpha, sums)
+            rest -= angle_series(table, sums)
         for index in np.flatnonzero(~multiples):
-            phase = components.orders[index] * alpha
+            phase = components.orders[index] * table
             rest -= components.cosine[index] * np.cos(phase)
             rest -= components.sine[index] * np.sin(phase)
     if components.frequencies.size:
         rest -= tones(
-            span.start,
+            start,
             rest.size,
             components.center,
             components.frequencies,
@@ -226,7 +224,7 @@ class Turning:
 
 def turning(table: FloatArray, sample_rate: float) -> Turning:
     """`Turning` of a table angle, (samples,) rad, at a sample rate in Hz."""
-    low, high = series.extent(table)
+    low, high = extent(table)
     return Turning(
         table=table,
         sample_rate=sample_rate,
@@ -242,8 +240,7 @@ def speeds(table: FloatArray) -> FloatArray:
     apart = max(1, table.size // _SPEEDS)
     # Short, since a long span would average out a swing of the table.
     span = min(apart, _SPEED_SPAN)
-    places = np.arange(0, table.size - span, apart)
-    speed = np.sort(np.abs(series.at(table, places + span) - series.at(table, places))) / span
+    speed = np.sort(np.abs(every(table[span:], apart) - every(table[:-span], apart))) / span
     return speed[np.linspace(0, speed.size - 1, min(_RANKS, speed.size)).astype(np.int64)]
 
 

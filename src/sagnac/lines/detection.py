@@ -7,7 +7,6 @@ peaks. Fitted as lines they would take hours and mean nothing: such a band is na
 angle, and left out of every fit of the spectrum.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -15,8 +14,7 @@ import numpy as np
 import scipy.fft
 from scipy.optimize import brentq
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS, Components, Turning
 from sagnac.lines.joint_fit import ComponentFit
@@ -257,15 +255,7 @@ def peaks_in_frequency(left: Residue) -> Peaks:
     # In red noise the jump from the record's end to its start leaks with one sign into whole bins
     # and with the other into the halves between, whose floor may be twice as high.
     halves = noise_floor(power[1::2])
-    floor = left.spectrum.floor
-    return _peaks(
-        power,
-        lambda span: _level_of_half_bins(floor, halves, span),
-        left.threshold,
-        2 * LOWEST_CYCLES,
-        floor,
-        halves,
-    )
+    return _peaks(power, left.spectrum.floor, left.threshold, 2 * LOWEST_CYCLES, halves)
 
 
 def peaks_in_order(left: Residue, *, crowded: bool) -> Peaks:
@@ -293,7 +283,7 @@ def peaks_in_order(left: Residue, *, crowded: bool) -> Peaks:
     level = floor_of_orders(coarse, turns.speeds, left.spectrum.floor)
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
     first = max(2 * LOWEST_CYCLES, int(lowest / spacing))
-    found = _peaks(power, lambda span: level[span], left.threshold, first)
+    found = _peaks(power, level, left.threshold, first)
     return replace(found, place=found.place * (2.0 * turns.turns * spacing))
 
 
@@ -318,14 +308,10 @@ def _power_over_angle(
     scale = _ANGLES_A_CYCLE * highest / (2.0 * np.pi)
     span_of_table = (turns.high - turns.low) * scale
     length = scipy.fft.next_fast_len(int(2.0 * span_of_table) + 4, real=True)
-
-    def spread(grid: FloatArray, span: slice) -> FloatArray:
-        """One block added to the grid, which all of them add to, one after the other."""
-        here = table[span.start : span.stop + 1]
-        _kernels.spread(here, steps[span], turns.low, scale, grid)
-        return grid
-
-    grid = series.reduce(spread, np.zeros(length), steps.size, table, steps)
+    grid = np.zeros(length)
+    for block in blocks(steps.size):
+        here = table[block.start : block.stop + 1]
+        _kernels.spread(here, steps[block], turns.low, scale, grid)
     sums = scipy.fft.rfft(grid, overwrite_x=True)[: int(length / _ANGLES_A_CYCLE)]
     power = np.square(sums.real) + np.square(sums.imag)
     power /= np.sinc(np.arange(power.size) / length) ** 8
@@ -341,7 +327,7 @@ def _wander(sampled: Sampling) -> float:
     return float(np.std(sampled.angle - rate * lag))
 
 
-def _level_of_half_bins(floor: FloatArray, halves: FloatArray, span: slice) -> FloatArray:
+def _level_of_half_bins(floor: FloatArray, halves: FloatArray, start: int, stop: int) -> FloatArray:
     """Floor at half bins: the mean of the whole ones beside, or that of the halves if higher.
 
     Parameters
@@ -350,10 +336,10 @@ def _level_of_half_bins(floor: FloatArray, halves: FloatArray, span: slice) -> F
         (bins,) at the whole bins.
     halves
         (bins - 1,) or fewer, at the bins between; half bin n takes that of n // 2.
-    span
+    start, stop
         Which half bins; bin k is half bin 2 k.
     """
-    first, last = span.start // 2, (span.stop - 1) // 2
+    first, last = start // 2, (stop - 1) // 2
     whole = floor[first : last + 2]
     if whole.size < last - first + 2:
         whole = np.append(whole, floor[-1])
@@ -363,15 +349,15 @@ def _level_of_half_bins(floor: FloatArray, halves: FloatArray, span: slice) -> F
     level = np.empty(2 * between.size)
     np.maximum(whole[:-1], between, out=level[0::2])
     np.maximum(0.5 * (whole[:-1] + whole[1:]), between, out=level[1::2])
-    return level[span.start - 2 * first : span.stop - 2 * first]
+    return level[start - 2 * first : stop - 2 * first]
 
 
 def _peaks(
     power: FloatArray,
-    level_over: Callable[[slice], FloatArray],
+    floor: FloatArray,
     threshold: float,
     first: int,
-    *levels: FloatArray,
+    halves: FloatArray | None = None,
 ) -> Peaks:
     """Where power over floor peaks above the threshold, from half bin `first` on.
 
@@ -379,31 +365,30 @@ def _peaks(
     ----------
     power
         (half bins,) rad^2.
-    level_over
-        Gives the floor over a slice of the half bins.
+    floor
+        (half bins,) rad^2; at the whole bins alone if `halves` are given.
     threshold
         Ratio of power to floor.
     first
         Half bin to begin with, one or more.
-    levels
-        Series that `level_over` reads.
+    halves
+        Floor at the bins between: see `_level_of_half_bins`.
     """
-
-    def over(span: slice) -> FloatArray:
-        start, stop = max(span.start, first), span.stop
-        if stop <= start:
-            return np.empty((2, 0))
-        here = power[start - 1 : stop + 1]
-        ratio = here / level_over(slice(start - 1, stop + 1))
+    found = [np.empty((2, 0))]
+    for block in blocks(power.size - 1, start=first):
+        start, stop = block.start - 1, block.stop + 1
+        here = power[start:stop]
+        level = (
+            floor[start:stop] if halves is None else _level_of_half_bins(floor, halves, start, stop)
+        )
+        ratio = here / level
         left, inner, right = ratio[:-2], ratio[1:-1], ratio[2:]
         top = np.flatnonzero((inner > _MIDWAY * threshold) & (inner >= left) & (inner > right))
         left, inner, right = left[top], inner[top], right[top]
         # The top of a parabola through three ordinates.
         offset = 0.5 * (left - right) / (left - 2.0 * inner + right)
-        return np.stack([start + top + offset, here[top + 1]])
-
-    found = series.map(over, power.size - 1, power, *levels)
-    place, height = np.concatenate(found, axis=1) if found else np.empty((2, 0))
+        found.append(np.stack([block.start + top + offset, here[top + 1]]))
+    place, height = np.concatenate(found, axis=1)
     return Peaks(place=place, height=height)
 
 

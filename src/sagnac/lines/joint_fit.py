@@ -16,8 +16,16 @@ from typing import Final
 import numpy as np
 import scipy.linalg
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.arrays import (
+    BLOCK,
+    BooleanArray,
+    ComplexArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    empty,
+    every,
+)
 from sagnac.lines.components import (
     MOST_ORDERS,
     Components,
@@ -41,7 +49,7 @@ _COLLINEAR: Final = 1e-5
 # A frequency moves by no more than this in one step, in radians of phase at the record's ends.
 _LONGEST_STEP: Final = 1.0
 # Samples in a block of sums at whole orders.
-_LONG_BLOCK: Final = 4 * series.SPAN
+_LONG_BLOCK: Final = 4 * BLOCK
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -258,12 +266,12 @@ def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArr
     Summed by parts: increments of the exponential against the data are the exponential
     itself against the data's differences.
     """
-
-    def sums_over(span: slice) -> ComplexArray:
-        return angle_sums(table[span], _differences(steps, span), highest).conj()
-
+    sums = np.zeros(highest + 1, dtype=np.complex128)
     # Long blocks: what a block costs besides its samples is that of a hundred thousand of them.
-    return series.total(sums_over, table.size, steps, table, length=_LONG_BLOCK)
+    for block in blocks(table.size, _LONG_BLOCK):
+        strengths = _differences(steps, block.start, block.stop)
+        sums += angle_sums(table[block], strengths, highest).conj()
+    return sums
 
 
 def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> ComplexArray:
@@ -276,17 +284,14 @@ def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> 
     if table is None:
         return np.zeros((2, orders.size), dtype=np.complex128)
     middle, range_ = phase_range(sampled)
-
-    def sums_over(span: slice) -> ComplexArray:
-        strengths, alpha = _differences(steps, span), table[span]
+    sums = np.zeros((2, orders.size), dtype=np.complex128)
+    for block in blocks(table.size):
+        strengths, alpha = _differences(steps, block.start, block.stop), table[block]
         lagged = strengths * ((alpha - middle) / range_)
-        found = np.empty((2, orders.size), dtype=np.complex128)
         for at, order in enumerate(orders):
             phasor = np.exp(1j * order * alpha)
-            found[:, at] = strengths @ phasor, lagged @ phasor
-        return found
-
-    return series.total(sums_over, table.size, steps, table)
+            sums[:, at] += strengths @ phasor, lagged @ phasor
+    return sums
 
 
 def tone_sums(steps: FloatArray, frequencies: FloatArray) -> ComplexArray:
@@ -298,11 +303,11 @@ def tone_sums(steps: FloatArray, frequencies: FloatArray) -> ComplexArray:
     return sums_of_tones(steps, frequencies, 0.5 * (steps.size - 1), lag_unit=2.0 * np.pi / samples)
 
 
-def _differences(steps: FloatArray, span: slice) -> FloatArray:
+def _differences(steps: FloatArray, start: int, stop: int) -> FloatArray:
     """Each step less the next, at the sample between them; outside the record there are none."""
-    before = steps[max(span.start - 1, 0) : span.stop - 1]
-    after = steps[span.start : span.stop]
-    if span.start == 0:
+    before = steps[max(start - 1, 0) : stop - 1]
+    after = steps[start:stop]
+    if start == 0:
         before = np.concatenate([[0.0], before])
     if after.size < before.size:
         after = np.append(after, 0.0)
@@ -351,23 +356,16 @@ def earth_amplitudes(turns: Turning) -> FloatArray:
     0 for order 1, in which Earth rate and the harmonic are one at a steady table (Eq. 16).
     """
     orders = np.arange(1.0, MOST_ORDERS + 1.0)
-    every, rate = _thinned(turns)
-    length = every.size * mean_square_step(orders, speeds(every)) / 2.0
-    steady = _steady_time(every, rate)
+    angle, rate = _thinned(turns)
+    length = angle.size * mean_square_step(orders, speeds(angle)) / 2.0
+    steady = _steady_time(angle, rate)
     largest = np.zeros(MOST_ORDERS)
     for function, whole, sign in ((np.cos, np.sin, 1.0), (np.sin, np.cos, -1.0)):
-
-        def made(
-            span: slice,
-            function: np.ufunc = function,
-            whole: np.ufunc = whole,
-            sign: float = sign,
-        ) -> FloatArray:
-            here = every[span.start : span.stop + 1]
-            return np.asarray(function(here[1:]) / rate - sign * steady * np.diff(whole(here)))
-
-        steps = series.made(made, every.size - 1, every)
-        sums = order_sums(steps, every, MOST_ORDERS)[1:]
+        steps = empty(angle.size - 1)
+        for block in blocks(steps.size):
+            here = angle[block.start : block.stop + 1]
+            steps[block] = function(here[1:]) / rate - sign * steady * np.diff(whole(here))
+        sums = order_sums(steps, angle, MOST_ORDERS)[1:]
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0
     return LARGEST_EARTH_RATE * largest
@@ -377,7 +375,7 @@ def _thinned(turns: Turning) -> tuple[FloatArray, float]:
     """Table angles, rad, at a lower rate, Hz: the table turns slowly beside the samples."""
     stride = max(1, int(1.0 / (MOST_ORDERS * turns.fastest + 1e-9)))
     stride = min(stride, max(1, turns.table.size // _FEWEST_ANGLES))
-    return series.every(turns.table, stride), turns.sample_rate / stride
+    return every(turns.table, stride), turns.sample_rate / stride
 
 
 def _steady_time(table: FloatArray, rate: float) -> float:

@@ -105,8 +105,7 @@ class Removal:
     Attributes
     ----------
     residual
-        (samples,) the angle without table motion and lines, rad; in memory, or mapped from a
-        scratch file if the record is long.
+        (samples,) the angle without table motion and lines, rad.
     lines
         Strongest first.
     masked

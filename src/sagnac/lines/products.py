@@ -1,13 +1,13 @@
 """Inner products of components without a pass over the samples."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from sagnac import series
-from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
+from sagnac.arrays import ComplexArray, FloatArray, IntegerArray, blocks, every
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS, Components, phase_multiples
 from sagnac.spectrum.sums import angle_sums
@@ -167,19 +167,15 @@ def even_blocks(table: FloatArray) -> EvenBlocks:
     ends = np.minimum(starts + block, steps)
     count = (ends - starts).astype(np.float64)
     angle = np.empty(starts.size)
-
-    def middles(span: slice) -> None:
-        here = table[span.start : span.stop + 1]
+    for some in blocks(steps, multiple=block):
+        here = table[some.start : some.stop + 1]
         middle = 0.5 * (here[1:] + here[:-1])
-        first = span.start // block
+        first = some.start // block
         own = np.add.reduceat(middle, np.arange(0, middle.size, block))
-        angle[first : first + own.size] = own
-        angle[first : first + own.size] /= count[first : first + own.size]
-
-    series.map(middles, steps, table, length=block * max(1, series.SPAN // block))
+        angle[first : first + own.size] = own / count[first : first + own.size]
     return EvenBlocks(
         angle=angle,
-        step=np.asarray((series.at(table, ends) - series.at(table, starts)) / count),
+        step=np.diff(np.append(every(table[:-1], block), table[-1])) / count,
         lag=np.asarray(0.5 * (starts + ends - steps)),
         count=count,
     )
@@ -190,7 +186,7 @@ def _block_length(table: FloatArray) -> int:
     block = _LONGEST_BLOCK
     # Half as long, the straight line is four times better kept.
     while block > 1:
-        coarse = np.diff(series.every(table, block)) / block
+        coarse = np.diff(every(table, block)) / block
         bend = float(np.sqrt(np.mean(np.diff(coarse) ** 2))) if coarse.size > 1 else np.inf
         if MOST_ORDERS * bend * block / 8.0 < _BLOCK_PHASE:
             break
@@ -209,27 +205,24 @@ def order_products(table: FloatArray, fastest: float) -> OrderSums:
     # Beyond its Nyquist frequency an order is no candidate, and need not be expanded well.
     reach = np.minimum(np.arange(highest + 1.0), 2.0 * np.pi / max(fastest, 1e-12))
     expansion = _half_cosines_expanded(low, high, reach)
-
-    def sums_over(span: slice) -> ComplexArray:
-        here = table[span.start : span.stop + 1]
+    sums = np.zeros((expansion.shape[0], highest + 1), dtype=np.complex128)
+    for block in blocks(table.size - 1):
+        here = table[block.start : block.stop + 1]
         squares = np.minimum(np.diff(here) ** 2, high)
         middle = 0.5 * (here[1:] + here[:-1])
         polynomials = _polynomials(squares, low, high, expansion.shape[0] - 1)
         columns = np.ascontiguousarray(polynomials.T, dtype=np.float64)
-        return angle_sums(middle, columns, highest).conj()
-
-    return OrderSums(expansion=expansion, sums=series.total(sums_over, table.size - 1, table))
+        sums += angle_sums(middle, columns, highest).conj()
+    return OrderSums(expansion=expansion, sums=sums)
 
 
 def _squared_steps(table: FloatArray, limit: float) -> tuple[float, float]:
     """Smallest and largest squared step of the table, rad^2, none counted above `limit`."""
-
-    def extremes(span: slice) -> tuple[float, float]:
-        squares = np.diff(table[span.start : span.stop + 1]) ** 2
-        return float(squares.min()), min(float(squares.max()), limit)
-
-    found = series.map(extremes, table.size - 1, table)
-    low, high = min(pair[0] for pair in found), max(pair[1] for pair in found)
+    low, high = math.inf, 0.0
+    for block in blocks(table.size - 1):
+        squares = np.diff(table[block.start : block.stop + 1]) ** 2
+        low = min(low, float(squares.min()))
+        high = max(high, min(float(squares.max()), limit))
     return min(low, high), high
 
 

@@ -7,7 +7,6 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
 from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.errors import Note
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
@@ -170,10 +169,10 @@ def remove_lines_as_published(
         report((number + 1) / (len(angles) + 1))
     # The same fit of either gyro and then their difference, or the fit of their difference: least
     # squares is linear.
-    rest = left[0] if len(left) == 1 else series.less(left[0], left[1])
+    rest = left[0] if len(left) == 1 else left[0] - left[1]
     together = list(dict.fromkeys(np.concatenate(chosen).tolist()))
     fitted = grid_fit(rest, np.array(together, dtype=np.int64), cells=search.cells)
-    rest = series.less(rest, grid_sinusoids(fitted, rest.size))
+    rest = rest - grid_sinusoids(fitted, rest.size)
     frequency = fitted.frequencies * sample_rate / (2.0 * np.pi)
     width = TAKEN_BINS * sample_rate / rest.size
     report(1.0)
@@ -198,7 +197,7 @@ def _difference(
     """
     first, second = pair
     if table is None:
-        return series.less(first, second)
+        return first - second
     earth = sine_cosine_integrals(table, 1.0 / sample_rate)
     columns = (np.ones(table.size), table, *earth)
     sizes = np.array([max(float(np.linalg.norm(column)), 1e-300) for column in columns])
@@ -211,8 +210,8 @@ def _difference(
     shares = fitted[1]
     parts = math.sqrt(2.0) * shares[::-1] / max(float(np.hypot(*shares)), 1e-300)
     sensed = (fitted @ (parts * np.array([1.0, -1.0])))[2:]
-    difference = series.less(parts[0] * first, parts[1] * second)
-    return series.less(difference, sensed[0] * earth[0] + sensed[1] * earth[1])
+    difference = parts[0] * first - parts[1] * second
+    return np.asarray(difference - (sensed[0] * earth[0] + sensed[1] * earth[1]))
 
 
 def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_rate: float) -> None:
@@ -243,7 +242,7 @@ def _without_orders(
         false_alarm=search.false_alarm,
         most_terms=search.most_orders,
     )
-    rest = series.less(angle, _harmonics(table, found))
+    rest = angle - _harmonics(table, found)
     return (rest - found.slope * table if alone else rest), found
 
 
@@ -310,7 +309,7 @@ def _noise_taken(frequency: FloatArray, residual: FloatArray, sample_rate: float
     share it. How strong the noise is there is read from the floor of what is left; if most of the
     neighbouring bins went, too, that floor is up to a fifth low.
     """
-    increments = series.differences(residual)
+    increments = np.diff(residual)
     # What is left of the table's rate would leak through the zeros that follow in the transform.
     increments -= increments.mean()
     floor = noise_floor(periodogram.periodogram(increments))

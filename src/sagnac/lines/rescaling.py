@@ -5,13 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.lines.components import MIX_BLOCK, Components, Turning, joined, mixed_down
-from sagnac.table.kinematics import averaged
+from sagnac.table.kinematics import averages_of
 
 # Blocks of samples at a time.
-_LENGTH: Final = MIX_BLOCK * max(1, series.SPAN // MIX_BLOCK)
 # Phase error over its deviation, below which a tone and an order look the same.
 _TOLD_APART: Final = 6.0
 # Noise levels of a mean by which an order has to say more of the power than a tone.
@@ -49,13 +47,11 @@ def wander(turns: Turning) -> Wander | None:
 
     Such a table has no rate that a tone could be an order of.
     """
-    table, block = turns.table, MIX_BLOCK
-    steps = table.size - 1
-    if steps < _FEWEST_BLOCKS * block:
+    steps = turns.table.size - 1
+    if steps < _FEWEST_BLOCKS * MIX_BLOCK:
         return None
-    parts = series.map(lambda span: averaged(table[span], block), steps, table, length=_LENGTH)
-    angle = np.concatenate(parts)
-    middles = np.arange(float(angle.size)) * block + (0.5 * (block - 1) - 0.5 * steps)
+    angle = averages_of(turns.table[:steps], MIX_BLOCK)
+    middles = np.arange(float(angle.size)) * MIX_BLOCK + (0.5 * (MIX_BLOCK - 1) - 0.5 * steps)
     number = middles - float(middles.mean())
     rate = float(number @ angle) / float(number @ number)
     if abs(rate) < _ONE_WAY * abs(turns.mean_rate) / turns.sample_rate:
@@ -133,11 +129,12 @@ def _follows(
 
 def _mixed_down(steps: FloatArray, frequency: float, center: float) -> ComplexArray:
     """Means over blocks of the steps, mixed down from `frequency` (cycles a sample) to zero."""
-
-    def mixed(span: slice) -> ComplexArray:
-        return mixed_down(steps[span], frequency, center - span.start)
-
-    return np.concatenate(series.map(mixed, steps.size, steps, length=_LENGTH))
+    return np.concatenate(
+        [
+            mixed_down(steps[block], frequency, center - block.start)
+            for block in blocks(steps.size, multiple=MIX_BLOCK)
+        ]
+    )
 
 
 def _in_angle(

@@ -12,8 +12,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.arrays import ComplexArray, FloatArray, blocks, elementwise, empty
 from sagnac.lines.components import (
     MOST_ORDERS,
     Components,
@@ -252,7 +251,7 @@ class State:
 
     @property
     def residue(self) -> Residue:
-        """Series in which new lines are looked for."""
+        """Arrays in which new lines are looked for."""
         return Residue(
             steps=self.increments.steps,
             sampled=self.sampled,
@@ -279,10 +278,11 @@ class State:
         return self.record.kept.of("spectrum", self._key, lambda: spectrum(self.increments.steps))
 
     def residual(self) -> FloatArray:
-        """(samples,) the angle without table motion and lines, rad: a new series."""
-        size, table = self.record.angle.size, self.table
-        known = (self.without_motion,) if table is None else (self.without_motion, table)
-        return series.made(lambda span: _rest(self, span), size, *known, length=self._length)
+        """(samples,) the angle without table motion and lines, rad: a new array."""
+        result = empty(self.record.angle.size)
+        for block in blocks(result.size, self._length):
+            result[block] = _rest(self, block.start, block.stop)
+        return result
 
     def with_all_lines(self) -> "State":
         """The state that knows the same table motion and no line."""
@@ -334,38 +334,39 @@ def _key_of_motion(motion: TableMotion) -> Hashable:
     return motion.share, motion.drift, motion.earth
 
 
-def _rest(state: State, span: slice) -> FloatArray:
-    """A block of the angle without table motion and lines, rad."""
-    rest = removed(state.without_motion[span], state.table, state.components, span)
+def _rest(state: State, start: int, stop: int) -> FloatArray:
+    """(stop - start,) the angle without table motion and lines, rad."""
+    angle, table = state.without_motion[start:stop], state.table
+    rest = removed(
+        angle, None if table is None else table[start:stop], state.components, start=start
+    )
     for line in state.drifting:
-        rest -= values(line, span.start, rest.size)
+        rest -= values(line, start, rest.size)
     return rest
 
 
 def motion_removed(angle: FloatArray, motion: TableMotion) -> FloatArray:
-    """(samples,) an angle without table motion, rad: a new series."""
-    of = motion.kinematics
-    return series.made(
-        lambda span: angle[span] - motion.over(span), angle.size, angle, of.table, length=of.length
-    )
+    """(samples,) an angle without table motion, rad: a new array."""
+    rest = empty(angle.size)
+    for block in blocks(angle.size, motion.kinematics.length):
+        np.subtract(angle[block], motion.over(block.start, block.stop), out=rest[block])
+    return rest
 
 
 def lines_removed(state: State) -> Increments:
     """`Increments` of the angle without table motion and lines, as a state knows them."""
-    size, table, whole = state.record.angle.size, state.table, state.without_motion
-    steps = series.empty(size - 1)
-    block = None if state.motion is None else state.motion.kinematics.block
-
-    def work(span: slice) -> tuple[FloatArray, float, float]:
-        # One sample more: the increment that leads to the next span.
-        here = slice(span.start, min(span.stop + 1, size))
-        rest = _rest(state, here)
-        np.subtract(rest[1:], rest[:-1], out=steps[span.start : here.stop - 1])
-        own = rest[: span.stop - span.start]
-        means = own[:0] if block is None else averaged(own, block)
-        return means, float(rest[0]), float(rest[-1])
-
-    known = (whole, steps) if table is None else (whole, steps, table)
-    parts = series.map(work, size, *known, length=state._length)
-    series.shift(steps, (parts[0][1] - parts[-1][2]) / steps.size)
-    return Increments(steps=steps, averages=np.concatenate([part[0] for part in parts]))
+    size = state.record.angle.size
+    steps = empty(size - 1)
+    means = [np.empty(0)]
+    first = last = 0.0
+    for block in blocks(size, state._length):
+        # One sample more: the increment that leads to the next block.
+        stop = min(block.stop + 1, size)
+        rest = _rest(state, block.start, stop)
+        np.subtract(rest[1:], rest[:-1], out=steps[block.start : stop - 1])
+        if state.motion is not None:
+            own = rest[: block.stop - block.start]
+            means.append(averaged(own, state.motion.kinematics.block))
+        first, last = float(rest[0]) if block.start == 0 else first, float(rest[-1])
+    elementwise(np.add, steps, (first - last) / steps.size, out=steps)
+    return Increments(steps=steps, averages=np.concatenate(means))

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, empty, mean
 
 _REACH = 1  # samples either way
 _TAPS = 2 * _REACH + 1
@@ -71,18 +70,13 @@ def stripped(angle: FloatArray, pickoff: FloatArray) -> Stripped:
         )
     taps = _fitted(angle, pickoff)
     ends = _beyond(pickoff)
-    middle = taps.sum() * series.mean(pickoff)
-
-    def of_block(block: slice) -> FloatArray:
-        follows: FloatArray = _neighbours(pickoff, block, ends) @ taps - middle
-        return follows
-
-    square = series.total(lambda block: float(np.sum(of_block(block) ** 2)), angle.size, pickoff)
-    return Stripped(
-        angle=series.made(lambda block: angle[block] - of_block(block), angle.size, angle, pickoff),
-        taps=taps,
-        taken=math.sqrt(square / angle.size),
-    )
+    middle = taps.sum() * mean(pickoff)
+    square, rest = 0.0, empty(angle.size)
+    for block in blocks(angle.size):
+        follows = _neighbours(pickoff, block.start, block.stop, ends) @ taps - middle
+        square += float(follows @ follows)
+        rest[block] = angle[block] - follows
+    return Stripped(angle=rest, taps=taps, taken=math.sqrt(square / angle.size))
 
 
 def _beyond(pickoff: FloatArray) -> tuple[float, float]:
@@ -90,47 +84,44 @@ def _beyond(pickoff: FloatArray) -> tuple[float, float]:
 
     A swing of one frequency about its mean has p[n-1] + p[n+1] = c p[n].
     """
-    middle = series.mean(pickoff)
-
-    def sums(block: slice) -> FloatArray:
+    middle = mean(pickoff)
+    both = square = 0.0
+    for block in blocks(pickoff.size):
         here = pickoff[max(block.start, 1) - 1 : block.stop + 1] - middle
-        return np.array([(here[:-2] + here[2:]) @ here[1:-1], here[1:-1] @ here[1:-1]])
-
-    both, square = series.total(sums, pickoff.size, pickoff)
+        both += float((here[:-2] + here[2:]) @ here[1:-1])
+        square += float(here[1:-1] @ here[1:-1])
     ratio = both / square if square > 0.0 else 0.0
     before = ratio * (pickoff[0] - middle) - (pickoff[1] - middle)
     after = ratio * (pickoff[-1] - middle) - (pickoff[-2] - middle)
     return float(before + middle), float(after + middle)
 
 
-def _neighbours(pickoff: FloatArray, block: slice, ends: tuple[float, float]) -> FloatArray:
-    """(n, 3) the pick-off one sample earlier, at the same, and one later."""
-    around = pickoff[max(block.start - _REACH, 0) : block.stop + _REACH]
-    if block.start == 0:
+def _neighbours(
+    pickoff: FloatArray, start: int, stop: int, ends: tuple[float, float]
+) -> FloatArray:
+    """(stop - start, 3) the pick-off one sample earlier, at the same, and one later."""
+    around = pickoff[max(start - _REACH, 0) : stop + _REACH]
+    if start == 0:
         around = np.concatenate([ends[:1], around])
-    if block.stop == pickoff.size:
+    if stop == pickoff.size:
         around = np.concatenate([around, ends[1:]])
-    return np.stack([around[k : k + block.stop - block.start] for k in range(_TAPS)], axis=1)
+    return np.stack([around[k : k + stop - start] for k in range(_TAPS)], axis=1)
 
 
 def _fitted(angle: FloatArray, pickoff: FloatArray) -> FloatArray:
     """Taps by least squares of the angle's increments on the pick-off's, with a constant."""
     columns = _TAPS + 1
-
-    def sums(block: slice) -> FloatArray:
+    total = np.zeros((columns, columns + 1))
+    for block in blocks(angle.size):
         # Increments whose neighbours all exist.
         first = max(block.start, _REACH)
-        last = min(block.stop, angle.size - 1 - _REACH)
-        if last <= first:
-            return np.zeros((columns, columns + 1))
+        last = max(min(block.stop, angle.size - 1 - _REACH), first)
         around = np.diff(pickoff[first - _REACH : last + 1 + _REACH])
         made = np.ones((last - first, columns))
         for tap in range(_TAPS):
             made[:, tap] = around[tap : tap + last - first]
         turned = np.diff(angle[first : last + 1])
-        return np.column_stack([made.T @ made, made.T @ turned])
-
-    total = series.total(sums, angle.size, angle, pickoff)
+        total += np.column_stack([made.T @ made, made.T @ turned])
     matrix, right = total[:, :columns], total[:, columns]
     size = np.sqrt(np.diag(matrix))
     if not np.all(size[:_TAPS] > 0.0):

@@ -11,8 +11,7 @@ from typing import Any, ClassVar, Final, Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, differences, elementwise, empty, mean
 from sagnac.errors import RecordingError, quoted
 from sagnac.units import (
     SENSED,
@@ -103,11 +102,8 @@ def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
 
 
 def converted(values: ArrayLike, unit: Unit, argument: str) -> FloatArray:
-    """A column in SI, a new series; see `numbers`."""
-    column = numbers(values, argument)
-    return series.made(
-        lambda block: np.multiply(column[block], unit.size, dtype=np.float64), column.size
-    )
+    """A column in SI, a new array; see `numbers`."""
+    return elementwise(np.multiply, numbers(values, argument), unit.size)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -218,7 +214,7 @@ class Channel:
         return UNITS[name] if factor == 1.0 else field_unit(self.name, self.kind, self.sensor)
 
     def values_in(self, unit: str = "") -> FloatArray:
-        """The values in a unit of the field, in `plain_unit` unless stated; a new series.
+        """The values in a unit of the field, in `plain_unit` unless stated; a new array.
 
         Raises
         ------
@@ -227,7 +223,7 @@ class Channel:
         """
         quantity = quantity_of(self.kind, self.sensor)
         size = (unit_of(unit, quantity) if unit else self.plain_unit).size
-        return series.made(lambda block: self.values[block] / size, self.values.size, self.values)
+        return elementwise(np.divide, self.values, size)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Channel):
@@ -248,16 +244,11 @@ class Channel:
 
 
 def same_values(one: FloatArray | None, other: FloatArray | None) -> bool:
-    """Whether two series, or none, are equal; NaN equals NaN."""
+    """Whether two arrays, or none, are equal; NaN equals NaN."""
     if one is None or other is None or one is other:
         return one is other
     return one.size == other.size and all(
-        series.map(
-            lambda block: np.array_equal(one[block], other[block], equal_nan=True),
-            one.size,
-            one,
-            other,
-        )
+        np.array_equal(one[block], other[block], equal_nan=True) for block in blocks(one.size)
     )
 
 
@@ -341,25 +332,18 @@ def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     wraps
         How often the reading started over.
     """
-
-    def periods(block: slice) -> FloatArray:
-        """Whole periods between each sample of a block and the next."""
-        result = np.diff(values[block.start : block.stop + 1])
-        result /= period
-        np.rint(result, out=result)
-        result[~np.isfinite(result)] = 0.0
-        return result
-
     steps = values.size - 1
-    wraps = sum(series.map(lambda block: int(np.count_nonzero(periods(block))), steps, values))
+    wraps = sum(
+        int(np.count_nonzero(_periods(values[block.start : block.stop + 1], period)))
+        for block in blocks(steps)
+    )
     if wraps == 0:
         return values, 0
-    result = series.empty(values.size)
+    result = empty(values.size)
     result[0] = values[0]
-
-    def take_off(before: float, block: slice) -> float:
-        """Periods passed in one block taken off, on top of those passed before it."""
-        over = periods(block)
+    before = 0.0
+    for block in blocks(steps):
+        over = _periods(values[block.start : block.stop + 1], period)
         # Sums of integers, so nothing is lost.
         over[0] += before
         np.cumsum(over, out=over)
@@ -367,10 +351,16 @@ def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
         over *= period
         later = slice(block.start + 1, block.stop + 1)
         np.subtract(values[later], over, out=result[later])
-        return before
-
-    series.reduce(take_off, 0.0, steps, values, result)
     return result, wraps
+
+
+def _periods(values: FloatArray, period: float) -> FloatArray:
+    """(samples - 1,) whole periods between each sample and the next."""
+    result = np.diff(values)
+    result /= period
+    np.rint(result, out=result)
+    result[~np.isfinite(result)] = 0.0
+    return result
 
 
 # ---- difference --------------------------------------------------------------------
@@ -381,7 +371,7 @@ PAIR_SIZE: Final = math.sqrt(2.0)
 
 
 def as_one_gyro(difference: FloatArray) -> FloatArray:
-    """The difference of two gyros over sqrt(2), as a new series.
+    """The difference of two gyros over sqrt(2), as a new array.
 
     Its noise is per gyro: each squared coefficient is the mean of the two gyros', whatever the
     term. Table motion, Earth rate and lines are of the difference itself and come off before.
@@ -397,7 +387,7 @@ def as_one_gyro(difference: FloatArray) -> FloatArray:
     >>> as_one_gyro(np.array([0.0, 2.0])).round(3).tolist()
     [0.0, 1.414]
     """
-    return series.made(lambda span: difference[span] / PAIR_SIZE, difference.size, difference)
+    return elementwise(np.divide, difference, PAIR_SIZE)
 
 
 # ---- kinds -------------------------------------------------------------------------
@@ -425,33 +415,26 @@ def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
         return channel.values
     values = channel.values
     per_step = 1.0 if channel.kind == "increment" else sample_rate
-    mean = series.mean(values) / per_step
-    angle = series.empty(values.size)
-
-    def add(turned: float, block: slice) -> float:
-        """Sum over one block, from what was turned before; the ramp is put back behind it."""
+    usual = mean(values) / per_step
+    angle = empty(values.size)
+    turned = 0.0
+    for block in blocks(values.size):
         steps = values[block] / per_step
-        steps -= mean
+        steps -= usual
         steps[0] += turned
         np.cumsum(steps, out=angle[block])
         turned = float(angle[block.stop - 1])
-        angle[block] += mean * np.arange(block.start + 1, block.stop + 1)
-        return turned
-
-    series.reduce(add, 0.0, values.size, values, angle)
+        angle[block] += usual * np.arange(block.start + 1, block.stop + 1)
     return angle
 
 
 def finite_extent(values: FloatArray) -> float:
     """Largest less smallest of the finite samples, 0 if there are none."""
-
-    def ends(block: slice) -> tuple[float, float]:
+    lowest, highest = np.inf, -np.inf
+    for block in blocks(values.size):
         finite = values[block][np.isfinite(values[block])]
-        return float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
-
-    found = series.map(ends, values.size, values)
-    lowest = min((low for low, _ in found), default=np.inf)
-    highest = max((high for _, high in found), default=-np.inf)
+        lowest = float(finite.min(initial=lowest))
+        highest = float(finite.max(initial=highest))
     return max(highest - lowest, 0.0)
 
 
@@ -485,7 +468,7 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     require_kind(kind)
     require_rate(sample_rate)
     # One sum tells whole samples without a second array of their size.
-    finite = samples.size == 0 or math.isfinite(series.mean(samples))
+    finite = samples.size == 0 or math.isfinite(mean(samples))
     if not finite and not np.isfinite(samples).all():
         first = int(np.argmin(np.isfinite(samples)))
         raise RecordingError(
@@ -493,5 +476,5 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
             remedy="take a span without gaps ({slice})",
         )
     if kind == "angle":
-        return series.differences(samples)
+        return differences(samples)
     return samples / sample_rate if kind == "rate" else samples

@@ -16,8 +16,16 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    elementwise,
+    every,
+    is_finite,
+    mean,
+)
 from sagnac.errors import Note, RecordingError, counted, quoted
 from sagnac.recording.channel import Channel, Kind, angle_of, finite_extent, numbers, unwrapped
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, angle_of_readings, runs
@@ -255,7 +263,7 @@ def gyro_of(
         if wraps
         else ()
     )
-    angle = series.made(lambda block: running[block] * size, running.size, running)
+    angle = elementwise(np.multiply, running, size)
     return Taken(
         channel=Channel(name=name, kind=kind, values=angle, shown_in=unit),
         notes=notes,
@@ -318,13 +326,9 @@ def pulses_of(values: ArrayLike, *, column: str = "") -> Pulses:
     given = np.asarray(values)
     levels = numbers(given.astype(np.uint8) if given.dtype.kind == "b" else given, "null_pulse")
     rising = np.empty(levels.size, dtype=np.bool_)
-
-    def is_finite(block: slice) -> bool:
-        np.not_equal(levels[block], 0, out=rising[block])
-        return bool(np.isfinite(levels[block]).all())
-
-    some = series.every(levels, max(1, levels.size // 100_000))
-    if np.unique(some).size > 2 or not all(series.map(is_finite, levels.size, levels)):
+    np.not_equal(levels, 0, out=rising)
+    some = every(levels, max(1, levels.size // 100_000))
+    if np.unique(some).size > 2 or not is_finite(levels):
         raise RecordingError(
             f"{f'column {column} ' if column else ''}takes more than two values",
             channel="null_pulse",
@@ -371,7 +375,7 @@ def with_lost_readings(table: Taken, gyros: Sequence[Channel], sample_rate: floa
         if no gyro agrees with the readings on both sides.
     """
     values = table.channel.values
-    if not values.size or math.isfinite(series.mean(values)):
+    if not values.size or math.isfinite(mean(values)):
         return table
     lost = Places(values=values, test=is_not_finite).all()
     firsts, lengths = runs(lost)
@@ -381,7 +385,7 @@ def with_lost_readings(table: Taken, gyros: Sequence[Channel], sample_rate: floa
     shares = {
         gyro.name: _share(angle_of(gyro, sample_rate), values, sample_rate)
         for gyro in gyros
-        if math.isfinite(series.mean(gyro.values))
+        if math.isfinite(mean(gyro.values))
     }
     name = max(shares, key=lambda one: abs(shares[one]), default="")
     if not name or not abs(shares[name]) > _LEAST_SHARE:
@@ -406,8 +410,8 @@ def _share(angle: FloatArray, table: FloatArray, sample_rate: float) -> float:
     if table.size <= ahead:
         return 0.0
     places = np.linspace(0, table.size - 1 - ahead, _PLACES).astype(np.int64)
-    by_table = series.at(table, places + ahead) - series.at(table, places)
-    by_gyro = series.at(angle, places + ahead) - series.at(angle, places)
+    by_table = table[places + ahead] - table[places]
+    by_gyro = angle[places + ahead] - angle[places]
     known = np.isfinite(by_table)
     if not known.any():
         return 0.0
@@ -423,7 +427,7 @@ def _bridged(
     share: float,
 ) -> FloatArray | None:
     """The table angle with its gaps bridged; None if a gyro does not agree with one."""
-    filled = series.made(lambda block: values[block].copy(), values.size, values)
+    filled = elementwise(np.add, values, 0.0)
     for first, after in zip(firsts.tolist(), afters.tolist(), strict=True):
         path = (turned[first - 1 : after + 1] - turned[first - 1]) / share
         gap = float(filled[after] - filled[first - 1])
@@ -433,18 +437,8 @@ def _bridged(
             return None
         if around:
             # What is behind was unwrapped without what passed meanwhile.
-            filled = _raised(filled, after, around)
+            for block in blocks(filled.size, start=after):
+                filled[block] += around
         tilt = rest * np.linspace(0.0, 1.0, path.size)
         filled[first:after] = filled[first - 1] + (path + tilt)[1:-1]
     return filled
-
-
-def _raised(values: FloatArray, first: int, by: float) -> FloatArray:
-    """Values with `by` added from sample `first` on."""
-
-    def raised(block: slice) -> FloatArray:
-        part = values[block].copy()
-        part[max(first - block.start, 0) :] += by
-        return part
-
-    return series.made(raised, values.size, values)

@@ -10,8 +10,7 @@ from typing import Final
 import numpy as np
 from scipy.special import stdtrit
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, every, mean
 from sagnac.errors import Level, Note, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
@@ -307,14 +306,11 @@ def _zeros(gyro: Channel) -> Tally:
     zeros = Places(values=values, test=lambda some: some == 0.0).tally()
     if zeros.count < _LEAST_OFTEN:
         return Tally(count=0, first=-1)
-
-    def beside(block: slice) -> tuple[float, float]:
+    next_up, next_down = math.inf, -math.inf
+    for block in blocks(values.size):
         part = values[block]
-        above, below = part[part > 0.0], part[part < 0.0]
-        return float(above.min(initial=math.inf)), float(below.max(initial=-math.inf))
-
-    found = np.array(series.map(beside, values.size, values))
-    next_up, next_down = float(found[:, 0].min()), float(found[:, 1].max())
+        next_up = float(part[part > 0.0].min(initial=next_up))
+        next_down = float(part[part < 0.0].max(initial=next_down))
     usual = max(
         Places(values=values, test=lambda some: some == next_up).tally().count,
         Places(values=values, test=lambda some: some == next_down).tally().count,
@@ -325,7 +321,7 @@ def _zeros(gyro: Channel) -> Tally:
 def _falls(gyro: Channel, profile: Profile) -> Tally:
     """Zeros that an angle falls to from far away."""
     values = gyro.values
-    steps = series.every(profile.changes, max(1, profile.changes.size // 100_000))
+    steps = every(profile.changes, max(1, profile.changes.size // 100_000))
     fall = _FALL * float(np.median(np.abs(steps)))
     if not fall:
         return Tally(count=0, first=-1)
@@ -343,17 +339,16 @@ def _effect(gyro: Channel, zeros: int) -> float | None:
     left = values.size - zeros
     if not 0 < zeros < values.size - 1:
         return None
-    mean = series.mean(values) * values.size / left
-
-    def squares(block: slice) -> float:
+    usual = mean(values) * values.size / left
+    squares = 0.0
+    for block in blocks(values.size):
         part = values[block]
-        part = part[part != 0.0] - mean
-        return float(part @ part)
-
-    inside = series.total(squares, values.size, values) / left
+        part = part[part != 0.0] - usual
+        squares += float(part @ part)
+    inside = squares / left
     # Zeros lie by the mean off the rest.
     share = zeros / values.size
-    whole = (1.0 - share) * inside + share * (1.0 - share) * mean * mean
+    whole = (1.0 - share) * inside + share * (1.0 - share) * usual * usual
     return math.sqrt(whole / inside) if inside > 0.0 else None
 
 

@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import BLOCK, BooleanArray, FloatArray, IntegerArray, blocks, every, release
 from sagnac.errors import Level, Note, RecordingError, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
@@ -33,8 +32,8 @@ def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:
     steady meets the steps of a readout so.
     """
     values = channel.values
-    sample = np.arange(0, values.size - 1, max(1, (values.size - 1) // _LOOKED_AT))
-    steps = series.at(values, sample + 1) - series.at(values, sample)
+    apart = max(1, (values.size - 1) // _LOOKED_AT)
+    steps = every(values[1:], apart) - every(values[:-1], apart)
     middle = float(np.median(steps))
     limit = 20.0 * float(np.quantile(np.abs(steps - middle), 0.99))
     if limit <= 0.0:
@@ -55,7 +54,7 @@ def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:
 
 def _of_readout(values: FloatArray, places: IntegerArray, middle: float) -> bool:
     """Whether all jumps are whole numbers of one small step."""
-    sizes = np.abs(series.at(values, places + 1) - series.at(values, places) - middle)
+    sizes = np.abs(values[places + 1] - values[places] - middle)
     step = float(sizes.min())
     parts = sizes / step
     return bool(sizes.max() < _COARSEST and np.all(np.abs(parts - np.rint(parts)) < _WHOLE))
@@ -109,18 +108,17 @@ def require_encoder_follows(recording: Recording, gyro: Channel) -> None:
 def _block_angles(channel: Channel, sample_rate: float, edges: NDArray[np.intp]) -> FloatArray:
     """Angle turned from each edge to the next, rad, shape (edges - 1,)."""
     if channel.kind == "angle":
-        return np.diff(series.at(channel.values, edges))
+        turned = np.diff(channel.values[edges])
+        release()
+        return turned
     values, number = channel.values, edges.size - 1
-
-    def sums(blocks: slice) -> FloatArray:
-        inside = edges[blocks.start : blocks.stop + 1]
+    turned = np.empty(number)
+    # As many stretches at a time as a block of samples holds.
+    for some in blocks(number, max(1, BLOCK * number // int(edges[-1]))):
+        inside = edges[some.start : some.stop + 1]
         # reduceat runs its last sum to the end of what it is given: the last edge included.
         steps = values[inside[0] + 1 : inside[-1] + 1]
-        return np.add.reduceat(steps, inside[:-1] - inside[0])
-
-    # As many blocks at a time as a span of samples holds.
-    together = max(1, series.SPAN * number // int(edges[-1]))
-    turned = series.made(sums, number, values, length=together)
+        turned[some] = np.add.reduceat(steps, inside[:-1] - inside[0])
     return turned if channel.kind == "increment" else turned / sample_rate
 
 
@@ -193,7 +191,7 @@ def _unfollowed_jump(
     jumps = jumps_of_encoder(table.values)
     if jumps.size == 0:
         return None
-    jump = series.at(table.values, jumps + 1) - series.at(table.values, jumps)
+    jump = table.values[jumps + 1] - table.values[jumps]
     turned = turned_around(gyro, recording.sample_rate, jumps)
     alone = np.flatnonzero(np.abs(turned) < 0.5 * np.abs(share * jump))
     if alone.size == 0:
@@ -209,8 +207,8 @@ def _unfollowed_jump(
 
 def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
     """Samples before steps of `LEAST_JUMP` that are `JUMP_RATIO` times the usual ones."""
-    sample = np.arange(0, angle.size - 1, max(1, (angle.size - 1) // 100_000))
-    steps = np.abs(series.at(angle, sample + 1) - series.at(angle, sample))
+    apart = max(1, (angle.size - 1) // 100_000)
+    steps = np.abs(every(angle[1:], apart) - every(angle[:-1], apart))
     limit = max(LEAST_JUMP, JUMP_RATIO * float(np.quantile(steps, 0.99)))
     return Places(values=angle, test=lambda some: np.abs(np.diff(some)) > limit, following=1).all()
 
@@ -222,11 +220,11 @@ def turned_around(gyro: Channel, sample_rate: float, steps: IntegerArray) -> Flo
     first = np.maximum(steps - JUMP_REACH, 0)
     last = np.minimum(steps + 1 + JUMP_REACH, values.size - 1)
     if gyro.kind == "angle":
-        return series.at(values, last) - series.at(values, first)
+        return values[last] - values[first]
     turned = np.zeros(steps.size)
     for number in range(1, 2 * JUMP_REACH + 2):
         some = first + number
-        turned = turned + series.at(values, np.minimum(some, last)) * (some <= last)
+        turned = turned + values[np.minimum(some, last)] * (some <= last)
     return turned / (sample_rate if gyro.kind == "rate" else 1.0)
 
 
@@ -391,5 +389,5 @@ def _starts(angle: FloatArray, start: float) -> IntegerArray:
 def _excess(angle: FloatArray, at: IntegerArray) -> FloatArray:
     """By how much the angle goes on at places beyond what it does before and behind, forwards."""
     edges = [at - _REACH - _STEPS, at - _REACH, at + 1 + _REACH, at + 1 + _REACH + _STEPS]
-    before, inside, behind = np.diff([series.at(angle, edge) for edge in edges], axis=0)
+    before, inside, behind = np.diff([angle[edge] for edge in edges], axis=0)
     return np.asarray((inside - 0.5 * (before + behind)) * np.sign(before + behind))

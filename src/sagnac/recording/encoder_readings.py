@@ -13,8 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, every
 from sagnac.errors import Note, counted
 from sagnac.recording.channel import finite_extent, unwrapped
 from sagnac.recording.stamps import GAP_STEPS, between_ticks, clock_of
@@ -153,7 +152,8 @@ def angle_of_readings(
             "readings"
         )
         notes.append(_about_table(text))
-    return TableAngle(angle=series.scale(running, unit.size), notes=tuple(notes))
+    angle = elementwise(np.multiply, running, unit.size, out=running)
+    return TableAngle(angle=angle, notes=tuple(notes))
 
 
 def _leaps_back(readings: FloatArray, turn: float, extent: float) -> bool:
@@ -191,15 +191,10 @@ def _filled_notes(filled: Filled, unit: Unit) -> list[Note]:
 
 def _largest_step(values: FloatArray) -> float:
     """Largest step between two samples that are there."""
-
-    def of_block(block: slice) -> float:
-        steps = np.abs(np.diff(values[block.start : block.stop + 1]))
-        return float(np.fmax.reduce(steps))
-
     largest = 0.0
-    for step in series.map(of_block, values.size - 1, values):
-        # A block of NaN alone has no largest one, and changes nothing here.
-        largest = max(largest, step)
+    for block in blocks(values.size - 1):
+        steps = np.abs(np.diff(values[block.start : block.stop + 1]))
+        largest = float(np.fmax.reduce(steps, initial=largest))
     return largest
 
 
@@ -300,17 +295,16 @@ def _fill_runs(
     limit: float,
 ) -> int:
     """Fill runs of one `length` in place if both polynomials agree to `limit`; how many were."""
-
-    def fill(good_so_far: int, some: slice) -> int:
+    filled = 0
+    for some in blocks(starts.size, _AT_ONCE):
         cubic, quintic = _interpolated(values, starts[some], around[some], length, period)
         doubt = np.abs(cubic - quintic).max(axis=1)
         across = np.abs(_continued(values, around[some], period)[:, _WIDE_SIDE])
         # If a step exceeds a quarter of the period, the shorter way round is in doubt.
         good = (doubt <= limit) & (across < _IN_DOUBT * period)
         values[starts[some][good, np.newaxis] + np.arange(length)] = cubic[good]
-        return good_so_far + int(good.sum())
-
-    return series.reduce(fill, 0, starts.size, values, length=_AT_ONCE)
+        filled += int(good.sum())
+    return filled
 
 
 def _found(
@@ -324,15 +318,13 @@ def _found(
     What lies behind is not looked at: more than that is no finding, and takes memory. The test is
     given `following` samples more than it judges.
     """
-
-    def add(found: list[IntegerArray], block: slice) -> list[IntegerArray]:
-        if sum(some.size for some in found) <= most:
-            here = test(values[block.start : block.stop + following])
-            found.append(block.start + np.flatnonzero(here))
-        return found
-
-    found = series.reduce(add, list[IntegerArray](), values.size - following, values)
-    return np.concatenate([_NONE, *found])
+    found = [_NONE]
+    for block in blocks(values.size - following):
+        here = test(values[block.start : block.stop + following])
+        found.append(block.start + np.flatnonzero(here))
+        if sum(some.size for some in found) > most:
+            break
+    return np.concatenate(found)
 
 
 def runs(samples: IntegerArray) -> tuple[IntegerArray, IntegerArray]:
@@ -358,9 +350,9 @@ def _steps(values: FloatArray) -> FloatArray:
 
 def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
-    some = np.arange(0, values.size - 1, max(1, values.size // 100_000))
+    apart = max(1, values.size // 100_000)
     with np.errstate(invalid="ignore"):
-        steps = series.at(values, some + 1) - series.at(values, some)
+        steps = every(values[1:], apart) - every(values[:-1], apart)
     usual_steps = np.abs(_folded(steps, turn))
     usual_steps = usual_steps[np.isfinite(usual_steps)]
     if usual_steps.size == 0:
@@ -374,7 +366,7 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     if places.size > most:
         # That is how this table moves.
         return _NONE
-    sizes = _folded(series.at(values, places + 1) - series.at(values, places), turn)
+    sizes = _folded(values[places + 1] - values[places], turn)
     return _excursions(places.tolist(), sizes.tolist(), usual)
 
 
@@ -407,24 +399,22 @@ def _excursions(places: list[int], sizes: list[float], usual: float) -> IntegerA
 
 def _reading_alike(values: FloatArray, reading: float) -> IntegerArray:
     """Samples of one reading, except long rows of them: a table may stand there."""
-
-    def alike(block: slice) -> IntegerArray:
+    alike = [_NONE]
+    for block in blocks(values.size):
         places = block.start + np.flatnonzero(values[block] == reading)
         _, lengths = runs(places)
-        return np.asarray(places[np.repeat(lengths <= MOST_MISSING_IN_A_ROW, lengths)])
-
-    return np.concatenate([_NONE, *series.map(alike, values.size, values)])
+        alike.append(places[np.repeat(lengths <= MOST_MISSING_IN_A_ROW, lengths)])
+    return np.concatenate(alike)
 
 
 def _held(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that repeat the one before while the table turns evenly."""
-
-    def held(block: slice) -> IntegerArray:
+    held = [_NONE]
+    for block in blocks(values.size):
         first = max(0, block.start - _HELD_LOOK_BACK)
         steps = _steps(values[first : block.stop + _STEPS_LOOKED_AT + 1])
-        return np.asarray(first + _held_steps(steps, block.start - first - 1, turn))
-
-    return np.unique(np.concatenate([_NONE, *series.map(held, values.size, values)]))
+        held.append(first + _held_steps(steps, block.start - first - 1, turn))
+    return np.unique(np.concatenate(held))
 
 
 def _held_steps(steps: FloatArray, least: int, turn: float) -> IntegerArray:

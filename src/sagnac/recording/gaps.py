@@ -5,8 +5,15 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    elementwise,
+    empty,
+    every,
+)
 from sagnac.errors import Note, RecordingError, counted, ranked
 from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
@@ -113,15 +120,12 @@ class Runs:
 
 
 def runs_of(values: FloatArray) -> Runs:
-    """The runs of one value in a series, of one sample each if it never repeats."""
-
-    def add(so_far: Runs, block: slice) -> Runs:
-        some = values[block.start : block.stop + 1]
-        return so_far.and_then(block.start + np.flatnonzero(some[1:] != some[:-1]))
-
+    """The runs of one value in an array, of one sample each if it never repeats."""
     nothing = np.empty(0, dtype=np.int64)
-    start = Runs(number=0, longest=Stretch(first=0, after=0), lengths=nothing, edge=-1)
-    runs = series.reduce(add, start, values.size - 1, values)
+    runs = Runs(number=0, longest=Stretch(first=0, after=0), lengths=nothing, edge=-1)
+    for block in blocks(values.size - 1):
+        some = values[block.start : block.stop + 1]
+        runs = runs.and_then(block.start + np.flatnonzero(some[1:] != some[:-1]))
     return runs.and_then(np.array([values.size - 1]))
 
 
@@ -140,7 +144,7 @@ def stuck_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     """The longest run of one value, if no noise explains it: an error."""
     # A run that long shows in samples half as far apart; most gyros never repeat and are done.
     samples = gyro.values.size
-    sparse = series.every(gyro.values, STUCK_SAMPLES // 2)
+    sparse = every(gyro.values, STUCK_SAMPLES // 2)
     if not (sparse[1:] == sparse[:-1]).any() and sparse.size > 1:
         return ()
     runs = runs_of(gyro.values)
@@ -280,37 +284,38 @@ class Grid:
     samples: int
     longest: float
 
-    def advances(self, times: FloatArray, block: slice) -> FloatArray:
-        """Samples from each stamp of a block to the next."""
-        steps = np.diff(times[block.start : block.stop + 1])
+    def advances(self, times: FloatArray) -> FloatArray:
+        """Samples from each stamp to the next."""
+        steps = np.diff(times)
         return np.where(steps > self.longest, np.rint(steps * self.sample_rate), 1.0)
 
 
 def grid_of(times: FloatArray, longest: float, gaps: int) -> Grid:
     """The grid of stamps of which `gaps` intervals are longer than `longest`, s."""
-
-    def between(block: slice) -> float:
-        steps = np.diff(times[block.start : block.stop + 1])
-        return float(steps[steps <= longest].sum())
-
     intervals = times.size - 1
-    sample_rate = (intervals - gaps) / series.total(between, intervals, times)
-    grid = Grid(sample_rate=sample_rate, samples=0, longest=longest)
-    last = series.total(lambda block: float(grid.advances(times, block).sum()), intervals, times)
+    between = 0.0
+    for block in blocks(intervals):
+        steps = np.diff(times[block.start : block.stop + 1])
+        between += float(steps[steps <= longest].sum())
+    grid = Grid(sample_rate=(intervals - gaps) / between, samples=0, longest=longest)
+    last = sum(
+        float(grid.advances(times[block.start : block.stop + 1]).sum())
+        for block in blocks(intervals)
+    )
     return replace(grid, samples=1 + int(last))
 
 
 def on_grid(values: FloatArray, times: FloatArray, grid: Grid) -> FloatArray:
     """Values at their places of a grid, NaN at the others, shape (grid.samples,)."""
-    marked = series.made(lambda block: np.full(block.stop - block.start, np.nan), grid.samples)
+    marked = empty(grid.samples)
+    for block in blocks(grid.samples):
+        marked[block] = np.nan
     marked[0] = values[0]
-
-    def put(place: float, block: slice) -> float:
-        places = place + np.cumsum(grid.advances(times, block))
+    place = 0.0
+    for block in blocks(times.size - 1):
+        places = place + np.cumsum(grid.advances(times[block.start : block.stop + 1]))
         marked[places.astype(np.intp)] = values[block.start + 1 : block.stop + 1]
-        return float(places[-1])
-
-    series.reduce(put, 0.0, times.size - 1, times, values, marked)
+        place = float(places[-1])
     return marked
 
 
@@ -330,7 +335,8 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
     first, after = whole.first, whole.after
     times = recording.times
     if times is not None:
-        times = series.less(times[first:after], times[first]) if whole.samples > 0 else None
+        some = whole.samples > 0
+        times = elementwise(np.subtract, times[first:after], times[first]) if some else None
     stretch = replace(
         recording,
         gyros=(replace(gyro, values=gyro.values[first:after]),),
@@ -412,17 +418,14 @@ class Uneven:
 
 def uneven_of(times: FloatArray, nominal: float) -> Uneven:
     """Repeated and late stamps of a clock with steps of `nominal`, s."""
-
-    def add(so_far: Uneven, block: slice) -> Uneven:
+    repeated, late, latest = 0, 0, 0.0
+    for block in blocks(times.size - 1):
         steps = np.diff(times[block.start : block.stop + 1])
         slow = steps[(steps > LATE_STEPS * nominal) & (steps <= GAP_STEPS * nominal)]
-        return Uneven(
-            repeated=so_far.repeated + int(np.count_nonzero(steps == 0.0)),
-            late=so_far.late + slow.size,
-            latest=max(so_far.latest, float(slow.max(initial=0.0))),
-        )
-
-    return series.reduce(add, Uneven(), times.size - 1, times)
+        repeated += int(np.count_nonzero(steps == 0.0))
+        late += slow.size
+        latest = float(slow.max(initial=latest))
+    return Uneven(repeated=repeated, late=late, latest=latest)
 
 
 def _uneven_notes(uneven: Uneven, nominal: float) -> tuple[Note, ...]:

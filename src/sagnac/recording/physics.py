@@ -9,8 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, every
 from sagnac.errors import Level, Note
 from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.encoder_faults import TURNING_RATE, block_rates
@@ -237,13 +236,13 @@ def earth_on_table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...
     table = recording.table
     if factor is None or table is None or gyro.kind == "rate":
         return ()
-    every = max(1, recording.samples // _FITTED)
-    angle = series.every(table.values, every)
+    step = max(1, recording.samples // _FITTED)
+    angle = every(table.values, step)
     turned = abs(float(angle[-1] - angle[0]))
     if turned < _TURNS * 2.0 * math.pi:
         return ()
     columns = np.stack([np.ones_like(angle), angle, np.cos(angle), np.sin(angle)], axis=1)
-    values = series.every(angle_of(gyro, recording.sample_rate), every)
+    values = every(angle_of(gyro, recording.sample_rate), step)
     _, share, cosine, sine = np.linalg.lstsq(columns, values, rcond=None)[0]
     if not abs(share) < _ALONG:
         return ()

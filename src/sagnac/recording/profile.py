@@ -11,8 +11,7 @@ from typing import Final
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from sagnac import series
-from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.arrays import FloatArray, IntegerArray, blocks, differences, extent
 from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
@@ -86,43 +85,38 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     return finest
 
 
-def _off(changes: FloatArray, block: slice) -> FloatArray:
-    """(block,) how far samples lie from the median on the nearer side, without the outermost."""
-    off = np.empty(block.stop - block.start)
-    _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE], off)
+def _off(changes: FloatArray) -> FloatArray:
+    """How far samples lie from the median on the nearer side, without the outermost."""
+    off = np.empty(changes.size - 2 * _SIDE)
+    _kernels.off_nearer_side(changes, off)
     return off
 
 
 def _sizes_of(changes: FloatArray, rounding: float) -> _Sizes:
-    def counted(block: slice) -> _Sizes:
-        sizes = np.sort(_off(changes, block))
-        sizes = sizes[np.searchsorted(sizes, rounding, side="right") :]
+    counts = np.zeros(_EDGES.size - 1, dtype=np.int64)
+    smallest = np.full(counts.size, math.inf)
+    nothing = 0
+    for block in blocks(changes.size - 2 * _SIDE):
+        sizes = np.sort(_off(changes[block.start : block.stop + 2 * _SIDE]))
+        zeros = int(np.searchsorted(sizes, rounding, side="right"))
+        sizes = sizes[zeros:]
+        nothing += zeros
         places = np.searchsorted(sizes, _EDGES)
-        counts = np.diff(places)
-        smallest = np.full(counts.size, math.inf)
-        smallest[counts > 0] = sizes[places[:-1][counts > 0]]
-        nothing = block.stop - block.start - sizes.size
-        return _Sizes(counts=counts, smallest=smallest, nothing=nothing)
-
-    parts = series.map(counted, changes.size - 2 * _SIDE, changes)
-    return _Sizes(
-        counts=np.sum([part.counts for part in parts], axis=0),
-        smallest=np.min([part.smallest for part in parts], axis=0),
-        nothing=sum(part.nothing for part in parts),
-    )
+        here = np.diff(places) > 0
+        counts += np.diff(places)
+        smallest[here] = np.minimum(smallest[here], sizes[places[:-1][here]])
+    return _Sizes(counts=counts, smallest=smallest, nothing=nothing)
 
 
 def _whole_step(changes: FloatArray, least: float) -> float | None:
     """The step of sizes from `least` on; None if they are not whole numbers of it."""
-
-    def within(block: slice) -> FloatArray:
-        """Sizes, and whether the changes go on the same way before and behind."""
-        sizes = _off(changes, block)
+    # Sizes, and whether the changes go on the same way before and behind.
+    parts = []
+    for block in blocks(changes.size - 2 * _SIDE):
+        off = _off(changes[block.start : block.stop + 2 * _SIDE])
         steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
-        taken = (sizes >= least) & (sizes < _WITHIN * least)
-        return np.stack([sizes[taken], (steps[1:] * steps[:-1] > 0.0)[taken]])
-
-    parts = series.map(within, changes.size - 2 * _SIDE, changes)
+        taken = (off >= least) & (off < _WITHIN * least)
+        parts.append(np.stack([off[taken], (steps[1:] * steps[:-1] > 0.0)[taken]]))
     sizes, goes_on = np.concatenate(parts, axis=1)
     if sizes.size < _LEAST_SHARE * changes.size:
         return None
@@ -262,19 +256,19 @@ class Profile:
 
 def changes_of(channel: Channel) -> FloatArray:
     """Turn of each sample, in the unit of the values: an angle's differences, or the values."""
-    return series.differences(channel.values) if channel.kind == "angle" else channel.values
+    return differences(channel.values) if channel.kind == "angle" else channel.values
 
 
 def rounding_in(values: FloatArray) -> float:
     """Changes up to which those of a series are rounding, in its unit."""
-    return _LAST_PLACES * float(np.finfo(np.float64).eps) * max(map(abs, series.extent(values)))
+    return _LAST_PLACES * float(np.finfo(np.float64).eps) * max(map(abs, extent(values)))
 
 
 def rounding_of(channel: Channel) -> float:
     """Rounding of the changes of an angle, in its unit; 0 if the values are no differences."""
     if channel.kind != "angle":
         return 0.0
-    return _LAST_PLACES * float(np.spacing(max(map(abs, series.extent(channel.values)))))
+    return _LAST_PLACES * float(np.spacing(max(map(abs, extent(channel.values)))))
 
 
 def profile_of(channel: Channel) -> Profile:
@@ -282,14 +276,13 @@ def profile_of(channel: Channel) -> Profile:
     changes = changes_of(channel)
     # Fewer than a block are one.
     block = min(max(_LEAST, changes.size // _BLOCKS), changes.size)
-    blocks = changes.size // block
-
-    def of_blocks(some: slice) -> FloatArray:
-        rows = changes[some.start * block : some.stop * block].reshape(-1, block)
-        return _noise_of(rows)
-
-    together = max(1, _AT_ONCE // block)
-    found = np.concatenate(series.map(of_blocks, blocks, changes, length=together))
+    together = block * max(1, _AT_ONCE // block)
+    found = np.concatenate(
+        [
+            _noise_of(changes[some].reshape(-1, block))
+            for some in blocks(changes.size // block * block, together)
+        ]
+    )
     return Profile(
         changes=changes,
         level=found[:, 0],

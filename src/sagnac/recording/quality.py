@@ -5,8 +5,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, extent
 from sagnac.errors import Note, ranked
 from sagnac.recording.channel import Channel
 from sagnac.recording.distribution import (
@@ -277,5 +276,5 @@ def _findings(recording: Recording) -> tuple[Note, ...]:
 
 def _turned(table: Channel) -> float:
     """Angle between the ends of what an encoder covers, rad."""
-    lowest, highest = series.extent(table.values)
+    lowest, highest = extent(table.values)
     return highest - lowest

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.fft import rfft
 from scipy.special import ndtr, ndtri
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.arrays import BooleanArray, FloatArray, blocks, differences, every, extent
 from sagnac.errors import Level, Note
 from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.effects import finding
@@ -132,16 +131,16 @@ def readout_of(angle: ArrayLike) -> Readout:
         If the angle never leaves one steady turn, the step is 0 and `every` is 1.
     """
     values = np.asarray(angle, dtype=np.float64)
-    every = 1
+    apart = 1
     taken = values
-    step = count_step(series.differences(values), rounding_in(values))
+    step = count_step(differences(values), rounding_in(values))
     if not math.isfinite(step):
         return Readout(step=0.0, every=1)
     while taken.size > _LEAST_STEPS:
         if _variance_of_steps(taken) >= _DITHERED * step**2:
-            return Readout(step=step, every=every)
-        taken = series.every(taken, 2)
-        every *= 2
+            return Readout(step=step, every=apart)
+        taken = every(taken, 2)
+        apart *= 2
     return Readout(step=step, every=None)
 
 
@@ -178,7 +177,7 @@ def joint_readout(
     readouts = {}
     for name in gyros:
         angle = angle_of(recording.gyro(name), recording.sample_rate)
-        readouts[name] = readout_of(angle if taken == 1 else series.every(angle, taken))
+        readouts[name] = readout_of(angle if taken == 1 else every(angle, taken))
     encoder = _encoder_readout(recording, gyros, taken) if with_encoder else None
     if encoder is not None:
         readouts[f"the encoder, as {gyros[0]} senses the table"] = encoder
@@ -215,13 +214,13 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     """
     if len(gyros) > 1 or recording.table is None:
         return None
-    lowest, highest = series.extent(recording.table.values)
+    lowest, highest = extent(recording.table.values)
     if highest - lowest < _TURNS:
         return None
     gyro = angle_of(recording.gyro(gyros[0]), recording.sample_rate)
     table = recording.table.values
     if taken > 1:
-        gyro, table = series.every(gyro, taken), series.every(table, taken)
+        gyro, table = every(gyro, taken), every(table, taken)
     readout = readout_of(table)
     share = _sensed_share(gyro, table)
     step = abs(share) * readout.step
@@ -232,41 +231,36 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
 
 def _sensed_share(gyro: FloatArray, table: FloatArray) -> float:
     """Share of the table's steps that a gyro senses, by least squares."""
-
-    def products(block: slice) -> FloatArray:
+    both = own = 0.0
+    for block in blocks(table.size - 1):
         turned = np.diff(table[block.start : block.stop + 1])
         sensed = np.diff(gyro[block.start : block.stop + 1])
-        return np.array([sensed @ turned, turned @ turned])
-
-    both, own = series.total(products, table.size - 1, table)
-    return float(both / own) if own > 0.0 else 0.0
+        both += float(sensed @ turned)
+        own += float(turned @ turned)
+    return both / own if own > 0.0 else 0.0
 
 
 def _variance_beside(gyro: FloatArray, table: FloatArray, share: float) -> float:
     """Variance of a gyro's steps beside table motion, if they are white."""
-
-    def squares(block: slice) -> float:
+    size = table.size - 2
+    squares = 0.0
+    for block in blocks(size):
         part = slice(block.start, block.stop + 2)
         changes = np.diff(gyro[part] - share * table[part], n=2)
-        return float(changes @ changes)
-
-    size = table.size - 2
-    return 0.5 * series.total(squares, size, table) / size
+        squares += float(changes @ changes)
+    return 0.5 * squares / size
 
 
 def _variance_of_steps(values: FloatArray) -> float:
     """Mean variance of `_STEADY` steps in a row, the largest hundredth of them left out."""
     count = (values.size - 1) // _STEADY
-
-    def variances(some: slice) -> FloatArray:
-        steps = np.diff(values[_STEADY * some.start : _STEADY * some.stop + 1])
+    found = np.empty(count)
+    for block in blocks(count * _STEADY, multiple=_STEADY):
+        steps = np.diff(values[block.start : block.stop + 1])
         # What all of them share is no variance, and would leave it to rounding.
         steps -= steps.mean()
         rows = steps.reshape(-1, _STEADY)
-        return np.asarray(rows.var(axis=1, ddof=1))
-
-    length = max(1, series.SPAN // _STEADY)
-    found = np.concatenate(series.map(variances, count, values, length=length))
+        found[block.start // _STEADY : block.stop // _STEADY] = rows.var(axis=1, ddof=1)
     kept = max(1, math.ceil(_COUNT * count))
     if kept < count:
         found.partition(kept - 1)
@@ -319,8 +313,8 @@ def single_precision_step(gyro: Channel) -> float:
     without the number before it.
     """
     values = gyro.values
-    some = series.every(values, max(1, values.size // _LOOKED_AT))
-    lowest, highest = series.extent(values)
+    some = every(values, max(1, values.size // _LOOKED_AT))
+    lowest, highest = extent(values)
     largest = max(abs(lowest), abs(highest))
     factor, name = split_factor(gyro.shown_in)
     for size in {UNITS[name].size, factor * UNITS[name].size}:
@@ -422,11 +416,11 @@ def saturation_notes(recording: Recording, gyro: Channel, profile: Profile) -> t
     Looked for in what each sample turned, so that an angle made of clipped increments counts.
     """
     changes = profile.changes
-    levels = np.unique(series.every(changes, max(1, changes.size // 10_000)))
+    levels = np.unique(every(changes, max(1, changes.size // 10_000)))
     if levels.size <= _FEW_LEVELS:
         return ()
     slack = rounding_of(gyro)
-    lowest, highest = series.extent(changes)
+    lowest, highest = extent(changes)
     ends: tuple[tuple[Literal["upper", "lower"], float], ...] = (
         ("upper", highest),
         ("lower", lowest),
@@ -491,12 +485,11 @@ def next_inwards(
 ) -> float:
     """The value next to an extreme one; infinite, away from it, if there is none."""
     sign = 1.0 if side == "upper" else -1.0
-
-    def further(inner: float, block: slice) -> float:
+    inner = -math.inf
+    for block in blocks(values.size):
         inside = values[block][~_equals(values[block], limit, slack)]
-        return max(inner, float((sign * inside).max(initial=-math.inf)))
-
-    return sign * series.reduce(further, -math.inf, values.size, values)
+        inner = float((sign * inside).max(initial=inner))
+    return sign * inner
 
 
 def clipped_scatter(below: float, above: float) -> float:

@@ -1,6 +1,7 @@
 """Samples that repeat the one before, blocks that stand twice, and gyros that copy another."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Final
@@ -9,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-from sagnac import series
-from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, every
 from sagnac.errors import Note, counted
 from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.profile import Profile, count_step
+from sagnac.recording.stamps import Places
 
 # ---- repeats -----------------------------------------------------------------------
 
@@ -81,28 +82,26 @@ def repeat_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple
 def _is_unexplained(gyro: Channel, profile: Profile) -> bool:
     """Whether values repeat more often than their steps make them."""
     values = gyro.values
-
-    def none(block: slice) -> int:
-        return int((np.diff(values[block.start : block.stop + 1]) == 0.0).sum())
-
     rounding = _ROUNDING * profile.scale
-    zeros = sum(series.map(none, values.size - 1, values))
+    zeros = _count(values, lambda steps: steps == 0.0)
     step = count_step(values, rounding) if gyro.kind == "angle" else profile.step
     coarse = step * _FINE > math.sqrt(2.0) * profile.scale
     if zeros < _LEAST_OFTEN or coarse or not math.isfinite(step):
         return False
-
-    def small(block: slice) -> int:
-        steps = np.abs(np.diff(values[block.start : block.stop + 1]))
-        return int(((steps > rounding) & (steps < 1.5 * step)).sum())
-
-    by_steps = 0.5 * sum(series.map(small, values.size - 1, values))
+    by_steps = 0.5 * _count(
+        values, lambda steps: (np.abs(steps) > rounding) & (np.abs(steps) < 1.5 * step)
+    )
     return zeros > _OFTENER * max(by_steps, _by_levels(values))
+
+
+def _count(values: FloatArray, test: Callable[[FloatArray], BooleanArray]) -> int:
+    """How many steps from a sample to the next pass a test."""
+    return Places(values=values, test=lambda some: test(np.diff(some)), following=1).tally().count
 
 
 def _by_levels(values: FloatArray) -> float:
     """Repeats of samples that take the same few values in any order."""
-    some = series.every(values, max(1, values.size // _LOOKED_AT))
+    some = every(values, max(1, values.size // _LOOKED_AT))
     counts = np.unique(some, return_counts=True)[1].astype(np.float64)
     return values.size * float(counts @ (counts - 1.0)) / (some.size * (some.size - 1.0))
 
@@ -110,9 +109,8 @@ def _by_levels(values: FloatArray) -> float:
 def repeats_of(gyro: Channel) -> Repeats:
     """Samples of a channel that equal the one before."""
     values = gyro.values
-
-    def add(so_far: tuple[int, int, int, int], block: slice) -> tuple[int, int, int, int]:
-        count, first, in_runs, edge = so_far
+    count, first, in_runs, edge = 0, -1, 0, -1
+    for block in blocks(values.size - 1):
         part = values[block.start : block.stop + 1]
         same = part[1:] == part[:-1]
         places = block.start + np.flatnonzero(same) + 1
@@ -121,9 +119,8 @@ def repeats_of(gyro: Channel) -> Repeats:
         lengths = np.diff(edges)
         in_runs += int((lengths[lengths >= _STICKS] - 1).sum())
         first = int(places[0]) if first < 0 and places.size else first
-        return count + places.size, first, in_runs, int(edges[-1])
-
-    count, first, in_runs, edge = series.reduce(add, (0, -1, 0, -1), values.size - 1, values)
+        count += places.size
+        edge = int(edges[-1])
     last = values.size - 1 - edge
     return Repeats(count=count, first=first, in_runs=in_runs + (last - 1) * (last >= _STICKS))
 
@@ -183,11 +180,10 @@ def longest_twice(values: FloatArray) -> Twice | None:
     """
     if values.size < 2 * _LEAST:
         return None
-    parts = series.map(
-        lambda block: _windows(values[block.start : block.stop + _WINDOW - 1], block.start),
-        values.size - _WINDOW + 1,
-        values,
-    )
+    parts = [
+        _windows(values[block.start : block.stop + _WINDOW - 1], block.start)
+        for block in blocks(values.size - _WINDOW + 1)
+    ]
     places = np.concatenate([part[0] for part in parts])
     mixed = np.concatenate([part[1] for part in parts])
     order = np.argsort(mixed, kind="stable")
@@ -217,10 +213,10 @@ def _windows(values: FloatArray, start: int) -> tuple[IntegerArray, IntegerArray
 
 def _at_distance(values: FloatArray, distance: int) -> Twice | None:
     """The longest run of samples that equal those a fixed number of samples later."""
-
-    def add(so_far: tuple[int, int, int], block: slice) -> tuple[int, int, int]:
-        """First sample and length of the longest run, and the last sample that differed."""
-        first, length, edge = so_far
+    last = values.size - distance
+    # First sample and length of the longest run, and the last sample that differed.
+    first, length, edge = 0, 0, -1
+    for block in blocks(last):
         later = values[block.start + distance : block.stop + distance]
         differs = block.start + np.flatnonzero(values[block] != later)
         edges = np.concatenate(([edge], differs, [block.stop] if block.stop == last else []))
@@ -228,10 +224,7 @@ def _at_distance(values: FloatArray, distance: int) -> Twice | None:
         if runs.size and runs.max() > length:
             at = int(np.argmax(runs))
             first, length = int(edges[at]) + 1, int(runs[at])
-        return first, length, int(differs[-1]) if differs.size else edge
-
-    last = values.size - distance
-    first, length, _ = series.reduce(add, (0, 0, -1), last, values)
+        edge = int(differs[-1]) if differs.size else edge
     # A block that reaches into its repetition is a channel that goes round.
     length = min(length, distance)
     if length < _LEAST or np.unique(values[first : first + length]).size < _VALUES:

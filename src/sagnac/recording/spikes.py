@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, empty
 from sagnac.errors import Note, counted
 from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel, angle_of
@@ -100,15 +99,13 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
         raise ValueError(f"increments has shape {values.shape}; give {LEAST_FOR_SPIKES} or more")
     # Beyond this many scatters lies one sample in a record by chance.
     limit = -float(ndtri(0.5 * _SPIKE_CHANCE / values.size))
-    blocks = series.map(
-        lambda block: _spikes_in(values, block, limit), values.size, values, length=_BLOCK
-    )
-    index = np.concatenate([block.index for block in blocks])
-    height = np.concatenate([block.height for block in blocks])
-    beyond = sum(block.beyond for block in blocks)
+    far = [_spikes_in(values, block, limit) for block in blocks(values.size, _BLOCK)]
+    index = np.concatenate([one.index for one in far])
+    height = np.concatenate([one.height for one in far])
+    beyond = sum(one.beyond for one in far)
     many = beyond > _MANY * values.size
     by_chance = 2.0 * values.size * float(ndtr(-_BELOW * _MARGIN * limit))
-    below = sum(block.below for block in blocks) - by_chance
+    below = sum(one.below for one in far) - by_chance
     tail = not many and index.size > 0 and below > _TAIL * beyond
     if many or tail:
         index, height = index[:0], height[:0]
@@ -185,14 +182,9 @@ def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
         Of `find_spikes`.
     """
     values = np.asarray(increments, dtype=np.float64)
-
-    def cleaned(block: slice) -> FloatArray:
-        part = values[block].copy()
-        first, last = np.searchsorted(spikes.index, [block.start, block.stop])
-        part[spikes.index[first:last] - block.start] -= spikes.height[first:last]
-        return part
-
-    return series.made(cleaned, values.size, values)
+    cleaned = elementwise(np.add, values, 0.0)
+    cleaned[spikes.index] -= spikes.height
+    return cleaned
 
 
 def spike_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
@@ -281,12 +273,10 @@ class LostRows:
         # What is left is the step that is usual there: how the rate changed meanwhile is not known.
         _, beyond = _steps_around(channel.values, self.places)
         turned = np.concatenate([[0.0], np.cumsum(beyond)])
-
-        def closed(block: slice) -> FloatArray:
+        values = empty(channel.values.size)
+        for block in blocks(values.size):
             passed = np.searchsorted(self.places, np.arange(block.start, block.stop))
-            return np.asarray(channel.values[block] - turned[passed])
-
-        values = series.made(closed, channel.values.size, channel.values)
+            np.subtract(channel.values[block], turned[passed], out=values[block])
         return replace(channel, values=values)
 
     def notes(self, recording: Recording) -> tuple[Note, ...]:
@@ -345,12 +335,10 @@ def slip_notes(recording: Recording, gyros: Sequence[Channel]) -> tuple[Note, ..
         return jump_notes(recording, table)
     name = max(known, key=lambda one: abs(known[one]))
     angle, share = angle_of(recording.gyro(name), recording.sample_rate), known[name]
-
-    def beside(block: slice) -> FloatArray:
+    steps = empty(angle.size - 1)
+    for block in blocks(steps.size):
         part = slice(block.start, block.stop + 1)
-        return np.asarray(np.diff(table.values[part]) - np.diff(angle[part]) / share)
-
-    steps = series.made(beside, angle.size - 1, angle, table.values)
+        steps[block] = np.diff(table.values[part]) - np.diff(angle[part]) / share
     found = find_spikes(steps, sample_rate=1.0)
     far = (np.abs(found.height) > _SLIPS) & _inside(found.index, table.values.size)
     places, height = found.index[far], found.height[far]
@@ -371,14 +359,13 @@ def slip_notes(recording: Recording, gyros: Sequence[Channel]) -> tuple[Note, ..
 def _leaps(values: FloatArray) -> IntegerArray:
     """Samples before steps that are longer than those around them by whole steps."""
     least = _SCATTERS * _scatter(values)
-
-    def of_block(block: slice) -> IntegerArray:
+    found = []
+    for block in blocks(values.size - 2 * _SIDE - 1):
         usual, beyond, unlike = _around(np.diff(values[block.start : block.stop + 2 * _SIDE + 1]))
         steady = (np.abs(usual) > least) & (np.abs(unlike) < _UNLIKE * np.abs(usual))
         ratio = np.divide(beyond, usual, out=np.zeros_like(beyond), where=steady)
-        return np.asarray(block.start + _SIDE + np.flatnonzero(_is_whole(ratio)))
-
-    return np.concatenate(series.map(of_block, values.size - 2 * _SIDE - 1, values))
+        found.append(block.start + _SIDE + np.flatnonzero(_is_whole(ratio)))
+    return np.concatenate(found)
 
 
 def _is_whole(ratio: FloatArray) -> BooleanArray:
@@ -402,7 +389,7 @@ def _around(steps: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _steps_around(values: FloatArray, places: IntegerArray) -> tuple[FloatArray, FloatArray]:
     """(places,) usual step around places, and by how much the step there is longer."""
     reach = np.arange(-_SIDE, _SIDE + 2)
-    some = np.stack([series.at(values, places + one) for one in reach])
+    some = np.stack([values[places + one] for one in reach])
     usual, beyond, _ = _around(np.diff(some, axis=0))
     return usual[0], beyond[0]
 

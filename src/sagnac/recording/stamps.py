@@ -13,8 +13,18 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    differences,
+    elementwise,
+    empty,
+    every,
+    is_finite,
+    mean,
+)
 from sagnac.errors import Note, RecordingError
 
 # ---- stretches ---------------------------------------------------------------------
@@ -73,18 +83,17 @@ class Places:
 
     def all(self) -> IntegerArray:
         """All of them, ascending."""
-        found = series.map(self._within, self._size, self.values)
+        found = [self._within(block) for block in blocks(self._size)]
         return np.concatenate([np.empty(0, dtype=np.int64), *found])
 
     def tally(self) -> Tally:
         """Count them."""
-
-        def add(so_far: Tally, block: slice) -> Tally:
+        count, first = 0, -1
+        for block in blocks(self._size):
             here = self._within(block)
-            first = int(here[0]) if so_far.count == 0 and here.size else so_far.first
-            return Tally(count=so_far.count + here.size, first=first)
-
-        return series.reduce(add, Tally(count=0, first=-1), self._size, self.values)
+            first = int(here[0]) if count == 0 and here.size else first
+            count += here.size
+        return Tally(count=count, first=first)
 
     def longest_between(self, samples: int, *, later: int = 0) -> Stretch:
         """The longest stretch of `samples` without any of them, the first if two are as long.
@@ -96,12 +105,9 @@ class Places:
         later
             By how many samples the record's bad sample lies behind the place: 1 for steps.
         """
-
-        def add(so_far: "_Between", block: slice) -> "_Between":
-            return so_far.and_then(self._within(block) + later)
-
-        start = _Between(longest=Stretch(first=0, after=-1), edge=-1)
-        between = series.reduce(add, start, self._size, self.values)
+        between = _Between(longest=Stretch(first=0, after=-1), edge=-1)
+        for block in blocks(self._size):
+            between = between.and_then(self._within(block) + later)
         return between.and_then(np.array([samples])).longest
 
 
@@ -175,15 +181,16 @@ def clock_of(angle: FloatArray) -> Clock | None:
     Clock or None
         None as well if any reading is missing.
     """
-    if angle.size < _FEWEST or not np.isfinite(series.mean(angle)):
+    if angle.size < _FEWEST or not np.isfinite(mean(angle)):
         return None
     # Counted first: the places of millions of them take far longer.
-    count = series.total(
-        lambda span: float(np.count_nonzero(_changed(angle, span))), angle.size - 1, angle
+    count = sum(
+        np.count_nonzero(_changes(angle[block.start : block.stop + 1]))
+        for block in blocks(angle.size - 1)
     )
     if not _FEWEST <= count <= _MOST_CHANGES * angle.size:
         return None
-    changes = _changes(angle)
+    changes = Places(values=angle, test=_changes, following=1).all() + 1
     gaps = np.diff(changes)
     usual = float(np.median(gaps))
     near = gaps[np.abs(gaps - usual) <= 1.0]
@@ -219,29 +226,18 @@ def between_ticks(angle: FloatArray, clock: Clock) -> FloatArray:
     # Imported here: it takes a sixth of a second that other recordings need not wait for.
     from scipy.interpolate import CubicSpline  # noqa: PLC0415
 
-    spline = CubicSpline(ticks, series.at(angle, places))
-
-    def read(span: slice) -> FloatArray:
-        at = np.arange(span.start, span.stop, dtype=np.float64)
+    spline = CubicSpline(ticks, angle[places])
+    result = empty(angle.size)
+    for block in blocks(angle.size):
+        at = np.arange(block.start, block.stop, dtype=np.float64)
         inside = np.clip(at, ticks[0], ticks[-1])
-        return np.asarray(spline(inside) + spline(inside, 1) * (at - inside))
-
-    return series.made(read, angle.size, angle)
-
-
-def _changed(angle: FloatArray, span: slice) -> BooleanArray:
-    """Whether the samples behind those of a block read otherwise than the one before."""
-    some = angle[span.start : span.stop + 1]
-    return np.asarray(some[1:] != some[:-1])
+        result[block] = spline(inside) + spline(inside, 1) * (at - inside)
+    return result
 
 
-def _changes(angle: FloatArray) -> IntegerArray:
-    """Samples that read otherwise than the one before."""
-
-    def of_block(span: slice) -> IntegerArray:
-        return np.asarray(span.start + 1 + np.flatnonzero(_changed(angle, span)))
-
-    return np.concatenate(series.map(of_block, angle.size - 1, angle))
+def _changes(angle: FloatArray) -> BooleanArray:
+    """Whether the sample behind each reads otherwise."""
+    return np.asarray(angle[1:] != angle[:-1])
 
 
 # ---- stamps ------------------------------------------------------------------------
@@ -309,9 +305,8 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         If the stamps do not run forwards and no rate is stated, the two disagree, or no sensor
         samples as fast.
     """
-    times = series.less(stamps, stamps[0])
-    finite = all(series.map(lambda block: np.isfinite(times[block]).all(), times.size, times))
-    if times.size < 2 or not finite or times[-1] <= 0.0:
+    times = elementwise(np.subtract, stamps, stamps[0])
+    if times.size < 2 or not is_finite(times) or times[-1] <= 0.0:
         if stated_rate is not None:
             return Sampling(times=times, sample_rate=stated_rate)
         usual = median_step(times, repeats=False)
@@ -379,59 +374,29 @@ def median_step(times: FloatArray, *, repeats: bool = True) -> float:
     float
         s, or NaN if there is no such interval.
     """
-
-    def usable(block: slice) -> FloatArray:
-        steps = np.diff(times[block.start : block.stop + 1])
-        return steps[np.isfinite(steps) & ((steps >= 0.0) if repeats else (steps > 0.0))]
-
-    size = max(times.size - 1, 0)
-    if not series.is_mapped(times):
-        steps = usable(slice(0, size))
-        return float(np.median(steps)) if steps.size else math.nan
-
-    def counts(found: int, shift: int) -> IntegerArray:
-        """How many intervals continue the bits `found` by each of the sixteen next ones."""
-
-        def add(so_far: IntegerArray, block: slice) -> IntegerArray:
-            bits = usable(block).view(np.int64)
-            bits = bits[bits >> (shift + 16) == found] if shift < 48 else bits
-            so_far += np.bincount((bits >> shift) & 0xFFFF, minlength=2**16)
-            return so_far
-
-        return series.reduce(add, np.zeros(2**16, dtype=np.int64), size, times)
-
-    def ranked(rank: int) -> float:
-        # Floats that are not negative are ordered as the integers of the same bits; those are
-        # found sixteen at a time, by counting.
-        found = 0
-        for shift in (48, 32, 16, 0):
-            here = counts(found, shift)
-            until = np.cumsum(here)
-            digit = int(np.searchsorted(until, rank, side="right"))
-            rank -= int(until[digit] - here[digit])
-            found = found << 16 | digit
-        return float(np.int64(found).view(np.float64))
-
-    number = sum(series.map(lambda block: usable(block).size, size, times))
-    if number == 0:
-        return math.nan
-    return float(np.mean([ranked((number - 1) // 2), ranked(number // 2)]))
+    steps = differences(times)
+    kept = 0
+    for block in blocks(steps.size):
+        here = steps[block]
+        here = here[np.isfinite(here) & ((here >= 0.0) if repeats else (here > 0.0))]
+        steps[kept : kept + here.size] = here
+        kept += here.size
+    return float(np.median(steps[:kept], overwrite_input=True)) if kept else math.nan
 
 
 def _furthest_off(times: FloatArray, step: float) -> float:
     """Largest distance of a stamp from its place at an even `step`, s."""
-
-    def furthest(block: slice) -> float:
+    furthest = 0.0
+    for block in blocks(times.size):
         off = np.arange(block.start, block.stop) * step
         off -= times[block]
-        return max(float(off.max()), -float(off.min()))
-
-    return max(0.0, *series.map(furthest, times.size, times))
+        furthest = max(furthest, float(np.abs(off).max()))
+    return furthest
 
 
 def _resolution(times: FloatArray) -> float:
     """Clock step of the stamps: the coarsest power of ten that they are multiples of, s."""
-    sample = series.every(times, max(1, times.size // 10_000))
+    sample = every(times, max(1, times.size // 10_000))
     for exponent in range(0, 10):
         ticks = sample * 10.0**exponent
         if np.abs(ticks - np.rint(ticks)).max() < 1e-3:

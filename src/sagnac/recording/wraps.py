@@ -5,8 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, extent
 from sagnac.errors import Note, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
@@ -40,7 +39,7 @@ def wrap_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     if gyro.kind == "angle":
         return _falls_of_an_angle(recording, gyro)
     values = gyro.values
-    lowest, highest = series.extent(values)
+    lowest, highest = extent(values)
     middle = _middle_of_gap(values, lowest, highest)
     if middle is None:
         return ()
@@ -58,21 +57,21 @@ def wrap_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
 def _falls_of_an_angle(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
     """Steps of an angle, all against its motion, by nearly all that it ever covers."""
     values = gyro.values
-    lowest, highest = series.extent(values)
-    extent = highest - lowest
+    lowest, highest = extent(values)
+    covered = highest - lowest
     usual = np.diff(values[: _LOOKED_AT + 1])
-    if extent <= _FALL_STEPS * float(np.median(np.abs(usual))):
+    if covered <= _FALL_STEPS * float(np.median(np.abs(usual))):
         return ()
     falls = Places(
-        values=values, test=lambda some: np.abs(np.diff(some)) > _FALL * extent, following=1
+        values=values, test=lambda some: np.abs(np.diff(some)) > _FALL * covered, following=1
     )
     found = falls.tally()
     if not 0 < found.count <= _MOST_FALLS * values.size:
         return ()
     at = falls.all()
-    steps = series.at(values, at + 1) - series.at(values, at)
+    steps = values[at + 1] - values[at]
     motion = float(values[-1] - values[0] - steps.sum())
-    if not (np.all(steps * motion < 0.0) and abs(motion) > _COVERS * found.count * extent):
+    if not (np.all(steps * motion < 0.0) and abs(motion) > _COVERS * found.count * covered):
         return ()
     text = (
         f"{counted(found.count, 'fall')} by all of the angle that it covers, the first at "
@@ -87,9 +86,9 @@ def _middle_of_gap(values: FloatArray, lowest: float, highest: float) -> float |
     if not highest > lowest:
         return None
     edges = np.linspace(lowest, highest, _BINS + 1)
-    counts = np.sum(
-        series.map(lambda block: np.histogram(values[block], edges)[0], values.size, values), axis=0
-    )
+    counts = np.zeros(_BINS, dtype=np.int64)
+    for block in blocks(values.size):
+        counts += np.histogram(values[block], edges)[0]
     filled = np.flatnonzero(counts)
     gaps = np.diff(filled) - 1
     if gaps.size == 0 or gaps.max() < _EMPTY * _BINS:
@@ -100,34 +99,27 @@ def _middle_of_gap(values: FloatArray, lowest: float, highest: float) -> float |
 
 def _is_one_value(values: FloatArray, middle: float) -> bool:
     """Whether all samples at one end are equal, as those are that a logger wrote for lost ones."""
-
-    def extents(block: slice) -> FloatArray:
-        part = values[block]
-        low, high = part[part < middle], part[part > middle]
-        return np.array(
-            [
-                low.min(initial=math.inf), low.max(initial=-math.inf),
-                high.min(initial=math.inf), high.max(initial=-math.inf),
-            ]
-        )  # fmt: skip
-
-    found = np.array(series.map(extents, values.size, values))
-    first, last = found.min(axis=0), found.max(axis=0)
-    return bool(first[0] == last[1] or first[2] == last[3])
+    ends: list[FloatArray] = []
+    for block in blocks(values.size):
+        low, high = values[block][values[block] < middle], values[block][values[block] > middle]
+        # Largest and smallest of either end.
+        ends.append(np.array([part.max(initial=-math.inf) for part in (low, -low, high, -high)]))
+    most = np.max(ends, axis=0)
+    return bool(most[0] == -most[1] or most[2] == -most[3])
 
 
 def _is_by_chance(values: FloatArray, middle: float) -> bool:
     """Whether samples lie at either end independently of those before."""
     longest = max(_DELAYS)
-
-    def differ(block: slice) -> FloatArray:
+    size = values.size - longest
+    counts = np.zeros(1 + len(_DELAYS))
+    for block in blocks(size):
         high = values[block.start : block.stop + longest] > middle
         here = high[: block.stop - block.start]
-        counts = [np.count_nonzero(here != high[delay : delay + here.size]) for delay in _DELAYS]
-        return np.array([np.count_nonzero(here), *counts], dtype=np.float64)
-
-    size = values.size - longest
-    above, *shares = series.total(differ, size, values) / size
+        counts[0] += np.count_nonzero(here)
+        for number, delay in enumerate(_DELAYS, start=1):
+            counts[number] += np.count_nonzero(here != high[delay : delay + here.size])
+    above, *shares = counts / size
     expected = 2.0 * above * (1.0 - above)
     if not _LEAST_SHARE < above < 1.0 - _LEAST_SHARE:
         return False
@@ -144,15 +136,12 @@ def _counter_bits(gyro: Channel, extent: float) -> int | None:
 
 def _effect(values: FloatArray, middle: float) -> float | None:
     """Scatter of all values over that with the upper end brought down beside the lower."""
-
-    def moments(block: slice) -> FloatArray:
+    moments = np.zeros(6)
+    for block in blocks(values.size):
         part = values[block]
         low, high = part[part <= middle], part[part > middle]
-        return np.array(
-            [low.size, low.sum(), low @ low, high.size, high.sum(), high @ high], dtype=np.float64
-        )
-
-    n, s, q, m, t, r = series.total(moments, values.size, values)
+        moments += [low.size, low.sum(), low @ low, high.size, high.sum(), high @ high]
+    n, s, q, m, t, r = moments
     inside = (q - s * s / n + r - t * t / m) / (n + m)
     whole = (q + r) / (n + m) - ((s + t) / (n + m)) ** 2
     # Two halves of one bell: together they are about 1/(1 - 2/pi) as scattered as each.

@@ -17,15 +17,13 @@ cycles a record off   6         20        100       400       1000
 """
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
 import numpy as np
 from scipy.fft import rfft
 
-from sagnac import series
-from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.arrays import FloatArray, IntegerArray, elementwise, release
 from sagnac.spectrum import _kernels, transforms
 from sagnac.spectrum.transforms import power_spectrum, transform_length
 
@@ -42,7 +40,7 @@ def periodogram(increments: FloatArray, padding: int = 1) -> FloatArray:
 
     Returns
     -------
-    (padding * transform_length(size) // 2 + 1,) in the unit of `increments` squared, a series.
+    (padding * transform_length(size) // 2 + 1,) in the unit of `increments` squared.
     """
     return power_spectrum(
         increments, padding * transform_length(increments.size), 1.0 / increments.size
@@ -67,50 +65,34 @@ def smoothed(power: FloatArray, points: int = 2000) -> tuple[FloatArray, FloatAr
     """
     bins = power.size
     edges = np.unique(np.geomspace(1, bins, points + 1).astype(np.int64))
-    mean = bin_sums(lambda block: power[block], edges, power) / np.diff(edges)
+    mean = bin_sums(power, edges) / np.diff(edges)
     center = (edges[:-1] + edges[1:] - 1) / 2.0
     return center / (2.0 * (bins - 1)), mean
 
 
-def bin_sums(
-    values_of: Callable[[slice], FloatArray], edges: IntegerArray, *touched: FloatArray
-) -> FloatArray:
-    """Sums of a series from each edge to the next.
+def bin_sums(values: FloatArray, edges: IntegerArray) -> FloatArray:
+    """Sums of values from each edge to the next.
 
     Parameters
     ----------
-    values_of
-        Gives a block of the series.
+    values
+        (samples,) in any unit.
     edges
-        (bins + 1,) places in it, ascending.
-    touched
-        Series that it is made of, whose memory is given back on the way.
+        (bins + 1,) places among them, ascending.
 
     Returns
     -------
-    (bins,) in the unit of the series.
+    (bins,) in the unit of the values.
 
     Examples
     --------
     >>> import numpy as np
-    >>> values = np.arange(10.0)
-    >>> bin_sums(lambda block: values[block], np.array([0, 2, 10]), values)
+    >>> bin_sums(np.arange(10.0), np.array([0, 2, 10]))
     array([ 1., 44.])
     """
-    start, stop = int(edges[0]), int(edges[-1])
-    total = np.zeros(edges.size - 1)
-
-    def sums(block: slice) -> tuple[slice, FloatArray]:
-        here = slice(start + block.start, start + block.stop)
-        first = int(np.searchsorted(edges, here.start, "right")) - 1
-        last = int(np.searchsorted(edges, here.stop, "left"))
-        begins = np.maximum(edges[first:last], here.start) - here.start
-        return slice(first, last), np.add.reduceat(values_of(here), begins)
-
-    # A bin may go on from one block to the next.
-    for bins, partial in series.map(sums, stop - start, *touched):
-        total[bins] += partial
-    return total
+    sums = np.add.reduceat(values[: edges[-1]], edges[:-1])
+    release()
+    return sums
 
 
 # ---- tapers ------------------------------------------------------------------------
@@ -160,15 +142,8 @@ def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
     power = power_spectrum(increments, length, scale, 1)
     for order in range(2, tapers + 1):
         more = power_spectrum(increments, length, scale, order)
-        _add(power, more)
+        elementwise(np.add, power, more, out=power)
     return power
-
-
-def _add(power: FloatArray, more: FloatArray) -> None:
-    def add(block: slice) -> None:
-        power[block] += more[block]
-
-    series.map(add, power.size, power, more)
 
 
 def tapered_power(increments: FloatArray) -> FloatArray:
@@ -211,7 +186,7 @@ def sine_taper(order: int, samples: int) -> FloatArray:
     FloatArray
         (samples,), ``sqrt(2/(n+1)) sin(pi order (t+1)/(n+1))``.
     """
-    taper = transforms.sine_taper(samples, order, slice(0, samples))
+    taper = transforms.sine_taper(samples, order, 0, samples)
     return np.asarray(math.sqrt(2.0 / (samples + 1)) * taper)
 
 

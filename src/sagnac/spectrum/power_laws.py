@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 from scipy.optimize import nnls
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, empty, release
 from sagnac.spectrum import _kernels
 
 # ---- median ------------------------------------------------------------------------
@@ -168,14 +167,9 @@ def bin_levels(power: FloatArray) -> Binned:
     starts, stops = edges[:-1], edges[1:]
     count = stops - starts
     level = np.empty(count.size)
-
-    def medians(some: slice) -> None:
-        for index in range(some.start, some.stop):
-            level[index] = median(power[starts[index] : stops[index]])
-
-    # The widest bins of a long series are each some blocks of it: few at once, and their memory
-    # given back soon.
-    series.map(medians, count.size, power, length=1)
+    for index, (start, stop) in enumerate(zip(starts, stops, strict=True)):
+        level[index] = median(power[start:stop])
+        release()
     # Median over mean of n exponential variates, to within 1 %: 1 at n = 1, ln 2 for many.
     level /= np.log(2.0) + (1.0 - np.log(2.0)) / count
     return Binned(center=0.5 * (starts + stops + 1.0), count=count, level=level)
@@ -228,7 +222,7 @@ _HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
 _MOST_HALF_WIDTH: Final = 4096
 # With fewer bins than this the floor is one constant level.
 _FEWEST_BINS: Final = 32
-# Windows handled at once; this many of the widest fill one block of a series.
+# Windows handled at once; this many of the widest fill one block.
 _WINDOWS_AT_ONCE: Final = 64
 
 
@@ -269,13 +263,10 @@ def noise_floor(power: FloatArray) -> FloatArray:
     if middles.size == 1:
         middles, ratios = np.array([1.0, power.size]), np.repeat(ratios, 2)
     ratio = Tabulated(points=middles, levels=ratios)
-
-    def times_ratio(block: slice) -> FloatArray:
-        floor = law.over(block)
-        floor *= ratio.over(block)
-        return floor
-
-    floor = series.made(times_ratio, power.size)
+    floor = empty(power.size)
+    for block in blocks(power.size):
+        floor[block] = law.over(block.start, block.stop)
+        floor[block] *= ratio.over(block.start, block.stop)
     floor[0] = floor[1]
     return floor
 
@@ -297,10 +288,10 @@ class Tabulated:
     points: FloatArray
     levels: FloatArray
 
-    def over(self, block: slice) -> FloatArray:
-        """(bins,) level over a block of bins; beyond the points that of the nearest."""
-        levels = np.empty(block.stop - block.start)
-        _kernels.interpolated(block.start, self.points, self.levels, levels)
+    def over(self, first: int, last: int) -> FloatArray:
+        """(last - first,) level from a bin to before another; beyond the points the nearest's."""
+        levels = np.empty(last - first)
+        _kernels.interpolated(first, self.points, self.levels, levels)
         return levels
 
 
@@ -350,16 +341,11 @@ def ratios_to_law(power: FloatArray, law: Tabulated, windows: list[slice]) -> Fl
     (windows,).
     """
     ratios = np.empty(len(windows))
-
-    def whiten(some: slice) -> None:
-        first = windows[some.start].start
-        stop = windows[some.stop - 1].stop
-        white = power[first:stop] / law.over(slice(first, stop))
-        for index in range(some.start, some.stop):
-            window = windows[index]
+    for some in blocks(len(windows), _WINDOWS_AT_ONCE):
+        first, last = windows[some][0].start, windows[some][-1].stop
+        white = power[first:last] / law.over(first, last)
+        for index, window in enumerate(windows[some], start=some.start):
             ratios[index] = median(white[window.start - first : window.stop - first])
-
-    series.map(whiten, len(windows), power, length=_WINDOWS_AT_ONCE)
     ratios /= np.log(2.0)
     return ratios
 

@@ -15,8 +15,7 @@ from typing import Any, Final
 import numpy as np
 import scipy.fft
 
-from sagnac import series
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.arrays import BLOCK, ComplexArray, FloatArray, blocks
 from sagnac.errors import MissingExtra
 from sagnac.spectrum import _kernels
 from sagnac.spectrum.transforms import THREADS, TONE_WIDTH
@@ -237,19 +236,11 @@ def tone_sums(
     (2, frequencies).
     """
     sums = np.zeros((2, frequencies.size), dtype=np.complex128)
-    if values.size == 0:
-        return sums
-
-    def add(sums: ComplexArray, some: slice) -> ComplexArray:
+    for some in blocks(frequencies.size, _TONES_AT_ONCE):
         waves = _WaveTables.of(frequencies[some], values.size)
-
-        def block_sums(block: slice) -> ComplexArray:
-            return waves.sums(values[block], block.start - center, lag_unit)
-
-        sums[:, some] = series.total(block_sums, values.size, values)
-        return sums
-
-    return series.reduce(add, sums, frequencies.size, length=_TONES_AT_ONCE)
+        for block in blocks(values.size):
+            sums[:, some] += waves.sums(values[block], block.start - center, lag_unit)
+    return sums
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -278,7 +269,7 @@ class _WaveTables:
     def of(cls, frequencies: FloatArray, samples: int) -> "_WaveTables":
         """Tables for blocks of a record of that many samples."""
         width = min(TONE_WIDTH, samples)
-        rows = -(-min(series.SPAN, samples) // width)
+        rows = -(-min(BLOCK, samples) // width)
         waves = _waves(frequencies, width)
         along = np.hstack([waves, np.arange(width)[:, np.newaxis] * waves]).view(np.float64)
         return cls(
@@ -330,8 +321,8 @@ def tones(
     (count,) in the unit of the amplitudes.
     """
     width = min(TONE_WIDTH, max(count, 1))
-
-    def add(total: FloatArray, some: slice) -> FloatArray:
+    total = np.zeros((-(-count // width), width))
+    for some in blocks(frequencies.size, _TONES_AT_ONCE):
         here = frequencies[some]
         origin = np.exp(2j * np.pi * _turns(here, start - center))
         # The real part of a product of complex numbers: the first one's conjugate stands beside
@@ -340,10 +331,6 @@ def tones(
         rows *= (cosine[some] - 1j * sine[some]) * origin
         np.conjugate(rows, out=rows)
         total += rows.view(np.float64) @ _waves(here, width).view(np.float64).T
-        return total
-
-    total = np.zeros((-(-count // width), width))
-    total = series.reduce(add, total, frequencies.size, length=_TONES_AT_ONCE)
     return total.reshape(-1)[:count]
 
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty
 from sagnac.recording.channel import require_rate
 from sagnac.spectrum.periodogram import (
     CELL,
@@ -130,14 +129,8 @@ class _Straight:
 
     def less_line(self, start: int, stop: int) -> FloatArray:
         """Some samples without the line."""
-        centre = 0.5 * (self.values.size - 1)
-
-        def piece(block: slice) -> FloatArray:
-            here = slice(start + block.start, start + block.stop)
-            line = self.slope * (np.arange(here.start, here.stop) - centre)
-            return np.asarray(self.values[here] - self.middle - line)
-
-        return series.made(piece, stop - start, self.values)
+        line = self.slope * (np.arange(start, stop) - 0.5 * (self.values.size - 1))
+        return np.asarray(self.values[start:stop] - self.middle - line)
 
 
 def tapered_spectrum(
@@ -190,15 +183,14 @@ def _straight(values: FloatArray) -> _Straight:
     the tilt is put into the lowest cells.
     """
     size = values.size
-
-    def sums(block: slice) -> FloatArray:
+    sums = np.zeros(4)
+    for block in blocks(size):
         place = np.arange(block.start, block.stop) + 0.5
         weight = table_series(2.0 * math.pi / size * place, _HANN)
         place -= 0.5 * size
         part = values[block]
-        return np.array([weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2])
-
-    total, moment, weights, spread = series.total(sums, size, values)
+        sums += [weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2]
+    total, moment, weights, spread = sums
     if not (math.isfinite(total) and math.isfinite(moment)):
         raise ValueError("a sample is not finite; leave gaps out first")
     return _Straight(values=values, slope=float(moment / spread), middle=float(total / weights))
@@ -210,11 +202,9 @@ def _cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
     count = -(-size // segment)
     stride = size // count
     periods = 2 * int(prev_fast_len((stride + 1) // 2, real=True))
-
-    def power_of(stretch: slice) -> FloatArray:
-        return tapered_power(record.less_line(stretch.start, stretch.start + periods - 1))
-
-    power = series.total(power_of, count * stride, record.values, length=stride)
+    power = np.zeros(periods // 2 + 1)
+    for stretch in blocks(count * stride, stride):
+        power += tapered_power(record.less_line(stretch.start, stretch.start + periods - 1))
     density = rate_density(power / count, sample_rate)
     cells = (density.size - 1 - _FIRST) // CELL
     used = slice(_FIRST, _FIRST + cells * CELL)
@@ -271,23 +261,19 @@ def _anti_alias(step: int, left: int) -> FloatArray:
 
 
 def _decimated(record: _Straight, taps: FloatArray, step: int) -> FloatArray:
-    """Every `step`-th output of a symmetric filter, polyphase: a series."""
-
+    """Every `step`-th output of a symmetric filter, polyphase."""
     phases = np.append(taps, np.zeros(-taps.size % step)).reshape(-1, step)
-
-    def outputs(block: slice) -> FloatArray:
+    outputs = empty((record.values.size - taps.size) // step + 1)
+    for block in blocks(outputs.size, BLOCK // step):
         inputs = record.less_line(block.start * step, (block.stop - 1) * step + taps.size)
         rows = np.append(inputs, np.zeros(-inputs.size % step)).reshape(-1, step)
         # One product for all phases; then each output is the sum of a diagonal.
         partial = phases @ rows.T
         count = block.stop - block.start
-        total = partial[0, :count].copy()
+        outputs[block] = partial[0, :count]
         for lag in range(1, phases.shape[0]):
-            total += partial[lag, lag : lag + count]
-        return total
-
-    count = (record.values.size - taps.size) // step + 1
-    return series.made(outputs, count, record.values, length=series.SPAN // step)
+            outputs[block] += partial[lag, lag : lag + count]
+    return outputs
 
 
 def _joined(coarse: Cells, fine: Cells) -> Cells:

@@ -1,11 +1,11 @@
-"""Fourier and cosine transforms of a series of any length, in bounded memory.
+"""Fourier and cosine transforms of any length, in bounded memory.
 
 Long ones go in two rounds of short ones; a scratch file holds what crosses rows and columns.
 
 With the length N1 N2, every N1-th of the samples goes into a transform of length N2, and the N1
 results at one of their frequencies k, brought into phase, into one of length N1, which gives the
 frequencies k + N2 j of the whole (Bailey 1990, doi:10.1007/BF00162341). The short transforms stay
-in cache, and of a long series little is in memory at a time.
+in cache, and of a long array little is in memory at a time.
 """
 
 import math
@@ -20,8 +20,8 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from sagnac import series
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac import arrays
+from sagnac.arrays import ComplexArray, FloatArray, block_length, blocks, empty, mapped
 
 # ---- scratch -----------------------------------------------------------------------
 
@@ -68,18 +68,18 @@ class Scratch:
         return block
 
     def first_row(self) -> FloatArray:
-        """The first row, which holds real numbers, as a series."""
+        """The first row, which holds real numbers, as an array."""
         if self.file is None:
             return np.asarray(self.values[0])
         self.file.flush()
-        return series.mapped(self.file, self.width)
+        return mapped(self.file, self.width)
 
 
 @contextmanager
 def scratch(rows: int, width: int, dtype: type) -> Iterator[Scratch]:
-    """Room for (rows, width) numbers, in a file if that is more than `series.IN_MEMORY` floats."""
+    """Room for (rows, width) numbers, in a file if that is more than `arrays.IN_MEMORY` floats."""
     itemsize = np.dtype(dtype).itemsize
-    if rows * width * itemsize <= 8 * series.IN_MEMORY:
+    if rows * width * itemsize <= 8 * arrays.IN_MEMORY:
         yield Scratch(width=width, values=np.empty((rows, width), dtype), file=None)
     else:
         with tempfile.TemporaryFile(prefix="sagnac-") as file:
@@ -148,79 +148,58 @@ def factors(length: int) -> Factors:
     return Factors(count=count, size=length // count)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Samples:
-    """The real samples that are transformed.
-
-    Attributes
-    ----------
-    size
-        How many; zeros follow up to the length of the transform.
-    piece
-        Gives a block of them.
-    touched
-        Series that they are made of, whose memory is given back on the way.
-    """
-
-    size: int
-    piece: Callable[[slice], FloatArray]
-    touched: tuple[FloatArray, ...]
-
-
 Store = Callable[[Scratch, slice, ComplexArray], None]
 
 
-def factored(samples: Samples, by: Factors, width: int, store: Store) -> FloatArray:
-    """A series of `width` made of the Fourier sums at k / length, block by block.
+def factored(
+    values: FloatArray, by: Factors, width: int, store: Store, *, taper: int = 0
+) -> FloatArray:
+    """An array of `width` made of the Fourier sums at k / length, block by block.
 
     Parameters
     ----------
-    samples
-        Real samples, no more than the length.
+    values
+        Real, no more than the length; zeros follow up to it.
     by
         Factors of the length.
     width
-        Samples in the series.
+        Of the result.
     store
         Called with the row to write to, a slice of frequencies k of the columns, and the sums at
-        k + N2 j, a row for each j. The other frequencies of a real series mirror these.
+        k + N2 j, a row for each j. The other frequencies of real values mirror these.
+    taper
+        Order of the sine taper that the values are multiplied by, 0 for none.
     """
     with scratch(by.count, by.frequencies, np.complex128) as spectra:
-        _first_round(samples, by, spectra)
+        _first_round(values, by, spectra, taper)
         with scratch(1, width, np.float64) as result:
             combine_columns(spectra, by, lambda some, block: store(result, some, block))
             return result.first_row()
 
 
-def _first_round(samples: Samples, by: Factors, spectra: Scratch) -> None:
+def _first_round(values: FloatArray, by: Factors, spectra: Scratch, taper: int) -> None:
     """Transforms of the columns, which are let go before the second round."""
-    with scratch(by.count, -(-samples.size // by.count), np.float64) as columns:
-        split(samples, by, columns)
+    with scratch(by.count, -(-values.size // by.count), np.float64) as columns:
+        split(values, by, columns, taper)
         transform_columns(columns, by, spectra)
 
 
-def split(samples: Samples, by: Factors, columns: Scratch) -> None:
-    """Every N1-th sample into a row of its own, zeros after the last."""
-
-    def deal(rows: slice) -> None:
-        block = slice(rows.start * by.count, min(rows.stop * by.count, samples.size))
-        values = samples.piece(block)
-        if values.size % by.count:
-            values = np.append(values, np.zeros(-values.size % by.count))
-        columns.write(0, rows.start, values.reshape(-1, by.count).T)
-
-    rows_at_once = max(1, 4 * series.SPAN // by.count)
-    series.map(deal, columns.width, *samples.touched, length=rows_at_once)
+def split(values: FloatArray, by: Factors, columns: Scratch, taper: int = 0) -> None:
+    """Every N1-th of the values, tapered, into a row of its own, zeros after the last."""
+    for block in blocks(values.size, 4 * block_length(by.count)):
+        here = values[block]
+        if taper:
+            here = sine_taper(values.size, taper, block.start, block.stop) * here
+        if here.size % by.count:
+            here = np.append(here, np.zeros(-here.size % by.count))
+        columns.write(0, block.start // by.count, here.reshape(-1, by.count).T)
 
 
 def transform_columns(columns: Scratch, by: Factors, spectra: Scratch) -> None:
     """The first round: a transform of length N2 of every row."""
-
-    def transform(some: slice) -> None:
+    for some in blocks(by.count, max(1, arrays.BLOCK // (2 * by.size))):
         rows = columns.read(some, slice(0, columns.width))
         spectra.write(some.start, 0, scipy.fft.rfft(rows, by.size))
-
-    series.map(transform, by.count, length=max(1, series.SPAN // (2 * by.size)))
 
 
 def combine_columns(
@@ -229,13 +208,10 @@ def combine_columns(
     """The second round: a transform of length N1 across the rows, at every frequency."""
     number = np.arange(by.count)[:, np.newaxis] * (-2j * np.pi / by.length)
     turns = np.exp(number * np.arange(min(_COMBINED, by.frequencies)))
-
-    def combine(some: slice) -> None:
+    for some in blocks(by.frequencies, _COMBINED):
         block = spectra.read(slice(0, by.count), some) * np.exp(number * some.start)
         block *= turns[:, : some.stop - some.start]
         store(some, scipy.fft.fft(block, axis=0, overwrite_x=True))
-
-    series.map(combine, by.frequencies, length=_COMBINED)
 
 
 # ---- transforms --------------------------------------------------------------------
@@ -276,25 +252,18 @@ def power_spectrum(increments: FloatArray, length: int, scale: float, taper: int
 
     Returns
     -------
-    (length // 2 + 1,) in the unit of `increments` squared, a series.
+    (length // 2 + 1,) in the unit of `increments` squared.
     """
-
-    def piece(block: slice) -> FloatArray:
-        if not taper:
-            return increments[block]
-        tapered = sine_taper(increments.size, taper, block) * increments[block]
-        return np.asarray(tapered)
-
     if length < _FACTORED:
-        sums = scipy.fft.rfft(piece(slice(0, increments.size)), length, workers=THREADS)
-        return _squares(sums, scale)
-    samples = Samples(size=increments.size, piece=piece, touched=(increments,))
+        if taper:
+            increments = sine_taper(increments.size, taper, 0, increments.size) * increments
+        return _squares(scipy.fft.rfft(increments, length, workers=THREADS), scale)
     by = factors(length)
-    return factored(samples, by, length // 2 + 1, _powers(by, scale))
+    return factored(increments, by, length // 2 + 1, _powers(by, scale), taper=taper)
 
 
-def sine_taper(samples: int, order: int, block: slice) -> FloatArray:
-    """sin(pi order (n + 1) / (samples + 1)) for the n of a block; not normalized.
+def sine_taper(samples: int, order: int, start: int, stop: int) -> FloatArray:
+    """sin(pi order (n + 1) / (samples + 1)) for n = start ... stop - 1; not normalized.
 
     Parameters
     ----------
@@ -302,20 +271,20 @@ def sine_taper(samples: int, order: int, block: slice) -> FloatArray:
         In the whole taper.
     order
         From 1.
-    block
-        The n wanted.
+    start, stop
+        Which n are wanted.
 
     Returns
     -------
-    (samples in the block,).
+    (stop - start,).
     """
     # A row's place and that in the row add up: by the sine of a sum, few sines are taken.
     step = order * np.pi / (samples + 1)
-    row = step * np.arange(block.start + 1, block.stop + 1, TONE_WIDTH)[:, np.newaxis]
+    row = step * np.arange(start + 1, stop + 1, TONE_WIDTH)[:, np.newaxis]
     along = step * np.arange(TONE_WIDTH)
     sine = np.sin(row) * np.cos(along)
     sine += np.cos(row) * np.sin(along)
-    return np.asarray(sine.reshape(-1)[: block.stop - block.start])
+    return np.asarray(sine.reshape(-1)[: stop - start])
 
 
 def _squares(sums: ComplexArray, scale: float) -> FloatArray:
@@ -326,7 +295,7 @@ def _squares(sums: ComplexArray, scale: float) -> FloatArray:
 
 
 def _powers(by: Factors, scale: float) -> Store:
-    """Sink that stores the squares of a real series, zero to half a cycle."""
+    """Sink that stores the squares of the sums of real values, zero to half a cycle."""
 
     def store(powers: Scratch, some: slice, block: ComplexArray) -> None:
         for index, row in enumerate(_squares(block, scale)):
@@ -369,7 +338,7 @@ def cosine_transform(values: FloatArray) -> FloatArray:
 
     Returns
     -------
-    (samples,) in the unit of `values`, a series.
+    (samples,) in the unit of `values`.
 
     Examples
     --------
@@ -381,29 +350,27 @@ def cosine_transform(values: FloatArray) -> FloatArray:
     if samples < _FACTORED:
         return np.asarray(scipy.fft.dct(values, type=2, norm="ortho", workers=THREADS))
     by = factors(samples)
-    rearranged = Samples(
-        size=samples, piece=lambda block: even_then_odd(values, block), touched=(values,)
-    )
-    transform = factored(rearranged, by, samples, _cosines(by))
+    transform = factored(even_then_odd(values), by, samples, _cosines(by))
     transform[0] *= math.sqrt(0.5)
     return transform
 
 
-def even_then_odd(values: FloatArray, block: slice) -> FloatArray:
-    """A block of the even values forwards followed by the odd ones backwards.
+def even_then_odd(values: FloatArray) -> FloatArray:
+    """The even values forwards followed by the odd ones backwards.
 
     Examples
     --------
     >>> import numpy as np
-    >>> even_then_odd(np.arange(7.0), slice(0, 7))
+    >>> even_then_odd(np.arange(7.0))
     array([0., 2., 4., 6., 5., 3., 1.])
     """
-    samples = values.size
-    evens = (samples + 1) // 2
-    forwards = values[2 * block.start : 2 * min(block.stop, evens) : 2]
-    first, last = samples - block.stop, samples - max(block.start, evens)
-    backwards = values[2 * first + 1 : 2 * last + 1 : 2][::-1]
-    return np.concatenate([forwards, backwards])
+    result = empty(values.size)
+    for block in blocks(values.size, multiple=2):
+        result[block.start // 2 : (block.stop + 1) // 2] = values[block][::2]
+        result[values.size - block.stop // 2 : values.size - block.start // 2] = values[block][
+            1::2
+        ][::-1]
+    return result
 
 
 def _cosines(by: Factors) -> Store:
@@ -419,7 +386,7 @@ def _cosines(by: Factors) -> Store:
         for index, row in enumerate(block):
             first = by.size * index + some.start
             transform.write(0, first, row.real[np.newaxis])
-            # The other half of a real series: what is not real here belongs at samples - k.
+            # The other half, of real values: what is not real here belongs at samples - k.
             behind = -row.imag[:0:-1] if first == 0 else -row.imag[::-1]
             transform.write(0, samples - first - row.size + 1, behind[np.newaxis])
 

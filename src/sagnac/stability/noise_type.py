@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincinv
 
-from sagnac import series
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note
 from sagnac.stability.estimators import Properties, properties_of
@@ -237,19 +236,9 @@ def _stretches(
     angle: FloatArray, first: NDArray[np.int64], count: NDArray[np.int64], cluster: int
 ) -> list[FloatArray]:
     """(stretches, count) angles of the stretches of each count."""
-    if not series.is_mapped(angle):
-        rows = [angle[a : a + n * cluster : cluster] for a, n in zip(first, count, strict=True)]
-    else:
-        # Reading here and there would bring in all of the record.
-        places = np.concatenate(
-            [start + cluster * np.arange(size) for start, size in zip(first, count, strict=True)]
-        )
-        ascending = np.argsort(places)
-        values = np.empty(places.size)
-        values[ascending] = series.at(angle, places[ascending])
-        rows = np.split(values, np.cumsum(count)[:-1])
     by_count: dict[int, list[FloatArray]] = {}
-    for row in rows:
+    for start, size in zip(first, count, strict=True):
+        row = angle[start : start + size * cluster : cluster]
         by_count.setdefault(row.size, []).append(row)
     return [np.stack(alike) for alike in by_count.values()]
 

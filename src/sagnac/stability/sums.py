@@ -13,8 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, empty, every, mean
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.recording.model import Kind
 from sagnac.stability import _kernels
@@ -52,7 +51,7 @@ class Track:
         starts = -(-self.starts // step)
         lengths = (self.starts + self.lengths - 1) // step - starts + 1
         return Track(
-            angle=series.every(self.angle, step),
+            angle=every(self.angle, step),
             starts=starts[lengths > 0],
             lengths=lengths[lengths > 0],
             missing=self.missing,
@@ -93,10 +92,10 @@ def accumulated_track(
         )
     # One sum tells a clean record without a second array of its size.
     with np.errstate(over="ignore", invalid="ignore"):
-        mean = series.mean(samples)
+        usual = mean(samples)
     missing = 0
     starts, stops = np.array([0]), np.array([samples.size])
-    if not math.isfinite(mean):
+    if not math.isfinite(usual):
         missing = _count_gaps(samples, sample_rate, gaps, only_whole)
     if missing:
         starts, stops = _whole_stretches(samples)
@@ -113,10 +112,10 @@ def accumulated_track(
         angle = _without_ramp(samples, slope, float(samples[first]))
         return Track(angle=angle, starts=starts, lengths=stops - starts, missing=missing)
     if missing:
-        mean = _mean_of_present(samples)
-        samples = _filled(samples, mean)
+        usual = _mean_of_present(samples)
+        samples = _filled(samples, usual)
     return Track(
-        angle=_accumulated(samples, mean),
+        angle=_accumulated(samples, usual),
         starts=starts,
         lengths=stops - starts + 1,
         missing=missing,
@@ -125,67 +124,55 @@ def accumulated_track(
 
 
 def mirrored_values(angle: FloatArray) -> FloatArray:
-    """From the last to the first, a series of its own."""
-    return series.made(
-        lambda block: angle[angle.size - block.stop : angle.size - block.start][::-1],
-        angle.size,
-        angle,
-    )
+    """From the last to the first, an array of its own."""
+    mirrored = empty(angle.size)
+    for block in blocks(angle.size):
+        mirrored[angle.size - block.stop : angle.size - block.start] = angle[block][::-1]
+    return mirrored
 
 
 def _whole_stretches(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Where samples begin and cease to be present."""
-
-    def changes(block: slice) -> NDArray[np.int64]:
-        before = block.start > 0 and not np.isnan(samples[block.start - 1])
-        present = ~np.isnan(samples[block])
-        return np.asarray(block.start + np.flatnonzero(np.diff(present, prepend=before)))
-
-    edges = series.map(changes, samples.size, samples)
-    last = [] if np.isnan(samples[-1]) else [samples.size]
-    whole = np.concatenate([*edges, np.array(last, dtype=np.int64)])
+    present = np.zeros(samples.size + 2, dtype=np.bool_)
+    for block in blocks(samples.size):
+        present[block.start + 1 : block.stop + 1] = ~np.isnan(samples[block])
+    whole = np.flatnonzero(present[1:] != present[:-1])
     return whole[::2], whole[1::2]
 
 
 def _mean_of_present(samples: FloatArray) -> float:
-    def sum_and_count(block: slice) -> FloatArray:
+    total, count = 0.0, 0
+    for block in blocks(samples.size):
         present = samples[block][~np.isnan(samples[block])]
-        return np.array([present.sum(), present.size], dtype=np.float64)
-
-    total, count = series.total(sum_and_count, samples.size, samples)
-    return float(total / count)
+        total += float(present.sum())
+        count += present.size
+    return total / count
 
 
 def _filled(samples: FloatArray, value: float) -> FloatArray:
-    """With `value` in the place of what is missing, a new series."""
-    return series.made(
-        lambda block: np.where(np.isnan(samples[block]), value, samples[block]),
-        samples.size,
-        samples,
-    )
+    """With `value` in the place of what is missing, a new array."""
+    filled = empty(samples.size)
+    for block in blocks(samples.size):
+        filled[block] = np.where(np.isnan(samples[block]), value, samples[block])
+    return filled
 
 
 def _without_ramp(samples: FloatArray, slope: float, offset: float) -> FloatArray:
-    return series.made(
-        lambda block: (samples[block] - slope * np.arange(block.start, block.stop)) - offset,
-        samples.size,
-        samples,
-    )
+    rest = empty(samples.size)
+    for block in blocks(samples.size):
+        rest[block] = (samples[block] - slope * np.arange(block.start, block.stop)) - offset
+    return rest
 
 
 def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
     """Angles from zero on, one more than there are samples."""
-    angle = series.empty(samples.size + 1)
+    angle = empty(samples.size + 1)
     angle[0] = 0.0
-
-    def accumulate(total: float, block: slice) -> float:
+    for block in blocks(samples.size):
         after = angle[block.start + 1 : block.stop + 1]
         np.subtract(samples[block], mean, out=after)
-        after[0] += total
+        after[0] += angle[block.start]
         np.cumsum(after, out=after)
-        return float(after[-1])
-
-    series.reduce(accumulate, 0.0, samples.size, samples, angle)
     return angle
 
 
@@ -221,14 +208,13 @@ def _tally(
     is_bad: Callable[[FloatArray], NDArray[np.bool_]], samples: FloatArray
 ) -> tuple[int, int]:
     """How many samples are bad, and the first of them."""
-
-    def count(seen: tuple[int, int], block: slice) -> tuple[int, int]:
+    count, first = 0, samples.size
+    for block in blocks(samples.size):
         bad = np.flatnonzero(is_bad(samples[block]))
-        if not bad.size:
-            return seen
-        return seen[0] + bad.size, min(seen[1], block.start + int(bad[0]))
-
-    return series.reduce(count, (0, samples.size), samples.size, samples)
+        if bad.size:
+            first = min(first, block.start + int(bad[0]))
+            count += bad.size
+    return count, first
 
 
 def _exact_slope(slope: float, samples: int) -> float:
@@ -453,13 +439,10 @@ def second_difference_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> Fl
 def _difference_sums(
     kernel: Callable[..., FloatArray], angle: FloatArray, clusters: NDArray[np.int64]
 ) -> FloatArray:
-    return series.reduce(
-        lambda sums, block: kernel(angle, clusters, block.start, block.stop, sums),
-        np.zeros(clusters.size),
-        angle.size,
-        angle,
-        length=STARTS,
-    )
+    sums = np.zeros(clusters.size)
+    for block in blocks(angle.size, STARTS):
+        sums = kernel(angle, clusters, block.start, block.stop, sums)
+    return sums
 
 
 def _overlapping_sums(
@@ -488,22 +471,15 @@ def _sums_across_gaps(
     angle: FloatArray, clusters: NDArray[np.int64], order: int
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """Sums and numbers of squared differences none of whose angles is missing."""
-    State = tuple[FloatArray, NDArray[np.int64]]
-
-    def add(state: State, block: slice) -> State:
-        parts = [
-            _kernels.sum_squared_differences_with_gaps(
-                angle, int(m), order, block.start, block.stop
+    sums, counts = np.zeros(clusters.size), np.zeros(clusters.size, dtype=np.int64)
+    for block in blocks(angle.size, STARTS):
+        for number, m in enumerate(clusters.tolist()):
+            total, count = _kernels.sum_squared_differences_with_gaps(
+                angle, m, order, block.start, block.stop
             )
-            for m in clusters
-        ]
-        return (
-            state[0] + np.array([total for total, _ in parts]),
-            state[1] + np.array([count for _, count in parts], dtype=np.int64),
-        )
-
-    start = np.zeros(clusters.size), np.zeros(clusters.size, dtype=np.int64)
-    return series.reduce(add, start, angle.size, angle, length=STARTS)
+            sums[number] += total
+            counts[number] += count
+    return sums, counts
 
 
 def _counts(track: Track, reaches: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -526,37 +502,27 @@ def _stretch_sums(
     for start, length in zip(track.starts[~short], track.lengths[~short], strict=True):
         sums += of_long(angle[start : start + length])
     starts, lengths = track.starts[short], track.lengths[short]
-
-    def add(sums: FloatArray, block: slice) -> FloatArray:
+    for block in blocks(angle.size):
         first, last = np.searchsorted(starts, (block.start, block.stop))
-        return sums + of_short(starts[first:last], lengths[first:last]) if last > first else sums
-
-    return series.reduce(add, sums, angle.size, angle)
+        if last > first:
+            sums += of_short(starts[first:last], lengths[first:last])
+    return sums
 
 
 def _window_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
     """Sums of squared second differences of sums over a cluster, from every start."""
     windows = np.array([_first_window(angle, int(m)) for m in clusters])
-    sums, _ = series.reduce(
-        lambda state, block: _kernels.sum_squared_window_differences(
-            angle, clusters, block.start, block.stop, *state
-        ),
-        (windows**2, windows),
-        angle.size,
-        angle,
-        length=STARTS,
-    )
-    return np.asarray(sums)
+    sums = windows**2
+    for block in blocks(angle.size, STARTS):
+        sums, windows = _kernels.sum_squared_window_differences(
+            angle, clusters, block.start, block.stop, sums, windows
+        )
+    return sums
 
 
 def _first_window(angle: FloatArray, cluster: int) -> float:
     """Sum of the first `cluster` second differences, or zero if they do not fit."""
-    return series.reduce(
-        lambda window, block: float(
-            _kernels.window_difference(angle, cluster, block.start, block.stop, window)
-        ),
-        0.0,
-        cluster if 3 * cluster <= angle.size else 0,
-        angle,
-        length=STARTS,
-    )
+    window = 0.0
+    for block in blocks(cluster if 3 * cluster <= angle.size else 0, STARTS):
+        window = float(_kernels.window_difference(angle, cluster, block.start, block.stop, window))
+    return window

@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, release
 from sagnac.errors import Note
 from sagnac.stability import _kernels
 from sagnac.stability.names import Estimator
@@ -97,8 +96,8 @@ def _theo1(angle: FloatArray, spans: NDArray[np.int64]) -> _Theo1:
     for m in map(int, spans):
         stride = window_stride(angle.size - m, m // 2, m)
         count = -(-(angle.size - m) // stride)
-        with series.gone_through(angle, mirrored):
-            total = _kernels.sum_theo1_terms(angle, mirrored, m, stride)
+        total = _kernels.sum_theo1_terms(angle, mirrored, m, stride)
+        release()
         variance.append(total / (THEO1_EFFECTIVE * m * m * count))
         windows.append(count)
         strides.append(stride)
@@ -257,16 +256,15 @@ def _reflected_parts(
 
 def _added_arms(total: float, angle: FloatArray, mirrored: FloatArray, part: _Reflected) -> float:
     """`total` and the squares of `part`."""
-
-    def add(total: float, block: slice) -> float:
-        squares = _kernels.sum_squared_arms(
-            angle[part.begin + block.start : part.begin + block.stop],
-            part.ahead[block],
-            part.behind[block],
-            part.ends,
-            part.sign_ahead,
-            part.sign_behind,
+    for block in blocks(part.stop - part.begin):
+        total += float(
+            _kernels.sum_squared_arms(
+                angle[part.begin + block.start : part.begin + block.stop],
+                part.ahead[block],
+                part.behind[block],
+                part.ends,
+                part.sign_ahead,
+                part.sign_behind,
+            )
         )
-        return total + float(squares)
-
-    return series.reduce(add, total, max(part.stop - part.begin, 0), angle, mirrored)
+    return total

@@ -19,8 +19,7 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, elementwise, empty
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
     LARGEST_EARTH_RATE,
@@ -146,12 +145,10 @@ class EstimatedTable:
 
     def led(self, drift: Drift) -> Self:
         """The same table, its angle without a drift."""
-        before, last = self.angle, max(self.angle.size - 1, 1)
-        angle = series.made(
-            lambda span: before[span]
-            + drift.value * (np.arange(span.start, span.stop) / last - 0.5),
-            before.size, before,
-        )  # fmt: skip
+        last, angle = max(self.angle.size - 1, 1), empty(self.angle.size)
+        for block in blocks(angle.size):
+            off = drift.value * (np.arange(block.start, block.stop) / last - 0.5)
+            np.add(self.angle[block], off, out=angle[block])
         return replace(self, angle=angle)
 
     @property
@@ -357,26 +354,26 @@ def _noise(
 
     Readings that are shifted by a delay have less noise than those that were made.
     """
-    sensed = series.made(lambda span: _weighted(gyros, weights, span), encoder.size, *gyros)
+    sensed = _weighted(gyros, weights)
     if delay is not None:
         back = replace(delay, mean=-delay.mean, change=-delay.change)
         sensed = _undelayed(sensed, back, sample_rate)
-
-    def sums(block: slice) -> FloatArray:
+    size = encoder.size - 1
+    sums = np.zeros(2)
+    for block in blocks(size):
         here = slice(block.start, block.stop + 1)
         steps = np.diff(encoder[here] - sensed[here])
-        return np.array([steps.sum(), steps @ steps])
-
-    size = encoder.size - 1
-    mean, square = series.total(sums, size, encoder, sensed) / size
+        sums += steps.sum(), steps @ steps
+    mean, square = sums / size
     return math.sqrt(0.5 * max(float(square - mean**2), 0.0))
 
 
-def _weighted(gyros: Sequence[FloatArray], weights: FloatArray, here: slice) -> FloatArray:
-    total = weights[0] * gyros[0][here]
+def _weighted(gyros: Sequence[FloatArray], weights: FloatArray) -> FloatArray:
+    total = elementwise(np.multiply, gyros[0], weights[0])
     for gyro, weight in zip(gyros[1:], weights[1:], strict=True):
-        total += weight * gyro[here]
-    return np.asarray(total)
+        for block in blocks(total.size):
+            total[block] += weight * gyro[block]
+    return total
 
 
 def _led(
@@ -387,15 +384,13 @@ def _led(
     known = np.concatenate([ends[:1], guide, ends[1:]])
     middles = np.arange(-1.0, guide.size + 1.0) * block + 0.5 * (block - 1)
     middles[[0, -1]] += np.array([0.5, -0.5]) * block
-
-    def led(span: slice) -> FloatArray:
-        place = np.arange(span.start, span.stop, dtype=np.float64)
-        slope = (known[-1] - known[-2]) / (middles[-1] - middles[-2])
+    slope = (known[-1] - known[-2]) / (middles[-1] - middles[-2])
+    led = _weighted(gyros, weights)
+    for piece in blocks(led.size):
+        place = np.arange(piece.start, piece.stop, dtype=np.float64)
         beyond = np.maximum(place - middles[-1], 0.0) * slope
-        guided = np.interp(place, middles, known) + beyond
-        return np.asarray(_weighted(gyros, weights, span) + guided)
-
-    return series.made(led, gyros[0].size, *gyros)
+        led[piece] += np.interp(place, middles, known) + beyond
+    return led
 
 
 def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatArray:
@@ -409,11 +404,11 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
     first_two, last_two = encoder[[0, beside]], encoder[[-1 - beside, -1]]
     rates = np.array([np.diff(first_two)[0], np.diff(last_two)[0]]) / beside
     reach = math.ceil((abs(delay.mean) + abs(delay.change)) * sample_rate) + 3
-
-    def read(span: slice) -> FloatArray:
-        first, last = max(0, span.start - reach), min(encoder.size, span.stop + reach)
+    result = empty(encoder.size)
+    for block in blocks(encoder.size):
+        first, last = max(0, block.start - reach), min(encoder.size, block.stop + reach)
         near = encoder[first:last]
-        place = np.arange(span.start, span.stop, dtype=np.float64)
+        place = np.arange(block.start, block.stop, dtype=np.float64)
         place += sample_rate * delay.at(place / sample_rate) - first
         inside = np.clip(place, 0.0, near.size - 1.0)
         beyond = np.array([np.minimum(place - inside, 0.0), np.maximum(place - inside, 0.0)])
@@ -429,9 +424,8 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
         total = rates @ beyond
         for offset, weight in enumerate(weights, start=-1):
             total += weight * near[before + offset]
-        return np.asarray(total)
-
-    return series.made(read, encoder.size, encoder)
+        result[block] = total
+    return result
 
 
 # --- what the readings differ by --------------------------------------------------------------

@@ -12,8 +12,7 @@ import numpy as np
 import scipy.linalg
 import scipy.linalg.lapack
 
-from sagnac import series
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, blocks, empty
 from sagnac.table.kinematics import (
     LARGEST_EARTH_RATE,
     Kinematics,
@@ -101,12 +100,12 @@ class Design:
         prior[_EARTH] = LARGEST_EARTH_RATE
         return prior
 
-    def increments(self, block: slice) -> FloatArray:
-        """(coefficients, block) increments of every column."""
-        here = slice(block.start, block.stop + 1)
-        rows = np.empty((self.size, block.stop - block.start))
-        for row, column in zip(rows, self.columns, strict=False):
-            np.subtract(column[here][1:], column[here][:-1], out=row)
+    def increments(self, start: int, stop: int) -> FloatArray:
+        """(coefficients, stop - start) increments of every column."""
+        here = slice(start, stop + 1)
+        rows = np.empty((self.size, stop - start))
+        for out, column in zip(rows, self.columns, strict=False):
+            np.subtract(column[here][1:], column[here][:-1], out=out)
         cosines, sines = rows[len(self.columns) :: 2], rows[len(self.columns) + 1 :: 2]
         angle, whole = self.kinematic.angle[here], are_whole(self.orders)
         if whole.any():
@@ -242,19 +241,18 @@ def triangle(columns: Design, targets: FloatArray) -> FloatArray:
     can be 1e-7 of their size, which squared is below rounding.
     """
     size, width = columns.size, columns.size + targets.shape[0]
-
-    def stacked(before: FloatArray, block: slice) -> FloatArray:
+    stacked = np.empty((0, width))
+    for block in blocks(targets.shape[1], _AT_ONCE):
         # Columns of the regression are rows here, as LAPACK wants them.
-        known = before.shape[0]
+        known = stacked.shape[0]
         rows = np.empty((width, known + block.stop - block.start))
-        rows[:, :known] = before.T
-        rows[:size, known:] = columns.increments(block)
+        rows[:, :known] = stacked.T
+        rows[:size, known:] = columns.increments(block.start, block.stop)
         rows[size:, known:] = targets[:, block]
         work = _PANEL * width
         factor = scipy.linalg.lapack.dgeqrf(rows.T, lwork=work, overwrite_a=True)[0]
-        return np.asarray(np.triu(factor[:width]))
-
-    return series.reduce(stacked, np.empty((0, width)), targets.shape[1], length=_AT_ONCE)
+        stacked = np.triu(factor[:width])
+    return stacked
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -307,11 +305,10 @@ class Triangle:
 
 def leftover(columns: Design, target: FloatArray, solution: FloatArray) -> FloatArray:
     """(averages - 1,) of the target without the columns times the solution, rad."""
-    return series.made(
-        lambda block: target[block] - solution @ columns.increments(block),
-        target.size,
-        length=_AT_ONCE,
-    )
+    left = empty(target.size)
+    for block in blocks(target.size, _AT_ONCE):
+        left[block] = target[block] - solution @ columns.increments(block.start, block.stop)
+    return left
 
 
 def noise_beside_lines(left: FloatArray) -> float:

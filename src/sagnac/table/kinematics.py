@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, block_length, blocks
 from sagnac.recording.channel import require_rate
 from sagnac.spectrum.sums import HIGHEST, angle_series
 from sagnac.table import _kernels
@@ -147,11 +146,11 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
     require_rate(sample_rate)
     dt = 1.0 / sample_rate
     block = max(1, round(sample_rate / KINEMATIC_RATE))
-    length = block * max(1, series.SPAN // block)
+    length = block_length(block)
     whole = table.size // block
     averages = np.empty((3, whole))
-
-    def over(piece: slice) -> tuple[float, float]:
+    gains = []
+    for piece in blocks(table.size, length):
         # Each piece ends on the first sample of the next: integrals join there.
         here = table[piece.start : piece.stop + 1]
         parts = (here, *sine_cosine_integrals(here, dt))
@@ -159,9 +158,7 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
         for row, part in zip(averages, parts, strict=True):
             own = averaged(part[: piece.stop - piece.start], block)
             row[first : first + own.size] = own
-        return float(parts[1][-1]), float(parts[2][-1])
-
-    gains = series.map(over, table.size, table, length=length)
+        gains.append((float(parts[1][-1]), float(parts[2][-1])))
     starts = np.concatenate([np.zeros((1, 2)), np.cumsum(gains, axis=0)])
     for number, begin in enumerate(range(0, whole, length // block)):
         averages[1:, begin : begin + length // block] += starts[number][:, np.newaxis]
@@ -275,9 +272,9 @@ def averaged(angle: FloatArray, block: int) -> FloatArray:
 
 def averages_of(angle: FloatArray, block: int) -> FloatArray:
     """(averages,) of a long (samples,) angle over its whole blocks of `block` samples."""
-    length = block * max(1, series.SPAN // block)
-    parts = series.map(lambda span: averaged(angle[span], block), angle.size, angle, length=length)
-    return np.concatenate(parts)
+    return np.concatenate(
+        [averaged(angle[some], block) for some in blocks(angle.size, multiple=block)]
+    )
 
 
 def block_averages(angle: FloatArray, kinematic: Kinematics) -> FloatArray:

@@ -56,21 +56,21 @@ class TableMotion:
                 f"{self.sine.shape}; give one of each a harmonic"
             )
 
-    def over(self, span: slice) -> FloatArray:
-        """The motion, rad, over a block of samples that starts at a piece's start.
+    def over(self, start: int, stop: int) -> FloatArray:
+        """The motion, rad, over samples from a piece's start on.
 
         Raises
         ------
         ValueError
-            If the block does not start at a multiple of `Kinematics.length`, the only places at
-            which the integrals are known.
+            If they do not start at a multiple of `Kinematics.length`, the only places at which
+            the integrals are known.
         """
         of = self.kinematics
-        if span.start % of.length:
-            raise ValueError(f"a block starts at {span.start}; give a multiple of {of.length}")
-        alpha, dt = of.table[span], 1.0 / of.sample_rate
-        motion = self.share * alpha + self.drift * dt * np.arange(span.start, span.stop)
-        begins = of.starts[span.start // of.length]
+        if start % of.length:
+            raise ValueError(f"start is {start}; give a multiple of {of.length}")
+        alpha, dt = of.table[start:stop], 1.0 / of.sample_rate
+        motion = self.share * alpha + self.drift * dt * np.arange(start, stop)
+        begins = of.starts[start // of.length]
         integrals = sine_cosine_integrals(alpha, dt)
         for rate, begin, integral in zip(self.earth, begins, integrals, strict=True):
             motion += rate * (begin + integral)

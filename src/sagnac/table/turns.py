@@ -12,8 +12,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sagnac import series
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, empty, every, extent
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import require_rate
 from sagnac.recording.model import Recording
@@ -63,7 +62,7 @@ def is_turning(table: FloatArray | None) -> bool:
     """Whether the table angle, (samples,) rad, moves at all."""
     if table is None:
         return False
-    lowest, highest = series.extent(table)
+    lowest, highest = extent(table)
     return bool(highest - lowest > _AT_REST)
 
 
@@ -76,7 +75,7 @@ def turns(recording: Recording) -> bool:
 
 def full_turns(table: FloatArray) -> float:
     """Turns between the lowest and the highest table angle, (samples,) rad."""
-    lowest, highest = series.extent(table)
+    lowest, highest = extent(table)
     return (highest - lowest) / _TURN
 
 
@@ -100,7 +99,7 @@ def mean_rate(table: FloatArray, sample_rate: float) -> float:
     require_rate(sample_rate)
     net = float(table[-1] - table[0])
     # Quantization noise of the encoder would add to the path at every sample.
-    coarse = series.every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
+    coarse = every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
     path = float(np.abs(np.diff(coarse)).sum()) + abs(float(table[-1] - coarse[-1]))
     sign = -1.0 if net < 0.0 and abs(net) > 0.5 * path else 1.0
     return sign * path * sample_rate / (table.size - 1)
@@ -126,20 +125,17 @@ def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray
         (passes,) ascending.
     """
     sign = -1.0 if table[-1] < table[0] else 1.0
-
-    times: list[FloatArray] = []
-
-    def go_on(reached: float, block: slice) -> float:
-        """The furthest turn, which stays while the table goes back: each is passed once."""
+    times = [np.empty(0)]
+    # The furthest turn stays while the table goes back: each is passed once.
+    reached = -np.inf
+    for block in blocks(table.size - 1):
         turn = sign * ((table[block.start : block.stop + 1] - null_angle) / _TURN)
         furthest = np.maximum.accumulate(np.maximum(turn, reached))
         lowest = np.ceil(turn[0]) if block.start == 0 else np.floor(reached) + 1.0
         whole = np.arange(lowest, np.floor(furthest[-1]) + 1.0)
         times.append(_passed(furthest, whole, block.start))
-        return float(furthest[-1])
-
-    series.reduce(go_on, -np.inf, table.size - 1, table)
-    return np.concatenate([np.empty(0), *times])
+        reached = float(furthest[-1])
+    return np.concatenate(times)
 
 
 def _passed(furthest: FloatArray, whole: FloatArray, start: int) -> FloatArray:
@@ -208,8 +204,8 @@ def full_rotation_samples(
         )
     first = np.minimum(times.astype(np.int64), angle.size - 2)
     fraction = times - first
-    before = series.at(angle, first)
-    return FullTurnSamples(times, before + fraction * (series.at(angle, first + 1) - before))
+    before = angle[first]
+    return FullTurnSamples(times, before + fraction * (angle[first + 1] - before))
 
 
 def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
@@ -217,7 +213,7 @@ def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
     if pulses.size == 0:
         return 0.0
     # It lies somewhere in the step before; the mean over the turns is finer than a step.
-    middles = 0.5 * (series.at(table, pulses) + series.at(table, pulses - 1))
+    middles = 0.5 * (table[pulses] + table[pulses - 1])
     return float(np.angle(np.exp(1j * middles).sum()))
 
 
@@ -249,13 +245,12 @@ class AngleFunction:
     sine: FloatArray
 
     def less(self, angle: FloatArray, table: FloatArray) -> FloatArray:
-        """(samples,) an angle without the function, rad: a new series."""
-        return series.made(
-            lambda span: (
-                angle[span] - harmonic_sum(table[span], self.orders, self.cosine, self.sine)
-            ),
-            angle.size, angle, table,
-        )  # fmt: skip
+        """(samples,) an angle without the function, rad: a new array."""
+        rest = empty(angle.size)
+        for block in blocks(angle.size):
+            rest[block] = angle[block]
+            rest[block] -= harmonic_sum(table[block], self.orders, self.cosine, self.sine)
+        return rest
 
 
 def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction | None:
