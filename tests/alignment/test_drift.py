@@ -59,7 +59,9 @@ def test_flicker_is_the_integral_of_its_spectrum(rest):
 
 @pytest.mark.parametrize(("rest", "constant"), [(12.0, 5.0), (60.0, 30.0), (900.0, 500.0)])
 def test_a_markov_rate_is_the_sum_of_its_covariances(rest, constant):
-    noise = GyroNoise(angle_random_walk=1e-30, markov_deviation=1e-5, markov_time=constant)
+    noise = GyroNoise(
+        angle_random_walk=1e-30, markov_deviation=1e-5, markov_time=constant, markov_error=0.1
+    )
     found = heading(noise, rest=rest)
     time, step = 60.0, 0.25
     moments = np.arange(-rest, time, step) + 0.5 * step
@@ -67,6 +69,8 @@ def test_a_markov_rate_is_the_sum_of_its_covariances(rest, constant):
     apart = np.abs(moments[:, np.newaxis] - moments)
     wanted = 1e-10 * weight @ np.exp(-apart / constant) @ weight
     assert part(found, "markov_rate") / wanted == pytest.approx(1.0, rel=2e-3)
+    # An error of a tenth of the variance, 1.96 times.
+    assert found.reach == pytest.approx(0.196, abs=1e-3)
     assert found.highest / np.sqrt(wanted) == pytest.approx(1.0, rel=2e-3)
     assert part(heading(GyroNoise(angle_random_walk=1e-5)), "markov_rate") == 0.0
 

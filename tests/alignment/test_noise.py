@@ -52,14 +52,17 @@ def test_slow_noise_that_b_and_k_are_not_told_apart_in_is_taken():
         "bias_instability": {"value": 0.01, "unit": "deg/h"},
         "rate_random_walk": {"value": 0.0, "unit": "deg/h/sqrt(h)"},
         "markov": {
-            "deviation": {"value": 0.03, "unit": "deg/h"},
-            "correlation_time_s": {"value": 25.0},
+            "deviation": {"value": 0.03, "low": 0.027, "high": 0.1 / 3.0, "unit": "deg/h"},
+            "correlation_time_s": {"value": 25.0, "low": 20.0, "high": 31.25},
         },
     }
     noise = GyroNoise.from_document(stated)
     told = (noise.bias_instability, noise.markov_deviation)
     assert told == pytest.approx((0.01 * DEGREE_PER_HOUR, 0.03 * DEGREE_PER_HOUR), abs=0.0)
     assert noise.markov_time == 25.0
+    # Half intervals of 95 % of the logarithms of the square and of the time.
+    wanted = np.hypot(2.0 * np.log(1.0 / 0.9), np.log(1.25)) / 1.959964
+    assert noise.markov_error == pytest.approx(wanted, rel=1e-6)
     assert noise.bounds == without.bounds
     # What is estimated stays as it is.
     stated["coefficients"] = document()["coefficients"]

@@ -371,14 +371,18 @@ def _growth(
 
 
 def _error(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
-    """Standard error of the variance, from the covariance of N, B and K of each sensor."""
+    """Standard error of the variance, from the errors of N, B, K and the Markov rate of each."""
     slopes: dict[int, FloatArray] = {}
-    for noise, known, terms, total in _each(sensors, row, priors):
+    rates: dict[int, float] = {}
+    for place, (noise, known, terms, total) in enumerate(_each(sensors, row, priors)):
         rest = np.zeros(3)
         if not known.bias_is_prior(noise):
             rest = total * np.array([1.0 / priors.rest, 0.0, priors.rest / 3.0])
         slope = 2.0 * (terms + rest) * noise.values
         # One gyro in the place of three is wrong in all three alike.
         slopes[id(noise)] = slopes.get(id(noise), 0.0) + slope
+        made = noise.markov_error * _of_markov(noise, row, place)
+        rates[id(noise)] = rates.get(id(noise), 0.0) + made
     found = {id(noise): noise.covariance for noise in sensors}
-    return math.sqrt(sum(float(slope @ found[one] @ slope) for one, slope in slopes.items()))
+    squares = sum(float(slope @ found[one] @ slope) for one, slope in slopes.items())
+    return math.sqrt(squares + sum(made**2 for made in rates.values()))

@@ -32,6 +32,8 @@ class GyroNoise:
         N in rad/sqrt(s), B in rad/s, K in rad/s/sqrt(s); 0 for what was not seen.
     markov_deviation, markov_time
         Standard deviation, rad/s, and correlation time, s, of a Markov rate; 0 for none.
+    markov_error
+        Relative standard error of the variance that it makes.
     covariance
         (3, 3) of these three, SI.
     unseen
@@ -51,12 +53,13 @@ class GyroNoise:
     rate_random_walk: float = 0.0
     markov_deviation: float = 0.0
     markov_time: float = 1.0
+    markov_error: float = 0.0
     covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     unseen: tuple[CoefficientName, ...] = ()
     bounds: Mapping[CoefficientName, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in (*NAMES, "markov_deviation", "markov_time"):
+        for name in (*NAMES, "markov_deviation", "markov_time", "markov_error"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
@@ -197,7 +200,9 @@ class GyroNoise:
             angle_random_walk=values[0],
             bias_instability=values[1],
             rate_random_walk=values[2],
-            **_markov(slow.get("markov"), units["bias_instability"]),
+            **_markov(
+                slow.get("markov"), units["bias_instability"], stated[NAMES[0]]["confidence"]
+            ),
             covariance=_covariance(
                 document.get("covariance"), unseen, _errors(stated, unseen, units), sensor
             ),
@@ -210,14 +215,26 @@ Unit = tuple[tuple[GyroNoise, GyroNoise, GyroNoise], tuple[GyroNoise, ...]]
 """Gyros about north, east and down, and accelerometers along north and east or none."""
 
 
-def _markov(stated: Mapping[str, Any] | None, sizes: Mapping[str, float]) -> dict[str, float]:
-    """Deviation and time of a Markov rate, SI; nothing if there is none."""
+def _markov(
+    stated: Mapping[str, Any] | None, sizes: Mapping[str, float], confidence: float
+) -> dict[str, float]:
+    """Deviation and time of a Markov rate, SI, and their error; nothing if there is none.
+
+    The variance that it makes is the product of the squared deviation and the time for all that is
+    long beside it.
+    """
     if stated is None:
         return {}
-    size = stated["deviation"]
+    size, time = stated["deviation"], stated["correlation_time_s"]
+    reach = 2.0 * float(ndtri(0.5 + 0.5 * confidence))
+    errors = [
+        math.log(one.get("high", one["value"]) / one.get("low", one["value"])) / reach
+        for one in (size, time)
+    ]
     return {
         "markov_deviation": size["value"] * sizes[size["unit"]],
-        "markov_time": stated["correlation_time_s"]["value"],
+        "markov_time": time["value"],
+        "markov_error": math.hypot(2.0 * errors[0], errors[1]),
     }
 
 

@@ -17,17 +17,21 @@ from sagnac.coefficients.whole_band import describes
 from sagnac.spectrum.levels import Levels
 
 # Twice the logarithm of the likelihood that slow noise, or a Markov rate in it, has to add: five
-# standard deviations.
+# standard deviations; and B or K beside others: three.
 _EARNED: Final = 25.0
+_PRESENT: Final = 9.0
 # Chance at which levels of noise with a Markov rate are not described by it.
 _CHANCE: Final = 0.001
-_TIMES_PER_DECADE: Final = 8
+# Sets of terms, by their places among Q, N, B and K.
+_B: Final = 2
+_K: Final = 3
+_TERMS: Final = ((0, 1), (0, 1, _B), (0, 1, _K), (0, 1, _B, _K))
+_LEAST_BINS: Final = 8
+_TIMES_PER_E_FOLD: Final = 3.5
+_STEP: Final = 1.01  # by which a time is changed for a slope
 _ITERATIONS: Final = 200
 _CONVERGED: Final = 1e-10
-_LEAST_BINS: Final = 8
-_STEP: Final = 1.01  # by which a time is changed for a slope
-# A term below this part of the law at every level is none.
-_NEGLIGIBLE: Final = 1e-6
+_LEAST_LAW: Final = 1e-12  # of the level
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,8 +49,8 @@ class SlowModel:
     Attributes
     ----------
     bias_instability, rate_random_walk
-        Most likely B, rad/s, and K, rad/s/sqrt(s), beside each other and the Markov rate; 0 for
-        none.
+        Most likely B, rad/s, and K, rad/s/sqrt(s), beside each other and the Markov rate; 0 if the
+        rest is as likely without.
     markov
         None if B and K are as likely.
     """
@@ -81,36 +85,29 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     level, shape, interval = levels.level[used], levels.shape[used], levels.spectrum.interval
     if level.size < _LEAST_BINS:
         return None
-    # Q, N, B and K.
-    plain = levels.law(lambda frequency: rate_density_basis(frequency, interval))[used]
-    _, white = _likeliest(plain[:, :2], level, shape)
-    squares, without = _likeliest(plain, level, shape)
-    found = None
-
-    def laws(time: float) -> FloatArray:
-        def law(frequency: FloatArray) -> FloatArray:
-            return markov_density(frequency, interval, time)[:, np.newaxis]
-
-        return np.concatenate([plain, levels.law(law)[used]], axis=1)
-
-    time = _likeliest_time(levels.frequency[used], lambda t: _likeliest(laws(t), level, shape)[1])
-    if time is not None:
-        law = laws(time)
-        each, with_rate = _likeliest(law, level, shape)
-        mean = law @ each
-        freedom = level.size - each.size - 1
-        if without - with_rate >= _EARNED and describes(shape, level / mean, freedom, _CHANCE):
-            shorter, longer = (laws(time * factor)[:, -1] for factor in (1.0 / _STEP, _STEP))
-            slope = each[-1] * (longer - shorter) / (2.0 * math.log(_STEP))
-            terms = np.column_stack([(law * each)[:, each > 0.0], slope]) / mean[:, np.newaxis]
-            found = _estimate(time, float(each[-1]), terms, shape, confidence)
-            squares, without = each[:-1], with_rate
-    if white - without < _EARNED:
+    seen = _Seen(
+        level=level,
+        shape=shape,
+        laws=levels.law(lambda frequency: rate_density_basis(frequency, interval))[used],
+        markov=lambda time: levels.law(
+            lambda frequency: markov_density(frequency, interval, time)[:, np.newaxis]
+        )[used, 0],
+    )
+    plain = [seen.fitted(terms) for terms in _TERMS]
+    chosen = min(plain, key=_weighed)
+    if seen.with_rate(_TERMS[-1], levels.frequency[used], plain[-1].deviance - _EARNED):
+        rates = [seen.with_rate(terms, levels.frequency[used], math.inf) for terms in _TERMS]
+        best = min((one for one in rates if one is not None), key=_weighed)
+        freedom = level.size - len(best.terms) - 2
+        if describes(shape, level / best.mean, freedom, _CHANCE):
+            chosen = best
+    if plain[0].deviance - chosen.deviance < _EARNED:
         return None
+    square = dict(zip(chosen.terms, chosen.squares, strict=False))
     return SlowModel(
-        bias_instability=math.sqrt(squares[2]),
-        rate_random_walk=math.sqrt(squares[3]),
-        markov=found,
+        bias_instability=math.sqrt(square.get(_B, 0.0)),
+        rate_random_walk=math.sqrt(square.get(_K, 0.0)),
+        markov=None if chosen.time is None else seen.estimate(chosen, confidence),
     )
 
 
@@ -144,59 +141,92 @@ def untold(
     return slow_model(levels, highest=choice.band_hz[1], confidence=walk.confidence)
 
 
-def _likeliest_time(frequency: FloatArray, deviance: Callable[[float], float]) -> float | None:
-    """Correlation time, s; None if it is not within what the frequencies show."""
-    longest, shortest = 0.5 / (math.pi * frequency[[0, -1]])
-    count = max(3, math.ceil(_TIMES_PER_DECADE * math.log10(longest / shortest)))
-    grid = np.geomspace(shortest, longest, count)
-    at = int(np.argmin([deviance(float(time)) for time in grid]))
-    if at in (0, grid.size - 1):
-        return None
-    best = minimize_scalar(
-        lambda logarithm: deviance(math.exp(logarithm)),
-        bounds=np.log(grid[[at - 1, at + 1]]),
-        method="bounded",
-        options={"xatol": 1e-3},
-    )
-    return math.exp(best.x)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Fit:
+    """Squares of some terms, and of a Markov rate last if there is a time, with their law."""
+
+    terms: tuple[int, ...]
+    time: float | None
+    squares: FloatArray
+    mean: FloatArray
+    deviance: float
 
 
-def _likeliest(laws: FloatArray, level: FloatArray, shape: FloatArray) -> tuple[FloatArray, float]:
-    """Squares (terms,), none negative, and minus twice the logarithm of the likelihood."""
-    scale = laws.max(axis=0)
-    relative = laws / scale
-    mean, before = level, math.inf
-    for _ in range(_ITERATIONS):
-        weight = np.sqrt(shape) / mean
-        squares, _ = nnls(relative * weight[:, np.newaxis], level * weight)
-        mean = np.maximum(relative @ squares, 1e-12 * level)
-        deviance = float(2.0 * shape @ (level / mean + np.log(mean)))
-        if abs(before - deviance) < _CONVERGED * abs(deviance):
-            break
-        before = deviance
-    squares = np.where((relative * squares).max(axis=0) > _NEGLIGIBLE * mean.min(), squares, 0.0)
-    return squares / scale, deviance
+def _weighed(fit: _Fit) -> float:
+    """Minus twice the logarithm of the likelihood, and what each term has to earn."""
+    return fit.deviance + _PRESENT * len(fit.terms)
 
 
-def _estimate(
-    time: float, square: float, terms: FloatArray, shape: FloatArray, confidence: float
-) -> MarkovEstimate:
-    """Intervals by the information of the levels on the logarithms of the terms that are there.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Seen:
+    """Levels, their shapes, the laws of Q, N, B and K (bins, 4), and that of a Markov rate."""
 
-    `terms` (bins, terms) are those over their sum, the Markov rate last but one, and what the sum
-    changes by with the logarithm of the time; `square` is the squared driving noise.
-    """
-    covariance = np.linalg.pinv(terms.T @ (shape[:, np.newaxis] * terms))
-    deviations = float(ndtri(0.5 + 0.5 * confidence))
-    # The square of the deviation is q^2 T/2.
-    along = np.zeros(terms.shape[1])
-    along[-2:] = 0.5
+    level: FloatArray
+    shape: FloatArray
+    laws: FloatArray
+    markov: Callable[[float], FloatArray]
 
-    def interval(value: float, variance: float) -> Interval:
-        factor = math.exp(deviations * math.sqrt(variance))
-        return Interval(value=value, low=value / factor, high=value * factor)
+    def fitted(self, terms: tuple[int, ...], time: float | None = None) -> _Fit:
+        """The most likely squares of some terms and of a Markov rate of a time."""
+        laws = self.laws[:, terms]
+        if time is not None:
+            laws = np.column_stack([laws, self.markov(time)])
+        scale = laws.max(axis=0)
+        relative = laws / scale
+        squares, mean, deviance = np.zeros(scale.size), self.level, math.inf
+        for _ in range(_ITERATIONS):
+            weight = np.sqrt(self.shape) / mean
+            squares, _ = nnls(relative * weight[:, np.newaxis], self.level * weight)
+            mean = np.maximum(relative @ squares, _LEAST_LAW * self.level)
+            before, deviance = (
+                deviance,
+                float(2.0 * self.shape @ (self.level / mean + np.log(mean))),
+            )
+            if abs(before - deviance) < _CONVERGED * abs(deviance):
+                break
+        return _Fit(terms=terms, time=time, squares=squares / scale, mean=mean, deviance=deviance)
 
-    return MarkovEstimate(
-        deviation=interval(math.sqrt(0.5 * square * time), float(along @ covariance @ along)),
-        correlation_time=interval(time, float(covariance[-1, -1])),
-    )
+    def with_rate(
+        self, terms: tuple[int, ...], frequency: FloatArray, highest: float
+    ) -> _Fit | None:
+        """The same with a Markov rate of the most likely time.
+
+        None if that is not within what the frequencies show, or the deviance is not `highest` or
+        less.
+        """
+
+        def deviance(logarithm: float) -> float:
+            return self.fitted(terms, math.exp(logarithm)).deviance
+
+        first, last = np.log(0.5 / (math.pi * frequency[[-1, 0]]))
+        grid = np.linspace(first, last, max(3, math.ceil(_TIMES_PER_E_FOLD * (last - first))))
+        at = int(np.argmin([deviance(float(one)) for one in grid]))
+        if at in {0, grid.size - 1}:
+            return None
+        bounds, precision = grid[[at - 1, at + 1]], {"xatol": 1e-3}
+        best = minimize_scalar(deviance, bounds=bounds, method="bounded", options=precision)
+        fit = self.fitted(terms, math.exp(best.x))
+        return fit if fit.squares[-1] > 0.0 and fit.deviance <= highest else None
+
+    def estimate(self, fit: _Fit, confidence: float) -> MarkovEstimate:
+        """Intervals by the information of the levels on the logarithms of the terms there are."""
+        time, square = float(fit.time or 0.0), float(fit.squares[-1])
+        longer, shorter = self.markov(time * _STEP), self.markov(time / _STEP)
+        slope = square * (longer - shorter) / (2.0 * math.log(_STEP))
+        laws = np.column_stack([self.laws[:, fit.terms], self.markov(time)])
+        there = (laws * fit.squares)[:, fit.squares > 0.0]
+        terms = np.column_stack([there, slope]) / fit.mean[:, np.newaxis]
+        covariance = np.linalg.pinv(terms.T @ (self.shape[:, np.newaxis] * terms))
+        deviations = float(ndtri(0.5 + 0.5 * confidence))
+        # The square of the deviation is q^2 T/2.
+        along = np.zeros(terms.shape[1])
+        along[-2:] = 0.5
+
+        def interval(value: float, variance: float) -> Interval:
+            factor = math.exp(deviations * math.sqrt(variance))
+            return Interval(value=value, low=value / factor, high=value * factor)
+
+        return MarkovEstimate(
+            deviation=interval(math.sqrt(0.5 * square * time), float(along @ covariance @ along)),
+            correlation_time=interval(time, float(covariance[-1, -1])),
+        )
