@@ -1,11 +1,15 @@
 """Slow noise as the levels of a spectrum show it."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import markov_density
-from sagnac.coefficients.slow_model import slow_model
+from sagnac.coefficients.slow_model import slow_model, untold
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 from tests.alignment.strapdown import coloured
@@ -60,3 +64,27 @@ def test_noise_of_the_five_terms_has_no_markov_rate(flicker, walk):
         assert found.bias_instability == pytest.approx(flicker, rel=0.25)
     if not flicker:
         assert found.rate_random_walk == pytest.approx(walk, rel=0.25)
+
+
+def test_it_is_asked_only_where_b_and_k_are_bounds_and_keeps_within_these():
+    (rates,) = coloured(np.random.default_rng(4), 1, 7200, white=1.0, flicker=0.0, walk=0.03)
+    levels = robust_levels(tapered_spectrum(rates[:, 0], sample_rate=1.0))
+    choice = SimpleNamespace(band_hz=(0.0, 0.5))
+    walk = estimate("angle_random_walk", 1.0)
+    bound = estimate("rate_random_walk", 0.02, status="upper bound", low=0.0)
+    loose = replace(bound, value=0.2, high=0.2)
+    names = ("angle_random_walk", "rate_random_walk")
+
+    def found(*estimates):
+        return untold(levels, choice, dict(zip(names, estimates, strict=True)))
+
+    assert found(walk, loose).rate_random_walk == pytest.approx(0.03, rel=0.25)
+    assert found(walk, bound).rate_random_walk == 0.02
+    assert found(walk, replace(loose, status="estimated", low=0.02)) is None
+    assert found(replace(walk, status="upper bound"), loose) is None
+    assert untold(None, choice, {}) is None
+
+
+def estimate(name, value, *, status="estimated", low=None):
+    low = 0.9 * value if low is None else low
+    return Estimate(name=name, value=value, low=low, high=value, confidence=0.95, status=status)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -116,7 +116,7 @@ def untold(
     choice: ModelChoice | None,
     estimates: Mapping[CoefficientName, Estimate],
 ) -> SlowModel | None:
-    """`slow_model` beside an answer that has N, but of B and K bounds at most.
+    """`slow_model` beside an answer that has N, but of B and K bounds at most, which hold.
 
     Parameters
     ----------
@@ -135,10 +135,22 @@ def untold(
     walk = estimates.get("angle_random_walk")
     if levels is None or choice is None or walk is None or walk.status != "estimated":
         return None
-    slow = (estimates.get("bias_instability"), estimates.get("rate_random_walk"))
-    if any(one is not None and one.status == "estimated" for one in slow):
+    flicker, further = estimates.get("bias_instability"), estimates.get("rate_random_walk")
+    if any(one is not None and one.status == "estimated" for one in (flicker, further)):
         return None
-    return slow_model(levels, highest=choice.band_hz[1], confidence=walk.confidence)
+    found = slow_model(levels, highest=choice.band_hz[1], confidence=walk.confidence)
+    if found is None:
+        return None
+    return replace(
+        found,
+        bias_instability=_within(found.bias_instability, flicker),
+        rate_random_walk=_within(found.rate_random_walk, further),
+    )
+
+
+def _within(value: float, bound: Estimate | None) -> float:
+    """The value, or the upper bound of it where the curve allows no more."""
+    return value if bound is None or bound.status != "upper bound" else min(value, bound.high)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
