@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import sagnac
 from sagnac.analysis.result import Analysis
@@ -113,6 +114,77 @@ def test_what_the_levels_allow_bounds_a_lone_gyro_behind_jitter():
     answer = analyzed(("x",), RING_LASER, jitter=20e-6, motion="reversing").angle_random_walk
     assert answer.status == "upper bound"
     assert 1.0 <= answer.to("deg/sqrt(h)").high / RING_LASER < 50.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "most"),
+    [
+        ({"rate": 20.0}, 3.0),
+        ({"rate": 20.0, "latency": 2e-3, "latency_drift": 1e-3}, 4.0),
+        ({"rate": 20.0, "step": 36.0}, 100.0),
+    ],
+    ids=["jitter", "delay that drifts", "steps"],
+)
+def test_the_lowest_frequencies_bound_a_lone_gyro_behind_its_encoder(settings, most):
+    result = analyzed(("x",), RING_LASER, seconds=1800.0, jitter=20e-6, seed=8, **settings)
+    answer = result.angle_random_walk
+    assert answer.status == "upper bound"
+    assert 1.0 <= answer.to("deg/sqrt(h)").high / RING_LASER < most
+    assert result.source == "the lowest frequencies of the spectrum of x"
+    assert of_encoder(result)
+
+
+def encoders() -> list[dict[str, object]]:
+    """Encoders as they are, on tables of several rates and motions."""
+    jitters = [
+        *({"rate": rate, "jitter": 20e-6} for rate in (10.0, 20.0, 40.0)),
+        *({"rate": rate, "jitter": by} for rate in (40.0, 80.0) for by in (1e-4, 2e-4, 5e-4)),
+    ]
+    drifts = [
+        {"rate": rate, "latency": 2e-3, "latency_drift": by}
+        for rate in (20.0, 40.0, 80.0)
+        for by in (2e-4, 1e-3, 5e-3)
+    ]
+    walks = [{"rate": rate, "latency_walk": by} for rate in (20.0, 40.0) for by in (2e-5, 1e-4)]
+    held = [
+        {"rate": rate, "held_hz": by, "jitter": 0.0}
+        for rate in (20.0, 40.0)
+        for by in (10.0, 20.0, 50.0, 100.0)
+    ]
+    steps = [
+        {"step": 36.0},
+        {"step": 36.0, "rate": 20.0},
+        {"step": 36.0, "jitter": 0.0, "hunting": 5e-4, "wander": 1e-5},
+        {"step": 36.0, "jitter": 1e-4},
+    ]
+    motions = [
+        {"motion": motion, "swing": swing, "jitter": jitter, "latency": latency}
+        for motion in ("reversing", "dwelling", "swinging")
+        for swing, jitter, latency in ((120.0, 2e-5, 0.0), (400.0, 1e-4, 2e-3))
+    ]
+    others = [{"clock": 20e-6}, {"lost": 1e-3}]
+    return [*jitters, *drifts, *walks, *held, *steps, *motions, *others]
+
+
+@pytest.mark.statistics
+def test_bounds_of_a_lone_gyro_hold_and_most_lie_below_three_times_the_truth():
+    """Half an hour at 200 Hz, one encoder each; some hide the gyro whatever is done."""
+    ratios = []
+    for seed, encoder in enumerate(encoders(), start=100):
+        long = {"seconds": 1800.0, "sample_rate": 200.0, "jitter": 20e-6, "rate": 40.0}
+        result = analyzed(("x",), RING_LASER, seed=seed, **{**long, **encoder})
+        answer = result.angle_random_walk
+        assert answer.status == "upper bound", encoder
+        ratios.append(answer.to("deg/sqrt(h)").high / RING_LASER)
+        print(f"{ratios[-1]:.3g} times the truth: {encoder}; {result.source}")
+    shown = np.array(ratios)
+    print(
+        f"{np.count_nonzero(shown >= 1.0)} of {shown.size} hold, {np.count_nonzero(shown < 3.0)} "
+        f"lie below 3, median {np.median(shown):.3g}, highest {shown.max():.3g}"
+    )
+    assert np.count_nonzero(shown >= 1.0) >= stats.binom.ppf(0.01, shown.size, 0.95)
+    assert np.count_nonzero(shown < 3.0) > 0.5 * shown.size
+    assert shown.max() < 200.0
 
 
 @pytest.mark.parametrize("walk", [50e-6, 100e-6])

@@ -28,11 +28,13 @@ from sagnac.analysis.sharing import shared_walk
 from sagnac.analysis.table_angle import ALIKE, TurningTable
 from sagnac.arrays import FloatArray, blocks
 from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.lowest_ordinates import LEAST_AVERAGES, highest_walk
 from sagnac.errors import Note, rounded
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.encoder_faults import LEAST_SHARE, table_share
 from sagnac.recording.model import Recording
-from sagnac.table.turns import mean_rate
+from sagnac.table.kinematics import averages_of
+from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
 # Standard errors beyond which nothing lies.
 _FAR: Final = 20.0
@@ -108,6 +110,7 @@ def answer_of_one(
     *,
     masked: Sequence[tuple[float, float]],
     levels: Estimate | None,
+    residual: FloatArray | None,
     pair: Callable[[str], Estimate],
     doubted: bool = False,
 ) -> Headline:
@@ -123,17 +126,18 @@ def answer_of_one(
         (low, high) bands of its lines, Hz.
     levels
         What the levels of its spectrum say of it; None if they are not to be trusted.
+    residual
+        (samples,) rad that removal left of it; None if it is not to be trusted.
     pair
         Angle random walk per gyro of this gyro and another one, by that one's name.
     doubted
         Whether a finding says that the encoder errs by more than noise.
     """
     other = _other(measured, recording)
-    if other is None:
-        return _lone(headline, measured, table, levels, doubted=doubted)
-    two = pair(other)
-    if two.status == "not observable":
-        return _lone(headline, measured, table, levels, doubted=doubted)
+    two = None if other is None else pair(other)
+    if other is None or two is None or two.status == "not observable":
+        answer = _lone(headline, measured, table, levels, doubted=doubted)
+        return _lowered(answer, measured, table, residual, masked)
     own, shown = headline.estimate, PAIR_SIZE * two.high
     shared = shared_walk(
         recording, (measured.gyros[0], other), table, masked=masked, confidence=own.confidence
@@ -215,6 +219,45 @@ def _lone(
         f"{own.to('deg/sqrt(h)')})",
     )
     return replace(headline, estimate=bound, notes=(*headline.notes, note), by_encoder=True)
+
+
+# Averages of a record: enough for its lowest ordinates, and few in a record of any length.
+_AVERAGES: Final = 2 * LEAST_AVERAGES
+
+
+def _lowered(
+    answer: Headline,
+    measured: Measurement,
+    table: TurningTable,
+    residual: FloatArray | None,
+    masked: Sequence[tuple[float, float]],
+) -> Headline:
+    """A bound as low as the lowest frequencies allow, where the encoder's noise is least.
+
+    Beside N and white noise of the readings the residual may hold a drift, some of the table's
+    motion by an error of the share, and of its rate, by a delay and a change of it.
+    """
+    own, readings = answer.estimate, table.readings
+    if own.status == "estimated" or residual is None or readings is None:
+        return answer
+    block = residual.size // _AVERAGES
+    if block == 0 or full_turns(readings) < FEW_TURNS:
+        return answer
+    averages, angle = averages_of(residual, block), averages_of(readings, block)
+    rate = np.gradient(angle)
+    interval = block / measured.sample_rate
+    highest = highest_walk(
+        averages,
+        np.stack([angle, rate, rate * np.linspace(-1.0, 1.0, rate.size)]),
+        interval=interval,
+        masked=masked,
+        confidence=own.confidence,
+    )
+    if not highest < (own.value if own.status == "upper bound" else math.inf):
+        return answer
+    bound = replace(own, value=highest, low=0.0, high=highest, status="upper bound")
+    source = f"the lowest frequencies of the spectrum of {measured.channel}"
+    return replace(answer, estimate=bound, source=source)
 
 
 # Part of the interval that a better latch has to leave at the most to be worth a note.

@@ -349,6 +349,9 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 levels=None
                 if found is None or left.removal.unfinished is not None
                 else found.average.angle_random_walk,
+                residual=None
+                if left.once_a_turn or left.removal.unfinished is not None
+                else left.removal.residual,
                 pair=lambda other: _of_pair(prepared, other),
                 doubted=any(
                     (one.name, one.channel, one.level) == ("encoder", "table", "warning")
