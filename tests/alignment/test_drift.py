@@ -136,7 +136,7 @@ def test_a_bias_known_better_than_the_rest_shows_it_is_the_prior():
     better = Priors(rest=100.0, bias=1e-7)
     assert better.bias_is_prior(noise) is True
     found = heading(noise, rest=100.0, bias=1e-7)
-    assert part(found, "initial_bias") == pytest.approx((1e-7 * 60.0) ** 2, rel=1e-4)
+    assert part(found, "initial_bias") == pytest.approx((1e-7 * 60.0) ** 2, rel=1e-4, abs=0.0)
 
 
 def test_bounds_are_a_second_line_and_errors_an_interval():

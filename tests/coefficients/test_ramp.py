@@ -68,7 +68,7 @@ def test_sign_and_scale_do_not_matter():
     other = rate_ramp(-1e-9 * noise, sample_rate=2.0)
     assert other.status == one.status
     for name in ("value", "low", "high"):
-        assert getattr(other, name) == pytest.approx(1e-18 * getattr(one, name), rel=1e-6)
+        assert getattr(other, name) == pytest.approx(1e-18 * getattr(one, name), rel=1e-6, abs=0.0)
 
 
 def test_a_long_record_is_summed_without_a_change():

@@ -66,7 +66,7 @@ def test_kinds_and_scale_do_not_change_the_answer():
     scaled = likelihood_fit(1e-9 * rate, kind="rate", sample_rate=4.0).coefficients
     for name in NAMES:
         assert scaled[name].status == reference[name].status
-        assert scaled[name].value == pytest.approx(1e-9 * reference[name].value, rel=1e-3)
+        assert scaled[name].value == pytest.approx(1e-9 * reference[name].value, rel=1e-3, abs=0.0)
 
 
 def test_a_constant_rate_and_a_ramp_cost_nothing():

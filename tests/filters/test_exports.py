@@ -312,7 +312,7 @@ def test_px4_by_hand():
     assert [row[2] for row in rows[2:]] == ["EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE"]
     # One update of 4 ms: (dt noise)^2 = N^2 dt.
     assert (float(rows[2][3]) / 250.0) ** 2 == pytest.approx(4e-3**2 / 250.0)
-    assert (float(rows[3][3]) / 250.0) ** 2 == pytest.approx(3e-5**2 / 250.0)
+    assert (float(rows[3][3]) / 250.0) ** 2 == pytest.approx(3e-5**2 / 250.0, rel=1e-6, abs=0.0)
 
 
 def test_toml_and_json_say_the_same_in_both_forms():

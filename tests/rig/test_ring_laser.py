@@ -154,7 +154,7 @@ def test_quantum_limit_is_the_phase_diffusion_of_two_lasers():
     found = quantum_limit(
         perimeter=perimeter, area=area, loss=loss, power=power, wavelength=wavelength
     )
-    assert found == pytest.approx(math.sqrt(diffusion) / phase_per_angle, rel=1e-12)
+    assert found == pytest.approx(math.sqrt(diffusion) / phase_per_angle, rel=1e-12, abs=0.0)
     with pytest.raises(ValueError, match=r"power is 0\.0"):
         quantum_limit(perimeter=0.28, area=area, loss=loss, power=0.0)
 

@@ -110,7 +110,7 @@ def test_a_law_that_rules_few_bins_is_seen(quantized):
 def test_floor_scales_with_the_power():
     power = periodogram(everything(np.random.default_rng(0)))
     floor = noise_floor(power)
-    assert noise_floor(1e-18 * power) == pytest.approx(1e-18 * floor, rel=1e-6)
+    assert noise_floor(1e-18 * power) == pytest.approx(1e-18 * floor, rel=1e-6, abs=0.0)
 
 
 def naive_floor(power, law):

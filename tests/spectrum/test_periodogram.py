@@ -48,7 +48,7 @@ def test_density_of_white_rate_noise_is_one_sided():
     # Angle increments of a rate with density N^2 (two-sided) have variance N^2 / rate; the
     # one-sided density is twice N^2.
     n, rate = 2.5e-9, 250.0
-    assert density(np.array([n**2 / rate]), rate)[0] == pytest.approx(2.0 * n**2)
+    assert density(np.array([n**2 / rate]), rate)[0] == pytest.approx(2.0 * n**2, rel=1e-9, abs=0.0)
 
 
 def test_smoothed_keeps_power_and_peaks():

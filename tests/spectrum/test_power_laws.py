@@ -54,7 +54,7 @@ def test_levels_that_are_laws_give_their_coefficients():
     design = np.column_stack([frequency**-2.0, np.ones(60)])
     level = design @ [1e-5, 2.0]
     found = fit_levels(design, level, np.full(60, 100))
-    assert found == pytest.approx([1e-5, 2.0], rel=1e-9)
+    assert found == pytest.approx([1e-5, 2.0], rel=1e-9, abs=0.0)
     # A line lifts no law.
     level[[20, 45]] *= 1e6
     assert fit_levels(design, level, np.full(60, 100)) == pytest.approx([1e-5, 2.0], rel=1e-6)
@@ -73,6 +73,6 @@ def test_a_walk_under_white_noise_is_fitted_and_scales():
     power = truth * np.random.default_rng(2).exponential(size=BINS)
     law = fit_power_laws(power)
     at = np.array([30.0, 300.0, 3000.0, 30_000.0])
-    assert law.at(at) == pytest.approx(truth[at.astype(int) - 1], rel=0.2)
+    assert law.at(at) == pytest.approx(truth[at.astype(int) - 1], rel=0.2, abs=0.0)
     again = fit_power_laws(1e6 * power)
-    assert again.at(at) == pytest.approx(1e6 * law.at(at), rel=1e-9)
+    assert again.at(at) == pytest.approx(1e6 * law.at(at), rel=1e-9, abs=0.0)

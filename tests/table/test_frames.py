@@ -56,7 +56,7 @@ def test_shares_that_are_no_direction_are_refused():
 @given(st.floats(-math.pi / 2, math.pi / 2), st.floats(-math.pi, math.pi))
 def test_earth_rate_keeps_its_size_and_vertical_part(latitude, heading):
     eta = earth_rate(latitude, heading)
-    assert np.linalg.norm(eta) == pytest.approx(EARTH_RATE, rel=1e-14)
+    assert np.linalg.norm(eta) == pytest.approx(EARTH_RATE, rel=1e-14, abs=0.0)
     assert eta[2] == pytest.approx(-EARTH_RATE * math.sin(latitude), abs=1e-19)
 
 

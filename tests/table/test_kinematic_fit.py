@@ -65,7 +65,7 @@ def test_the_triangle_is_that_of_all_rows_at_once(case, monkeypatch):
     left = room.leftover(columns, target, free)
     assert left == pytest.approx(target - rows[:, :-1] @ expected, abs=1e-14)
     assert reduced.deviation(free, target.size) == pytest.approx(
-        np.sqrt(np.mean(left**2)), rel=1e-9
+        np.sqrt(np.mean(left**2)), rel=1e-9, abs=0.0
     )
     # A penalty large enough leaves nothing of its coefficient.
     held = reduced.solution(np.array([0.0, 0.0, 1e9, 1e9, 0.0, 0.0, 0.0, 0.0]))
@@ -88,7 +88,9 @@ def test_gyros_fitted_together_are_as_each_alone(case):
         )
         for own, found in zip((averages, other), both, strict=True):
             alone = room.kinematic_fit(own, kinematic, harmonics, with_drift=True)
-            assert (found.share, found.drift) == pytest.approx((alone.share, alone.drift), rel=1e-9)
+            assert (found.share, found.drift) == pytest.approx(
+                (alone.share, alone.drift), rel=1e-9, abs=0.0
+            )
             assert found.earth == pytest.approx(alone.earth, rel=1e-6)
             assert found.cosine == pytest.approx(alone.cosine, rel=1e-6, abs=1e-14)
 
