@@ -53,6 +53,13 @@ def test_coefficients_are_of_the_longest_stretch_and_say_so():
     assert made.density is not None
 
 
+def test_the_density_with_gaps_is_of_the_rate():
+    density = at_rest(recording(white([700, 701, 2900])), NONE).analysis.density
+    low = (density.frequency > 1.0) & (density.frequency < RATE / 8.0)
+    # White noise of one rad/s has twice its square over the sample rate, at every frequency.
+    assert density.density[low].mean() == pytest.approx(2.0 / RATE, rel=0.1)
+
+
 @pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
 def test_an_interval_averages_what_is_there(kind):
     values = white([1005])

@@ -143,7 +143,7 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
         answered = _answered(prepared, removed, stages)
         seen = _seen(prepared, _noticed(prepared, removed.left, answered))
     require_strict(seen, prepared.settings)
-    trust, channel = _trust(seen, answered), prepared.measured.channel
+    trust, channel = _trust(seen, answered), prepared.followed.channel
     return Answer(
         angle_random_walk=trust.headline(answered.headline, channel).estimate,
         fits=trust.fits(answered.coefficients.fits, channel),
@@ -225,11 +225,15 @@ class _Prepared:
     recording: Recording
     settings: Settings
     undithered: Undithered
-    measured: Measurement
     followed: Measurement
     points: Points
     table: TurningTable
     findings: tuple[Note, ...]
+
+    @property
+    def measured(self) -> Measurement:
+        """Per gyro, made anew each time: lines are sought with an array less in memory."""
+        return measure(self.undithered.recording, self.settings.gyros).per_gyro()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -283,7 +287,6 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
         recording=recording,
         settings=settings,
         undithered=undithered,
-        measured=measured,
         followed=following,
         points=points,
         table=table,
@@ -306,9 +309,9 @@ def _removed(prepared: _Prepared, stages: Stages) -> _Removed:
 
 
 def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answered:
-    settings, measured, left = prepared.settings, prepared.measured, removed.left
+    settings, followed, left = prepared.settings, prepared.followed, removed.left
     with stages.stage("stability"):
-        curves = curves_of(measured, left, removed.points, prepared.points, settings)
+        curves = curves_of(followed, left, removed.points, prepared.points, settings)
     with stages.stage("coefficients"):
         coefficients = coefficients_of(
             prepared.recording,
@@ -324,7 +327,7 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
             found = averaged(
                 prepared.recording,
                 settings,
-                measured=measured,
+                measured=followed,
                 gyros=settings.gyros,
                 left=left,
                 coefficients=coefficients,
@@ -332,17 +335,17 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
             coefficients = coefficients if found is None else found.coefficients
         coefficients, found = _within_curve(prepared, curves, coefficients, found)
         headline = headline_of(
-            measured,
+            followed,
             left,
             curve=curves.after,
             coefficients=coefficients,
             found=found,
             settings=settings,
         )
-        if prepared.table.estimate is not None and not measured.is_pair:
+        if prepared.table.estimate is not None and not followed.is_pair:
             headline = answer_of_one(
                 headline,
-                measured,
+                followed,
                 prepared.undithered.recording,
                 prepared.table,
                 masked=left.removal.masked,
@@ -359,11 +362,11 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 ),
             )
         headline = with_latch_note(
-            of_both_alike(prepared.followed, headline),
+            of_both_alike(followed, headline),
             headline.estimate,
             found,
-            measured=measured,
-            followed=prepared.followed,
+            measured=prepared.measured,
+            followed=followed,
             table=prepared.table,
         )
     return _Answered(
@@ -408,13 +411,13 @@ def _slow_noise(prepared: _Prepared, curves: Curves, found: Averaged | None) -> 
     """A note on a rise of the curve that no estimated term has."""
     if found is None or found.cleaned.warm_up is not None:
         return ()
-    measured, terms = prepared.measured, found.average.coefficients
+    channel, terms = prepared.followed.channel, found.average.coefficients
     model = None
     if prepared.table.angle is None:
         model = untold(found.levels, found.average.rests_on, terms)
     if model is not None and model.markov is not None:
         sensor = prepared.recording.gyros[0].sensor
-        return (Note(channel=measured.channel, text=markov_text(model.markov, sensor)),)
+        return (Note(channel=channel, text=markov_text(model.markov, sensor)),)
     rise = slow_noise(curves.after, terms)
     if rise is not None:
         shown = (
@@ -429,7 +432,7 @@ def _slow_noise(prepared: _Prepared, curves: Curves, found: Averaged | None) -> 
         f"slow noise, K or R or B: {shown}, and the recording does not show which of the three "
         "it is; record longer"
     )
-    return (Note(channel=measured.channel, text=text),)
+    return (Note(channel=channel, text=text),)
 
 
 def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:
@@ -443,12 +446,12 @@ def _noticed(prepared: _Prepared, left: Remainder, answered: _Answered) -> tuple
     if found is None or answered.headline.by_encoder:
         # What is left is the encoder's.
         return ()
-    recording, measured = prepared.undithered.recording, prepared.measured
+    recording, channel = prepared.undithered.recording, prepared.followed.channel
     sensor = recording.gyros[0].sensor
-    notes = noticed(measured.channel, found, sensor)
+    notes = noticed(channel, found, sensor)
     if prepared.table.angle is None:
         return notes
-    return (*notes, *_of_remainder(recording, measured.channel, left, found))
+    return (*notes, *_of_remainder(recording, channel, left, found))
 
 
 def _sharing(prepared: _Prepared, left: Remainder, found: Averaged | None) -> Sharing:
@@ -457,7 +460,7 @@ def _sharing(prepared: _Prepared, left: Remainder, found: Averaged | None) -> Sh
         return Sharing()
     return sharing_of(
         prepared.undithered.recording,
-        prepared.measured,
+        prepared.followed,
         left,
         found,
         table=prepared.table,
@@ -488,13 +491,13 @@ def _composed(
     seen: tuple[Note, ...],
 ) -> Analysis:
     """The answer, and the spectra and the residual that are drawn beside it."""
-    recording, settings, measured = prepared.recording, prepared.settings, prepared.measured
+    recording, settings, channel = prepared.recording, prepared.settings, prepared.followed.channel
     table, left = prepared.table.angle, removed.left
     residual, density = left.removal.residual, None
     if settings.estimators:
-        density = multitaper_density(residual, left.rate)
+        density = multitaper_density(differences(residual), left.rate)
     trust = _trust(seen, answered)
-    headline = trust.headline(answered.headline, measured.channel)
+    headline = trust.headline(answered.headline, channel)
     table_rates = TableShares()
     if table is not None:
         # Shares that cannot be told cost nothing else.
@@ -504,22 +507,24 @@ def _composed(
     analysis = Analysis(
         recording=recording,
         settings=settings,
-        channel=measured.channel,
+        channel=channel,
         table_rate=None if table is None else mean_rate(table, recording.sample_rate),
         angle_random_walk=headline.estimate,
         source=headline.source,
-        fits=trust.fits(answered.coefficients.fits, measured.channel),
+        fits=trust.fits(answered.coefficients.fits, channel),
         lines=_lines(removed),
         curve=answered.curves.after,
         curve_before=answered.curves.before,
-        spectrum=figure_spectrum(residual, left.rate),
-        spectrum_before=figure_spectrum(measured.angle, measured.sample_rate),
+        spectrum=figure_spectrum(differences(residual), left.rate),
+        spectrum_before=figure_spectrum(
+            differences(prepared.measured.angle), recording.sample_rate
+        ),
         per_gyro={name: trust.estimate(own, name) for name, own in each.items()},
         notes=_notes(prepared, removed, answered, headline, seen),
         seconds={},
         family=answered.curves.family,
         density=density,
-        residual=residual_of(measured, left, table),
+        residual=residual_of(prepared.measured, left, table),
         shares=table_rates.shares,
         triad=table_rates.triad,
         masked=left.removal.masked,
@@ -532,15 +537,13 @@ def _composed(
         levels=found.levels,
         average=average.rests_on,
         coefficients={
-            **trust.coefficients(average.coefficients, measured.channel),
+            **trust.coefficients(average.coefficients, channel),
             "angle_random_walk": headline.estimate,
         },
         # There is none of what is no estimate.
         covariance=None
         if trust.reasons
-        else trust.covariance(
-            Covariance(names=average.names, matrix=average.covariance), measured.channel
-        ),
+        else trust.covariance(Covariance(names=average.names, matrix=average.covariance), channel),
         parts=() if found.parts is None else found.parts.parts,
     )
 

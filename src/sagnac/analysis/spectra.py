@@ -8,7 +8,7 @@ import numpy as np
 
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
-from sagnac.arrays import FloatArray, blocks, differences, elementwise
+from sagnac.arrays import FloatArray, blocks, elementwise, mean
 from sagnac.spectrum.periodogram import density as rate_density
 from sagnac.spectrum.periodogram import multitaper, periodogram, smoothed
 
@@ -48,23 +48,21 @@ class Spectrum:
         return cls(frequency=np.empty(0), density=np.empty(0))
 
 
-def multitaper_density(angle: FloatArray, sample_rate: float) -> Spectrum:
-    """Multitaper rate density of an angle (rad), in log-spaced bins."""
-    return _density(multitaper, angle, sample_rate)
+def multitaper_density(increments: FloatArray, sample_rate: float) -> Spectrum:
+    """Multitaper rate density of angle increments (rad), centred in place, in log-spaced bins."""
+    return _density(multitaper, increments, sample_rate)
 
 
-def figure_spectrum(angle: FloatArray, sample_rate: float) -> Spectrum:
-    """One-sided rate spectrum of an angle, averaged into log-spaced bins for a figure."""
-    return _density(periodogram, angle, sample_rate)
+def figure_spectrum(increments: FloatArray, sample_rate: float) -> Spectrum:
+    """One-sided rate spectrum of increments (rad), centred in place, in log-spaced bins."""
+    return _density(periodogram, increments, sample_rate)
 
 
 def _density(
-    power_of: Callable[[FloatArray], FloatArray], angle: FloatArray, sample_rate: float
+    power_of: Callable[[FloatArray], FloatArray], increments: FloatArray, sample_rate: float
 ) -> Spectrum:
-    """One-sided rate density of an angle (rad), averaged into log-spaced bins."""
-    steps = differences(angle)
-    elementwise(np.add, steps, (angle[0] - angle[-1]) / steps.size, out=steps)
-    frequency, power = smoothed(power_of(steps))
+    elementwise(np.subtract, increments, mean(increments), out=increments)
+    frequency, power = smoothed(power_of(increments))
     return Spectrum(frequency=frequency * sample_rate, density=rate_density(power, sample_rate))
 
 

@@ -90,8 +90,8 @@ def scratch(rows: int, width: int, dtype: type) -> Iterator[Scratch]:
 
 # Transforms in the first round, about; each is that much shorter than the whole.
 _COLUMNS: Final = 256
-# Frequencies of each of them that are combined at once: 4 MiB.
-_COMBINED: Final = 1024
+# Frequencies of each of them that are combined at once: 2 MiB.
+_COMBINED: Final = 512
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
