@@ -9,9 +9,8 @@ import importlib
 import mmap
 import os
 import tempfile
-import threading
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import IO, Any, Final
 
 import numpy as np
@@ -41,8 +40,7 @@ class _Scratch(mmap.mmap):
     """A mapping made here. Releasing somebody else's private mapping would lose what it holds."""
 
 
-_scratches: weakref.WeakSet[_Scratch] = weakref.WeakSet()
-_scratches_lock = threading.Lock()
+_scratches: weakref.WeakValueDictionary[int, _Scratch] = weakref.WeakValueDictionary()
 
 
 def empty(size: int) -> FloatArray:
@@ -72,8 +70,7 @@ def empty(size: int) -> FloatArray:
 def mapped(file: IO[bytes], size: int) -> FloatArray:
     """The first `size` samples of a scratch file, which may then be closed, as an array."""
     scratch = _Scratch(file.fileno(), 8 * size)
-    with _scratches_lock:
-        _scratches.add(scratch)
+    _scratches[id(scratch)] = scratch
     return np.frombuffer(scratch, dtype=np.float64)
 
 
@@ -89,8 +86,10 @@ def release() -> None:
     """Give back the memory of all mapped arrays; their values stay in their files."""
     # Not every system takes advice; there the pages go when memory is short.
     if hasattr(mmap, "MADV_DONTNEED"):
-        with _scratches_lock:
-            for scratch in _scratches:
+        # A list: another thread may map more meanwhile.
+        for reference in _scratches.valuerefs():
+            scratch = reference()
+            if scratch is not None:
                 scratch.madvise(mmap.MADV_DONTNEED)
 
 
@@ -258,15 +257,23 @@ def differences(values: FloatArray) -> FloatArray:
 
 
 def elementwise(
-    operation: np.ufunc,
+    operation: Callable[..., NDArray[Any]],
     values: NDArray[Any],
-    other: FloatArray | float,
-    *,
+    *others: NDArray[Any] | float,
     out: FloatArray | None = None,
 ) -> FloatArray:
-    """An operation on values and a number, or on values and others one by one.
+    """An operation on values and numbers, or on values and others, one by one.
 
-    The result is a new array unless `out` is one.
+    Parameters
+    ----------
+    operation
+        A ufunc, or what acts on arrays alike.
+    values
+        (samples,)
+    others
+        (samples,) or a number, each.
+    out
+        (samples,) that the results go to, which may be one of the arrays; a new array unless given.
 
     Examples
     --------
@@ -274,9 +281,9 @@ def elementwise(
     array([0., 1., 5.])
     """
     result = empty(values.size) if out is None else out
-    others = np.broadcast_to(other, values.shape)
     for block in blocks(values.size):
-        operation(values[block], others[block], out=result[block])
+        here = (other[block] if isinstance(other, np.ndarray) else other for other in others)
+        result[block] = operation(values[block], *here)
     return result
 
 

@@ -53,7 +53,7 @@ def test_rounds_are_the_transforms_they_say():
         transform_columns(columns, by, spectra)
         first = spectra.read(slice(0, 6), slice(0, 6)).copy()
         blocks = []
-        combine_columns(spectra, by, lambda some, block: blocks.append((some.start, block)))
+        combine_columns(spectra, by, lambda first, block: blocks.append((first, block)))
     np.testing.assert_allclose(first, np.fft.rfft(values), atol=1e-12)
     whole = np.fft.fft(values.T.reshape(-1))
     for start, block in blocks:
@@ -65,9 +65,9 @@ def test_rounds_are_the_transforms_they_say():
 def test_what_is_stored_comes_back_as_an_array():
     values = np.random.default_rng(1).standard_normal(55)
 
-    def store(result, some, block):
+    def store(result, first, block):
         for row, sums in enumerate(block):
-            result.write(0, 10 * row + some.start, sums.real[np.newaxis])
+            result.write(0, 10 * row + first, sums.real[np.newaxis])
 
     made = factored(values, Factors(count=6, size=10), 60, store)
     expected = np.fft.fft(values, 60).real

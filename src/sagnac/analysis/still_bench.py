@@ -9,12 +9,13 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Progress, Settings
 from sagnac.analysis.spectra import Spectrum, multitaper_density
-from sagnac.arrays import FloatArray, blocks, differences
+from sagnac.arrays import FloatArray, differences
 from sagnac.coefficients.estimates import unobserved
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.channel import angle_of
 from sagnac.recording.gaps import longest_whole_stretch, stuck_notes
 from sagnac.recording.model import Channel, Recording
+from sagnac.recording.stamps import Places
 from sagnac.stability.curve import StabilityCurve, stability_curve
 
 
@@ -87,8 +88,7 @@ def at_rest(
 
 def has_gaps(recording: Recording, gyro: str) -> bool:
     """Whether a sample of the gyro is missing."""
-    values = recording.gyro(gyro).values
-    return any(np.isnan(values[block]).any() for block in blocks(values.size))
+    return Places(values=recording.gyro(gyro).values, test=np.isnan).tally().count > 0
 
 
 def _whole(

@@ -9,7 +9,7 @@ import numpy as np
 
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray, blocks, empty
+from sagnac.arrays import FloatArray, differences, elementwise, mean
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.recording.channel import angle_of
 from sagnac.recording.encoder_faults import require_encoder_follows
@@ -195,17 +195,15 @@ def followed(measured: Measurement, recording: Recording, table: TurningTable) -
         first, second = (
             angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros
         )
-        alone = empty(first.size)
-        for block in blocks(alone.size):
-            alone[block] = weights[0] * first[block] - weights[1] * second[block]
+        alone = elementwise(lambda x, z: weights[0] * x - weights[1] * z, first, second)
         if _takes_table_out(weights, measured, alone, share, estimate):
             return replace(measured, angle=alone, weights=weights)
     if estimate.angle is estimate.readings:
         return measured
-    angle, readings, known = measured.angle, estimate.readings, estimate.angle
-    own = empty(angle.size)
-    for block in blocks(own.size):
-        own[block] = angle[block] - share * (readings[block] - known[block])
+    own = elementwise(
+        lambda angle, readings, known: angle - share * (readings - known),
+        measured.angle, estimate.readings, estimate.angle,
+    )  # fmt: skip
     return replace(measured, angle=own)
 
 
@@ -230,10 +228,9 @@ def _takes_table_out(
         return False
     if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in weights):
         return True
-    angle, readings = measured.angle, estimate.readings
-    by_encoder = empty(angle.size)
-    for some in blocks(angle.size):
-        by_encoder[some] = angle[some] - share * readings[some]
+    by_encoder = elementwise(
+        lambda angle, table: angle - share * table, measured.angle, estimate.readings
+    )
     block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
     slow = _step(averages_of(alone, block)) < _QUIETER * _step(averages_of(by_encoder, block))
     return slow or _step(alone) < _QUIETER * _step(by_encoder)
@@ -241,10 +238,5 @@ def _takes_table_out(
 
 def _step(angle: FloatArray) -> float:
     """Rms increment about the mean, rad."""
-    size = angle.size - 1
-    sums = np.zeros(2)
-    for block in blocks(size):
-        steps = np.diff(angle[block.start : block.stop + 1])
-        sums += steps.sum(), steps @ steps
-    first, second = sums / size
-    return math.sqrt(max(float(second - first**2), 0.0))
+    steps = differences(angle)
+    return math.sqrt(max(float(steps @ steps) / steps.size - mean(steps) ** 2, 0.0))

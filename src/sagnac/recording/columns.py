@@ -20,7 +20,6 @@ from sagnac.arrays import (
     BooleanArray,
     FloatArray,
     IntegerArray,
-    blocks,
     elementwise,
     every,
     is_finite,
@@ -437,8 +436,7 @@ def _bridged(
             return None
         if around:
             # What is behind was unwrapped without what passed meanwhile.
-            for block in blocks(filled.size, start=after):
-                filled[block] += around
+            filled[after:] += around
         tilt = rest * np.linspace(0.0, 1.0, path.size)
         filled[first:after] = filled[first - 1] + (path + tilt)[1:-1]
     return filled

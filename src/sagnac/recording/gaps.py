@@ -308,8 +308,7 @@ def grid_of(times: FloatArray, longest: float, gaps: int) -> Grid:
 def on_grid(values: FloatArray, times: FloatArray, grid: Grid) -> FloatArray:
     """Values at their places of a grid, NaN at the others, shape (grid.samples,)."""
     marked = empty(grid.samples)
-    for block in blocks(grid.samples):
-        marked[block] = np.nan
+    marked.fill(np.nan)
     marked[0] = values[0]
     place = 0.0
     for block in blocks(times.size - 1):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.fft import rfft
 from scipy.special import ndtr, ndtri
 
-from sagnac.arrays import BooleanArray, FloatArray, blocks, differences, every, extent
+from sagnac.arrays import BooleanArray, FloatArray, blocks, differences, elementwise, every, extent
 from sagnac.errors import Level, Note
 from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.effects import finding
@@ -234,21 +234,16 @@ def _sensed_share(gyro: FloatArray, table: FloatArray) -> float:
     both = own = 0.0
     for block in blocks(table.size - 1):
         turned = np.diff(table[block.start : block.stop + 1])
-        sensed = np.diff(gyro[block.start : block.stop + 1])
-        both += float(sensed @ turned)
+        both += float(np.diff(gyro[block.start : block.stop + 1]) @ turned)
         own += float(turned @ turned)
     return both / own if own > 0.0 else 0.0
 
 
 def _variance_beside(gyro: FloatArray, table: FloatArray, share: float) -> float:
     """Variance of a gyro's steps beside table motion, if they are white."""
-    size = table.size - 2
-    squares = 0.0
-    for block in blocks(size):
-        part = slice(block.start, block.stop + 2)
-        changes = np.diff(gyro[part] - share * table[part], n=2)
-        squares += float(changes @ changes)
-    return 0.5 * squares / size
+    steps = differences(elementwise(lambda own, turned: own - share * turned, gyro, table))
+    changes = differences(steps)
+    return 0.5 * float(changes @ changes) / changes.size
 
 
 def _variance_of_steps(values: FloatArray) -> float:

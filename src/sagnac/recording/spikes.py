@@ -99,7 +99,9 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
         raise ValueError(f"increments has shape {values.shape}; give {LEAST_FOR_SPIKES} or more")
     # Beyond this many scatters lies one sample in a record by chance.
     limit = -float(ndtri(0.5 * _SPIKE_CHANCE / values.size))
-    far = [_spikes_in(values, block, limit) for block in blocks(values.size, _BLOCK)]
+    far = [
+        _spikes_in(values, block.start, block.stop, limit) for block in blocks(values.size, _BLOCK)
+    ]
     index = np.concatenate([one.index for one in far])
     height = np.concatenate([one.height for one in far])
     beyond = sum(one.beyond for one in far)
@@ -127,9 +129,9 @@ class _Far:
     below: int
 
 
-def _spikes_in(values: FloatArray, block: slice, limit: float) -> _Far:
-    first, last = max(0, block.start - _AROUND), min(values.size, block.stop + _AROUND)
-    off = _off_neighbours(values[first:last])[block.start - first :][: block.stop - block.start]
+def _spikes_in(values: FloatArray, start: int, stop: int, limit: float) -> _Far:
+    first, last = max(0, start - _AROUND), min(values.size, stop + _AROUND)
+    off = _off_neighbours(values[first:last])[start - first :][: stop - start]
     some = off[:: max(1, off.size // _TELL)]
     low, high = np.quantile(some, [0.25, 0.75])
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
@@ -138,12 +140,10 @@ def _spikes_in(values: FloatArray, block: slice, limit: float) -> _Far:
     # A gyro that stands still in a block shows no scatter: nothing lies off there.
     size, reach = np.abs(off), _MARGIN * limit * scale if scale > 0.0 else math.inf
     found = np.flatnonzero(size > reach)
-    stays = [
-        place for place in found.tolist() if _stays(values, place + block.start, float(off[place]))
-    ]
+    stays = [place for place in found.tolist() if _stays(values, place + start, float(off[place]))]
     index = np.array(stays, dtype=np.int64)
     return _Far(
-        index=index + block.start,
+        index=index + start,
         height=off[index],
         beyond=found.size,
         below=int(np.count_nonzero(size > _BELOW * reach)) - found.size,

@@ -7,7 +7,7 @@ a spline goes through them.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -73,24 +73,19 @@ class Places:
     test: Callable[[FloatArray], BooleanArray]
     following: int = 0
 
-    @property
-    def _size(self) -> int:
-        return int(self.values.size) - self.following
-
-    def _within(self, block: slice) -> IntegerArray:
-        here = self.test(self.values[block.start : block.stop + self.following])
-        return np.asarray(block.start + np.flatnonzero(here))
+    def _by_blocks(self) -> Iterator[IntegerArray]:
+        for block in blocks(self.values.size - self.following):
+            here = self.test(self.values[block.start : block.stop + self.following])
+            yield block.start + np.flatnonzero(here)
 
     def all(self) -> IntegerArray:
         """All of them, ascending."""
-        found = [self._within(block) for block in blocks(self._size)]
-        return np.concatenate([np.empty(0, dtype=np.int64), *found])
+        return np.concatenate([np.empty(0, dtype=np.int64), *self._by_blocks()])
 
     def tally(self) -> Tally:
         """Count them."""
         count, first = 0, -1
-        for block in blocks(self._size):
-            here = self._within(block)
+        for here in self._by_blocks():
             first = int(here[0]) if count == 0 and here.size else first
             count += here.size
         return Tally(count=count, first=first)
@@ -106,8 +101,8 @@ class Places:
             By how many samples the record's bad sample lies behind the place: 1 for steps.
         """
         between = _Between(longest=Stretch(first=0, after=-1), edge=-1)
-        for block in blocks(self._size):
-            between = between.and_then(self._within(block) + later)
+        for places in self._by_blocks():
+            between = between.and_then(places + later)
         return between.and_then(np.array([samples])).longest
 
 

@@ -148,7 +148,7 @@ def factors(length: int) -> Factors:
     return Factors(count=count, size=length // count)
 
 
-Store = Callable[[Scratch, slice, ComplexArray], None]
+Store = Callable[[Scratch, int, ComplexArray], None]
 
 
 def factored(
@@ -165,15 +165,15 @@ def factored(
     width
         Of the result.
     store
-        Called with the row to write to, a slice of frequencies k of the columns, and the sums at
-        k + N2 j, a row for each j. The other frequencies of real values mirror these.
+        Called with the row to write to, the first of some frequencies k of the columns, and the
+        sums at k + N2 j, a row for each j. The other frequencies of real values mirror these.
     taper
         Order of the sine taper that the values are multiplied by, 0 for none.
     """
     with scratch(by.count, by.frequencies, np.complex128) as spectra:
         _first_round(values, by, spectra, taper)
         with scratch(1, width, np.float64) as result:
-            combine_columns(spectra, by, lambda some, block: store(result, some, block))
+            combine_columns(spectra, by, lambda first, block: store(result, first, block))
             return result.first_row()
 
 
@@ -203,7 +203,7 @@ def transform_columns(columns: Scratch, by: Factors, spectra: Scratch) -> None:
 
 
 def combine_columns(
-    spectra: Scratch, by: Factors, store: Callable[[slice, ComplexArray], None]
+    spectra: Scratch, by: Factors, store: Callable[[int, ComplexArray], None]
 ) -> None:
     """The second round: a transform of length N1 across the rows, at every frequency."""
     number = np.arange(by.count)[:, np.newaxis] * (-2j * np.pi / by.length)
@@ -211,7 +211,7 @@ def combine_columns(
     for some in blocks(by.frequencies, _COMBINED):
         block = spectra.read(slice(0, by.count), some) * np.exp(number * some.start)
         block *= turns[:, : some.stop - some.start]
-        store(some, scipy.fft.fft(block, axis=0, overwrite_x=True))
+        store(some.start, scipy.fft.fft(block, axis=0, overwrite_x=True))
 
 
 # ---- transforms --------------------------------------------------------------------
@@ -297,13 +297,13 @@ def _squares(sums: ComplexArray, scale: float) -> FloatArray:
 def _powers(by: Factors, scale: float) -> Store:
     """Sink that stores the squares of the sums of real values, zero to half a cycle."""
 
-    def store(powers: Scratch, some: slice, block: ComplexArray) -> None:
+    def store(powers: Scratch, first: int, block: ComplexArray) -> None:
         for index, row in enumerate(_squares(block, scale)):
             # Frequencies above half a cycle mirror those below.
             if 2 * index < by.count:
-                powers.write(0, by.size * index + some.start, row[np.newaxis])
+                powers.write(0, by.size * index + first, row[np.newaxis])
             else:
-                last = by.length - by.size * index - some.stop + 1
+                last = by.length - by.size * index - first - row.size + 1
                 powers.write(0, last, row[np.newaxis, ::-1])
 
     return store
@@ -380,14 +380,14 @@ def _cosines(by: Factors) -> Store:
     leads = np.exp(quarter * by.size * np.arange(by.count))[:, np.newaxis]
     leads = leads * math.sqrt(2.0 / samples)
 
-    def store(transform: Scratch, some: slice, block: ComplexArray) -> None:
+    def store(transform: Scratch, first: int, block: ComplexArray) -> None:
         block *= leads
-        block *= np.exp(quarter * np.arange(some.start, some.stop))
+        block *= np.exp(quarter * np.arange(first, first + block.shape[1]))
         for index, row in enumerate(block):
-            first = by.size * index + some.start
-            transform.write(0, first, row.real[np.newaxis])
+            place = by.size * index + first
+            transform.write(0, place, row.real[np.newaxis])
             # The other half, of real values: what is not real here belongs at samples - k.
-            behind = -row.imag[:0:-1] if first == 0 else -row.imag[::-1]
-            transform.write(0, samples - first - row.size + 1, behind[np.newaxis])
+            behind = -row.imag[:0:-1] if place == 0 else -row.imag[::-1]
+            transform.write(0, samples - place - row.size + 1, behind[np.newaxis])
 
     return store

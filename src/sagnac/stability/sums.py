@@ -13,9 +13,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import FloatArray, blocks, empty, every, mean
+from sagnac.arrays import FloatArray, blocks, elementwise, empty, every, mean
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.recording.model import Kind
+from sagnac.recording.stamps import Places
 from sagnac.stability import _kernels
 from sagnac.stability.names import Estimator, Gaps
 
@@ -112,7 +113,7 @@ def accumulated_track(
         angle = _without_ramp(samples, slope, float(samples[first]))
         return Track(angle=angle, starts=starts, lengths=stops - starts, missing=missing)
     if missing:
-        usual = _mean_of_present(samples)
+        usual = mean(_filled(samples, 0.0)) * samples.size / present
         samples = _filled(samples, usual)
     return Track(
         angle=_accumulated(samples, usual),
@@ -140,21 +141,9 @@ def _whole_stretches(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np
     return whole[::2], whole[1::2]
 
 
-def _mean_of_present(samples: FloatArray) -> float:
-    total, count = 0.0, 0
-    for block in blocks(samples.size):
-        present = samples[block][~np.isnan(samples[block])]
-        total += float(present.sum())
-        count += present.size
-    return total / count
-
-
 def _filled(samples: FloatArray, value: float) -> FloatArray:
     """With `value` in the place of what is missing, a new array."""
-    filled = empty(samples.size)
-    for block in blocks(samples.size):
-        filled[block] = np.where(np.isnan(samples[block]), value, samples[block])
-    return filled
+    return elementwise(lambda some: np.where(np.isnan(some), value, some), samples)
 
 
 def _without_ramp(samples: FloatArray, slope: float, offset: float) -> FloatArray:
@@ -180,14 +169,16 @@ def _count_gaps(
     samples: FloatArray, sample_rate: float, gaps: Gaps, only_whole: Estimator | None
 ) -> int:
     """How many samples are missing, if none is infinite and missing ones are allowed."""
-    infinite, first = _tally(np.isinf, samples)
-    if infinite:
+    infinite = Places(values=samples, test=np.isinf).tally()
+    if infinite.count:
+        first = infinite.first
         raise RecordingError(
-            f"sample {first} ({first / sample_rate:g} s) is infinite, {infinite} in all",
+            f"sample {first} ({first / sample_rate:g} s) is infinite, {infinite.count} in all",
             channel="values",
             remedy="mark bad samples as NaN and use gaps='omit'",
         )
-    missing, first = _tally(np.isnan, samples)
+    tally = Places(values=samples, test=np.isnan).tally()
+    missing, first = tally.count, tally.first
     if missing and gaps == "reject":
         raise RecordingError(
             f"sample {first} ({first / sample_rate:g} s) is missing, {missing} in all",
@@ -202,19 +193,6 @@ def _count_gaps(
             remedy="gaps='omit' works with oadev, mdev and ohdev",
         )
     return missing
-
-
-def _tally(
-    is_bad: Callable[[FloatArray], NDArray[np.bool_]], samples: FloatArray
-) -> tuple[int, int]:
-    """How many samples are bad, and the first of them."""
-    count, first = 0, samples.size
-    for block in blocks(samples.size):
-        bad = np.flatnonzero(is_bad(samples[block]))
-        if bad.size:
-            first = min(first, block.start + int(bad[0]))
-            count += bad.size
-    return count, first
 
 
 def _exact_slope(slope: float, samples: int) -> float:
@@ -522,7 +500,6 @@ def _window_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
 
 def _first_window(angle: FloatArray, cluster: int) -> float:
     """Sum of the first `cluster` second differences, or zero if they do not fit."""
-    window = 0.0
-    for block in blocks(cluster if 3 * cluster <= angle.size else 0, STARTS):
-        window = float(_kernels.window_difference(angle, cluster, block.start, block.stop, window))
-    return window
+    if 3 * cluster > angle.size:
+        return 0.0
+    return float(_kernels.window_difference(angle, cluster, 0, cluster, 0.0))

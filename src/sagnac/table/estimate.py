@@ -19,7 +19,7 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac.arrays import FloatArray, blocks, elementwise, empty
+from sagnac.arrays import FloatArray, blocks, differences, elementwise, empty, mean
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
     LARGEST_EARTH_RATE,
@@ -358,22 +358,12 @@ def _noise(
     if delay is not None:
         back = replace(delay, mean=-delay.mean, change=-delay.change)
         sensed = _undelayed(sensed, back, sample_rate)
-    size = encoder.size - 1
-    sums = np.zeros(2)
-    for block in blocks(size):
-        here = slice(block.start, block.stop + 1)
-        steps = np.diff(encoder[here] - sensed[here])
-        sums += steps.sum(), steps @ steps
-    mean, square = sums / size
-    return math.sqrt(0.5 * max(float(square - mean**2), 0.0))
+    steps = differences(elementwise(np.subtract, encoder, sensed, out=sensed))
+    return math.sqrt(0.5 * max(float(steps @ steps) / steps.size - mean(steps) ** 2, 0.0))
 
 
 def _weighted(gyros: Sequence[FloatArray], weights: FloatArray) -> FloatArray:
-    total = elementwise(np.multiply, gyros[0], weights[0])
-    for gyro, weight in zip(gyros[1:], weights[1:], strict=True):
-        for block in blocks(total.size):
-            total[block] += weight * gyro[block]
-    return total
+    return elementwise(lambda *here: weights @ np.stack(here), *gyros)
 
 
 def _led(

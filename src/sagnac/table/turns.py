@@ -12,7 +12,15 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, empty, every, extent
+from sagnac.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    elementwise,
+    every,
+    extent,
+)
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import require_rate
 from sagnac.recording.model import Recording
@@ -246,11 +254,10 @@ class AngleFunction:
 
     def less(self, angle: FloatArray, table: FloatArray) -> FloatArray:
         """(samples,) an angle without the function, rad: a new array."""
-        rest = empty(angle.size)
-        for block in blocks(angle.size):
-            rest[block] = angle[block]
-            rest[block] -= harmonic_sum(table[block], self.orders, self.cosine, self.sine)
-        return rest
+        return elementwise(
+            lambda own, at: own - harmonic_sum(at, self.orders, self.cosine, self.sine),
+            angle, table,
+        )  # fmt: skip
 
 
 def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction | None:
