@@ -92,6 +92,8 @@ def test_an_operation_is_on_a_number_or_one_by_one_and_in_place_if_asked(mapped,
     assert arrays.is_mapped(difference)
     assert np.array_equal(difference, values - other)
     assert np.array_equal(arrays.elementwise(np.divide, np.arange(3), 2.0), [0.0, 0.5, 1.0])
+    single = np.array([0.1, 0.3], dtype=np.float32)
+    assert np.array_equal(arrays.elementwise(np.multiply, single, 0.7), single.astype(float) * 0.7)
     assert arrays.elementwise(np.multiply, difference, 2.0, out=difference) is difference
     assert np.array_equal(difference, 2.0 * (values - other))
 

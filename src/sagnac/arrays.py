@@ -283,7 +283,8 @@ def elementwise(
     result = empty(values.size) if out is None else out
     for block in blocks(values.size):
         here = (other[block] if isinstance(other, np.ndarray) else other for other in others)
-        result[block] = operation(values[block], *here)
+        # Single precision times a number would stay single.
+        result[block] = operation(np.asarray(values[block], dtype=np.float64), *here)
     return result
 
 

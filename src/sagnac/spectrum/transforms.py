@@ -67,6 +67,10 @@ class Scratch:
             self.file.readinto(line.view(np.uint8))
         return block
 
+    def as_real(self) -> "Scratch":
+        """The same room for twice as many real numbers a row, from that of complex ones."""
+        return Scratch(width=2 * self.width, values=self.values.view(np.float64), file=self.file)
+
     def first_row(self) -> FloatArray:
         """The first row, which holds real numbers, as an array."""
         if self.file is None:
@@ -171,17 +175,14 @@ def factored(
         Order of the sine taper that the values are multiplied by, 0 for none.
     """
     with scratch(by.count, by.frequencies, np.complex128) as spectra:
-        _first_round(values, by, spectra, taper)
+        split(values, by, spectra.as_real(), taper)
+        columns = -(-values.size // by.count)
+        # A caller that keeps no values lets them go before the second round.
+        del values
+        transform_columns(spectra, by, columns)
         with scratch(1, width, np.float64) as result:
             combine_columns(spectra, by, lambda first, block: store(result, first, block))
             return result.first_row()
-
-
-def _first_round(values: FloatArray, by: Factors, spectra: Scratch, taper: int) -> None:
-    """Transforms of the columns, which are let go before the second round."""
-    with scratch(by.count, -(-values.size // by.count), np.float64) as columns:
-        split(values, by, columns, taper)
-        transform_columns(columns, by, spectra)
 
 
 def split(values: FloatArray, by: Factors, columns: Scratch, taper: int = 0) -> None:
@@ -195,10 +196,10 @@ def split(values: FloatArray, by: Factors, columns: Scratch, taper: int = 0) -> 
         columns.write(0, block.start // by.count, here.reshape(-1, by.count).T)
 
 
-def transform_columns(columns: Scratch, by: Factors, spectra: Scratch) -> None:
-    """The first round: a transform of length N2 of every row."""
+def transform_columns(spectra: Scratch, by: Factors, filled: int) -> None:
+    """The first round, in place: a transform of length N2 of the `filled` numbers of every row."""
     for some in blocks(by.count, max(1, arrays.BLOCK // (2 * by.size))):
-        rows = columns.read(some, slice(0, columns.width))
+        rows = spectra.as_real().read(some, slice(0, filled))
         spectra.write(some.start, 0, scipy.fft.rfft(rows, by.size))
 
 
