@@ -32,7 +32,7 @@ def test_analyze_writes_all_and_says_the_answer_first(recording, capsys, tmp_pat
     assert shown.startswith("ARW of gyros x − z, per gyro (N̄)  ")
     for part in (
         "°/√h",
-        "average over bands",
+        "Rests on: likelihood fit of the spectrum",
         "rad/√s",
         "quantization",
         "seconds: read",
