@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import BLOCK, BooleanArray, FloatArray, IntegerArray, blocks, every, release
+from sagnac.arrays import BLOCK, BooleanArray, FloatArray, IntegerArray, blocks, every
 from sagnac.errors import Level, Note, RecordingError, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
@@ -107,19 +107,18 @@ def require_encoder_follows(recording: Recording, gyro: Channel) -> None:
 
 def _block_angles(channel: Channel, sample_rate: float, edges: NDArray[np.intp]) -> FloatArray:
     """Angle turned from each edge to the next, rad, shape (edges - 1,)."""
-    if channel.kind == "angle":
-        turned = np.diff(channel.values[edges])
-        release()
-        return turned
     values, number = channel.values, edges.size - 1
     turned = np.empty(number)
     # As many stretches at a time as a block of samples holds.
     for some in blocks(number, max(1, BLOCK * number // int(edges[-1]))):
         inside = edges[some.start : some.stop + 1]
+        if channel.kind == "angle":
+            turned[some] = np.diff(values[inside])
+            continue
         # reduceat runs its last sum to the end of what it is given: the last edge included.
         steps = values[inside[0] + 1 : inside[-1] + 1]
         turned[some] = np.add.reduceat(steps, inside[:-1] - inside[0])
-    return turned if channel.kind == "increment" else turned / sample_rate
+    return turned / sample_rate if channel.kind == "rate" else turned
 
 
 def block_rates(recording: Recording, channel: Channel) -> tuple[FloatArray, NDArray[np.intp]]:
