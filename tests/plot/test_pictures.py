@@ -13,6 +13,7 @@ from sagnac import plot
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import ByAngle, Residual
+from sagnac.coefficients.model_average import ModelChoice
 from sagnac.coefficients.self_noise import self_noise
 from sagnac.recording.model import Recording
 from tests.handmade import N, analysis
@@ -167,3 +168,21 @@ def test_each_gyro_alone_is_drawn_with_its_interval_and_what_all_share():
     assert levels == pytest.approx({k: v * math.sqrt(0.2) for k, v in wanted.items()}, rel=0.1)
     assert len(axes.collections) == 3
     axes.figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize(
+    ("member", "name"),
+    [("average", "average"), ("both", "N of the likelihood"), ("whole band", "likelihood")],
+)
+def test_a_fit_whose_interval_was_widened_is_named_as_what_it_is(member, name):
+    found = analysis()
+    answer = found.angle_random_walk
+    choice = ModelChoice(member=member, terms=("angle_random_walk",), band_hz=(0.001, 0.5))
+    wider = dataclasses.replace(
+        found,
+        angle_random_walk=dataclasses.replace(answer, high=1.01 * answer.high),
+        average=choice,
+        coefficients=found.fits["likelihood"].coefficients,
+    )
+    legend = plot.stability(wider, Figure().add_subplot()).get_legend()
+    assert f"fit ({name})" in [text.get_text() for text in legend.get_texts()]

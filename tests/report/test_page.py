@@ -1,9 +1,11 @@
 """The page."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
+from sagnac.coefficients.model_average import ModelChoice
 from sagnac.errors import Note
 from sagnac.report import page
 from tests.handmade import SHA256, analysis
@@ -93,3 +95,21 @@ def test_report_is_written_whole(tmp_path):
     page.write_page(analysis(), path)
     assert path.read_text(encoding="utf-8") == page.page(analysis())
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_likelihood_whose_interval_was_widened_is_no_average(tmp_path):
+    found = analysis()
+    answer = found.angle_random_walk
+    widened = replace(
+        found,
+        angle_random_walk=replace(answer, high=1.01 * answer.high),
+        average=ModelChoice(
+            member="whole band", terms=("angle_random_walk",), band_hz=(0.001, 0.5)
+        ),
+        coefficients=found.fits["likelihood"].coefficients,
+    )
+    path = tmp_path / "report.html"
+    page.write_page(widened, path)
+    text = path.read_text(encoding="utf-8")
+    assert "Likelihood, its interval widened" in text
+    assert "verage over bands" not in text

@@ -45,6 +45,12 @@ _SLOPES: Final[Mapping[CoefficientName, str]] = {
 }
 _ROOM_FOR_LABEL: Final = 75.0  # points
 # What stands at the axis of deviations, before and behind the channel.
+# Of the drawn sum, by the member of the average that the answer is of.
+_NAMES: Final = {
+    "average": "average",
+    "both": "N of the likelihood",
+    "whole band": "likelihood",
+}
 _OF_CHANNEL: Final = "Allan deviation, "
 _UNIT: Final = " (°/h)"
 
@@ -210,10 +216,10 @@ def _fit_of(analysis: Analysis) -> _Drawn | None:
     }
     if not values:
         return None
-    resting = analysis.average
-    both = resting is not None and resting.member == "both"
-    name = "N of the likelihood" if both else "average" if fit is None else fit.method
-    return _Drawn(name=name, values=values, shortest=shortest)
+    if fit is not None:
+        return _Drawn(name=fit.method, values=values, shortest=shortest)
+    member = "average" if analysis.average is None else analysis.average.member
+    return _Drawn(name=_NAMES[member], values=values, shortest=shortest)
 
 
 def _fitted(axes: "Axes", analysis: Analysis) -> None:

@@ -72,7 +72,13 @@ _METHODS: Final[Mapping[str, str]] = {
 # Latitude of the figure on heading.
 _LATITUDE: Final = 45.0 * DEGREE
 # Title of the coefficients if the answer is of likelihood and average.
-_OF_BOTH: Final = "Likelihood (N), average (the others)"
+# By the member of the average that the answer is of. A fit whose interval is the answer's as well
+# stands as itself.
+_ANSWERS: Final = {
+    "average": "Average over bands and terms",
+    "both": "Likelihood (N), average (the others)",
+    "whole band": "Likelihood, its interval widened",
+}
 
 
 def write_page(analysis: Analysis, path: Path) -> None:
@@ -398,7 +404,7 @@ def _fit_title(analysis: Analysis) -> str:
     choice = analysis.average
     if choice is None or not choice.terms:
         return ""
-    return _OF_BOTH if choice.member == "both" else "average over bands and terms"
+    return _ANSWERS[choice.member]
 
 
 def _shares(analysis: Analysis) -> dict[str, Any] | None:
@@ -455,9 +461,8 @@ def _answer_column(analysis: Analysis) -> list[tuple[str, bool]]:
     """A column for the average if the answer is of that and of no fit."""
     if not analysis.coefficients or headline_fit(analysis) is not None:
         return []
-    choice = analysis.average
-    both = choice is not None and choice.member == "both"
-    return [(_OF_BOTH if both else "Average over bands and terms", True)]
+    member = "average" if analysis.average is None else analysis.average.member
+    return [(_ANSWERS[member], True)]
 
 
 def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
