@@ -230,6 +230,17 @@ def mean(values: FloatArray) -> float:
     return sum(float(values[block].sum()) for block in blocks(values.size)) / values.size
 
 
+def square(values: FloatArray) -> float:
+    """Sum of the squared values.
+
+    Examples
+    --------
+    >>> square(np.array([1.0, 2.0, 6.0]))
+    41.0
+    """
+    return sum(float(values[block] @ values[block]) for block in blocks(values.size))
+
+
 def is_finite(values: FloatArray) -> bool:
     """Whether every value is a number, none of them infinite.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray, differences, elementwise, mean
+from sagnac.arrays import FloatArray, differences, elementwise, mean, square
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.recording.channel import angle_of
 from sagnac.recording.encoder_faults import require_encoder_follows
@@ -239,4 +239,4 @@ def _takes_table_out(
 def _step(angle: FloatArray) -> float:
     """Rms increment about the mean, rad."""
     steps = differences(angle)
-    return math.sqrt(max(float(steps @ steps) / steps.size - mean(steps) ** 2, 0.0))
+    return math.sqrt(max(square(steps) / steps.size - mean(steps) ** 2, 0.0))

@@ -10,7 +10,16 @@ from numpy.typing import ArrayLike
 from scipy.fft import rfft
 from scipy.special import ndtr, ndtri
 
-from sagnac.arrays import BooleanArray, FloatArray, blocks, differences, elementwise, every, extent
+from sagnac.arrays import (
+    BooleanArray,
+    FloatArray,
+    blocks,
+    differences,
+    elementwise,
+    every,
+    extent,
+    square,
+)
 from sagnac.errors import Level, Note
 from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.effects import finding
@@ -243,7 +252,7 @@ def _variance_beside(gyro: FloatArray, table: FloatArray, share: float) -> float
     """Variance of a gyro's steps beside table motion, if they are white."""
     steps = differences(elementwise(lambda own, turned: own - share * turned, gyro, table))
     changes = differences(steps)
-    return 0.5 * float(changes @ changes) / changes.size
+    return 0.5 * square(changes) / changes.size
 
 
 def _variance_of_steps(values: FloatArray) -> float:

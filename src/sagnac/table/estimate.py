@@ -19,7 +19,7 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac.arrays import FloatArray, blocks, differences, elementwise, empty, mean
+from sagnac.arrays import FloatArray, blocks, differences, elementwise, empty, mean, square
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
     LARGEST_EARTH_RATE,
@@ -359,7 +359,7 @@ def _noise(
         back = replace(delay, mean=-delay.mean, change=-delay.change)
         sensed = _undelayed(sensed, back, sample_rate)
     steps = differences(elementwise(np.subtract, encoder, sensed, out=sensed))
-    return math.sqrt(0.5 * max(float(steps @ steps) / steps.size - mean(steps) ** 2, 0.0))
+    return math.sqrt(0.5 * max(square(steps) / steps.size - mean(steps) ** 2, 0.0))
 
 
 def _weighted(gyros: Sequence[FloatArray], weights: FloatArray) -> FloatArray:
