@@ -1,9 +1,11 @@
 """The top of a report, and its paragraph on methods."""
 
 from dataclasses import replace
+from typing import get_args
 
 import pytest
 
+from sagnac.analysis.settings import Method
 from sagnac.coefficients.model_average import ModelChoice
 from sagnac.report.files import TitleBlock
 from sagnac.report.page import page
@@ -42,6 +44,8 @@ def test_methods_are_those_used_and_references_are_numbered_as_cited():
     assert "differenced" in paragraph
     assert "differenced" not in cited(sentences(analysis(gyros=("x",))))[0]
     assert "once a turn" in cited(sentences(analysis(method="fris")))[0]
+    said = {cited(sentences(analysis(method=method)))[0] for method in get_args(Method)}
+    assert len(said) == len(get_args(Method))
 
 
 def luminance(color: str) -> float:

@@ -41,6 +41,8 @@ _REMOVED: Final[dict[str, str]] = {
     "angle, were fitted together with the motion of the table and taken off; the noise that went "
     "with them was given back to the curve.",
     "fos-paper": "Lines were taken off each gyro by fast orthogonal search, as published [paper].",
+    "fos-korenberg": "Lines were taken off each gyro by fast orthogonal search on the grid of 1/T, "
+    "with the stop of Korenberg [paper].",
     "fris": "The angle was taken once a turn of the table, so that whatever repeats with it drops "
     "out.",
     "none": "Nothing was taken off before the curve.",
