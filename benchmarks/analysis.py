@@ -175,7 +175,7 @@ def page(
     stages: list[dict[str, float]],
     first: dict[str, tuple[Cost, Cost]],
 ) -> str:
-    """The page: whole commands, where the time goes, and what compiling costs.
+    """Text of the page: costs of whole commands, of their stages and of compiling.
 
     Parameters
     ----------

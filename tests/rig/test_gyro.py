@@ -86,7 +86,7 @@ def test_a_markov_rate_makes_its_allan_variance():
     for samples in (1, 3, 30, 100):
         for time, one in zip(gyro.markov_time_s, angle, strict=True):
             law = markov_allan_variance(samples / 10.0, unit * math.sqrt(2.0 / time), time)
-            # Of the longest there are a thousand correlation times.
+            # The record has a thousand of the longest correlation times.
             assert allan_variance(one, samples, 10.0) / law == pytest.approx(1.0, rel=0.1)
 
 

@@ -232,10 +232,11 @@ def _lowered(
     residual: FloatArray | None,
     masked: Sequence[tuple[float, float]],
 ) -> Headline:
-    """A bound as low as the lowest frequencies allow, where the encoder's noise is least.
+    """The answer, its bound lowered to what the lowest frequencies allow.
 
-    Beside N and white noise of the readings the residual may hold a drift, some of the table's
-    motion by an error of the share, and of its rate, by a delay and a change of it.
+    The encoder's noise is least there. Beside N and white noise of the readings the residual may
+    hold a drift, a part of the table's motion by an error of the share, and a part of its rate by a
+    delay and a change of it.
     """
     own, readings = answer.estimate, table.readings
     if own.status == "estimated" or residual is None or readings is None:

@@ -42,7 +42,7 @@ _PANELS: Final = 4
 _MOST_NAMES: Final = 30
 _LONGEST_NAME: Final = 20
 _PANEL: Final = (1.65, 1.5)
-# Of what is judged; the first is of what passes and of what no limit was stated for.
+# Color of a point by its verdict; the empty one stands for a pass and for no stated limit.
 _VERDICT_COLORS: Final = {"": BLUE, "fail": ORANGE, "undecided": OCHRE}
 _TITLE: Final = {"fontsize": 7.0, "loc": "left", "pad": 3.0}
 

@@ -45,7 +45,7 @@ _SLOPES: Final[Mapping[CoefficientName, str]] = {
 }
 _ROOM_FOR_LABEL: Final = 75.0  # points
 # What stands at the axis of deviations, before and behind the channel.
-# Of the drawn sum, by the member of the average that the answer is of.
+# Name of the drawn sum, by the member of the average that gives the answer.
 _NAMES: Final = {
     "average": "average",
     "both": "N of the likelihood",

@@ -116,7 +116,7 @@ class _Mantissas(ScalarFormatter):
         self.set_powerlimits((-3, 4))
 
     def get_offset(self) -> str:
-        """No offset is written: it would stand above the axis, where the legend is."""
+        """The offset is left out: it would be written above the axis, in the legend's place."""
         return ""
 
     def power(self) -> str:
