@@ -14,7 +14,7 @@ from typing import Final
 from sagnac.errors import WouldOverwrite
 
 # Where the words of a file about itself stand.
-_HEAD: Final = 1 << 13
+_HEAD: Final = 1 << 14
 _TAIL: Final = 1 << 16
 _SCHEMA: Final = re.compile(rb'\A\s*\{\s*"schema":\s*"sagnac\.([a-z-]+)/')
 _PAGE: Final = b'<meta name="generator" content="sagnac '

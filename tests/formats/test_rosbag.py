@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 from sagnac.errors import RecordingError
-from sagnac.formats import columns, read
+from sagnac.formats import columns, read, write
 from sagnac.formats import rosbag as module
 from tests.formats.examples import refused
 from tests.formats.instruments import axes, bag
+from tests.formats.test_euroc import GYROS, SIX, VALUES
 
 
 @pytest.mark.parametrize("suffix", [".bag", ".mcap", ".db3"])
@@ -62,3 +65,35 @@ def test_a_bag_that_is_none_or_cut_off(tmp_path):
         path.write_bytes(content)
         with pytest.raises(RecordingError, match="is not ROS bag, or is damaged or cut off"):
             read(path)
+
+
+@pytest.mark.parametrize("suffix", ["bag", "mcap", "db3"])
+@pytest.mark.parametrize("forces", [True, False])
+def test_the_library_reads_what_is_written(tmp_path, suffix, forces, monkeypatch):
+    """Every field of every message, over the seams of blocks, with or without accelerometers."""
+    monkeypatch.setattr(module, "_BLOCK", 120)
+    recording = SIX if forces else GYROS
+    path = write(recording, tmp_path / f"unit.{suffix}")
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as made:
+        (connection,) = made.connections
+        assert (connection.topic, connection.msgtype) == ("/imu", "sensor_msgs/msg/Imu")
+        found = [
+            (stamp, made.deserialize(raw, connection.msgtype)) for _, stamp, raw in made.messages()
+        ]
+    assert len(found) == recording.samples
+    for n, (stamp, message) in enumerate(found):
+        header, turned, pushed = (
+            message.header,
+            message.angular_velocity,
+            message.linear_acceleration,
+        )
+        assert stamp == header.stamp.sec * 10**9 + header.stamp.nanosec == 10**9 + n * 5_000_000
+        assert getattr(header, "seq", n) == n
+        assert [turned.x, turned.y, turned.z] == VALUES.gyros[n].tolist()
+        assert [pushed.x, pushed.y, pushed.z] == (
+            VALUES.accelerometers[n].tolist() if forces else [0.0] * 3
+        )
+        assert message.orientation_covariance[0] == -1.0
+        assert message.angular_velocity_covariance.tolist() == [0.0] * 9
+        assert message.linear_acceleration_covariance[0] == (0.0 if forces else -1.0)
+    assert [one.name for one in read(path).accelerometers] == (["ax", "ay", "az"] if forces else [])

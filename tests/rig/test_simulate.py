@@ -2,18 +2,20 @@
 
 import ast
 import json
+import math
 import tracemalloc
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import sagnac
 from sagnac import formats
 from sagnac.errors import RecordingError
-from sagnac.rig.config import preset
-from sagnac.rig.sections import DisturbanceConfig
+from sagnac.rig.config import RigConfig, preset
+from sagnac.rig.sections import AccelerometerConfig, DisturbanceConfig, GyroConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate, write
 from tests.rig.rigs import HARSH, from_first, triad
 
@@ -117,6 +119,65 @@ def test_other_formats_hold_the_encoder_as_it_reads(tmp_path, suffix):
         column = np.genfromtxt(path, delimiter=",", names=True)["tabledeg"]
         assert 0.0 <= column.min() < column.max() < 360.0
         np.testing.assert_allclose(column * 20_000, np.rint(column * 20_000), atol=1e-4)
+
+
+SIX = RigConfig(
+    duration_s=5.0,
+    sample_rate_hz=100.0,
+    kind="rate",
+    table=TableConfig(rate_deg_per_s=0.0),
+    gyro=GyroConfig(
+        arw_deg_per_sqrt_h=(0.1, 0.3, 0.2), rate_random_walk_deg_per_h_per_sqrt_h=(5.0, 6.0, 7.0)
+    ),
+    accelerometer=AccelerometerConfig(
+        mode="triad",
+        vrw_m_per_s_per_sqrt_h=(0.06, 0.03, 0.0),
+        acceleration_random_walk_mg_per_sqrt_h=(1.0, 2.0, 3.0),
+    ),
+)
+
+
+@pytest.mark.parametrize("suffix", ["bag", "mcap", "euroc"])
+def test_six_axes_are_written_as_a_bag_or_a_folder(tmp_path, suffix):
+    for seed in (1, 2):
+        config = replace(SIX, seed=seed)
+        path, truth_path = write(config, tmp_path / f"unit.{suffix}")
+    back, made = formats.read(path), simulate(config).recording
+    for one, other in zip(
+        (*back.gyros, *back.accelerometers), (*made.gyros, *made.accelerometers), strict=True
+    ):
+        np.testing.assert_array_equal(one.values, other.values)
+    assert json.loads(truth_path.read_text())["seed"] == 2
+    assert {one.name for one in tmp_path.iterdir()} == {path.name, truth_path.name}
+
+
+def test_a_folder_of_euroc_states_the_densities_that_were_put_in(tmp_path):
+    path, _ = write(SIX, tmp_path / "unit.euroc")
+    stated = yaml.safe_load((path / "mav0" / "imu0" / "sensor.yaml").read_text())
+    # 0.3 deg/sqrt(h), 7 deg/h/sqrt(h), 0.06 m/s/sqrt(h) and 3 mg/sqrt(h) are the largest.
+    assert stated["gyroscope_noise_density"] == pytest.approx(math.radians(0.3) / 60.0, rel=1e-6)
+    assert stated["gyroscope_random_walk"] == pytest.approx(
+        math.radians(7.0) / 3600.0 / 60.0, rel=1e-6
+    )
+    assert stated["accelerometer_noise_density"] == pytest.approx(0.001, rel=1e-6)
+    assert stated["accelerometer_random_walk"] == pytest.approx(3e-3 * 9.80665 / 60.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "config", "said"),
+    [
+        ("bag", preset("paper"), "table, null_pulse, x of kind angle"),
+        ("bag", replace(SIX, kind="increment"), "az of kind increment"),
+        ("euroc", replace(SIX, accelerometer=AccelerometerConfig()), "3 gyros with 0 accelerom"),
+    ],
+)
+def test_what_a_format_cannot_hold_is_refused_before_it_is_simulated(
+    tmp_path, suffix, config, said
+):
+    parts = []
+    with pytest.raises(RecordingError, match=said):
+        write(config, tmp_path / f"unit.{suffix}", parts.append)
+    assert (parts, list(tmp_path.iterdir())) == ([], [])
 
 
 def test_nothing_is_left_of_a_file_that_cannot_be_written(tmp_path):

@@ -201,7 +201,7 @@ def replacing_set(path: Path) -> Iterator[Path]:
             for name in names:
                 path.with_name(name).unlink(missing_ok=True)
             for name in (path.name, *names):
-                os.replace(folder / name, path.with_name(name))
+                _put(folder / name, path.with_name(name))
 
 
 @contextmanager
@@ -303,12 +303,17 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(0o777 & ~mask)
-        if not folder.exists():
-            os.replace(temporary, folder)
-        elif _may_move(folder, temporary):
-            _change_places(temporary, folder)
-        else:
-            _move_into(folder, temporary)
+        _put(temporary, folder)
+
+
+def _put(new: Path, place: Path) -> None:
+    """Let a file or a folder take its place; what else a folder there holds stays."""
+    if not (new.is_dir() and place.is_dir()):
+        os.replace(new, place)
+    elif _may_move(place, new):
+        _change_places(new, place)
+    else:
+        _move_into(place, new)
 
 
 def _may_move(folder: Path, new: Path) -> bool:

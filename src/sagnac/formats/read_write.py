@@ -1,15 +1,16 @@
 """Read and write by the format of the file: one table, `sagnac.formats.registry`, says which."""
 
 import hashlib
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from sagnac.errors import MissingExtra, RecordingError
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about
-from sagnac.formats.registry import BINARY, CSV, ROSBAG, Format, formats
+from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
 from sagnac.formats.source import Source, outgoing
 from sagnac.formats.statement import (
     Statement,
@@ -21,7 +22,9 @@ from sagnac.formats.statement import (
 )
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.overwriting import require_free
-from sagnac.recording.model import Provenance, Recording
+from sagnac.recording.model import Kind, Provenance, Recording
+
+_AXES: Final = 3
 
 
 def read(
@@ -71,7 +74,7 @@ def read(
     >>> recording.gyros, recording.duration
     ((Channel(x: 100 samples, rate, shown in deg/h),), 10.0)
     """
-    path = Path(path)
+    path = _file_of(path)
     caller = one_statement(statement, stated)
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:
         found = beside(path)
@@ -105,7 +108,7 @@ def columns(path: Path | str) -> tuple[str, ...]:
     ...     columns(path)
     ('t[s]', 'x[deg/h]')
     """
-    path = Path(path)
+    path = _file_of(path)
     with about(path):
         return tuple(column.key for column in _open(path, Statements()).columns)
 
@@ -192,7 +195,7 @@ def accelerometers_in(
 
 def _opened(path: Path | str, caller: Statement) -> tuple[Source, Statements]:
     """A file, and what is stated of it."""
-    path = Path(path)
+    path = _file_of(path)
     with about(path):
         by_toml = beside(path).statement
         source = _open(path, Statements(caller=caller, beside=by_toml))
@@ -241,20 +244,75 @@ def write(recording: Recording, path: Path | str, *, force: bool = False) -> Pat
     ('still.parquet', 1000, 10.0)
     """
     path = Path(path)
+    out = outgoing(recording)
+    known = format_to_write(
+        path,
+        out.kinds,
+        accelerometers=out.accelerometers,
+        beside=[name for name in out.columns if name not in (*out.kinds, "time")],
+    )
     with about(path):
-        suffix = path.suffix.lower()
-        written = [one for one in formats() if one.writes]
-        known = next((one for one in written if suffix in one.suffixes), None)
-        if known is None:
-            suffixes = ", ".join(one for known in written for one in known.suffixes)
-            raise RecordingError(
-                "no format to write has this suffix", remedy=f"use one of {suffixes}"
-            )
-        if known is not CSV:
-            require_no_other(path)
         require_free(of_conversion(path), force=force)
-        _module(known, "writing").write(path, outgoing(recording))
+        _module(known, "writing").write(path, out)
     return path
+
+
+def format_to_write(
+    path: Path,
+    kinds: Mapping[str, Kind],
+    *,
+    accelerometers: Sequence[str] = (),
+    beside: Sequence[str] = (),
+) -> Format:
+    """The format that a suffix names, if it can hold a recording.
+
+    Parameters
+    ----------
+    path
+        The file to write.
+    kinds
+        Name of a gyro or an accelerometer -> kind.
+    accelerometers
+        Which of these are accelerometers.
+    beside
+        Names of the other columns, except the time.
+
+    Raises
+    ------
+    RecordingError
+        If no format has the suffix, it cannot hold that, or a TOML beside the file would be
+        believed instead of it.
+    """
+    suffix = path.suffix.lower()
+    written = [one for one in formats() if one.writes]
+    known = next((one for one in written if suffix in one.suffixes), None)
+    if known is None:
+        suffixes = ", ".join(one for known in written for one in known.suffixes)
+        raise RecordingError(
+            "no format to write has this suffix", path=str(path), remedy=f"use one of {suffixes}"
+        )
+    if known is not CSV:
+        require_no_other(path)
+    gyros = len(kinds) - len(accelerometers)
+    wrong = [*beside, *(f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate")]
+    if gyros != _AXES or len(kinds) not in known.rates_of:
+        wrong.append(f"{gyros} gyros with {len(accelerometers)} accelerometers")
+    if known.rates_of and wrong:
+        alone = " or none" if _AXES in known.rates_of else ""
+        raise RecordingError(
+            f"{known.name} holds rates of three gyros and three accelerometers{alone}, and cannot "
+            f"hold {', '.join(wrong)}",
+            path=str(path),
+            remedy="give what it holds, or use .parquet, which holds every recording",
+        )
+    return known
+
+
+def _file_of(path: Path | str) -> Path:
+    """The file that is read: of a folder of EuRoC the samples of its IMU."""
+    path = Path(path)
+    inside = path / EUROC_DATA
+    return inside if inside.is_file() else path
 
 
 def _open(path: Path, statements: Statements) -> Source:

@@ -28,6 +28,9 @@ class Format:
         Suffixes that its files may have as well, although they are another format's.
     extra
         The extra of this package that brings the library, empty if none is needed.
+    rates_of
+        How many channels its files may hold if these are the rates of three gyros and of
+        accelerometers, and nothing else; empty if they hold whatever a recording has.
 
     Raises
     ------
@@ -42,6 +45,7 @@ class Format:
     beginning: bytes = b""
     also: tuple[str, ...] = ()
     extra: str = ""
+    rates_of: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         wrong = [one for one in self.suffixes if not one.startswith(".") or one != one.lower()]
@@ -93,9 +97,13 @@ ROSBAG: Final = Format(
     name="ROS bag",
     suffixes=(".bag", ".mcap", ".db3"),
     module="rosbag",
-    writes=False,
     extra="ros",
+    rates_of=(3, 6),
 )
+EUROC: Final = Format(name="EuRoC", suffixes=(".euroc",), module="euroc", rates_of=(6,))
+# Where a folder of EuRoC holds the samples of its IMU, and what it states of it.
+EUROC_DATA: Final = "mav0/imu0/data.csv"
+EUROC_SENSOR: Final = "mav0/imu0/sensor.yaml"
 TDMS: Final = Format(
     name="TDMS", suffixes=(".tdms",), module="tdms", writes=False, beginning=b"TDSm", extra="tdms"
 )
@@ -131,6 +139,7 @@ FORMATS: Final = (
     FEATHER,
     NETCDF,
     ROSBAG,
+    EUROC,
     TDMS,
     ULOG,
     MINISEED,

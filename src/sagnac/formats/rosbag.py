@@ -14,6 +14,8 @@ a connection its definition may stand (bag format 2.0).
 """
 
 import gc
+import os
+import shutil
 import struct
 import weakref
 from collections.abc import Iterator, Sequence
@@ -26,13 +28,16 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
-from sagnac.arrays import IntegerArray
+from sagnac.arrays import IntegerArray, blocks
 from sagnac.errors import Note, RecordingError
-from sagnac.formats.files import damaged
+from sagnac.formats.files import damaged, replacing_set
 from sagnac.formats.registry import ROSBAG
-from sagnac.formats.source import Column, Source, Stored, in_memory
+from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
@@ -175,6 +180,10 @@ _TYPES: Final = ("sensor_msgs/msg/Imu", "sensor_msgs/Imu")
 _DOUBLES: Final = 37
 _GYRO_AT: Final = 13
 _ACCELEROMETER_AT: Final = 25
+# Of a covariance, whose first number is this if what it is of is not measured.
+_ATTITUDE_SPREAD_AT: Final = 4
+_ACCELERATION_SPREAD_AT: Final = 28
+_NOT_MEASURED: Final = -1.0
 _BLOCK: Final = 1 << 15
 _MOST_LISTED: Final = 8
 _STAMP: Final = "stamp"
@@ -194,7 +203,8 @@ _FIELDS: Final = {
 class _Topic:
     """One topic of IMU messages.
 
-    `order` is the byte order of its messages, and `stamp_at` where the stamp lies in them.
+    `order` is the byte order of its messages, and `stamp_at` where the stamp lies in them;
+    `has_forces` is whether its messages state an acceleration.
     """
 
     name: str
@@ -202,6 +212,7 @@ class _Topic:
     order: str
     stamp_at: int
     is_stamped: bool
+    has_forces: bool = True
 
 
 def open_source(path: Path) -> Source:
@@ -232,9 +243,9 @@ def open_source(path: Path) -> Source:
         forces = {f"a{axis}": f"linear_acceleration.{axis}" for axis in GYRO_NAMES}
         stated = Statement(
             kind="rate",
-            columns={**columns, **forces},
+            columns={**columns, **forces} if topics[0].has_forces else columns,
             gyros=GYRO_NAMES,
-            accelerometers=ACCELEROMETER_NAMES,
+            accelerometers=ACCELEROMETER_NAMES if topics[0].has_forces else None,
             time=time,
         )
     else:
@@ -348,7 +359,14 @@ def _topic(bag: AnyReader, name: str) -> _Topic:
     seconds = int(stamp.sec) * 10**9 + int(stamp.nanosec)
     if not np.array_equal(ours, expected, equal_nan=True) or first[_STAMP][0] != seconds:
         raise ValueError(f"messages of {name} are not those of sensor_msgs/Imu")
-    return _Topic(name=name, messages=count, order=order, stamp_at=4, is_stamped=seconds != 0)
+    return _Topic(
+        name=name,
+        messages=count,
+        order=order,
+        stamp_at=4,
+        is_stamped=seconds != 0,
+        has_forces=first[_NUMBERS][0, _ACCELERATION_SPREAD_AT] != _NOT_MEASURED,
+    )
 
 
 def _numbers(topic: _Topic, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:
@@ -412,3 +430,76 @@ def _blocks(
         numbers = _numbers(topic, [bytes(raw) for _, _, raw in block])
         received = np.array([when for _, when, _ in block], dtype=np.int64)
         yield {**numbers, _RECEIVED: received}
+
+
+# ---- write -------------------------------------------------------------------------
+
+_WRITTEN: Final = "/imu"
+_PLUGINS: Final = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
+
+
+def write(path: Path, out: Outgoing) -> None:
+    """A bag of ROS 1 (``.bag``) or 2, of which one file is all: rates in SI on the topic ``/imu``.
+
+    A covariance is zero, which says that it is not known, or begins with -1 of what is not there:
+    the orientation, and the acceleration without accelerometers.
+    """
+    plugin = _PLUGINS.get(path.suffix.lower())
+    store = get_typestore(Stores.ROS1_NOETIC if plugin is None else Stores.ROS2_HUMBLE)
+    with replacing_set(path) as folder:
+        if plugin is None:
+            with Writer1(folder / path.name) as bag:
+                to = bag.add_connection(_WRITTEN, _TYPES[0], typestore=store, callerid=MADE)
+                _write_messages(bag, to, store.serialize_ros1(_empty(store, seq=0), _TYPES[0]), out)
+            return
+        whole = folder / "bag"
+        with Writer2(whole, version=9, storage_plugin=plugin) as made:
+            made.set_custom_data("remark", MADE)
+            link = made.add_connection(_WRITTEN, _TYPES[0], typestore=store)
+            _write_messages(made, link, store.serialize_cdr(_empty(store), _TYPES[0]), out)
+        os.replace(next(whole.glob(f"*{path.suffix.lower()}")), folder / path.name)
+        shutil.rmtree(whole)
+
+
+def _empty(store: Any, **header: int) -> Any:
+    """A message in which stamp, rates and accelerations are to be put; `header` is of ROS 1."""
+    types = store.types
+    nothing = types["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=0.0)
+    return types[_TYPES[0]](
+        header=types["std_msgs/msg/Header"](
+            stamp=types["builtin_interfaces/msg/Time"](sec=0, nanosec=0), frame_id="imu", **header
+        ),
+        orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+        orientation_covariance=np.zeros(9),
+        angular_velocity=nothing,
+        angular_velocity_covariance=np.zeros(9),
+        linear_acceleration=nothing,
+        linear_acceleration_covariance=np.zeros(9),
+    )
+
+
+def _write_messages(
+    bag: Writer1 | Writer2, to: Any, empty: bytes | memoryview, out: Outgoing
+) -> None:
+    """All samples as messages, each the `empty` one with its numbers in their places."""
+    whole = len(empty)
+    numbers = np.frombuffer(empty, "<f8", count=_DOUBLES, offset=whole - 8 * _DOUBLES).copy()
+    numbers[_ATTITUDE_SPREAD_AT] = _NOT_MEASURED
+    if not out.accelerometers:
+        numbers[_ACCELERATION_SPREAD_AT] = _NOT_MEASURED
+    gyros = [name for name in out.kinds if name not in out.accelerometers]
+    for block in blocks(out.samples, _BLOCK):
+        stamps = out.stamps(block)
+        doubles = np.tile(numbers, (stamps.size, 1))
+        for at, names in ((_GYRO_AT, gyros), (_ACCELEROMETER_AT, out.accelerometers)):
+            for place, name in enumerate(names, start=at):
+                doubles[:, place] = out.columns[name][block]
+        raw = np.tile(np.frombuffer(empty, np.uint8), (stamps.size, 1))
+        raw[:, 4:12] = np.stack(np.divmod(stamps, 10**9), axis=1).astype("<u4").view(np.uint8)
+        if isinstance(bag, Writer1):
+            numbered = np.arange(block.start, block.start + stamps.size).astype("<u4")
+            raw[:, :4] = numbered[:, np.newaxis].view(np.uint8)
+        raw[:, -8 * _DOUBLES :] = doubles.astype("<f8").view(np.uint8)
+        content = raw.tobytes()
+        for n, stamp in enumerate(stamps.tolist()):
+            bag.write(to, stamp, content[n * whole : (n + 1) * whole])

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import blocks
+from sagnac.arrays import IntegerArray, blocks
 from sagnac.errors import Note, one_line
 from sagnac.formats.files import replacing
 from sagnac.formats.statement import ROLES, VOCABULARY, Statement
@@ -212,6 +212,15 @@ class Outgoing:
     def samples(self) -> int:
         """Number of samples."""
         return next(iter(self.columns.values())).size
+
+    def stamps(self, block: slice) -> IntegerArray:
+        """Times of the samples of a block, ns; the first sample is at 1 s, since 0 is no stamp."""
+        times = self.columns.get("time")
+        if times is None:
+            seconds = np.arange(self.samples)[block] / self.sample_rate
+        else:
+            seconds = times[block]
+        return np.asarray(10**9 + np.rint(seconds * 1e9).astype(np.int64))
 
     def rows(self, block: slice) -> Rows:
         """Name -> values of a block in `units`; the null pulse is 0 or 1."""

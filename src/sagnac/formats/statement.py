@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from sagnac.documents import read_toml
 from sagnac.errors import Note, RecordingError, one_line, quoted
-from sagnac.formats.registry import CSV
+from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.overwriting import Outputs
 from sagnac.recording.channel import KINDS, PICKOFF
 from sagnac.recording.columns import TEMPERATURE
@@ -565,7 +565,8 @@ def of_conversion(path: Path) -> Outputs:
     """A recording in another format, and the TOML that a text needs."""
     truth, beside = path.with_name(path.name + ".truth.json"), _toml_of(path)
     # One that a simulation made has its truth beside it, which would be of another recording.
-    mark = truth if truth.exists() else (*beside, path)[0]
+    own = path / EUROC_SENSOR if path.suffix.lower() in EUROC.suffixes else path
+    mark = truth if truth.exists() else (*beside, own)[0]
     return Outputs(paths=(path, *beside), mark=mark, kind="recording")
 
 

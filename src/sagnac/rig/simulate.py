@@ -16,11 +16,13 @@ from numpy.typing import NDArray
 from sagnac import formats
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import quoted
-from sagnac.formats import parquet
+from sagnac.formats import euroc, parquet
 from sagnac.formats.files import replacing_set
-from sagnac.formats.registry import CSV, PARQUET
-from sagnac.formats.statement import require_no_other
+from sagnac.formats.read_write import format_to_write
+from sagnac.formats.registry import EUROC, PARQUET
+from sagnac.formats.source import outgoing
 from sagnac.recording.channel import PICKOFF, Pickoff
+from sagnac.recording.columns import NULL_PULSE_NAME
 from sagnac.recording.model import Channel, Kind, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.dither import DitherMotion
@@ -47,7 +49,7 @@ from sagnac.rig.table import (
 )
 from sagnac.rig.truth import Truth, truth_of
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import DEGREE, STANDARD_GRAVITY
+from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor
 
 BLOCK_SAMPLES: Final = 65_536
 # Units of gyros and accelerometers in a file, of angles and increments and of rates.
@@ -408,34 +410,66 @@ def write(
     Raises
     ------
     RecordingError
-        If no format has the suffix or the folder cannot be written.
+        If no format has the suffix, it cannot hold the recording, or the folder cannot be written.
     TypeError
         If `config` is not a `RigConfig`.
     """
     _require_config(config)
     path = Path(path)
     truth_path = path.with_name(path.name + ".truth.json")
-    if path.suffix.lower() not in CSV.suffixes:
-        require_no_other(path)
+    forces = _forces(config)
+    known = format_to_write(
+        path,
+        dict.fromkeys((*GYRO_NAMES, *forces), config.kind),
+        accelerometers=forces,
+        beside=[
+            *(("table", NULL_PULSE_NAME) if config.turning else ()),
+            *((PICKOFF + name for name in GYRO_NAMES) if config.dither.is_left else ()),
+        ],
+    )
     with replacing_set(path) as folder:
         temporary = folder / path.name
         (folder / truth_path.name).write_text(
             json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False) + "\n",
             encoding="utf-8",
         )
-        if path.suffix.lower() in PARQUET.suffixes:
+        if known is PARQUET:
             _write_parquet(config, temporary, progress)
         else:
             recording = simulate(config, progress).recording
             if recording.table is not None:
                 wrapped = within_turn(recording.table.values, config.encoder.lines)
                 recording = replace(recording, table=replace(recording.table, values=wrapped))
-            formats.write(recording, temporary)
+            if known is EUROC:
+                euroc.write(temporary, outgoing(recording), _densities(config))
+            else:
+                formats.write(recording, temporary)
     return path, truth_path
 
 
+def _forces(config: RigConfig) -> tuple[str, ...]:
+    """Names of the accelerometers that there are."""
+    return ACCELEROMETER_NAMES if config.accelerometer.mode == "triad" else ()
+
+
+def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
+    """Largest N and K of the gyros and of the accelerometers, SI."""
+    # Lock-in makes more of the random walk that a ring laser begins with.
+    walks = [one.arw_deg_per_sqrt_h for one in truth_of(config).gyros.values()]
+    axes = range(len(GYRO_NAMES))
+    gyros = [SensorErrors.of(config.gyro, axis) for axis in axes]
+    forces = [SensorErrors.of(config.accelerometer, axis) for axis in axes]
+    return {
+        "gyro": (max(walks) * DEGREE_PER_ROOT_HOUR, max(one.rate_walk for one in gyros)),
+        "accelerometer": (
+            max(one.random_walk for one in forces),
+            max(one.rate_walk for one in forces),
+        ),
+    }
+
+
 def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> None:
-    forces = ACCELEROMETER_NAMES if config.accelerometer.mode == "triad" else ()
+    forces = _forces(config)
     units = _UNITS[config.kind == "rate"]
     before: dict[tuple[str, ...], FloatArray] = {}
     with parquet.Writer(
