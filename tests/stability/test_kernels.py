@@ -20,8 +20,8 @@ _GAPPED = np.where(np.isin(np.arange(601), [0, 100, 101, 300]), np.nan, _WALK)
 @pytest.mark.parametrize(
     ("kernel", "arguments"),
     [
-        ("sum_squared_second_differences", (_WALK, _LAGS, 0, 601, np.ones(5))),
-        ("sum_squared_third_differences", (_WALK, _LAGS, 0, 601, np.ones(5))),
+        ("sum_squared_differences", (_WALK, _LAGS, 2, 0, 601, np.ones(5))),
+        ("sum_squared_differences", (_WALK, _LAGS, 3, 0, 601, np.ones(5))),
         ("window_difference", (_WALK, 60, 3, 63, 2.0)),
         ("sum_squared_differences_in_stretches", (_WALK, *_STRETCHES, _LAGS, 2)),
         ("sum_squared_differences_in_stretches", (_WALK, *_STRETCHES, _LAGS, 3)),

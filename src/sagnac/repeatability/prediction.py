@@ -15,7 +15,7 @@ Intervals of 95 % then hold 93 to 97 times in simulations in which each factor s
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
@@ -178,18 +178,8 @@ class Outlook:
         for name in design.seen:
             square = _mean_square(design, design.contrasts(name), design.incidence(name))
             least = run_variance + square.known
-            found[name] = MeanSquare(
-                value=max(square.value, least),
-                per_variance=square.per_variance,
-                known=square.known,
-                freedom=square.freedom,
-            )
-        found["run"] = MeanSquare(
-            value=max(run.value, run.known),
-            per_variance=1.0,
-            known=run.known,
-            freedom=run.freedom,
-        )
+            found[name] = replace(square, value=max(square.value, least))
+        found["run"] = replace(run, value=max(run.value, run.known), per_variance=1.0)
         return found
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import date
 from typing import Final, Literal
 
@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import ndtri, stdtr, stdtrit
 
 from sagnac.arrays import FloatArray
+from sagnac.coefficients.estimates import require_confidence
 from sagnac.errors import RecordingError, quoted
 from sagnac.repeatability.design import (
     Components,
@@ -29,19 +30,28 @@ CHANCE: Final = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Departure:
-    """A run that lies off what the others foretell.
+class Range:
+    """A value with its limits."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outlier:
+    """A run that the others do not bear out.
 
     Attributes
     ----------
     index
-        Of the run.
+        Of the run, as given.
     foretold
-        Value that the other runs give for it.
+        Value that the others give for it.
     deviations
-        Standard deviations that it lies off that.
+        Standard deviations that it lies off, of the logarithm.
     mean_without
-        Mean of the campaign without it.
+        Mean without it.
     """
 
     index: int
@@ -50,16 +60,7 @@ class Departure:
     mean_without: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Slope:
-    """Change for each day, with an interval."""
-
-    value: float
-    low: float
-    high: float
-
-
-def departures(design: Design, components: Components) -> tuple[Departure, ...]:
+def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
     """Runs off what the others foretell by more than chance, the farthest first.
 
     With the metric P of the restricted likelihood, the value that the others foretell of run i
@@ -88,7 +89,7 @@ def departures(design: Design, components: Components) -> tuple[Departure, ...]:
     for index in np.flatnonzero(chance < CHANCE).tolist():
         off = float(weighted[index] / weight[index])
         found.append(
-            Departure(
+            Outlier(
                 index=index,
                 foretold=float(design.values[index]) - off,
                 deviations=float(deleted[index]),
@@ -107,7 +108,7 @@ def _mean_without(design: Design, components: Components, index: int) -> float:
 
 def slope_of_days(
     design: Design, days: FloatArray, *, factor: str, confidence: float
-) -> Slope | None:
+) -> Range | None:
     """Change of the values for each day, from the means of the days.
 
     All runs of a day share its effect, so that the days, not the runs, are what a slope is fitted
@@ -126,7 +127,7 @@ def slope_of_days(
 
     Returns
     -------
-    Slope or None
+    Range or None
         None with fewer than three days, or if the other factors cannot be told from them.
     """
     times = days - days.mean()
@@ -141,7 +142,7 @@ def slope_of_days(
     left = effects - slope * times
     error = math.sqrt(float(left @ left) / (times.size - 2) / float(times @ times))
     reach = float(stdtrit(times.size - 2, 0.5 + 0.5 * confidence)) * error
-    return Slope(value=slope, low=slope - reach, high=slope + reach)
+    return Range(value=slope, low=slope - reach, high=slope + reach)
 
 
 # ---- study -------------------------------------------------------------------------
@@ -180,10 +181,7 @@ class Run:
             raise ValueError(f"value is {quoted(self.value)}; give N above zero")
         if not math.isnan(self.low + self.high) and not self.low <= self.value <= self.high:
             raise ValueError(f"value {self.value} must lie within [{self.low}, {self.high}]")
-        if not 0.0 < self.confidence < 1.0:
-            raise ValueError(
-                f"confidence is {quoted(self.confidence)}; give a number between 0 and 1"
-            )
+        require_confidence(self.confidence)
 
     @property
     def relative_variance(self) -> float:
@@ -192,15 +190,6 @@ class Run:
             return 0.0
         reach = float(ndtri(0.5 + 0.5 * self.confidence))
         return (math.log(self.high / self.low) / (2.0 * reach)) ** 2
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Range:
-    """A value with its limits."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,28 +219,6 @@ class Deviation:
             raise ValueError(f"low is {self.low}, high is {self.high}; a scatter is never zero")
         if self.status == "upper bound" and (self.low, self.value) != (0.0, self.high):
             raise ValueError(f"an upper bound of {self.high} has the value {self.value}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Outlier:
-    """A run that the others do not bear out.
-
-    Attributes
-    ----------
-    index
-        Of the run, as given.
-    foretold
-        N that the others give for it.
-    deviations
-        Standard deviations that it lies off, of the logarithm.
-    mean_without
-        Mean N without it.
-    """
-
-    index: int
-    foretold: float
-    deviations: float
-    mean_without: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -321,8 +288,7 @@ def repeatability(
     ValueError
         If `confidence` is not between 0 and 1.
     """
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")
+    require_confidence(confidence)
     used = [name for name in factors if runs and all(name in run.labels for run in runs)]
     labels = {name: tuple(run.labels[name] for run in runs) for name in used}
     labels = {name: found for name, found in labels.items() if len(set(found)) < len(runs)}
@@ -353,12 +319,7 @@ def repeatability(
         },
         drift=_drift(design, confidence),
         outliers=tuple(
-            Outlier(
-                index=one.index,
-                foretold=math.exp(one.foretold),
-                deviations=one.deviations,
-                mean_without=math.exp(one.mean_without),
-            )
+            replace(one, foretold=math.exp(one.foretold), mean_without=math.exp(one.mean_without))
             for one in departures(design, components)
         ),
         runs=len(runs),
@@ -427,8 +388,7 @@ def _drift(design: Design, confidence: float) -> Range | None:
     days = _dates(design.levels("day"))
     if days is None:
         return None
-    slope = slope_of_days(design, days, factor="day", confidence=confidence)
-    return None if slope is None else Range(value=slope.value, low=slope.low, high=slope.high)
+    return slope_of_days(design, days, factor="day", confidence=confidence)
 
 
 def _dates(labels: Sequence[str]) -> FloatArray | None:

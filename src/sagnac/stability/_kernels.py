@@ -14,10 +14,13 @@ _BLOCK = 4096
 
 
 @compiled(fastmath=_REORDER)
-def sum_squared_second_differences(
-    angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
+def sum_squared_differences(
+    angle: FloatArray, lags: IntegerArray, order: int, begin: int, end: int, sums: FloatArray
 ) -> FloatArray:
-    """`sums`, for each lag, and ``(x[i + 2 lag] - 2 x[i + lag] + x[i])**2``, begin <= i < end.
+    """`sums`, for each lag, and squared differences of `order` 2 or 3 from begin <= i < end.
+
+    They are ``x[i + 2 lag] - 2 x[i + lag] + x[i]`` and
+    ``x[i + 3 lag] - 3 x[i + 2 lag] + 3 x[i + lag] - x[i]``.
 
     Blocks of starts go through all lags while they are in cache, and a fresh sum for each
     block keeps the rounding error from growing with the record. `begin` is a multiple of
@@ -27,41 +30,23 @@ def sum_squared_second_differences(
     for start in range(begin, min(end, angle.size), _BLOCK):
         for j in range(lags.size):
             lag = lags[j]
-            count = min(_BLOCK, angle.size - 2 * lag - start)
+            count = min(_BLOCK, angle.size - order * lag - start)
             if count <= 0:
                 continue
             # Slices counted from zero let the loop run in vector lanes.
             first = angle[start : start + count]
-            middle = angle[start + lag : start + lag + count]
-            last = angle[start + 2 * lag : start + 2 * lag + count]
-            partial = 0.0
-            for k in range(count):
-                difference = (last[k] - middle[k]) - (middle[k] - first[k])
-                partial += difference * difference
-            sums[j] += partial
-    return sums
-
-
-@compiled(fastmath=_REORDER)
-def sum_squared_third_differences(
-    angle: FloatArray, lags: IntegerArray, begin: int, end: int, sums: FloatArray
-) -> FloatArray:
-    """As `sum_squared_second_differences`: ``x[i+3 lag] - 3 x[i+2 lag] + 3 x[i+lag] - x[i]``."""
-    sums = sums.copy()
-    for start in range(begin, min(end, angle.size), _BLOCK):
-        for j in range(lags.size):
-            lag = lags[j]
-            count = min(_BLOCK, angle.size - 3 * lag - start)
-            if count <= 0:
-                continue
-            first = angle[start : start + count]
             second = angle[start + lag : start + lag + count]
             third = angle[start + 2 * lag : start + 2 * lag + count]
-            fourth = angle[start + 3 * lag : start + 3 * lag + count]
+            last = angle[start + order * lag : start + order * lag + count]
             partial = 0.0
-            for k in range(count):
-                difference = (fourth[k] - first[k]) - 3.0 * (third[k] - second[k])
-                partial += difference * difference
+            if order == 2:
+                for k in range(count):
+                    difference = (last[k] - second[k]) - (second[k] - first[k])
+                    partial += difference * difference
+            else:
+                for k in range(count):
+                    difference = (last[k] - first[k]) - 3.0 * (third[k] - second[k])
+                    partial += difference * difference
             sums[j] += partial
     return sums
 
@@ -145,10 +130,7 @@ def sum_squared_differences_in_stretches(
     sums = np.zeros(lags.size)
     for s in range(starts.size):
         stretch = angle[starts[s] : starts[s] + lengths[s]]
-        if order == 2:
-            sums = sum_squared_second_differences(stretch, lags, 0, stretch.size, sums)
-        else:
-            sums = sum_squared_third_differences(stretch, lags, 0, stretch.size, sums)
+        sums = sum_squared_differences(stretch, lags, order, 0, stretch.size, sums)
     return sums
 
 

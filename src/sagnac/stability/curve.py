@@ -64,7 +64,7 @@ from sagnac.stability.noise_type import (
     cluster_sizes,
     identified_noise_types,
 )
-from sagnac.stability.sums import Points, accumulated_track, second_difference_sums
+from sagnac.stability.sums import Points, accumulated_track, difference_sums
 
 # ---- every cluster -----------------------------------------------------------------
 
@@ -136,7 +136,7 @@ def _sums_of_all_clusters(angle: FloatArray) -> FloatArray:
         shorter = max(longest // _SPAN, _DIRECT)
         sums[shorter:longest] = _sums_up_to(angle, longest)[shorter:]
         longest = shorter
-    sums[direct - 1] = second_difference_sums(angle, direct)
+    sums[direct - 1] = difference_sums(angle, direct)
     return sums
 
 

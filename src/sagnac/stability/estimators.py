@@ -29,7 +29,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.stability.freedom_laws import (
+from sagnac.stability.freedom import (
     FreedomLaw,
     finite_difference_freedom,
     modified_total_freedom,

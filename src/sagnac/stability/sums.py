@@ -409,17 +409,13 @@ def whole_counts(windows: Windows, clusters: NDArray[np.int64], angles: int) -> 
     return np.array([windows(int(m), angles) for m in clusters], dtype=np.int64)
 
 
-def second_difference_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
-    """Sums over every start of squared second differences, for each cluster."""
-    return _difference_sums(_kernels.sum_squared_second_differences, angle, clusters)
-
-
-def _difference_sums(
-    kernel: Callable[..., FloatArray], angle: FloatArray, clusters: NDArray[np.int64]
-) -> FloatArray:
+def difference_sums(angle: FloatArray, clusters: NDArray[np.int64], order: int = 2) -> FloatArray:
+    """Sums over every start of squared differences of `order` 2 or 3, for each cluster."""
     sums = np.zeros(clusters.size)
     for block in blocks(angle.size, STARTS):
-        sums = kernel(angle, clusters, block.start, block.stop, sums)
+        sums = _kernels.sum_squared_differences(
+            angle, clusters, order, block.start, block.stop, sums
+        )
     return sums
 
 
@@ -430,15 +426,10 @@ def _overlapping_sums(
     if track.missing and not track.broken:
         # Angles on both sides of a gap belong together.
         return _sums_across_gaps(track.angle, clusters, order)
-    kernel = (
-        _kernels.sum_squared_second_differences
-        if order == 2
-        else _kernels.sum_squared_third_differences
-    )
     return _stretch_sums(
         track,
         clusters.size,
-        lambda stretch: _difference_sums(kernel, stretch, clusters),
+        lambda stretch: difference_sums(stretch, clusters, order),
         lambda starts, lengths: _kernels.sum_squared_differences_in_stretches(
             track.angle, starts, lengths, clusters, order
         ),

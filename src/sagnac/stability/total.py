@@ -19,8 +19,8 @@ from sagnac.stability.sums import (
     Track,
     Windows,
     averaged,
+    difference_sums,
     mirrored_values,
-    second_difference_sums,
     stride_notes,
     whole_counts,
     window_stride,
@@ -110,7 +110,7 @@ def _theo1(angle: FloatArray, spans: NDArray[np.int64]) -> _Theo1:
 
 def _overlapping_allan(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
     m = clusters.astype(np.float64)
-    sums = second_difference_sums(angle, clusters)
+    sums = difference_sums(angle, clusters)
     return sums / (2.0 * m * m * (angle.size - 2 * clusters))
 
 
@@ -184,87 +184,34 @@ def modified_total_points(*, windows: Windows) -> Sums:
     return points
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Reflected:
-    """Centres from `begin` to before `stop`, an arm of which, or both, lies beyond an end.
-
-    `ahead` and `behind` hold the angles that the two arms reach, with the signs that their
-    reflection gives them; `ends` is the sum of the end angles that are reflected in.
-    """
-
-    begin: int
-    stop: int
-    ahead: FloatArray
-    behind: FloatArray
-    ends: float
-    sign_ahead: float
-    sign_behind: float
-
-
 def _reflected_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
     """Sums of squared second differences centred on every inner sample.
 
     Beyond an end the angle is its point reflection in that end, reached in a mirrored copy of
     the record.
     """
-    sums = second_difference_sums(angle, clusters)
     mirrored = mirrored_values(angle)
-    for j, m in enumerate(map(int, clusters)):
-        for part in _reflected_parts(angle, mirrored, m):
-            sums[j] = _added_arms(float(sums[j]), angle, mirrored, part)
-    return sums
+    beyond = [_sum_beyond_ends(angle, mirrored, m) for m in clusters.tolist()]
+    return np.asarray(difference_sums(angle, clusters) + beyond)
 
 
-def _reflected_parts(
-    angle: FloatArray, mirrored: FloatArray, cluster: int
-) -> tuple[_Reflected, _Reflected, _Reflected]:
-    """Centres whose left arm, whose both arms, and whose right arm are reflected."""
+def _sum_beyond_ends(angle: FloatArray, mirrored: FloatArray, cluster: int) -> float:
+    """Sum of the squared differences an arm of which, or both, lies beyond an end."""
     last = angle.size - 1
     right = last - cluster  # last centre whose right arm stays inside
-    first_end, last_end = float(angle[0]), float(angle[last])
-    left, both, rest = 1, max(right + 1, 1), max(cluster, right + 1)
-    return (
-        _Reflected(
-            begin=left,
-            stop=min(cluster, right + 1),
-            ahead=angle[left + cluster :],
-            behind=mirrored[left + right :],
-            ends=first_end,
-            sign_ahead=1.0,
-            sign_behind=-1.0,
-        ),
-        _Reflected(
-            begin=both,
-            stop=cluster,
-            ahead=mirrored[both - right :],
-            behind=mirrored[both + right :],
-            ends=first_end + last_end,
-            sign_ahead=-1.0,
-            sign_behind=-1.0,
-        ),
-        _Reflected(
-            begin=rest,
-            stop=last,
-            ahead=mirrored[rest - right :],
-            behind=angle[rest - cluster :],
-            ends=last_end,
-            sign_ahead=-1.0,
-            sign_behind=1.0,
-        ),
-    )
-
-
-def _added_arms(total: float, angle: FloatArray, mirrored: FloatArray, part: _Reflected) -> float:
-    """`total` and the squares of `part`."""
-    for block in blocks(part.stop - part.begin):
-        total += float(
-            _kernels.sum_squared_arms(
-                angle[part.begin + block.start : part.begin + block.stop],
-                part.ahead[block],
-                part.behind[block],
-                part.ends,
-                part.sign_ahead,
-                part.sign_behind,
-            )
-        )
+    total = 0.0
+    # From the first centre to before the last, and whether the arm ahead and the one behind are
+    # inside.
+    for begin, stop, ahead_inside, behind_inside in (
+        (1, min(cluster, right + 1), True, False),
+        (max(right + 1, 1), cluster, False, False),
+        (max(cluster, right + 1), last, False, True),
+    ):
+        ahead = angle[begin + cluster :] if ahead_inside else mirrored[begin - right :]
+        behind = angle[begin - cluster :] if behind_inside else mirrored[begin + right :]
+        ends = (0.0 if behind_inside else angle[0]) + (0.0 if ahead_inside else angle[last])
+        signs = [1.0 if inside else -1.0 for inside in (ahead_inside, behind_inside)]
+        for block in blocks(stop - begin):
+            centre = angle[begin + block.start : begin + block.stop]
+            total += _kernels.sum_squared_arms(centre, ahead[block], behind[block], ends, *signs)
     return total
