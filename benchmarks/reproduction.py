@@ -21,7 +21,8 @@ from benchmarks._made import made_page, with_stamp
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac import __version__
 from sagnac.coefficients.readings import READINGS, ReadingName
-from sagnac.report.reproduction_tables import ORDERS, TABLES, Order
+from sagnac.paper.reproduce import Order
+from sagnac.report.reproduction_tables import ORDERS, TABLES
 
 PAGE: Final = STABILITY_PAGE.with_name("reproduce.md")
 FOLDER: Final = Path("reproduction")

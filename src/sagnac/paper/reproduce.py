@@ -11,7 +11,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -37,7 +37,7 @@ from sagnac.rig.config import RigConfig
 from sagnac.rig.simulate import simulate
 from sagnac.units import DEGREE
 
-__all__ = ["Cell", "Outcome", "Reproduction", "outcomes_of_table", "reproduce"]
+__all__ = ["Cell", "Order", "Outcome", "Reproduction", "outcomes_of_table", "reproduce"]
 
 # Two hours of three gyros at 500 Hz, and what their analysis holds.
 _NEEDED: Final = 1.5 * GIBIBYTE
@@ -195,6 +195,9 @@ def _store(folder: Path) -> Path:
     return store
 
 
+Order = Literal["by_paper", "as_printed"]
+
+
 class Cell(NamedTuple):
     """A cell of a table: rate in deg/s, day from 1, the published N, and what came out.
 
@@ -209,9 +212,14 @@ class Cell(NamedTuple):
     by_paper: Outcome
     as_printed: Outcome
 
+    def by(self, order: Order) -> Outcome:
+        """What the paper's method gave in that order of its steps."""
+        return self.by_paper if order == "by_paper" else self.as_printed
 
-def outcomes_of_table(reproduction: Reproduction, table: Table) -> Iterator[Cell]:
+
+def outcomes_of_table(reproduction: Reproduction, table: Table) -> list[Cell]:
     """Cells of a table, day by day at each rate."""
+    cells = []
     published = TABLE_1 if table == "table1" else TABLE_2
     for rate, days in published.items():
         for day in range(1, reproduction.scope.days + 1):
@@ -220,4 +228,5 @@ def outcomes_of_table(reproduction: Reproduction, table: Table) -> Iterator[Cell
             printed = by_paper
             if rate > 0.0:
                 printed = reproduction.outcomes[printed_cell_name(table, rate, day)]
-            yield Cell(rate, day, days[day - 1], outcome, by_paper, printed)
+            cells.append(Cell(rate, day, days[day - 1], outcome, by_paper, printed))
+    return cells

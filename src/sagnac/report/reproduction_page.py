@@ -14,7 +14,7 @@ from sagnac.coefficients.readings import READINGS, ReadingName
 from sagnac.formats.files import replacing_folder
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.paper.prediction import DRIVEN, FIGURE_2, FIGURE_3, TABLE_1, TABLE_2, adequate_rate
-from sagnac.paper.reproduce import Cell, Outcome, Reproduction
+from sagnac.paper.reproduce import Cell, Order, Outcome, Reproduction, outcomes_of_table
 from sagnac.paper.trials import FORM, FORMS, NEAREST_TRIAL, Trial
 from sagnac.report.figures import svg, write_png
 from sagnac.report.files import rendered, write_text
@@ -22,18 +22,20 @@ from sagnac.report.quantities import number
 from sagnac.report.reproduction_tables import (
     ORDERS,
     TABLES,
-    Order,
     PaperTable,
     cell_texts,
-    cells_of,
+    error_of,
     errors_of_reading,
-    estimated,
+    estimate_of,
     excess,
     figures_of,
     growth,
+    intervals_of,
     mean,
+    percent,
     reading_error,
     readings,
+    rms,
     spread,
     tables,
     turning_over_rest,
@@ -56,11 +58,8 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
     """
     outcomes = reproduction.outcomes
     fris = [outcomes[f"figure2-day{day}"] for day in range(1, reproduction.scope.days + 1)]
-    stationary = [
-        one.outcome.value
-        for one in cells_of(reproduction, "table1")
-        if one.rate == 0.0 and one.outcome.status == "estimated"
-    ]
+    table_1, table_2 = (outcomes_of_table(reproduction, name) for name in TABLES)
+    stationary = [estimate_of(one.outcome) for one in table_1 if one.rate == 0.0]
     slowest = adequate_rate(reproduction.prediction) / DEGREE
     return rendered(
         "reproduction.html",
@@ -82,7 +81,7 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
         driven=f"{DRIVEN:g}",
         at_rest=number(excess(outcomes["table1-0-day1-paper"])),
         orders=ORDERS,
-        validity=_validity(cells_of(reproduction, "table1")),
+        validity=_validity(table_1),
         figures_456=[
             (label, cell_texts(published, outcomes[name], size, outcomes[f"{name}-paper"]))
             for label, name, published, size in (
@@ -92,10 +91,10 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
             )
         ],
         tables=[_table(reproduction, table, size) for table, size in TABLES.items()],
-        stationary=spread(stationary),
+        stationary=spread([value for value in stationary if math.isfinite(value)]),
         ratio=number(
-            mean(estimated(reproduction, "table1", above=-1.0))
-            / mean(estimated(reproduction, "table2", above=20.0))
+            mean(estimate_of(one.outcome) for one in table_1)
+            / mean(estimate_of(one.outcome) for one in table_2 if one.rate > 20.0)
         ),
         paper_ratio=number(
             mean(value for days in TABLE_1.values() for value in days)
@@ -108,9 +107,9 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
 
 
 def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[str, Any]:
-    cells = cells_of(reproduction, table)
+    cells = outcomes_of_table(reproduction, table)
     errors = [
-        abs(one.outcome.value / one.outcome.truth_deg_per_sqrt_h - 1.0)
+        abs(error_of(one.outcome.value, one.outcome))
         for one in cells
         if one.outcome.status == "estimated"
     ]
@@ -138,17 +137,17 @@ def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[s
         "held": held,
         "without": len(cells) - len(errors),
         "count": len(cells),
-        "spread": _day_spread(by_rate, lambda one: _estimated(one.outcome)),
+        "spread": _day_spread(by_rate, lambda one: estimate_of(one.outcome)),
         "by_paper_spread": _day_spread(by_rate, lambda one: one.by_paper.value),
         "true_spread": _day_spread(by_rate, lambda one: one.outcome.truth_deg_per_sqrt_h),
         "paper_spread": _day_spread(by_rate, lambda one: one.published),
-        "rms": _rms([one.outcome for one in cells]),
+        "rms": _plain_percent(rms(error_of(one.outcome.value, one.outcome) for one in cells)),
         "readings": _readings(cells),
         "in_cells": [
             {
                 "place": f"{one.rate:g} °/s, day {one.day}",
                 "errors": [
-                    {order: _percent(reading_error(one, order, reading)) for order in ORDERS}
+                    {order: percent(reading_error(one, order, reading)) for order in ORDERS}
                     for reading in READINGS
                 ],
             }
@@ -160,70 +159,44 @@ def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[s
 
 def _readings(cells: Sequence[Cell]) -> list[dict[str, Any]]:
     """A row for each reading of Step 4: errors on the turning table in either order."""
-    rows = []
-    for name, reading in READINGS.items():
-        errors = {order: errors_of_reading(cells, order, name) for order in ORDERS}
-        rows.append(
-            {
-                "name": name,
-                "words": reading.in_words,
-                "errors": [
-                    {
-                        "mean": _percent(one.mean),
-                        "rms": f"{100.0 * one.rms:.1f} %" if one.shown else "–",
-                    }
-                    for one in errors.values()
-                ],
-            }
-        )
-    return rows
+    return [
+        {
+            "name": name,
+            "words": reading.in_words,
+            "errors": [
+                {"mean": percent(one.mean), "rms": _plain_percent(one.rms)}
+                for one in (errors_of_reading(cells, order, name) for order in ORDERS)
+            ],
+        }
+        for name, reading in READINGS.items()
+    ]
 
 
-def _percent(error: float) -> str:
-    return f"{100.0 * error:+.1f} %" if math.isfinite(error) else "no N"
+def _plain_percent(part: float) -> str:
+    return f"{100.0 * part:.1f} %" if math.isfinite(part) else "–"
 
 
 def _validity(cells: Sequence[Cell]) -> dict[str, Any]:
     """The paper's check of validity: mean N turning over mean N at rest."""
-    without = [one for one in cells if one.published != max(days for days in TABLE_1[40.0])]
-    return {
-        "rows": [
-            ("the paper’s numbers", number(turning_over_rest(cells, lambda one: one.published))),
-            (
-                "the same without its highest cell",
-                number(turning_over_rest(without, lambda one: one.published)),
-            ),
-            (
-                "the truth that was simulated",
-                number(turning_over_rest(cells, lambda one: one.outcome.truth_deg_per_sqrt_h)),
-            ),
-            ("ours", number(turning_over_rest(cells, lambda one: _estimated(one.outcome)))),
-            *(
-                (
-                    f"the paper’s method, {ORDERS[order]}, {name}",
-                    number(turning_over_rest(cells, partial(_of_reading, order=order, name=name))),
-                )
-                for order in ORDERS
-                for name in READINGS
-            ),
-        ],
+    without = [one for one in cells if one.published != max(TABLE_1[40.0])]
+    ratios = {
+        "the paper’s numbers": turning_over_rest(cells, lambda one: one.published),
+        "the same without its highest cell": turning_over_rest(without, lambda one: one.published),
+        "the truth that was simulated": turning_over_rest(
+            cells, lambda one: one.outcome.truth_deg_per_sqrt_h
+        ),
+        "ours": turning_over_rest(cells, lambda one: estimate_of(one.outcome)),
     }
+    for order, in_words in ORDERS.items():
+        for name in READINGS:
+            ratios[f"the paper’s method, {in_words}, {name}"] = turning_over_rest(
+                cells, partial(_reading_of, order=order, name=name)
+            )
+    return {"rows": [(what, number(ratio)) for what, ratio in ratios.items()]}
 
 
-def _of_reading(one: Cell, order: Order, name: ReadingName) -> float:
-    outcome = one.by_paper if order == "by_paper" else one.as_printed
-    return outcome.readings[name]
-
-
-def _estimated(outcome: Outcome) -> float:
-    return outcome.value if outcome.status == "estimated" else math.nan
-
-
-def _rms(outcomes: Sequence[Outcome]) -> str:
-    """Root mean square relative error of what has a value."""
-    errors = [outcome.value / outcome.truth_deg_per_sqrt_h - 1.0 for outcome in outcomes]
-    known = [error for error in errors if math.isfinite(error)]
-    return f"{100.0 * math.sqrt(np.mean(np.square(known))):.1f} %" if known else "–"
+def _reading_of(one: Cell, order: Order, name: ReadingName) -> float:
+    return one.by(order).readings[name]
 
 
 def _day_spread(by_rate: Mapping[float, Sequence[Cell]], value: Callable[[Cell], float]) -> str:
@@ -234,7 +207,7 @@ def _day_spread(by_rate: Mapping[float, Sequence[Cell]], value: Callable[[Cell],
         values = values[np.isfinite(values)]
         if values.size > 1:
             spreads.append(float(values.std(ddof=1) / values.mean()))
-    return f"{100.0 * math.sqrt(np.mean(np.square(spreads))):.1f} %" if spreads else "–"
+    return _plain_percent(rms(spreads))
 
 
 def _figure2_row(outcome: Outcome) -> dict[str, Any]:
@@ -255,22 +228,20 @@ def _figure2_row(outcome: Outcome) -> dict[str, Any]:
 
 
 def _trial_rows(reproduction: Reproduction, trial: Trial) -> dict[str, Any]:
-    rows = []
-    for interval, published in FIGURE_3.items():
-        outcome = reproduction.outcomes[f"figure3-{trial.name}-{interval:g}s"]
-        rows.append(
-            {
-                "interval": f"{interval:g}",
-                "paper": f"{published * 1e4:.1f}",
-                "readings": [
-                    f"{outcome.least_squares[form] * 1e4:.2f}"
-                    if form in outcome.least_squares
-                    else "–"
-                    for form in FORMS
-                ],
-                "truth": f"{outcome.truth_deg_per_sqrt_h * 1e4:.2f}",
-            }
+    rows = [
+        {
+            "interval": f"{interval:g}",
+            "paper": f"{published * 1e4:.1f}",
+            "readings": [
+                f"{outcome.least_squares[form] * 1e4:.2f}" if form in outcome.least_squares else "–"
+                for form in FORMS
+            ],
+            "truth": f"{outcome.truth_deg_per_sqrt_h * 1e4:.2f}",
+        }
+        for (interval, published), outcome in zip(
+            FIGURE_3.items(), intervals_of(reproduction, trial.name), strict=True
         )
+    ]
     return {"name": trial.name, "meaning": trial.meaning, "rows": rows}
 
 

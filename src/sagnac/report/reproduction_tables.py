@@ -13,7 +13,7 @@ from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.readings import READINGS, ReadingName
 from sagnac.paper.outcome import PAPER_POINT_ERROR
 from sagnac.paper.prediction import FIGURE_3
-from sagnac.paper.reproduce import Cell, Outcome, Reproduction, outcomes_of_table
+from sagnac.paper.reproduce import Cell, Order, Outcome, Reproduction, outcomes_of_table
 from sagnac.paper.trials import FORMS, Form
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, logarithmic
 from sagnac.report.figures import frames_figure, legend_above, styled
@@ -38,7 +38,7 @@ def curves_of(reproduction: Reproduction) -> dict[str, list[Outcome]]:
     outcomes = reproduction.outcomes
     return {
         "figure2": [outcomes["figure2-day1"], outcomes["table2-40-day1"]],
-        "figure3": [outcomes[f"figure3-as-simulated-{interval:g}s"] for interval in FIGURE_3],
+        "figure3": intervals_of(reproduction, "as-simulated"),
         "figure4": [outcomes["table1-0-day1-paper"]],
         "figure5": [outcomes["table1-40-day1-paper"]],
         "figure6": [outcomes["table2-40-day1-paper"]],
@@ -60,21 +60,16 @@ def excess(outcome: Outcome) -> float:
     )
 
 
-def cells_of(reproduction: Reproduction, table: PaperTable) -> list[Cell]:
-    """Cells of a table: rate in deg/s, day, the published N, and what came out of both methods."""
-    return list(outcomes_of_table(reproduction, table))
+def estimate_of(outcome: Outcome) -> float:
+    """N, deg/sqrt(h); NaN if it was not estimated, or only bounded."""
+    return outcome.value if outcome.status == "estimated" else math.nan
 
 
-def estimated(reproduction: Reproduction, table: PaperTable, above: float) -> list[float]:
-    """Estimates of a table above a table rate, without bounds."""
-    return [
-        one.outcome.value
-        for one in cells_of(reproduction, table)
-        if one.rate > above and one.outcome.status == "estimated"
-    ]
+def error_of(value: float, outcome: Outcome) -> float:
+    """Relative error of a value of N beside the truth of a run."""
+    return value / outcome.truth_deg_per_sqrt_h - 1.0
 
 
-Order = Literal["by_paper", "as_printed"]
 ORDERS: Final[Mapping[Order, str]] = {
     "by_paper": "difference first",
     "as_printed": "the paper's order",
@@ -103,37 +98,31 @@ def errors_of_reading(cells: Sequence[Cell], order: Order, reading: ReadingName)
     """Errors over the cells on a turning table."""
     turning = [one for one in cells if one.rate > 0.0]
     errors = [reading_error(one, order, reading) for one in turning]
-    known = np.array([error for error in errors if math.isfinite(error)])
-    return ReadingErrors(
-        mean=float(known.mean()) if known.size else math.nan,
-        rms=float(np.sqrt(np.mean(known**2))) if known.size else math.nan,
-        shown=known.size,
-        cells=len(turning),
-    )
+    known = [error for error in errors if math.isfinite(error)]
+    return ReadingErrors(mean=mean(known), rms=rms(known), shown=len(known), cells=len(turning))
 
 
 def reading_error(one: Cell, order: Order, reading: ReadingName) -> float:
     """Relative error of N by a reading; NaN of a curve too short for it."""
-    outcome = one.by_paper if order == "by_paper" else one.as_printed
-    return outcome.readings[reading] / outcome.truth_deg_per_sqrt_h - 1.0
+    outcome = one.by(order)
+    return error_of(outcome.readings[reading], outcome)
 
 
 def turning_over_rest(cells: Sequence[Cell], value: Callable[[Cell], float]) -> float:
     """The paper's check of validity: mean N on the turning table over mean N at rest (Table 1)."""
-    turning, rest = (
-        mean(found for one in group if math.isfinite(found := value(one)))
-        for group in (
-            [one for one in cells if one.rate > 0.0],
-            [one for one in cells if one.rate == 0.0],
-        )
-    )
-    return turning / rest
+    turning = mean(value(one) for one in cells if one.rate > 0.0)
+    return turning / mean(value(one) for one in cells if one.rate == 0.0)
 
 
 def mean(values: Iterable[float]) -> float:
-    """Mean, NaN of nothing."""
-    found = list(values)
+    """Mean of those that are finite, NaN of nothing."""
+    found = [value for value in values if math.isfinite(value)]
     return sum(found) / len(found) if found else math.nan
+
+
+def rms(values: Iterable[float]) -> float:
+    """Root mean square of those that are finite, NaN of nothing."""
+    return math.sqrt(mean(value**2 for value in values))
 
 
 def spread(values: Sequence[float]) -> str:
@@ -192,14 +181,19 @@ def cell_texts(
     if outcome.status == "estimated":
         row["value"] = f"{outcome.value / size:.3f}"
         row["range"] = f"{outcome.low / size:.3f} … {outcome.high / size:.3f}"
-        row["error"] = f"{100.0 * (outcome.value / truth - 1.0):+.1f} %"
+        row["error"] = percent(error_of(outcome.value, outcome))
     elif outcome.status == "upper bound":
         row["value"] = f"< {outcome.high / size:.3f}"
     if by_paper is not None and math.isfinite(by_paper.value):
         below = "< " if by_paper.status == "upper bound" else ""
-        off = f"{100.0 * (by_paper.value / truth - 1.0):+.1f} %"
+        off = percent(error_of(by_paper.value, outcome))
         row["by_paper"] = f"{below}{by_paper.value / size:.3f} ({off})"
     return row
+
+
+def percent(error: float) -> str:
+    """A relative error with its sign."""
+    return f"{100.0 * error:+.1f} %" if math.isfinite(error) else "no N"
 
 
 # ---- reproduction figures ----------------------------------------------------------
@@ -305,28 +299,12 @@ def _rate_figure(reproduction: Reproduction) -> Figure:
             axes.plot(
                 rates, values / DEGREE_PER_ROOT_HOUR, color=color, linestyle=style, label=label
             )
-        cells = cells_of(reproduction, "table2")
-        for label, color, marker, points in (
-            (
-                "ours, Table 2",
-                BLUE,
-                "o",
-                [
-                    (one.rate, one.outcome.value)
-                    for one in cells
-                    if one.outcome.status == "estimated"
-                ],
-            ),
-            ("paper, Table 2", ORANGE, "x", [(one.rate, one.published) for one in cells]),
-        ):
-            axes.plot(
-                [rate for rate, _ in points],
-                [value for _, value in points],
-                linestyle="none",
-                marker=marker,
-                color=color,
-                label=label,
-            )
+        cells = outcomes_of_table(reproduction, "table2")
+        at = [one.rate for one in cells]
+        ours = [estimate_of(one.outcome) for one in cells]
+        axes.plot(at, ours, linestyle="none", marker="o", color=BLUE, label="ours, Table 2")
+        published = [one.published for one in cells]
+        axes.plot(at, published, linestyle="none", marker="x", color=ORANGE, label="paper, Table 2")
         logarithmic(axes, "table rate (°/s)", "N̄ (°/√h)")
         legend_above(axes, columns=3)
     return canvas.figure
@@ -334,15 +312,7 @@ def _rate_figure(reproduction: Reproduction) -> Figure:
 
 # ---- reproduction tables -----------------------------------------------------------
 
-_UNIT = "[deg/sqrt(h)]"
-_ESTIMATE = (
-    "estimate[deg/sqrt(h)]",
-    "low[deg/sqrt(h)]",
-    "high[deg/sqrt(h)]",
-    "confidence",
-    "status",
-    "truth[deg/sqrt(h)]",
-)
+_UNIT: Final = "[deg/sqrt(h)]"
 
 
 def tables(reproduction: Reproduction) -> dict[str, str]:
@@ -360,25 +330,12 @@ def summary(reproduction: Reproduction) -> str:
     blocks = []
     for name, size in TABLES.items():
         rows = []
-        for one in cells_of(reproduction, name):
-            rate, day = one.rate, one.day
+        for one in outcomes_of_table(reproduction, name):
             texts = cell_texts(one.published, one.outcome, size, one.by_paper)
             shown = ("value", "range", "truth", "error", "by_paper", "paper")
-            rows.append((f"{rate:g}", str(day), *(texts[key] for key in shown)))
-        text = table(
-            (
-                "deg/s",
-                "day",
-                "estimate",
-                "95 % interval",
-                "truth",
-                "error",
-                "paper's method",
-                "paper",
-            ),
-            rows,
-            right=(0, 1, 2, 4, 5, 6, 7),
-        )
+            rows.append((f"{one.rate:g}", str(one.day), *(texts[key] for key in shown)))
+        measured = ("estimate", "95 % interval", "truth", "error", "paper's method", "paper")
+        text = table(("deg/s", "day", *measured), rows, right=(0, 1, 2, 4, 5, 6, 7))
         blocks.append(f"Table {name[-1]}, N per gyro, {size:g} deg/sqrt(h)\n{text}")
     return "\n\n".join((*blocks, _readings_text(reproduction), _validity_text(reproduction)))
 
@@ -388,7 +345,7 @@ def _readings_text(reproduction: Reproduction) -> str:
     rows = []
     for reading in READINGS:
         errors = [
-            errors_of_reading(cells_of(reproduction, name), order, reading)
+            errors_of_reading(outcomes_of_table(reproduction, name), order, reading)
             for order in ORDERS
             for name in TABLES
         ]
@@ -408,7 +365,7 @@ def _error_text(errors: ReadingErrors) -> str:
 
 def _validity_text(reproduction: Reproduction) -> str:
     """The check of validity, turning over rest."""
-    cells = cells_of(reproduction, "table1")
+    cells = outcomes_of_table(reproduction, "table1")
     parts = {
         "the paper": turning_over_rest(cells, lambda one: one.published),
         "truth": turning_over_rest(cells, lambda one: one.outcome.truth_deg_per_sqrt_h),
@@ -419,118 +376,93 @@ def _validity_text(reproduction: Reproduction) -> str:
     return f"Check of validity, turning over rest (Table 1): {shown}"
 
 
+def _csv(rows: Iterable[Mapping[str, str]]) -> str:
+    """Rows as CSV, a text by the header of its column each."""
+    listed = list(rows)
+    return csv_text(list(listed[0]), (list(row.values()) for row in listed))
+
+
 def _table(reproduction: Reproduction, name: PaperTable) -> str:
-    return csv_text(
-        (
-            "table_rate[deg/s]",
-            "day",
-            "paper[deg/sqrt(h)]",
-            *_ESTIMATE,
-            "error",
-            "lines",
-            "seed",
-            "by_paper_method[deg/sqrt(h)]",
-            "by_paper_method_status",
-            "by_paper_method_error",
-            "duration[s]",
-            *(f"{order}_{reading}{_UNIT}" for order in ORDERS for reading in READINGS),
-        ),
-        [_row(one) for one in cells_of(reproduction, name)],
+    return _csv(
+        {
+            "table_rate[deg/s]": cell(one.rate),
+            "day": str(one.day),
+            f"paper{_UNIT}": cell(one.published),
+            **_estimate(one.outcome),
+            "error": cell(error_of(one.outcome.value, one.outcome)),
+            "lines": str(one.outcome.lines),
+            "seed": str(one.outcome.seed),
+            f"by_paper_method{_UNIT}": cell(one.by_paper.value),
+            "by_paper_method_status": one.by_paper.status,
+            "by_paper_method_error": cell(error_of(one.by_paper.value, one.outcome)),
+            "duration[s]": cell(one.outcome.duration_s),
+            **{
+                f"{order}_{reading}{_UNIT}": cell(one.by(order).readings[reading])
+                for order in ORDERS
+                for reading in READINGS
+            },
+        }
+        for one in outcomes_of_table(reproduction, name)
     )
 
 
-def _row(one: Cell) -> list[str]:
-    outcome, by_paper = one.outcome, one.by_paper
-    return [
-        cell(one.rate),
-        str(one.day),
-        cell(one.published),
-        *_estimate(outcome),
-        cell(outcome.value / outcome.truth_deg_per_sqrt_h - 1.0),
-        str(outcome.lines),
-        str(outcome.seed),
-        cell(by_paper.value),
-        by_paper.status,
-        cell(by_paper.value / outcome.truth_deg_per_sqrt_h - 1.0),
-        cell(outcome.duration_s),
-        *(
-            cell(found.readings[reading])
-            for found in (by_paper, one.as_printed)
-            for reading in READINGS
-        ),
-    ]
-
-
 def _trials(reproduction: Reproduction) -> str:
-    return csv_text(
-        (
-            "trial",
-            "interval[s]",
-            "paper[deg/sqrt(h)]",
-            *(f"{form.replace(', ', ' ')}[deg/sqrt(h)]" for form in FORMS),
-            *_ESTIMATE,
-        ),
-        [
-            [
-                trial.name,
-                cell(interval),
-                cell(published),
-                *(cell(outcome.least_squares.get(form, math.nan)) for form in FORMS),
-                *_estimate(outcome),
-            ]
-            for trial in reproduction.trials
-            for interval, published in FIGURE_3.items()
-            for outcome in (reproduction.outcomes[f"figure3-{trial.name}-{interval:g}s"],)
-        ],
+    return _csv(
+        {
+            "trial": trial.name,
+            "interval[s]": cell(interval),
+            f"paper{_UNIT}": cell(published),
+            **{
+                f"{form.replace(', ', ' ')}{_UNIT}": cell(outcome.least_squares.get(form, math.nan))
+                for form in FORMS
+            },
+            **_estimate(outcome),
+        }
+        for trial in reproduction.trials
+        for (interval, published), outcome in zip(
+            FIGURE_3.items(), intervals_of(reproduction, trial.name), strict=True
+        )
     )
 
 
 def _curves(outcomes: list[Outcome]) -> str:
-    return csv_text(
-        ("run", "tau[s]", "deviation[deg/h]", "low[deg/h]", "high[deg/h]", "truth[deg/h]"),
-        [
-            [
-                outcome.name,
-                *(cell(value) for value in point),
-                cell(float(white_deviation(outcome.truth_deg_per_sqrt_h, point[0]))),
-            ]
-            for outcome in outcomes
-            for point in zip(
-                outcome.tau_s,
-                outcome.deviation,
-                outcome.low_curve,
-                outcome.high_curve,
-                strict=True,
-            )
-        ],
+    return _csv(
+        {
+            "run": outcome.name,
+            "tau[s]": cell(tau),
+            "deviation[deg/h]": cell(deviation),
+            "low[deg/h]": cell(low),
+            "high[deg/h]": cell(high),
+            "truth[deg/h]": cell(float(white_deviation(outcome.truth_deg_per_sqrt_h, tau))),
+        }
+        for outcome in outcomes
+        for tau, deviation, low, high in zip(
+            outcome.tau_s, outcome.deviation, outcome.low_curve, outcome.high_curve, strict=True
+        )
     )
 
 
 def _table_rate(reproduction: Reproduction) -> str:
     prediction = reproduction.prediction
-    parts = {
-        "total[deg/sqrt(h)]": prediction.total / DEGREE_PER_ROOT_HOUR,
-        "quantum[deg/sqrt(h)]": prediction.quantum / DEGREE_PER_ROOT_HOUR,
-        "lock_in[deg/sqrt(h)]": prediction.lock_in / DEGREE_PER_ROOT_HOUR,
+    columns = {
+        "table_rate[deg/s]": prediction.rates / DEGREE,
+        f"total{_UNIT}": prediction.total / DEGREE_PER_ROOT_HOUR,
+        f"quantum{_UNIT}": prediction.quantum / DEGREE_PER_ROOT_HOUR,
+        f"lock_in{_UNIT}": prediction.lock_in / DEGREE_PER_ROOT_HOUR,
         "quantization[arcsec]": prediction.quantization / ARCSECOND,
         "encoder[arcsec]": prediction.encoder / ARCSECOND,
         "jitter[arcsec]": prediction.jitter / ARCSECOND,
     }
-    return csv_text(
-        ("table_rate[deg/s]", *parts),
-        [
-            [cell(rate / DEGREE), *(cell(part[index]) for part in parts.values())]
-            for index, rate in enumerate(prediction.rates)
-        ],
-    )
+    rows = zip(*columns.values(), strict=True)
+    return csv_text(list(columns), ([cell(value) for value in row] for row in rows))
 
 
-def _estimate(outcome: Outcome) -> list[str]:
-    return [
-        cell(outcome.value),
-        cell(outcome.low),
-        cell(outcome.high),
-        cell(outcome.confidence),
-        outcome.status,
-        cell(outcome.truth_deg_per_sqrt_h),
-    ]
+def _estimate(outcome: Outcome) -> dict[str, str]:
+    return {
+        f"estimate{_UNIT}": cell(outcome.value),
+        f"low{_UNIT}": cell(outcome.low),
+        f"high{_UNIT}": cell(outcome.high),
+        "confidence": cell(outcome.confidence),
+        "status": outcome.status,
+        f"truth{_UNIT}": cell(outcome.truth_deg_per_sqrt_h),
+    }
