@@ -86,20 +86,20 @@ def shape_of(changes: FloatArray) -> Shape:
     )
 
 
-def distribution_notes(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def distribution_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """A soft limit, with what it does to N, or noise that is full of spikes: a warning."""
     shape = _shape_in(profile)
-    return _flat(gyro, shape) or _heavy(gyro, shape)
+    return _flat(profile.channel, shape) or _heavy(profile.channel, shape)
 
 
-def heavy_notes(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def heavy_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Noise that is full of spikes alone."""
-    return _heavy(gyro, _shape_in(profile))
+    return _heavy(profile.channel, _shape_in(profile))
 
 
-def flat_notes(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def flat_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """A soft limit alone, with what it does to N."""
-    return _flat(gyro, _shape_in(profile))
+    return _flat(profile.channel, _shape_in(profile))
 
 
 def _shape_in(profile: Profile) -> Shape | None:
@@ -171,23 +171,24 @@ _STAYS: Final = 3
 _STEP: Final = 10.0
 
 
-def unsteady_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def unsteady_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Blocks whose noise is far above that of the quiet ones, or grows: a warning."""
     power = profile.typical
     if power.size < _FEWEST_BLOCKS or profile.is_coarse:
         return ()
-    if not (_loud(recording, gyro, profile) or _growing(gyro, profile)):
-        return ()
-    if not 2 * EDGE < profile.changes.size <= _MOST:
-        return _loud(recording, gyro, profile) or _growing(gyro, profile)
+    found = _loud(recording, profile) or _growing(profile)
+    if not found or not 2 * EDGE < profile.changes.size <= _MOST:
+        return found
     # Lines and resonances come and go by right: the noise between them tells.
     white = np.pad(whitened(profile.changes, bands=_BANDS, kept=_KEPT).values, EDGE, mode="reflect")
-    between = Channel(name=gyro.name, kind="increment", values=white, sensor=gyro.sensor)
-    profile = profile_of(between)
-    return _loud(recording, between, profile) or _growing(between, profile)
+    gyro = profile.channel
+    between = profile_of(
+        Channel(name=gyro.name, kind="increment", values=white, sensor=gyro.sensor)
+    )
+    return _loud(recording, between) or _growing(between)
 
 
-def _loud(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def _loud(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     power = profile.typical
     quiet = float(np.quantile(power, 0.25))
     highest = float(power.max())
@@ -201,10 +202,10 @@ def _loud(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, 
         f"{second_of(recording, at * profile.block):.6g} s, have {math.sqrt(highest / quiet):.3g} "
         "times the scatter of the quiet quarter; take an even stretch with {slice}"
     )
-    return (_changing(gyro, text, effect),)
+    return (_changing(profile.channel.name, text, effect),)
 
 
-def _growing(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def _growing(profile: Profile) -> tuple[Note, ...]:
     """Noise that grows or falls from one end to the other."""
     power = profile.spread
     if power.size < _FEWEST_TO_GROW or not np.all(power > 0.0):
@@ -225,19 +226,19 @@ def _growing(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
         f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record, to "
         f"{math.exp(0.5 * slope):.3g} times its scatter; take an even stretch with {{slice}}"
     )
-    return (_changing(gyro, text, effect),)
+    return (_changing(profile.channel.name, text, effect),)
 
 
-def _changing(gyro: Channel, text: str, effect: float) -> Note:
+def _changing(channel: str, text: str, effect: float) -> Note:
     """Noise of which the mean is `effect` times the quietest: no one N is that of the record."""
     said = f"{text}; the angle random walk of all of it is about {effect:.3g} times the least"
     level: Level = "error" if effect > _SPOILS else "warning"
     return Note(
-        name="unsteady", channel=gyro.name, text=said, effect=float(f"{effect:.4g}"), level=level
+        name="unsteady", channel=channel, text=said, effect=float(f"{effect:.4g}"), level=level
     )
 
 
-def step_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def step_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """A rate that steps from one block to the next, and stays there: a warning."""
     level = profile.level
     if level.size <= _FEWEST_BLOCKS:
@@ -264,7 +265,7 @@ def step_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[N
         f"{second_of(recording, first * profile.block):.6g} s; take a stretch without with "
         "{slice}"
     )
-    return (Note(name="steps", channel=gyro.name, text=text, level="warning"),)
+    return (Note(name="steps", channel=profile.channel.name, text=text, level="warning"),)
 
 
 # ---- dropouts ----------------------------------------------------------------------
@@ -278,17 +279,19 @@ _FINE: Final = 20.0
 _AWAY: Final = 4.0
 # An angle falls to zero by this many of its usual steps.
 _FALL: Final = 50.0
+_NONE: Final = Tally(count=0, first=-1)
 
 
-def dropout_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def dropout_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Zeros far more often than the values beside zero; of an angle, zeros that it falls to."""
+    gyro = profile.channel
     if gyro.kind == "angle":
-        zeros, effect = _falls(gyro, profile), None
+        zeros, effect = _falls(profile), None
     else:
         # A gyro that counts coarsely, and turns little, counts 0 most of the time.
         fine = profile.scale > _FINE * profile.step
         away = abs(float(np.median(profile.level))) > _AWAY * profile.scale
-        zeros = _zeros(gyro) if fine or away else Tally(count=0, first=-1)
+        zeros = _zeros(gyro) if fine or away else _NONE
         effect = _effect(gyro, zeros.count)
     if zeros.count == 0:
         return ()
@@ -305,7 +308,7 @@ def _zeros(gyro: Channel) -> Tally:
     values = gyro.values
     zeros = Places(values=values, test=lambda some: some == 0.0).tally()
     if zeros.count < _LEAST_OFTEN:
-        return Tally(count=0, first=-1)
+        return _NONE
     next_up, next_down = math.inf, -math.inf
     for block in blocks(values.size):
         part = values[block]
@@ -315,16 +318,16 @@ def _zeros(gyro: Channel) -> Tally:
         Places(values=values, test=lambda some: some == next_up).tally().count,
         Places(values=values, test=lambda some: some == next_down).tally().count,
     )
-    return zeros if zeros.count > _OFTENER * usual else Tally(count=0, first=-1)
+    return zeros if zeros.count > _OFTENER * usual else _NONE
 
 
-def _falls(gyro: Channel, profile: Profile) -> Tally:
+def _falls(profile: Profile) -> Tally:
     """Zeros that an angle falls to from far away."""
-    values = gyro.values
+    values = profile.channel.values
     steps = every(profile.changes, max(1, profile.changes.size // 100_000))
     fall = _FALL * float(np.median(np.abs(steps)))
     if not fall:
-        return Tally(count=0, first=-1)
+        return _NONE
     falls = Places(
         values=values,
         test=lambda some: (some[1:] == 0.0) & (np.abs(some[:-1]) > fall),
@@ -372,19 +375,20 @@ _FAR: Final = 5.0
 _MEDIAN_STEP: Final = 0.9539
 
 
-def interleaved_notes(gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def interleaved_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Every second sample, or every third, has a mean or a scatter of its own: an error.
 
     One sensor has that only of a line at exactly half its sample rate, or a third.
     """
-    rounding = rounding_of(gyro)
+    channel = profile.channel
+    rounding = rounding_of(channel)
     for sensors in _ORDINALS:
         if _take_turns(profile, sensors, rounding):
             text = (
                 f"every {_ORDINALS[sensors]} sample is of another kind: {sensors} sensors seem to "
                 "stand in this column by turns; write each into a column of its own"
             )
-            return (Note(name="interleaved", level="error", channel=gyro.name, text=text),)
+            return (Note(name="interleaved", level="error", channel=channel.name, text=text),)
     return ()
 
 

@@ -19,7 +19,7 @@ from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.profile import remedy_of
-from sagnac.recording.stamps import GAP_STEPS, Places, Stretch, is_not_finite, median_step
+from sagnac.recording.stamps import GAP_STEPS, Places, Stretch, changes, is_not_finite, median_step
 
 # ---- not finite --------------------------------------------------------------------
 
@@ -90,43 +90,26 @@ class Runs:
     longest
         The longest, the first if two are as long.
     lengths
-        Samples in the `STUCK_RANK` longest, in no order.
-    edge
-        Last sample of the last run.
+        (`STUCK_RANK`,) samples in the longest, in no order; 0 if there are fewer.
     """
 
     number: int
     longest: Stretch
     lengths: IntegerArray
-    edge: int
-
-    def and_then(self, last_samples: IntegerArray) -> "Runs":
-        """With the runs that follow, given the last sample of each."""
-        edges = np.concatenate(([self.edge], last_samples))
-        lengths = np.diff(edges)
-        longest = self.longest
-        if lengths.size and lengths.max() > longest.samples:
-            at = int(np.argmax(lengths))
-            longest = Stretch(first=int(edges[at]) + 1, after=int(edges[at + 1]) + 1)
-        ranked = np.concatenate((self.lengths, lengths))
-        if ranked.size > STUCK_RANK:
-            ranked = np.partition(ranked, ranked.size - STUCK_RANK)[-STUCK_RANK:]
-        return Runs(
-            number=self.number + lengths.size,
-            longest=longest,
-            lengths=ranked,
-            edge=int(edges[-1]),
-        )
 
 
 def runs_of(values: FloatArray) -> Runs:
     """The runs of one value in an array, of one sample each if it never repeats."""
-    nothing = np.empty(0, dtype=np.int64)
-    runs = Runs(number=0, longest=Stretch(first=0, after=0), lengths=nothing, edge=-1)
-    for block in blocks(values.size - 1):
-        some = values[block.start : block.stop + 1]
-        runs = runs.and_then(block.start + np.flatnonzero(some[1:] != some[:-1]))
-    return runs.and_then(np.array([values.size - 1]))
+    number, longest = 0, Stretch(first=0, after=0)
+    ranked = np.zeros(STUCK_RANK, dtype=np.int64)
+    for edges in Places(values=values, test=changes, following=1).edges():
+        lengths = np.diff(edges)
+        at = int(np.argmax(lengths))
+        if lengths[at] > longest.samples:
+            longest = Stretch(first=int(edges[at]) + 1, after=int(edges[at + 1]) + 1)
+        ranked = np.partition(np.concatenate((ranked, lengths)), -STUCK_RANK)[-STUCK_RANK:]
+        number += lengths.size
+    return Runs(number=number, longest=longest, lengths=ranked)
 
 
 def is_stuck(runs: Runs, samples: int) -> bool:
@@ -134,10 +117,13 @@ def is_stuck(runs: Runs, samples: int) -> bool:
     length = runs.longest.samples
     if length == samples:
         return True
-    usual = float(runs.lengths.min()) if runs.number >= STUCK_RANK else 0.0
     # Share of repeats among the samples outside the longest run.
     repeats = 1.0 - (runs.number - 1) / (samples - length)
-    return not (length < STUCK_SAMPLES or length <= STUCK_RATIO * usual or repeats > STUCK_REPEATS)
+    return not (
+        length < STUCK_SAMPLES
+        or length <= STUCK_RATIO * runs.lengths.min()
+        or repeats > STUCK_REPEATS
+    )
 
 
 def stuck_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
@@ -219,21 +205,8 @@ def with_gaps_marked(recording: Recording) -> Recording:
         f"{counted(found.count, 'gap')}, {counted(missing, 'sample')} missing, the first at "
         f"{second_of(recording, found.first):.3f} s; {grid.sample_rate:.9g} Hz between"
     )
-    return replace(
-        recording,
-        gyros=tuple(
-            replace(gyro, values=on_grid(gyro.values, times, grid)) for gyro in recording.gyros
-        ),
-        accelerometers=tuple(
-            replace(one, values=on_grid(one.values, times, grid))
-            for one in recording.accelerometers
-        ),
-        pickoffs=tuple(
-            replace(one, values=on_grid(one.values, times, grid)) for one in recording.pickoffs
-        ),
-        temperature=None
-        if recording.temperature is None
-        else on_grid(recording.temperature, times, grid),
+    return recording.with_columns(
+        lambda values: on_grid(values, times, grid),
         sample_rate=grid.sample_rate,
         times=None,
         notes=(*recording.notes, Note(text=text, channel="time")),
@@ -336,19 +309,9 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
     if times is not None:
         some = whole.samples > 0
         times = elementwise(np.subtract, times[first:after], times[first]) if some else None
-    stretch = replace(
-        recording,
-        gyros=(replace(gyro, values=gyro.values[first:after]),),
-        pickoffs=tuple(
-            replace(one, values=one.values[first:after])
-            for one in recording.pickoffs
-            if one.gyro == name
-        ),
-        temperature=None if recording.temperature is None else recording.temperature[first:after],
-        times=times,
-        table=None,
-        null_pulse=None,
-    )
+    own = tuple(one for one in recording.pickoffs if one.gyro == name)
+    alone = replace(recording, gyros=(gyro,), pickoffs=own, table=None, null_pulse=None)
+    stretch = alone.with_columns(lambda values: values[first:after], times=times)
     return stretch, second_of(recording, first) if whole.samples > 0 else 0.0
 
 

@@ -1,7 +1,7 @@
 """A recording: gyro channels, the table encoder, sample times, and where they came from."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Final, Self, overload
 
@@ -373,20 +373,24 @@ class Recording:
         if step != 1 or not start < stop:
             raise ValueError(f"{which} is no stretch; give the first sample and the one after it")
         stretch = slice(start, stop)
+        times = None if self.times is None else self.times[stretch] - self.times[start]
+        return self.with_columns(lambda values: values[stretch], times=times, provenance=None)
 
-        def cut(channels: tuple[Channel, ...]) -> tuple[Channel, ...]:
-            return tuple(replace(one, values=one.values[stretch]) for one in channels)
+    def with_columns(self, change: Callable[[Any], Any], **others: Any) -> Self:
+        """Every column but the times put through a function, and `others` in their places."""
+
+        def changed(one: Any) -> Any:
+            return replace(one, values=change(one.values))
 
         return replace(
             self,
-            gyros=cut(self.gyros),
-            accelerometers=cut(self.accelerometers),
-            table=None if self.table is None else cut((self.table,))[0],
-            times=None if self.times is None else self.times[stretch] - self.times[start],
-            null_pulse=None if self.null_pulse is None else self.null_pulse[stretch],
-            pickoffs=tuple(replace(one, values=one.values[stretch]) for one in self.pickoffs),
-            temperature=None if self.temperature is None else self.temperature[stretch],
-            provenance=None,
+            gyros=tuple(map(changed, self.gyros)),
+            accelerometers=tuple(map(changed, self.accelerometers)),
+            pickoffs=tuple(map(changed, self.pickoffs)),
+            table=None if self.table is None else changed(self.table),
+            null_pulse=None if self.null_pulse is None else change(self.null_pulse),
+            temperature=None if self.temperature is None else change(self.temperature),
+            **others,
         )
 
     @property

@@ -41,9 +41,9 @@ _USUAL: Final = (5.0, 2e4)
 _COMMON: Final = 200.0
 
 
-def wrong_unit_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+def wrong_unit_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """A gyro that turns too fast or scatters too little for one: a warning."""
-    rates, _ = block_rates(recording, gyro)
+    rates, _ = block_rates(recording, profile.channel)
     typical = float(np.median(np.abs(rates)))
     scatter = float(np.sqrt(np.mean(np.square(np.diff(rates))))) if rates.size > 1 else typical
     if typical > FASTEST_RATE:
@@ -58,7 +58,7 @@ def wrong_unit_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
         )
     else:
         return ()
-    return (Note(name="units", level="warning", channel=gyro.name, text=text),)
+    return (Note(name="units", level="warning", channel=profile.channel.name, text=text),)
 
 
 def rate_doubts(recording: Recording) -> tuple[Note, ...]:
@@ -273,12 +273,13 @@ _LARGEST_BIAS: Final = 25.0 * DEGREE
 _BIAS_OVER_WALK: Final = 12_000.0
 
 
-def motion_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def motion_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """A gyro that turns now more and now less without an encoder beside: an error.
 
     Means over seconds that lie farther than 2 deg/s from their median, and farther than noise puts
     them, are motion. What is read then is that of the motion.
     """
+    gyro = profile.channel
     rates, starts = block_rates(recording, gyro)
     if rates.size < 2:
         return ()

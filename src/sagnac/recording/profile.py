@@ -217,6 +217,8 @@ class Profile:
 
     Attributes
     ----------
+    channel
+        Whose noise it is.
     changes
         What each sample turned: the values of a rate or of increments, the differences of an
         angle.
@@ -235,6 +237,7 @@ class Profile:
         Samples in a block.
     """
 
+    channel: Channel
     changes: FloatArray
     level: FloatArray
     power: FloatArray
@@ -284,6 +287,7 @@ def profile_of(channel: Channel) -> Profile:
         ]
     )
     return Profile(
+        channel=channel,
         changes=changes,
         level=found[:, 0],
         power=found[:, 1],

@@ -36,6 +36,8 @@ from sagnac.recording.wraps import wrap_notes
 
 # A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
 _AT_REST: Final = math.radians(1.0)
+# What looks for one thing in the samples of a gyro.
+Detector = Callable[[Recording, Profile], tuple[Note, ...]]
 
 
 def integrity(recording: Recording) -> tuple[Note, ...]:
@@ -97,9 +99,9 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
         recording = lost.closed(recording)
         chosen = [recording.gyro(gyro.name) for gyro in chosen]
     profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
-    for gyro in chosen:
-        notes += wrong_unit_notes(recording, gyro)
-        notes += _of_samples(recording, gyro, profiles[gyro.name], standing=not turns)
+    for profile in profiles.values():
+        notes += wrong_unit_notes(recording, profile)
+        notes += _of_samples(recording, profile, standing=not turns)
     notes += pair_notes(profiles)
     if recording.table is not None and not turns:
         notes += jump_notes(recording, recording.table)
@@ -111,47 +113,49 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     return ranked(notes)
 
 
-def _of_samples(
-    recording: Recording, gyro: Channel, profile: Profile, *, standing: bool
-) -> tuple[Note, ...]:
+def _of_samples(recording: Recording, profile: Profile, *, standing: bool) -> tuple[Note, ...]:
     """Findings in the samples of one gyro: one cause that spoils them all, else each."""
-    is_bench = standing and gyro.sensor == "gyro"
-    causes: tuple[Callable[[], tuple[Note, ...]], ...] = (
-        lambda: _rolled_over(recording, gyro) or wrap_notes(recording, gyro),
-        lambda: interleaved_notes(gyro, profile),
-        lambda: motion_notes(recording, gyro, profile) if is_bench else (),
-        # Zeros far from the mean look like a readout of one step from there to zero.
-        lambda: dropout_notes(recording, gyro, profile),
-        lambda: resolution_notes(recording, gyro, profile),
-        lambda: saturation_notes(recording, gyro, profile),
-        lambda: repeat_notes(recording, gyro, profile),
-        lambda: twice_notes(recording, gyro),
-    )
-    for cause in causes:
-        # The others would only see what follows from it.
-        found = cause()
-        if found:
-            return found
-    found = spike_notes(recording, gyro, profile) or jump_notes(recording, gyro)
+    is_bench = standing and profile.channel.sensor == "gyro"
+    causes = [one for one in _CAUSES if is_bench or one is not motion_notes]
+    # The others would only see what follows from the first.
+    found = next(filter(None, (cause(recording, profile) for cause in causes)), ())
+    if found:
+        return found
+    found = spike_notes(recording, profile) or jump_notes(recording, profile.channel)
     if _warns(found):
         # A table that starts and stops changes noise and rate by right.
-        return found + (unsteady_notes(recording, gyro, profile) if standing else ())
+        return found + (unsteady_notes(recording, profile) if standing else ())
     if not standing:
         # No motion makes large deviations rare.
-        return found + flat_notes(gyro, profile)
-    changing = unsteady_notes(recording, gyro, profile)
-    stepping = () if changing else step_notes(recording, gyro, profile)
-    shape = () if stepping else distribution_notes(gyro, profile)
+        return found + flat_notes(recording, profile)
+    changing = unsteady_notes(recording, profile)
+    stepping = () if changing else step_notes(recording, profile)
+    shape = () if stepping else distribution_notes(recording, profile)
     return found + changing + stepping + shape
 
 
-def _rolled_over(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
-    """What reading saw of a counter that starts over, as the error that it is."""
-    return tuple(
+def _wrapped(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+    """A counter that starts over, which reading saw already: the error that it is."""
+    seen = tuple(
         replace(note, level="error")
         for note in recording.notes
-        if note.name == "wraps" and note.channel == gyro.name
+        if note.name == "wraps" and note.channel == profile.channel.name
     )
+    return seen or wrap_notes(recording, profile)
+
+
+# In the order in which they are looked for.
+_CAUSES: Final[tuple[Detector, ...]] = (
+    _wrapped,
+    interleaved_notes,
+    motion_notes,
+    # Zeros far from the mean look like a readout of one step from there to zero.
+    dropout_notes,
+    resolution_notes,
+    saturation_notes,
+    repeat_notes,
+    twice_notes,
+)
 
 
 def _not_rolled_over(gyros: Iterable[Channel], notes: Iterable[Note]) -> list[Channel]:
@@ -201,7 +205,7 @@ def judged_remainder(
     )
     profile = profile_of(left)
     # Steps of two readouts together are flat, and no soft limit.
-    return unsteady_notes(alone, left, profile) or heavy_notes(left, profile)
+    return unsteady_notes(alone, profile) or heavy_notes(alone, profile)
 
 
 def accept(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:

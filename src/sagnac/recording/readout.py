@@ -293,8 +293,9 @@ _LOOKED_AT: Final = 4096
 _ROUNDING: Final = 1e-15
 
 
-def resolution_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def resolution_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Single precision, or coarse counts, if the noise does not cover its steps."""
+    gyro = profile.channel
     step = single_precision_step(gyro)
     # The step follows the size of an angle; where that is largest the noise is compared with it.
     scatter = math.sqrt(2.0) * profile.scale
@@ -307,7 +308,7 @@ def resolution_notes(recording: Recording, gyro: Channel, profile: Profile) -> t
         level: Level = "error" if step > _SPOILS * scatter else "warning"
         return (finding("resolution", gyro.name, text, effect=None, level=level),)
     # Counts of an angle lose nothing from one sample to the next; those of a rate do.
-    return _coarse(recording, gyro, profile) if gyro.kind == "rate" else ()
+    return _coarse(recording, profile) if gyro.kind == "rate" else ()
 
 
 def single_precision_step(gyro: Channel) -> float:
@@ -333,9 +334,9 @@ def single_precision_step(gyro: Channel) -> float:
     return 0.0
 
 
-def _coarse(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def _coarse(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Counts of a rate whose error is a part of its angle random walk."""
-    step = profile.step
+    gyro, step = profile.channel, profile.step
     variance = float(np.median(profile.power))
     if not math.isfinite(step):
         return ()
@@ -414,7 +415,7 @@ class Limit:
     first: int
 
 
-def saturation_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def saturation_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """An extreme value taken far more often than the next one inwards.
 
     Looked for in what each sample turned, so that an angle made of clipped increments counts.
@@ -423,7 +424,7 @@ def saturation_notes(recording: Recording, gyro: Channel, profile: Profile) -> t
     levels = np.unique(every(changes, max(1, changes.size // 10_000)))
     if levels.size <= _FEW_LEVELS:
         return ()
-    slack = rounding_of(gyro)
+    slack = rounding_of(profile.channel)
     lowest, highest = extent(changes)
     ends: tuple[tuple[Literal["upper", "lower"], float], ...] = (
         ("upper", highest),
@@ -444,7 +445,7 @@ def saturation_notes(recording: Recording, gyro: Channel, profile: Profile) -> t
         for limit in found
     )
     text = f"is saturated: {where}; take a stretch without with {{slice}}"
-    return (finding("clipping", gyro.name, text, effect=effect),)
+    return (finding("clipping", profile.channel.name, text, effect=effect),)
 
 
 def limit_of(

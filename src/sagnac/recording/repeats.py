@@ -17,7 +17,7 @@ from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.profile import Profile, count_step
-from sagnac.recording.stamps import Places
+from sagnac.recording.stamps import Places, changes
 
 # ---- repeats -----------------------------------------------------------------------
 
@@ -54,8 +54,9 @@ class Repeats:
     in_runs: int
 
 
-def repeat_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def repeat_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Repeats that no readout step explains."""
+    gyro = profile.channel
     if not _is_unexplained(gyro, profile):
         return ()
     found = repeats_of(gyro)
@@ -108,21 +109,14 @@ def _by_levels(values: FloatArray) -> float:
 
 def repeats_of(gyro: Channel) -> Repeats:
     """Samples of a channel that equal the one before."""
-    values = gyro.values
-    count, first, in_runs, edge = 0, -1, 0, -1
-    for block in blocks(values.size - 1):
-        part = values[block.start : block.stop + 1]
-        same = part[1:] == part[:-1]
-        places = block.start + np.flatnonzero(same) + 1
-        # A run ends before each change.
-        edges = np.concatenate(([edge], block.start + np.flatnonzero(~same)))
+    count, first, in_runs = 0, -1, 0
+    for edges in Places(values=gyro.values, test=changes, following=1).edges():
         lengths = np.diff(edges)
+        repeated = np.flatnonzero(lengths > 1)
+        first = int(edges[repeated[0]]) + 2 if first < 0 and repeated.size else first
+        count += int((lengths - 1).sum())
         in_runs += int((lengths[lengths >= _STICKS] - 1).sum())
-        first = int(places[0]) if first < 0 and places.size else first
-        count += places.size
-        edge = int(edges[-1])
-    last = values.size - 1 - edge
-    return Repeats(count=count, first=first, in_runs=in_runs + (last - 1) * (last >= _STICKS))
+    return Repeats(count=count, first=first, in_runs=in_runs)
 
 
 # ---- twice -------------------------------------------------------------------------
@@ -157,9 +151,9 @@ class Twice:
     samples: int
 
 
-def twice_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+def twice_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """The longest block that stands in the record twice: a warning."""
-    found = longest_twice(gyro.values)
+    found = longest_twice(profile.channel.values)
     if found is None:
         return ()
     text = (
@@ -167,7 +161,7 @@ def twice_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
         f"again from {second_of(recording, found.again):.3f} s on: an interval counts them twice; "
         "take a stretch without with {slice}"
     )
-    return (finding("repeats", gyro.name, text, effect=1.0),)
+    return (finding("repeats", profile.channel.name, text, effect=1.0),)
 
 
 def longest_twice(values: FloatArray) -> Twice | None:
@@ -213,20 +207,13 @@ def _windows(values: FloatArray, start: int) -> tuple[IntegerArray, IntegerArray
 
 def _at_distance(values: FloatArray, distance: int) -> Twice | None:
     """The longest run of samples that equal those a fixed number of samples later."""
-    last = values.size - distance
-    # First sample and length of the longest run, and the last sample that differed.
-    first, length, edge = 0, 0, -1
-    for block in blocks(last):
-        later = values[block.start + distance : block.stop + distance]
-        differs = block.start + np.flatnonzero(values[block] != later)
-        edges = np.concatenate(([edge], differs, [block.stop] if block.stop == last else []))
-        runs = np.diff(edges) - 1
-        if runs.size and runs.max() > length:
-            at = int(np.argmax(runs))
-            first, length = int(edges[at]) + 1, int(runs[at])
-        edge = int(differs[-1]) if differs.size else edge
+    differs = Places(
+        values=values, test=lambda some: some[:-distance] != some[distance:], following=distance
+    )
+    longest = differs.longest_between(values.size - distance)
+    first = longest.first
     # A block that reaches into its repetition is a channel that goes round.
-    length = min(length, distance)
+    length = min(longest.samples, distance)
     if length < _LEAST or np.unique(values[first : first + length]).size < _VALUES:
         return None
     return Twice(first=first, again=first + distance, samples=length)

@@ -187,7 +187,7 @@ def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
     return cleaned
 
 
-def spike_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[Note, ...]:
+def spike_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Single samples far off their neighbours: a warning, for the answer goes without them."""
     changes = profile.changes
     if changes.size < LEAST_FOR_SPIKES:
@@ -198,13 +198,13 @@ def spike_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[
             f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours: it is no "
             "even noise, and its angle random walk contains them"
         )
-        return (Note(name="spikes", channel=gyro.name, text=text, level="warning"),)
+        return (Note(name="spikes", channel=profile.channel.name, text=text, level="warning"),)
     if found.tail:
         text = (
             "some samples lie far off their neighbours, as the end of a heavy tail of the noise "
             "that goes on below them: the angle random walk contains them"
         )
-        return (Note(name="spikes", channel=gyro.name, text=text, level="remark"),)
+        return (Note(name="spikes", channel=profile.channel.name, text=text, level="remark"),)
     if found.index.size == 0:
         return ()
     inside = profile.scale
@@ -216,7 +216,7 @@ def spike_notes(recording: Recording, gyro: Channel, profile: Profile) -> tuple[
     )
     note = Note(
         name="spikes",
-        channel=gyro.name,
+        channel=profile.channel.name,
         text=f"{text}, {effect_words(effect)}",
         level="warning",
         effect=effect,

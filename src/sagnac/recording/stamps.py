@@ -7,8 +7,9 @@ a spline goes through them.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -73,21 +74,26 @@ class Places:
     test: Callable[[FloatArray], BooleanArray]
     following: int = 0
 
-    def _by_blocks(self) -> Iterator[IntegerArray]:
+    def _by_blocks(self) -> Iterator[tuple[int, BooleanArray]]:
         for block in blocks(self.values.size - self.following):
-            here = self.test(self.values[block.start : block.stop + self.following])
-            yield block.start + np.flatnonzero(here)
+            yield block.start, self.test(self.values[block.start : block.stop + self.following])
+
+    def parts(self, later: int = 0) -> Iterator[IntegerArray]:
+        """All of them, ascending, or the samples that lie by some `later`; part by part."""
+        for start, here in self._by_blocks():
+            yield start + later + np.flatnonzero(here)
 
     def all(self) -> IntegerArray:
         """All of them, ascending."""
-        return np.concatenate([np.empty(0, dtype=np.int64), *self._by_blocks()])
+        return np.concatenate([np.empty(0, dtype=np.int64), *self.parts()])
 
     def tally(self) -> Tally:
         """Count them."""
         count, first = 0, -1
-        for here in self._by_blocks():
-            first = int(here[0]) if count == 0 and here.size else first
-            count += here.size
+        for start, here in self._by_blocks():
+            more = int(np.count_nonzero(here))
+            first = start + int(np.argmax(here)) if more and not count else first
+            count += more
         return Tally(count=count, first=first)
 
     def longest_between(self, samples: int, *, later: int = 0) -> Stretch:
@@ -100,35 +106,39 @@ class Places:
         later
             By how many samples the record's bad sample lies behind the place: 1 for steps.
         """
-        between = _Between(longest=Stretch(first=0, after=-1), edge=-1)
-        for places in self._by_blocks():
-            between = between.and_then(places + later)
-        return between.and_then(np.array([samples])).longest
+        return _longest(samples, self.parts(later))
+
+    def edges(self) -> Iterator[IntegerArray]:
+        """-1, the places and the last sample, each part from the last edge of the part before."""
+        yield from _edges(self.parts(), self.values.size - 1)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Between:
-    """The longest stretch so far, and the last place before which it was looked for."""
-
-    longest: Stretch
-    edge: int
-
-    def and_then(self, places: IntegerArray) -> "_Between":
-        edges = np.concatenate(([self.edge], places))
-        lengths = np.diff(edges) - 1
-        if lengths.size == 0:
-            return self
-        at = int(np.argmax(lengths))
-        longest = self.longest
-        if lengths[at] > longest.samples:
-            longest = Stretch(first=int(edges[at]) + 1, after=int(edges[at + 1]))
-        return _Between(longest=longest, edge=int(edges[-1]))
+def _edges(parts: Iterable[IntegerArray], last: int) -> Iterator[IntegerArray]:
+    edge = -1
+    for places in chain(parts, [np.array([last])]):
+        if places.size:
+            yield np.concatenate(([edge], places))
+            edge = int(places[-1])
 
 
 def longest_between(samples: int, places: IntegerArray) -> Stretch:
     """The longest stretch of `samples` without one of `places`, which ascend."""
-    start = _Between(longest=Stretch(first=0, after=-1), edge=-1)
-    return start.and_then(places).and_then(np.array([samples])).longest
+    return _longest(samples, [places])
+
+
+def _longest(samples: int, parts: Iterable[IntegerArray]) -> Stretch:
+    longest = Stretch(first=0, after=0)
+    for edges in _edges(parts, samples):
+        lengths = np.diff(edges) - 1
+        at = int(np.argmax(lengths))
+        if lengths[at] > longest.samples:
+            longest = Stretch(first=int(edges[at]) + 1, after=int(edges[at + 1]))
+    return longest
+
+
+def changes(values: FloatArray) -> BooleanArray:
+    """Whether the sample behind each is another."""
+    return np.asarray(values[1:] != values[:-1])
 
 
 def is_not_finite(values: FloatArray) -> BooleanArray:
@@ -178,15 +188,12 @@ def clock_of(angle: FloatArray) -> Clock | None:
     """
     if angle.size < _FEWEST or not np.isfinite(mean(angle)):
         return None
+    steps = Places(values=angle, test=changes, following=1)
     # Counted first: the places of millions of them take far longer.
-    count = sum(
-        np.count_nonzero(_changes(angle[block.start : block.stop + 1]))
-        for block in blocks(angle.size - 1)
-    )
-    if not _FEWEST <= count <= _MOST_CHANGES * angle.size:
+    if not _FEWEST <= steps.tally().count <= _MOST_CHANGES * angle.size:
         return None
-    changes = Places(values=angle, test=_changes, following=1).all() + 1
-    gaps = np.diff(changes)
+    changed = steps.all() + 1
+    gaps = np.diff(changed)
     usual = float(np.median(gaps))
     near = gaps[np.abs(gaps - usual) <= 1.0]
     if near.size < _NEARLY_ALL * gaps.size:
@@ -195,8 +202,8 @@ def clock_of(angle: FloatArray) -> Clock | None:
     for _ in range(2):
         # Ticks between changes, and from those the period that fits them all.
         ticks = np.concatenate([[0], np.cumsum(np.rint(gaps / period))])
-        period, first = np.polynomial.Polynomial.fit(ticks, changes, 1).convert().coef[::-1]
-    late = changes - first - period * ticks
+        period, first = np.polynomial.Polynomial.fit(ticks, changed, 1).convert().coef[::-1]
+    late = changed - first - period * ticks
     on_time = np.abs(late - np.median(late)) <= 1.0
     if period < _SLOWER or on_time.mean() < _NEARLY_ALL:
         return None
@@ -228,11 +235,6 @@ def between_ticks(angle: FloatArray, clock: Clock) -> FloatArray:
         inside = np.clip(at, ticks[0], ticks[-1])
         result[block] = spline(inside) + spline(inside, 1) * (at - inside)
     return result
-
-
-def _changes(angle: FloatArray) -> BooleanArray:
-    """Whether the sample behind each reads otherwise."""
-    return np.asarray(angle[1:] != angle[:-1])
 
 
 # ---- stamps ------------------------------------------------------------------------

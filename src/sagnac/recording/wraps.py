@@ -10,6 +10,7 @@ from sagnac.errors import Note, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
+from sagnac.recording.profile import Profile
 from sagnac.recording.stamps import Places
 from sagnac.units import UNITS, split_factor
 
@@ -34,8 +35,9 @@ _MOST_FALLS: Final = 0.1
 _LOOKED_AT: Final = 20_000
 
 
-def wrap_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+def wrap_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Values at the two ends of a counter's range and none between; an angle that falls by it."""
+    gyro = profile.channel
     if gyro.kind == "angle":
         return _falls_of_an_angle(recording, gyro)
     values = gyro.values
