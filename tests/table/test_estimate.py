@@ -157,7 +157,7 @@ def test_a_delay_that_drifts_is_read_off_the_orders(rate, seconds):
     drift = 5e-3 * rate * DEGREE
     recorded = simulate(bench(rate=rate, seconds=seconds, latency_drift=5e-3))
     table, pair = estimated(recorded), without_table(recorded)
-    found = order_drift(table, pair, RATE)
+    found = order_drift(table, pair, RATE, share=0.0)
     # A servo that hunts may have given a part of it away already.
     known = 0.0 if table.delay is None else table.delay.change * rate * DEGREE
     uncertain = 0.0 if table.delay is None else table.delay.change_error * rate * DEGREE
@@ -168,14 +168,25 @@ def test_a_delay_that_drifts_is_read_off_the_orders(rate, seconds):
     assert abs(known + value - drift) < 0.1 * drift
     if found is not None:
         # And the table led by it keeps the orders' phases.
-        assert order_drift(table.led(found), pair, RATE) is None
+        assert order_drift(table.led(found), pair, RATE, share=0.0) is None
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("rate", [20.0, 40.0, 80.0])
 def test_no_drift_is_read_off_orders_that_keep_their_phases(rate, seed):
     recorded = simulate(bench(rate=rate, seed=seed, jitter=20e-6))
-    assert order_drift(estimated(recorded), without_table(recorded), RATE) is None
+    found = order_drift(estimated(recorded), without_table(recorded), RATE, share=0.0)
+    assert found is None
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_drift_is_read_off_the_motion_of_a_table_that_dwells(seed):
+    # One gyro holds the table's starts and stops, beside which its orders are nothing.
+    recorded = simulate(bench(motion="dwelling", cycle=30.0, seed=seed, jitter=20e-6))
+    table = estimated(recorded, "x")
+    share = float(table.shares[0])
+    angle = recorded.angles["x"] - share * (table.readings - table.angle)
+    assert order_drift(table, angle, RATE, share=share) is None
 
 
 def without_table(recorded: Simulated) -> np.ndarray:

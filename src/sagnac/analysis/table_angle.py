@@ -151,7 +151,8 @@ def settled(table: TurningTable, measured: Measurement) -> TurningTable:
     """
     if table.estimate is None:
         return table
-    drift = order_drift(table.estimate, measured.angle, measured.sample_rate)
+    share = measured.share(table.shares)
+    drift = order_drift(table.estimate, measured.angle, measured.sample_rate, share=share)
     if drift is None:
         return table
     led = replace(table, estimate=table.estimate.led(drift))

@@ -227,7 +227,9 @@ def estimated_table(
     )
 
 
-def order_drift(table: EstimatedTable, angle: FloatArray, sample_rate: float) -> Drift | None:
+def order_drift(
+    table: EstimatedTable, angle: FloatArray, sample_rate: float, *, share: float
+) -> Drift | None:
     """By how much the table angle runs off against what repeats with it in a gyro angle.
 
     On a table that turns evenly, a delay that grows is a rate of its own: neither encoder nor
@@ -241,6 +243,9 @@ def order_drift(table: EstimatedTable, angle: FloatArray, sample_rate: float) ->
         (samples,) of a gyro, or of two that take the table out, rad.
     sample_rate
         Hz.
+    share
+        Of the table's own motion, which `angle` holds besides: a table that dwells or swings
+        would hide by it what repeats.
 
     Returns
     -------
@@ -248,7 +253,8 @@ def order_drift(table: EstimatedTable, angle: FloatArray, sample_rate: float) ->
         None if the orders keep their phases.
     """
     block = max(1, round(sample_rate / KINEMATIC_RATE))
-    shown, known = averages_of(angle, block), averages_of(table.angle, block)
+    known = averages_of(table.angle, block)
+    shown = averages_of(angle, block) - share * known
     turned = abs(float(known[-1] - known[0])) / (2.0 * np.pi)
     highest = math.floor(_PART_OF_RATE * known.size / max(turned, 1e-12))
     orders = np.arange(1.0, min(_MOST_ORDERS, highest) + 1.0)
