@@ -1,9 +1,12 @@
 """Readout steps: how large, and what dithers them."""
 
+import math
+
 import numpy as np
 import pytest
 
-from sagnac.recording.readout import readout_of
+from sagnac.recording.model import Channel
+from sagnac.recording.readout import readout_of, step_shown
 from tests.coefficients.examples import read_out
 
 
@@ -39,3 +42,36 @@ def test_a_readout_that_moves_a_few_times_is_never_dithered():
     reading = np.repeat([0.0, 1.0, 0.0, 1.0, 2.0], [3000, 1, 2000, 5000, 999])
     assert readout_of(reading).every is None
     assert readout_of(np.zeros(5000)).step == 0.0
+
+
+STEP = math.radians(250.0 / 32768.0)
+
+
+def shown(values, kind="rate"):
+    unit = "rad/s" if kind == "rate" else "rad"
+    values = np.asarray(values, dtype=np.float64)
+    return step_shown(Channel(name="x", kind=kind, shown_in=unit, values=values))
+
+
+@pytest.mark.parametrize("scatter", [0.2, 1.0, 10.0, 100.0])
+def test_the_step_that_samples_are_counted_in(scatter):
+    """Counts of a rate, of increments, of an angle; with an offset, single, in decimals."""
+    noise = scatter * STEP * np.random.default_rng(3).standard_normal(20_000)
+    rates, angles = (np.rint(one / STEP) * STEP for one in (noise, np.cumsum(noise)))
+    for values in (rates, rates + 0.3 * STEP, rates.astype(np.float32), np.round(rates, 9)):
+        assert shown(values) == pytest.approx(STEP, rel=1e-5)
+    assert shown(angles, "angle") == pytest.approx(STEP, rel=1e-9)
+    assert shown(np.diff(angles), "increment") == pytest.approx(STEP, rel=1e-9)
+    gap = np.where(np.arange(20_000) % 977 == 5, np.nan, rates)
+    assert shown(gap) == pytest.approx(STEP, rel=1e-9)
+
+
+def test_samples_that_are_not_counted_show_no_step():
+    noise = 1e-3 * np.random.default_rng(4).standard_normal(20_000)
+    angle = np.cumsum(noise)
+    for values, kind in ((noise, "rate"), (noise, "increment"), (angle, "angle")):
+        for stored in (values, values.astype(np.float32), 1e3 + values):
+            assert shown(stored, kind) == 0.0
+    assert shown(np.zeros(100)) == shown(np.full(5, np.nan)) == 0.0
+    # A turn that speeds up evenly is no lattice either.
+    assert shown(1e-6 * np.arange(20_000.0) ** 2 + noise, "angle") == 0.0

@@ -9,6 +9,7 @@ import pytest
 from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.rig.gyro import LockIn, SensorErrors, SlowDrift, dither_of, ring_lasers_of
 from sagnac.rig.sections import GyroConfig, TableConfig
+from sagnac.rig.simulate import blocks
 from sagnac.rig.truth import truth_of
 from tests.rig.rigs import (
     ARCSEC,
@@ -267,3 +268,34 @@ def test_the_truth_states_the_low_pass():
     assert truth_of(config).low_pass_hz == {"x": 50.0, "y": 10.0, "z": 0.0}
     with pytest.raises(ValueError, match=r"gyro\.low_pass_hz 250 is not below 250 Hz"):
         configured(gyro=replace(NOISELESS, low_pass_hz=(250.0, 0.0, 0.0)))
+
+
+# --- the readout of a rate ------------------------------------------------------------------
+
+
+def test_a_rate_is_shown_in_whole_steps_within_its_range_and_what_is_lost_is_lost():
+    """Steps of 0.8 of the scatter, and the same gyro without: white errors that add up."""
+    rate, step, limit = 10.0, 20.0, 45.0
+    plain = GyroConfig(
+        arw_deg_per_sqrt_h=25.0 / 60.0 / math.sqrt(rate), quantization_step_arcsec=NONE
+    )
+    true = np.diff(triad(at_rest(plain, 4_000.0)), axis=1) * rate / (DEG / 3600.0)
+    coarse = replace(
+        plain, rate_step_deg_per_h=(step, step, 0.0), range_deg_per_h=(0.0, limit, limit)
+    )
+    angles = triad(at_rest(coarse, 4_000.0))
+    shown = np.diff(angles, axis=1) * rate / (DEG / 3600.0)
+    np.testing.assert_allclose(shown[0], step * np.rint(true[0] / step), atol=1e-6)
+    np.testing.assert_allclose(
+        shown[1], step * np.rint(np.clip(true[1], -limit, limit) / step), atol=1e-6
+    )
+    np.testing.assert_allclose(shown[2], np.clip(true[2], -limit, limit), atol=1e-6)
+    error = shown[0] - true[0]
+    assert error.var() == pytest.approx(step**2 / 12.0, rel=0.03)
+    # White: over a hundred samples it is a hundredth.
+    assert error[:39_900].reshape(-1, 100).mean(axis=1).var() == pytest.approx(
+        step**2 / 1200.0, rel=0.25
+    )
+    short = at_rest(coarse, 30.0)
+    pieces = np.concatenate([block.angles for block in blocks(short, 77)], axis=1)
+    np.testing.assert_array_equal(pieces, triad(short))

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import sagnac
+from sagnac.recording.readout import step_shown
 from sagnac.report.document import analysis_document, to_json
-from sagnac.rig.config import Measured, RigConfig
+from sagnac.rig.config import RigConfig
+from sagnac.rig.measured import Measured
 from sagnac.rig.sections import AccelerometerConfig, ConfigurationError, GyroConfig, TableConfig
 from sagnac.rig.simulate import simulate, write
 from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS
@@ -153,6 +155,64 @@ def test_the_low_pass_that_a_spectrum_shows_is_simulated_again(order):
     said = Measured.of_document(json.loads(analysis.to_json())).left_out()
     assert sum("low-pass of" in line for line in said) == 2
     assert any(line.startswith("x: low-pass of ") for line in said)
+
+
+def stepped(kind, step):
+    """Gyros with readout steps of the rate or of the angle, and accelerometers likewise."""
+    rate, angle = (step, 0.0) if kind == "rate" else (0.0, step)
+    return replace(
+        UNIT,
+        duration_s=100.0,
+        kind=kind,
+        gyro=GyroConfig(
+            arw_deg_per_sqrt_h=0.15, rate_step_deg_per_h=rate, quantization_step_arcsec=angle
+        ),
+        accelerometer=AccelerometerConfig(
+            mode="triad",
+            vrw_m_per_s_per_sqrt_h=0.06,
+            acceleration_step_mg=0.02 * rate,
+            quantization_step_mm_per_s=0.02 * angle,
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "step"), [("rate", 27.5), ("angle", 2.0), ("increment", 2.0), ("rate", 0.0)]
+)
+def test_the_step_that_the_samples_show_is_simulated_again(kind, step):
+    """Beside it a unit without one, of which nothing is said."""
+    made = simulate(stepped(kind, step)).recording
+    made = replace(made, gyros=made.gyros[:1], accelerometers=made.accelerometers[:1])
+    first = sagnac.analyze(made, method="none")
+    document = json.loads(first.to_json())
+    again = RigConfig.from_analysis(document)
+    wanted = stepped(kind, step)
+    for key in ("rate_step_deg_per_h", "quantization_step_arcsec"):
+        assert getattr(again.gyro, key) == pytest.approx(getattr(wanted.gyro, key), rel=1e-6)
+    for key in ("acceleration_step_mg", "quantization_step_mm_per_s"):
+        found = getattr(again.accelerometer, key)
+        assert found == pytest.approx(getattr(wanted.accelerometer, key), rel=1e-6)
+    said = [line for line in Measured.of_document(document).left_out() if "readout" in line]
+    assert len(said) == (2 if step else 0)
+    # What the steps add is in the N that was measured, and not added once more.
+    added = again.gyro.rate_step_deg_per_h[0] / 60.0 / math.sqrt(12.0 * 50.0)
+    measured = first.angle_random_walk.to("deg/sqrt(h)").value
+    assert math.hypot(again.gyro.arw_deg_per_sqrt_h[0], added) == pytest.approx(measured)
+    shown = step_shown(simulate(replace(again, seed=9)).recording.gyros[0])
+    assert shown == pytest.approx(step_shown(made.gyros[0]), rel=1e-6)
+
+
+def test_the_range_at_whose_ends_samples_pile_up_is_simulated_again():
+    """A bias near the end of the range, and the same unit without a range."""
+    unit = replace(stepped("rate", 27.5), accelerometer=AccelerometerConfig())
+    for reach in (100.0 * 27.5, 0.0):
+        gyro = replace(unit.gyro, bias_deg_per_h=(2_600.0,) * 3, range_deg_per_h=(reach,) * 3)
+        made = simulate(replace(unit, gyro=gyro)).recording
+        assert np.abs(made.gyros[0].values).max() * 206264.8 <= (reach or math.inf) * 1.001
+        first = sagnac.analyze(replace(made, gyros=made.gyros[:1]), method="none")
+        assert any(note.name == "clipping" for note in first.findings) == bool(reach)
+        again = RigConfig.from_analysis(first)
+        assert again.gyro.range_deg_per_h == pytest.approx((reach,) * 3, rel=1e-6)
 
 
 @pytest.mark.parametrize(("deviation", "time"), [(10.0, 30.0), (0.0, 30.0)])

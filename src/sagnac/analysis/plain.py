@@ -1,4 +1,4 @@
-"""Basis of the answer, and the low-pass of the sensor, as plain data in the units of the field."""
+"""Basis of the answer, low-pass and readout of the sensor, as plain data in the field's units."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -7,11 +7,14 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from sagnac.analysis.result import Analysis, answer_coefficients
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, extent
 from sagnac.coefficients.band_models import ORDERS
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import CoefficientName, rate_density_basis
 from sagnac.coefficients.slow_model import untold
+from sagnac.recording.channel import field_unit as unit_of_samples
+from sagnac.recording.profile import changes_of
+from sagnac.recording.readout import step_shown
 from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, field_unit
 
 
@@ -186,6 +189,26 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     """The same for JSON: ``low_pass`` with ``corner_hz`` and ``order``; ``{}`` if there is none."""
     found = low_pass_of(analysis)
     return {} if found is None else {"low_pass": {"corner_hz": found.corner, "order": found.order}}
+
+
+def readout_data(analysis: Analysis) -> dict[str, dict[str, dict[str, float | str]]]:
+    """Step and range that the samples show, for JSON: ``readout``, by gyro or accelerometer.
+
+    ``step``, and ``range`` if samples pile up at its ends, with their ``unit``: of a rate, or of
+    the angle that samples are or add up to. ``{}`` if they show neither.
+    """
+    clipped = {note.channel for note in analysis.findings if note.name == "clipping"}
+    found: dict[str, dict[str, float | str]] = {}
+    for name in analysis.settings.gyros:
+        channel = analysis.recording.gyro(name)
+        unit = unit_of_samples(name, channel.kind, channel.sensor)
+        shown = {"step": step_shown(channel)}
+        if name in clipped:
+            shown["range"] = max(map(abs, extent(changes_of(channel))))
+        if any(shown.values()):
+            sizes = {what: value / unit.size for what, value in shown.items() if value > 0.0}
+            found[name] = {**sizes, "unit": unit.name}
+    return {"readout": found} if found else {}
 
 
 def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:

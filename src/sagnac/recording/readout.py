@@ -291,6 +291,30 @@ _MOST: Final = 2**17
 _LOOKED_AT: Final = 4096
 # Part of a value that its conversion to SI and back may move it by.
 _ROUNDING: Final = 1e-15
+# Changes of counted samples lie this near to whole steps, in steps, and this share of them does.
+_NEAR: Final = 0.05
+_COUNTED: Final = 0.98
+
+
+def step_shown(channel: Channel) -> float:
+    """The step that the samples of a channel are counted in, as its beginning shows it.
+
+    In SI, of the samples themselves: of the rate of a rate. 0 if their changes are no whole
+    numbers of one step, as if the step is far finer than their noise or there is none.
+    """
+    values = channel.values[:_MOST]
+    values = values[np.isfinite(values)]
+    changes = np.diff(values)
+    counted = np.diff(values) if channel.kind == "angle" else values
+    step = count_step(counted, rounding_in(values)) if values.size else math.inf
+    if not math.isfinite(step) or step <= 2.0 * single_precision_step(channel):
+        return 0.0
+    numbers = np.rint(changes / step)
+    if numbers.any():
+        # Many steps are known better than one.
+        step = float(changes @ numbers) / float(numbers @ numbers)
+    off = np.abs(changes / step - np.rint(changes / step))
+    return step if float(np.mean(off < _NEAR)) > _COUNTED else 0.0
 
 
 def resolution_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:

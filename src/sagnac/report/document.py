@@ -19,6 +19,7 @@ from sagnac.analysis.plain import (
     covariance_data,
     low_pass_data,
     parts_data,
+    readout_data,
     shares_data,
     slow_noise_data,
     triad_data,
@@ -78,6 +79,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "coefficients": _coefficients(headline_coefficients(analysis)),
         "covariance": covariance_data(analysis),
         **low_pass_data(analysis),
+        **readout_data(analysis),
         **slow_noise_data(analysis),
         **_verdict(analysis),
         "parts": parts_data(analysis),
@@ -182,6 +184,7 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
         "curve": {"estimator": curve.estimator, "unit": unit.name, **_points(curve, unit)},
         "covariance": covariance_data(analysis),
         **low_pass_data(analysis),
+        **readout_data(analysis),
         **slow_noise_data(analysis),
         "lines": [
             {

@@ -1,12 +1,9 @@
-"""The simulated rig as a user configures it: all sections together, and the presets.
-
-A unit that was measured gives the keys of its sensors.
-"""
+"""The simulated rig as a user configures it: all sections together, and the presets."""
 
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
@@ -18,10 +15,10 @@ from sagnac.documents import read_toml
 from sagnac.errors import RecordingError, quoted
 from sagnac.recording.channel import KINDS, Kind
 from sagnac.rig.encoder import delay_growth
-from sagnac.rig.gyro import SENSOR_KEYS, dither_of, ring_lasers_of
+from sagnac.rig.gyro import dither_of, ring_lasers_of
+from sagnac.rig.measured import Measured
 from sagnac.rig.ring_laser import angle_random_walk
 from sagnac.rig.sections import (
-    ACCELEROMETER_NAMES,
     GYRO_NAMES,
     LONGEST_DELAY_S,
     AccelerometerConfig,
@@ -41,198 +38,7 @@ from sagnac.rig.sections import (
 )
 from sagnac.rig.table import table_command
 from sagnac.table.frames import shares_from_deviations
-from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, SENSORS, Sensor
-
-# ---- measured ----------------------------------------------------------------------
-
-# Errors whose coefficients are measured; a readout step is not.
-_MEASURED: Final = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")
-# By kind of sensor: coefficient -> its key, whose unit is the field's own.
-_KEYS: Final[Mapping[Sensor, Mapping[str, str]]] = {
-    sensor: {
-        coefficient: keys[place] for name, coefficient, *keys in SENSOR_KEYS if name in _MEASURED
-    }
-    for place, sensor in enumerate(SENSORS)
-}
-_FORCE_WALK: Final = "velocity_random_walk"
-_MARKOV_TIME_S: Final = 100.0  # of a Markov rate that is not there
-_NAMES: Final[Mapping[Sensor, tuple[str, str, str]]] = {
-    "gyro": GYRO_NAMES,
-    "accelerometer": ACCELEROMETER_NAMES,
-}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Measured:
-    """The sensors of one analysis.
-
-    Attributes
-    ----------
-    gyros, accelerometers
-        Name -> coefficient -> its value in the field's unit; what was not estimated is not there.
-    sample_rate, duration
-        Hz and s.
-    kind
-        Of a sample; empty if it is not stated.
-    low_passes
-        Name -> corner, Hz, and order of the low-pass that its spectrum shows.
-    markov
-        Name -> standard deviation in the field's unit and correlation time, s, of a Markov rate.
-    table_rate
-        deg/s, 0 at rest.
-    """
-
-    gyros: Mapping[str, Mapping[str, float]]
-    accelerometers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    sample_rate: float
-    duration: float
-    table_rate: float = 0.0
-    kind: str = ""
-    low_passes: Mapping[str, tuple[float, int]] = field(default_factory=dict)
-    markov: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if not self.gyros:
-            raise ValueError("gyros is empty; give an analysis of a gyro")
-
-    @classmethod
-    def of_document(cls, document: Mapping[str, Any]) -> Self:
-        """The sensors of a document of schema ``sagnac.analysis/1``."""
-        read = document["input"]
-        alone = document.get("gyros") or {document["channel"]: document}
-        gyros = {
-            name: _of_document(one, one["angle_random_walk"], "gyro") for name, one in alone.items()
-        }
-        if not document.get("gyros"):
-            # A triad on a table has only N of each gyro; the other terms are those of the pair.
-            (pair,) = gyros.values()
-            gyros = {
-                name: {**pair, **_of_document({"coefficients": {}}, own, "gyro")}
-                for name, own in document["per_gyro"].items()
-                if own["status"] == "estimated"
-            } or gyros
-        forces = (document.get("accelerometers") or {}).items()
-        return cls(
-            gyros=gyros,
-            accelerometers={
-                name: _of_document(one, one[_FORCE_WALK], "accelerometer") for name, one in forces
-            },
-            sample_rate=read["sample_rate_hz"],
-            duration=read["duration_s"],
-            table_rate=read.get("table_rate_deg_per_s") or 0.0,
-            kind=read.get("kind") or "",
-            low_passes={
-                name: (one["low_pass"]["corner_hz"], one["low_pass"]["order"])
-                for name, one in (*alone.items(), *forces)
-                if one.get("low_pass")
-            },
-            markov={
-                name: (rate["deviation"]["value"], rate["correlation_time_s"]["value"])
-                for name, one in (*alone.items(), *forces)
-                if (rate := one.get("slow_noise", {}).get("markov"))
-            },
-        )
-
-    @property
-    def _kinds(self) -> dict[Sensor, Mapping[str, Mapping[str, float]]]:
-        """Sensors of each kind that there are."""
-        kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {
-            "gyro": self.gyros,
-            "accelerometer": self.accelerometers,
-        }
-        return {kind: found for kind, found in kinds.items() if found}
-
-    def keys(self) -> dict[str, Any]:
-        """Nested tables of a `RigConfig`."""
-        kinds = self._kinds
-        tables: dict[str, dict[str, Any]] = {
-            kind: {
-                key: [found[name].get(coefficient, 0.0) for name in _three(found, _NAMES[kind])]
-                for coefficient, key in _KEYS[kind].items()
-            }
-            for kind, found in kinds.items()
-        }
-        for kind, found in kinds.items():
-            passes = [self.low_passes.get(name) for name in _three(found, _NAMES[kind])]
-            tables[kind]["low_pass_hz"] = [one[0] if one else 0.0 for one in passes]
-            # The rig has one order for all: that of the lowest corner.
-            tables[kind]["low_pass_order"] = min((one for one in passes if one), default=(0.0, 1))[
-                1
-            ]
-            rates = [self.markov.get(name) for name in _three(found, _NAMES[kind])]
-            unit = {"gyro": "deg_per_h", "accelerometer": "mg"}[kind]
-            tables[kind][f"markov_deviation_{unit}"] = [one[0] if one else 0.0 for one in rates]
-            tables[kind]["markov_time_s"] = [one[1] if one else _MARKOV_TIME_S for one in rates]
-        tables["gyro"]["quantization_step_arcsec"] = 0.0
-        if self.accelerometers:
-            tables["accelerometer"]["mode"] = "triad"
-        return {
-            "duration_s": self.duration,
-            "sample_rate_hz": self.sample_rate,
-            **({"kind": self.kind} if self.kind else {}),
-            "table": {"rate_deg_per_s": self.table_rate},
-            **tables,
-        }
-
-    def left_out(self) -> list[str]:
-        """Low-passes, and parts that are not simulated as they were measured, a line each."""
-        lines = [
-            f"{name}: low-pass of {corner:.4g} Hz, order {order}"
-            for name, (corner, order) in self.low_passes.items()
-        ] or ["no low-pass, since the spectrum shows none"]
-        for kind, found in self._kinds.items():
-            titles = SENSED[kind].titles
-            for name, one in found.items():
-                if name in self.markov:
-                    size, time = self.markov[name]
-                    unit = SENSED[kind].rate_unit
-                    lines.append(f"{name}: Markov rate of {size:.4g} {unit} over {time:.4g} s")
-                missing = [title for key, title in titles.items() if key not in one]
-                if missing:
-                    lines.append(f"{name}: without {', '.join(missing)}, not estimated")
-            orders = {self.low_passes[name][1] for name in found if name in self.low_passes}
-            if len(orders) > 1:
-                lines.append(f"low-passes of the {kind}s: of one order, as the rig has them")
-            others = [name for name in _NAMES[kind] if name not in found]
-            if others and len(found) != 3:
-                lines.append(f"{', '.join(others)}: as {next(iter(found))}")
-        return lines
-
-
-def _three(found: Mapping[str, object], names: tuple[str, str, str]) -> list[str]:
-    """Names of the sensors for the three axes: by name, in order if none fits, else the first."""
-    if len(found) == 3 and not set(names) & set(found):
-        return list(found)
-    first = next(iter(found))
-    return [name if name in found else first for name in names]
-
-
-def _of_document(
-    stated: Mapping[str, Any], walk: Mapping[str, Any], kind: Sensor
-) -> dict[str, float]:
-    """Coefficients that were estimated, in the field's units.
-
-    B and K that are bounds come from the slow noise that the spectrum shows.
-    """
-    keys = {name: title.replace(" ", "_") for name, title in SENSED[kind].titles.items()}
-    found = {name: stated["coefficients"].get(key) for name, key in keys.items()}
-    found["angle_random_walk"] = walk
-    slow = stated.get("slow_noise") or {}
-    return {
-        **{
-            name: slow[key]["value"]
-            for name, key in keys.items()
-            if key in slow and slow[key]["value"] > 0.0
-        },
-        **{
-            name: one["value"]
-            for name, one in found.items()
-            if one is not None and one["status"] == "estimated"
-        },
-    }
-
-
-# ---- config ------------------------------------------------------------------------
+from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
 _CLEAR_OF_LOCK_IN = 10.0  # lock-in rates that the bias must exceed, so that jitter never locks
 
@@ -317,7 +123,7 @@ class RigConfig:
         """A rig whose gyros and accelerometers have the Q, N, B, K and R that were measured.
 
         Sample rate, length and table rate are those of the recording. What was not estimated is
-        zero (`sagnac.rig.config.Measured.left_out` names it); a single gyro stands for all three.
+        zero (`sagnac.rig.measured.Measured.left_out` names it); a single gyro stands for all three.
 
         Parameters
         ----------

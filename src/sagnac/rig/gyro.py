@@ -44,6 +44,8 @@ SENSOR_KEYS: Final = (
     ),
     ("markov_deviation", "bias_instability", "markov_deviation_deg_per_h", "markov_deviation_mg"),
     ("bias", "bias_instability", "bias_deg_per_h", "bias_mg"),
+    ("rate_quantum", "bias_instability", "rate_step_deg_per_h", "acceleration_step_mg"),
+    ("full_scale", "bias_instability", "range_deg_per_h", "range_mg"),
     ("ramp", "rate_ramp", "rate_ramp_deg_per_h_per_h", "acceleration_ramp_mg_per_h"),
 )
 
@@ -64,6 +66,8 @@ class SensorErrors:
         Standard deviation, rad/s, and correlation time, s, of a Markov rate.
     bias, ramp
         rad/s and rad/s^2.
+    rate_quantum, full_scale
+        Readout step of the rate, and the largest rate that it shows, rad/s, 0 for none.
     per_kelvin, warm_up, warm_up_time
         rad/s per kelvin; rise of temperature, K, and its time constant, s.
     corner, order
@@ -86,6 +90,8 @@ class SensorErrors:
     ramp: float
     corner: float
     order: int
+    rate_quantum: float = 0.0
+    full_scale: float = 0.0
     per_kelvin: float = 0.0
     warm_up: float = 0.0
     warm_up_time: float = 1.0
@@ -371,6 +377,50 @@ class LowPass:
         return np.asarray(filtered)
 
 
+# ---- the readout of a rate -------------------------------------------------------------
+
+
+@dataclass(slots=True, kw_only=True)
+class RateReadout:
+    """A readout that shows the mean rate of each sample, in steps and within a range.
+
+    Unlike with steps of the angle, what a sample loses is lost.
+
+    Attributes
+    ----------
+    step, full_scale
+        Turn of a sample, rad, that is one step and that is the largest; 0 for none.
+    before, shown
+        Angle at the last sample before the readout, rad, and behind it: in steps if there are any.
+    """
+
+    step: float
+    full_scale: float
+    before: float = 0.0
+    shown: float = 0.0
+
+    @classmethod
+    def of(cls, errors: SensorErrors, interval: float) -> Self | None:
+        """The readout of one sensor; None if it shows every rate as it is."""
+        if errors.rate_quantum == errors.full_scale == 0.0:
+            return None
+        return cls(step=errors.rate_quantum * interval, full_scale=errors.full_scale * interval)
+
+    def advance(self, angles: FloatArray) -> None:
+        """Let the next angles, (n,), rad, be the sums of what is shown."""
+        turned = np.diff(angles, prepend=self.before)
+        self.before = float(angles[-1])
+        if self.full_scale > 0.0:
+            np.clip(turned, -self.full_scale, self.full_scale, out=turned)
+        if self.step > 0.0:
+            np.rint(turned / self.step, out=turned)
+        # The sum of all samples in one order, whatever the blocks.
+        turned[0] += self.shown
+        np.cumsum(turned, out=turned)
+        self.shown = float(turned[-1])
+        np.multiply(turned, self.step or 1.0, out=angles)
+
+
 # ---- the whole gyro ------------------------------------------------------------------
 
 
@@ -402,6 +452,8 @@ class Gyro:
         Of the gyro, or None if it is rigid.
     angle_noise, readout
         White noise of the sampled angle, rad, and its stream; 0 and None for none.
+    rates
+        Readout of the rate, or None.
     random
         Stream of the angle random walk.
     walked
@@ -423,6 +475,7 @@ class Gyro:
     mount: Mount | None = None
     angle_noise: float = 0.0
     readout: np.random.Generator | None = None
+    rates: RateReadout | None = None
     walked: float = 0.0
     before: float = 0.0
 
@@ -458,10 +511,12 @@ class Gyro:
             noise += drift * self.interval
             behind, nothing = self._behind_low_pass(self.low_pass, true, noise), np.zeros(count)
             _kernels.readout(behind, nothing, nothing, self.interval, self.quantum, 0.0, angles)
-            return
-        self.walked = _kernels.readout(
-            true, noise, drift, self.interval, self.quantum, self.walked, angles
-        )
+        else:
+            self.walked = _kernels.readout(
+                true, noise, drift, self.interval, self.quantum, self.walked, angles
+            )
+        if self.rates is not None:
+            self.rates.advance(angles)
 
     def _behind_low_pass(
         self, low_pass: LowPass, true: FloatArray, errors: FloatArray

@@ -363,6 +363,10 @@ class GyroConfig:
         readout step, 0 for none; Q is the step over sqrt(12)
     angle_noise_arcsec
         white noise of the sampled angle: Q without a readout step
+    rate_step_deg_per_h
+        readout step of the mean rate of a sample, 0 for none; adds step/sqrt(12 sample_rate) to N
+    range_deg_per_h
+        largest rate that is shown, 0 for any
     bias_deg_per_h
         constant bias
     bias_instability_deg_per_h
@@ -403,6 +407,8 @@ class GyroConfig:
     arw_deg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 10.0)] = (2.5e-5, 2.5e-5, 2.5e-5)
     quantization_step_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.001, 0.001, 0.001)
     angle_noise_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.0, 0.0, 0.0)
+    rate_step_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e7)] = (0.0, 0.0, 0.0)
+    range_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e9)] = (0.0, 0.0, 0.0)
     bias_deg_per_h: Annotated[Triple, PerGyro(-1e5, 1e5)] = (0.0, 0.0, 0.0)
     bias_instability_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
     rate_random_walk_deg_per_h_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
@@ -442,6 +448,10 @@ class AccelerometerConfig:
         white noise of the sampled velocity: Q without a readout step
     quantization_step_mm_per_s
         readout step, 0 for none
+    acceleration_step_mg
+        readout step of the mean acceleration of a sample, 0 for none
+    range_mg
+        largest acceleration that is shown, 0 for any
     bias_mg
         constant bias
     bias_instability_mg
@@ -464,6 +474,8 @@ class AccelerometerConfig:
     vrw_m_per_s_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 100.0)] = _NONE
     velocity_noise_mm_per_s: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
     quantization_step_mm_per_s: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
+    acceleration_step_mg: Annotated[Triple, PerGyro(0.0, 1e6)] = _NONE
+    range_mg: Annotated[Triple, PerGyro(0.0, 1e9)] = _NONE
     bias_mg: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
     bias_instability_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
     acceleration_random_walk_mg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE

@@ -31,6 +31,7 @@ from sagnac.rig.gyro import (
     Gyro,
     LockIn,
     LowPass,
+    RateReadout,
     SensorErrors,
     SlowDrift,
     dither_of,
@@ -229,6 +230,7 @@ def _sensor(
         low_pass=LowPass.of(errors, config.sample_rate_hz),
         angle_noise=errors.angle_noise,
         readout=readout if errors.angle_noise > 0.0 else None,
+        rates=RateReadout.of(errors, 1.0 / config.sample_rate_hz),
         random=white,
     )
 

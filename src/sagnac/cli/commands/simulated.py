@@ -126,7 +126,8 @@ def _like(path: Path, config: Path | None) -> "RigConfig":
     """The unit that an analysis measured, a TOML over it; says what is left out."""
     from sagnac.documents import read_analyses
     from sagnac.errors import RecordingError, one_line
-    from sagnac.rig.config import Measured, RigConfig
+    from sagnac.rig.config import RigConfig
+    from sagnac.rig.measured import Measured
     from sagnac.rig.sections import ConfigurationError
 
     documents = read_analyses(path)
