@@ -202,6 +202,25 @@ def test_the_step_that_the_samples_show_is_simulated_again(kind, step):
     assert shown == pytest.approx(step_shown(made.gyros[0]), rel=1e-6)
 
 
+def test_a_rate_with_less_noise_than_its_steps_would_make_is_a_counted_angle():
+    """Rates of 50 Hz in steps of 100 deg/h are 2 arcsec a sample, and 4 deg/h/sqrt(Hz) if lost."""
+    for walk, by_rate in ((0.01, False), (1.0, True)):
+        unit = Measured(
+            gyros={"x": {"angle_random_walk": walk, "quantization": 0.7}},
+            sample_rate=50.0,
+            duration=60.0,
+            kind="rate",
+            readouts={"x": {"step": 100.0, "unit": "deg/h"}},
+        )
+        gyro = RigConfig.from_mapping(unit.keys()).gyro
+        assert gyro.rate_step_deg_per_h[0] == (100.0 if by_rate else 0.0)
+        assert gyro.quantization_step_arcsec[0] == pytest.approx(0.0 if by_rate else 2.0)
+        left = 0.7 if by_rate else math.sqrt(0.49 - 4.0 / 12.0)
+        assert gyro.angle_noise_arcsec[0] == pytest.approx(left)
+        added = 100.0 / 60.0 / math.sqrt(12.0 * 50.0) if by_rate else 0.0
+        assert math.hypot(gyro.arw_deg_per_sqrt_h[0], added) == pytest.approx(walk)
+
+
 def test_the_range_at_whose_ends_samples_pile_up_is_simulated_again():
     """A bias near the end of the range, and the same unit without a range."""
     unit = replace(stepped("rate", 27.5), accelerometer=AccelerometerConfig())

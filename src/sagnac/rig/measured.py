@@ -19,7 +19,8 @@ _KEYS: Final[Mapping[Sensor, Mapping[str, str]]] = {
     for place, sensor in enumerate(SENSORS)
 }
 _READ_OUT: Final = ("quantum", "rate_quantum", "full_scale")
-_READ_OUT_ANGLE: Final = ("quantum", "angle_noise")
+_NOISES: Final = ("random_walk", "angle_noise")
+_SHOWN: Final = ("step", "range")
 _FORCE_WALK: Final = "velocity_random_walk"
 _MARKOV_TIME_S: Final = 100.0  # of a Markov rate that is not there
 _NAMES: Final[Mapping[Sensor, tuple[str, str, str]]] = {
@@ -152,26 +153,36 @@ class Measured:
         """Put steps and ranges into the keys of a kind of sensor.
 
         N and Q were measured with what the steps add: a step D of a rate adds D^2/12 times the
-        time of a sample to N^2, and one of an angle D^2/12 to Q^2.
+        time of a sample to N^2, and one of an angle D^2/12 to Q^2. If N is less than the step of a
+        rate would make it, an angle was counted.
         """
-        place = SENSORS.index(kind)
+        place, interval = SENSORS.index(kind), 1.0 / self.sample_rate
         keys = {
             error: (own[place], field_unit(coefficient, kind).size)
             for error, coefficient, *own in SENSOR_KEYS
         }
         table.update({keys[error][0]: [0.0] * len(names) for error in _READ_OUT})
+
+        def put(error: str, axis: int, value: float) -> None:
+            key, unit = keys[error]
+            table[key][axis] = value / unit
+
         for axis, name in enumerate(names):
             shown = self.readouts.get(name, {"unit": SENSED[kind].rate_unit})
-            size, is_rate = UNITS[shown["unit"]].size, shown["unit"] == SENSED[kind].rate_unit
-            quantum, noise = ("rate_quantum", "random_walk") if is_rate else _READ_OUT_ANGLE
-            step = size * shown.get("step", 0.0)
-            table[keys[quantum][0]][axis] = step / keys[quantum][1]
-            key, unit = keys[noise]
-            added = step**2 / 12.0 / (self.sample_rate if is_rate else 1.0)
-            table[key][axis] = math.sqrt(max((table[key][axis] * unit) ** 2 - added, 0.0)) / unit
-            # Angles are limited from sample to sample.
-            full_scale = size * shown.get("range", 0.0) * (1.0 if is_rate else self.sample_rate)
-            table[keys["full_scale"][0]][axis] = full_scale / keys["full_scale"][1]
+            of_rate = shown["unit"] == SENSED[kind].rate_unit
+            step, end = (shown.get(what, 0.0) * UNITS[shown["unit"]].size for what in _SHOWN)
+            put("full_scale", axis, end if of_rate else end / interval)
+            walk, noise = (
+                table[key][axis] * unit for key, unit in (keys[each] for each in _NOISES)
+            )
+            added = step**2 / 12.0 * interval
+            if of_rate and added <= walk**2:
+                put("rate_quantum", axis, step)
+                put("random_walk", axis, math.sqrt(walk**2 - added))
+            else:
+                counted = step * interval if of_rate else step
+                put("quantum", axis, counted)
+                put("angle_noise", axis, math.sqrt(max(noise**2 - counted**2 / 12.0, 0.0)))
 
     def left_out(self) -> list[str]:
         """Low-passes and readouts, and what is not simulated as it was measured, a line each."""
@@ -182,7 +193,7 @@ class Measured:
         lines += [
             f"{name}: readout {what} of {shown[what]:.4g} {shown['unit']}"
             for name, shown in self.readouts.items()
-            for what in ("step", "range")
+            for what in _SHOWN
             if what in shown
         ]
         for kind, found in self._kinds.items():
