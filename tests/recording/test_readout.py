@@ -62,6 +62,9 @@ def test_the_step_that_samples_are_counted_in(scatter):
         assert shown(values) == pytest.approx(STEP, rel=1e-5)
     assert shown(angles, "angle") == pytest.approx(STEP, rel=1e-9)
     assert shown(np.diff(angles), "increment") == pytest.approx(STEP, rel=1e-9)
+    # On a table that turns by half a million steps a sample, stored with few digits too many.
+    turning = np.round(angles + STEP * np.arange(20_000) * 500_000, 9)
+    assert shown(turning, "angle") == pytest.approx(STEP, rel=1e-6)
     gap = np.where(np.arange(20_000) % 977 == 5, np.nan, rates)
     assert shown(gap) == pytest.approx(STEP, rel=1e-9)
 
