@@ -271,3 +271,21 @@ def test_what_was_marked_and_filled_is_noted():
     assert texts[1].startswith("4 missing samples, at most 2 in a row, interpolated")
     assert np.abs(np.degrees(taken.angle) - angle).max() < STEP
     assert {note.channel for note in taken.notes} == {"table"}
+
+
+@pytest.mark.parametrize(("lost", "longest"), [((), 0), ((40, 300, 301, 800), 2)])
+def test_of_readings_that_are_held_lost_ones_are_interpolated(lost, longest):
+    """An encoder read 25 times a second, on a table that turns by 1.6 deg meanwhile."""
+    held = 20
+    angle = motion(40.0)
+    ticks = np.arange(0, SAMPLES, held)
+    for tick in lost:
+        ticks[tick] = ticks[tick - 1]
+    values = np.repeat(reading(angle)[ticks], held)
+    taken = angle_of_readings(values, unit_of("deg", "angle"))
+    inside = slice(held, SAMPLES - held)
+    # The clock is known to half a sample, 0.04 deg.
+    assert np.degrees(taken.angle)[inside] == pytest.approx(angle[inside], abs=0.1)
+    texts = [note.text for note in taken.notes]
+    assert texts[-1].startswith("read every 20 samples and held between")
+    assert (f"at most {longest} in a row" in " ".join(texts)) == bool(lost)

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.formats import read
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.sections import EncoderConfig, TableConfig
-from sagnac.rig.simulate import blocks, simulate
+from sagnac.rig.simulate import blocks, simulate, write
 from sagnac.rig.table import random_streams
 from sagnac.table.frames import table_to_gyro_matrix
 from tests.rig.rigs import ARCSEC, AT_REST, DEG, configured, from_first, geometry, true_table_angle
@@ -123,7 +124,12 @@ def table_of(encoder, rate=40.0, **changes):
     config = configured(
         table=TableConfig(rate_deg_per_s=rate), encoder=replace(encoder, lines=_FINE), **changes
     )
-    return simulate(config).recording.table.values, np.arange(config.samples) / 500.0
+    return readings_of(config), np.arange(config.samples) / 500.0
+
+
+def readings_of(config):
+    """Readings as they are taken, before anything is made of them."""
+    return np.concatenate([block.table for block in blocks(config)])
 
 
 @pytest.mark.parametrize(
@@ -226,12 +232,32 @@ def test_late_and_held_readings_do_not_depend_on_the_blocks(block_samples):
     )
     table = TableConfig(rate_deg_per_s=300.0, jitter_rms_deg_per_s=0.1)
     config = configured(duration_s=6.0, encoder=encoder, table=table)
-    recording = simulate(config).recording
     parts = list(blocks(config, block_samples))
     joined = np.concatenate([part.table for part in parts])
-    np.testing.assert_array_equal(joined, recording.table.values)
+    np.testing.assert_array_equal(joined, readings_of(config))
     pulses = np.concatenate([part.null_pulse for part in parts])
-    np.testing.assert_array_equal(pulses, recording.null_pulse)
+    np.testing.assert_array_equal(pulses, simulate(config).recording.null_pulse)
+
+
+@pytest.mark.parametrize(
+    "encoder",
+    [
+        EncoderConfig(reading_rate_hz=30.0, lost_fraction=0.005),
+        EncoderConfig(lost_fraction=0.01),
+        EncoderConfig(),
+    ],
+    ids=["held", "lost", "sound"],
+)
+def test_a_table_in_memory_is_what_a_file_of_it_gives(tmp_path, encoder):
+    config = configured(duration_s=60.0, table=TableConfig(rate_deg_per_s=40.0), encoder=encoder)
+    path, _ = write(config, tmp_path / "rig.parquet")
+    in_file, in_memory = read(path), simulate(config).recording
+    turns = np.rint((in_file.table.values[0] - in_memory.table.values[0]) / (2.0 * math.pi))
+    off = in_file.table.values - in_memory.table.values - 2.0 * math.pi * turns
+    assert np.abs(off).max() < 1e-9
+    said = [note.text.split(" (")[0] for note in in_file.notes if "starts over" not in note.text]
+    assert [note.text.split(" (")[0] for note in in_memory.notes] == said
+    assert bool(said) == (encoder != EncoderConfig())
 
 
 def test_another_key_of_the_encoder_leaves_the_latch_as_it_was():

@@ -1,5 +1,6 @@
 """Tones that follow the table, moved to the angle scale."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -9,16 +10,21 @@ from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.lines.components import MIX_BLOCK, Components, Turning, joined, mixed_down
 from sagnac.table.kinematics import averages_of
 
-# Blocks of samples at a time.
 # Phase error over its deviation, below which a tone and an order look the same.
 _TOLD_APART: Final = 6.0
-# Noise levels of a mean by which an order has to say more of the power than a tone.
+# Noise levels of a mean by which an order has to say more of the power than a tone. A line that
+# wanders stands in a band of its own, in which chance favours an order as often as not: the noise
+# is what stands so many bins to either side, beyond the main lobe of a Hann window.
 _BETTER: Final = 10.0
+_BESIDE: Final = np.arange(3, 11)
+# How near tones are mixed down at one frequency, as a share of the blocks' rate: their means are
+# then short of 2e-4.
+_AT_ONCE: Final = 0.01
 # How near tones are put back with one, as a share of its frequency, and of the blocks' rate.
 _NEIGHBOURS: Final = 0.1
 _NEAREST: Final = 0.25
-# A record of fewer blocks than this tells nothing.
-_FEWEST_BLOCKS: Final = 3
+# A record of fewer blocks than this has not as many bins.
+_FEWEST_BLOCKS: Final = 24
 # The net rate of the table, in its mean speed, below which it goes back and forth.
 _ONE_WAY: Final = 0.5
 
@@ -82,10 +88,16 @@ def rescaled_components(
     angles = components.orders.size
     orders = 2.0 * np.pi * components.frequencies / abs(strays.rate)
     moved = np.zeros(components.size, dtype=bool)
-    for index in range(components.frequencies.size):
+    near, around = -np.inf, np.empty(0, dtype=np.complex128)
+    for index in np.argsort(components.frequencies).tolist():
         level = float(levels[angles + index])
-        if _would_show(components, strays, index, steps.size, level):
-            moved[angles + index] = _follows(components, steps, strays, index, level)
+        if not _would_show(components, strays, index, steps.size, level):
+            continue
+        frequency = float(components.frequencies[index])
+        if frequency - near > _AT_ONCE / MIX_BLOCK:
+            near, around = frequency, _put_back(components, steps, strays, frequency)
+        mixed = around * np.exp(-2j * np.pi * (frequency - near) * strays.middles[: around.size])
+        moved[angles + index] = _follows(mixed, strays, float(orders[index]), level / steps.size)
     if not moved.any():
         return None
     return _in_angle(components, moved, orders[moved[angles:]], turns)
@@ -107,24 +119,39 @@ def _would_show(
     return bool(order * float(np.std(strays.phase)) * strength >= _TOLD_APART)
 
 
-def _follows(
-    components: Components, steps: FloatArray, strays: Wander, index: int, level: float
-) -> bool:
-    """Whether a tone, put back into the increments, is more of an order than of a tone."""
-    frequency = float(components.frequencies[index])
-    order = 2.0 * np.pi * frequency / abs(strays.rate)
+def _put_back(
+    components: Components, steps: FloatArray, strays: Wander, frequency: float
+) -> ComplexArray:
+    """Means over blocks of the steps mixed down from a frequency, the tones about it put back.
+
+    They may be sidebands that the table's wander makes of one order.
+    """
     mixed = _mixed_down(steps, frequency, components.center)
-    # The component is put back, and its neighbours too: sidebands that the table's wander makes
-    # of one order.
     apart = components.frequencies - frequency
     reach = min(_NEIGHBOURS * frequency, _NEAREST / MIX_BLOCK)
     phasors = _phasors(components)
     for other in np.flatnonzero(np.abs(apart) < reach):
         turning = np.exp(2j * np.pi * apart[other] * strays.middles[: mixed.size])
         mixed += 0.5 * phasors[other] * turning
+    return mixed
+
+
+def _follows(mixed: ComplexArray, strays: Wander, order: float, level: float) -> bool:
+    """Whether what was mixed down from a tone is more of an order than of that tone.
+
+    `level` is the noise in the power of a mean of all increments.
+    """
     turned = mixed * np.exp(-1j * np.sign(strays.rate) * order * strays.phase[: mixed.size])
-    as_tone = np.abs(mixed.mean()) ** 2
-    return bool(np.abs(turned.mean()) ** 2 > as_tone + _BETTER * level / steps.size)
+    gain = np.abs(turned.mean()) ** 2 - np.abs(mixed.mean()) ** 2
+    return bool(gain > _BETTER * max(level, _power_beside(turned)))
+
+
+def _power_beside(mixed: ComplexArray) -> float:
+    """Power of a mean over all blocks that what stands beside zero frequency would make."""
+    power = np.abs(np.fft.fft(mixed * np.hanning(mixed.size))) ** 2
+    beside = np.concatenate([power[_BESIDE], power[-_BESIDE]])
+    # The median of noise is ln 2 of its mean; the squares of a Hann window add up to 3/8.
+    return float(np.median(beside)) / (math.log(2.0) * 0.375 * mixed.size**2)
 
 
 def _mixed_down(steps: FloatArray, frequency: float, center: float) -> ComplexArray:

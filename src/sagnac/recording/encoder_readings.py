@@ -16,7 +16,7 @@ import numpy as np
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, every
 from sagnac.errors import Note, counted
 from sagnac.recording.channel import finite_extent, unwrapped
-from sagnac.recording.stamps import GAP_STEPS, between_ticks, clock_of
+from sagnac.recording.stamps import GAP_STEPS, at_ticks, between_ticks, clock_of
 from sagnac.units import ARCSECOND, Unit
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
@@ -126,9 +126,11 @@ def angle_of_readings(
         Samples that stay missing are NaN.
     """
     turn = 2.0 * math.pi / unit.size
-    clock = clock_of(readings)
-    # A reading that is held repeats the one before, and stands for none that is missing.
-    notes = [] if clock else _marked_notes(mark_missing(readings, turn), unit)
+    samples, clock = readings.size, clock_of(readings)
+    if clock is not None:
+        # What repeats the reading at the tick before was lost.
+        readings = at_ticks(readings, clock)
+    notes = _marked_notes(mark_missing(readings, turn), unit)
     period = turn
     extent = finite_extent(readings)
     if extent > turn * (1.0 + 1e-9) and not _leaps_back(readings, turn, extent):
@@ -146,7 +148,7 @@ def angle_of_readings(
             )
             notes.append(_about_table(text, warning=True))
     if clock is not None:
-        running = between_ticks(running, clock)
+        running = between_ticks(running, clock, samples)
         text = (
             f"read every {clock.period:.4g} samples and held between: a spline goes through its "
             "readings"

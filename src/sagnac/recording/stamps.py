@@ -210,31 +210,56 @@ def clock_of(angle: FloatArray) -> Clock | None:
     return Clock(period=float(period), first=float(first % period))
 
 
-def between_ticks(angle: FloatArray, clock: Clock) -> FloatArray:
-    """(samples,) a running angle, in its unit, by a spline through the readings at the ticks.
-
-    Before the first tick and after the last the table goes on at the rate that it has there.
+def at_ticks(angle: FloatArray, clock: Clock) -> FloatArray:
+    """(ticks,) readings at the ticks of the clock at which they are read.
 
     Parameters
     ----------
     angle
-        (samples,) none missing.
+        (samples,) readings that are held, any unit.
     clock
         As `clock_of` finds it.
     """
-    ticks = np.arange(clock.first, angle.size - 1.0, clock.period)
     # A reading stands from the first sample behind its tick to the next tick: half-way is safe.
-    places = np.minimum(np.floor(ticks + 0.5 * clock.period).astype(np.int64), angle.size - 1)
+    places = np.floor(_ticks(clock, angle.size) + 0.5 * clock.period).astype(np.int64)
+    return angle[np.minimum(places, angle.size - 1)]
+
+
+def between_ticks(readings: FloatArray, clock: Clock, samples: int) -> FloatArray:
+    """(samples,) a running angle, in its unit, by a spline through the readings at the ticks.
+
+    Before the first tick and after the last the table goes on at the rate that it has there.
+    Beside a reading that is missing the angle is NaN.
+
+    Parameters
+    ----------
+    readings
+        (ticks,) as `at_ticks` gives them, unwrapped; NaN if missing.
+    clock
+        As `clock_of` finds it.
+    samples
+        Of the record.
+    """
     # Imported here: it takes a sixth of a second that other recordings need not wait for.
     from scipy.interpolate import CubicSpline  # noqa: PLC0415
 
-    spline = CubicSpline(ticks, angle[places])
-    result = empty(angle.size)
-    for block in blocks(angle.size):
+    ticks, there = _ticks(clock, samples), np.isfinite(readings)
+    spline = CubicSpline(ticks[there], readings[there])
+    result = empty(samples)
+    for block in blocks(samples):
         at = np.arange(block.start, block.stop, dtype=np.float64)
         inside = np.clip(at, ticks[0], ticks[-1])
-        result[block] = spline(inside) + spline(inside, 1) * (at - inside)
+        place = (inside - ticks[0]) / clock.period
+        before = np.minimum(place.astype(np.int64), ticks.size - 1)
+        known = there[before] & there[np.minimum(before + 1, ticks.size - 1)]
+        values = spline(inside) + spline(inside, 1) * (at - inside)
+        result[block] = np.where(known, values, np.nan)
     return result
+
+
+def _ticks(clock: Clock, samples: int) -> FloatArray:
+    """(ticks,) times of readings in a record, samples."""
+    return np.arange(clock.first, samples - 1.0, clock.period)
 
 
 # ---- stamps ------------------------------------------------------------------------

@@ -22,7 +22,8 @@ from sagnac.formats.read_write import format_to_write
 from sagnac.formats.registry import EUROC, PARQUET
 from sagnac.formats.source import outgoing
 from sagnac.recording.channel import PICKOFF, Pickoff
-from sagnac.recording.columns import NULL_PULSE_NAME
+from sagnac.recording.columns import NULL_PULSE_NAME, Taken, with_lost_readings
+from sagnac.recording.encoder_readings import angle_of_readings
 from sagnac.recording.model import Channel, Kind, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.dither import DitherMotion
@@ -50,7 +51,7 @@ from sagnac.rig.table import (
 )
 from sagnac.rig.truth import Truth, truth_of
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor
+from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor, unit_of
 
 BLOCK_SAMPLES: Final = 65_536
 # Units of gyros and accelerometers in a file, of angles and increments and of rates.
@@ -314,6 +315,9 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
 def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     """The whole recording in memory, with the truth.
 
+    The table angle is what is made of the encoder's readings when they are read from a file:
+    a spline goes through those that are held, and lost ones are interpolated.
+
     Parameters
     ----------
     config
@@ -337,6 +341,19 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     2.5e-05
     """
     _require_config(config)
+    recording = _as_recorded(config, progress)
+    if recording.table is not None:
+        taken = angle_of_readings(recording.table.values, unit_of("rad", "angle"))
+        table = replace(recording.table, values=taken.angle)
+        known = with_lost_readings(
+            Taken(channel=table, notes=taken.notes), recording.gyros, recording.sample_rate
+        )
+        recording = replace(recording, table=known.channel, notes=known.notes)
+    return Simulation(recording=recording, truth=truth_of(config))
+
+
+def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
+    """The whole recording, its table angle as the encoder reads, unwrapped."""
     angles = np.empty((len(GYRO_NAMES), config.samples))
     table = np.empty(config.samples) if config.turning else None
     pulse = np.empty(config.samples, dtype=np.bool_) if config.turning else None
@@ -357,7 +374,7 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     if velocities is not None:
         velocities = _as_kind(velocities, None, config.kind, config.sample_rate_hz)
     units = _UNITS[config.kind == "rate"]
-    recording = Recording(
+    return Recording(
         gyros=tuple(
             Channel(name=name, kind=config.kind, shown_in=units[0], values=angles[g])
             for g, name in enumerate(GYRO_NAMES)
@@ -383,7 +400,6 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
         if pickoffs is None
         else tuple(Pickoff(gyro=name, values=pickoffs[g]) for g, name in enumerate(GYRO_NAMES)),
     )
-    return Simulation(recording=recording, truth=truth_of(config))
 
 
 def write(
@@ -438,7 +454,7 @@ def write(
         if known is PARQUET:
             _write_parquet(config, temporary, progress)
         else:
-            recording = simulate(config, progress).recording
+            recording = _as_recorded(config, progress)
             if recording.table is not None:
                 wrapped = within_turn(recording.table.values, config.encoder.lines)
                 recording = replace(recording, table=replace(recording.table, values=wrapped))
