@@ -12,6 +12,7 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from sagnac.coefficients.estimates import Interval
 from sagnac.errors import rounded
 from sagnac.fleet.runner import Campaign, Row
 from sagnac.fleet.table import (
@@ -25,7 +26,7 @@ from sagnac.fleet.table import (
     yield_of,
 )
 from sagnac.plot.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
-from sagnac.repeatability.study import Range, Repeatability
+from sagnac.repeatability.study import Repeatability
 from sagnac.report.figures import STYLE, PowersOfTen, legend_above, styled, svg, write_png
 from sagnac.report.files import rendered, write_text
 from sagnac.report.quantities import number, typeset
@@ -495,13 +496,13 @@ def _numeric(value: float, text: str) -> dict[str, Any]:
 
 def _answer(line: Line) -> tuple[str, str]:
     if line.status == "estimated":
-        return _figures(Range(value=line.n_deg_per_sqrt_h, low=line.low, high=line.high))
+        return _figures(Interval(value=line.n_deg_per_sqrt_h, low=line.low, high=line.high))
     if line.status == "upper bound":
         return f"< {number(line.high)}", line.status
     return "–", line.status or line.state
 
 
-def _figures(one: Range) -> tuple[str, str]:
+def _figures(one: Interval) -> tuple[str, str]:
     width = 0.5 * (one.high - one.low)
     return number(one.value, width), f"{number(one.low, width)} … {number(one.high, width)}"
 

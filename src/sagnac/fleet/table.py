@@ -13,13 +13,14 @@ import pyarrow.parquet as pq
 from scipy.special import betaincinv, ndtri
 
 from sagnac.alignment.noise import GyroNoise
+from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import SYMBOLS
 from sagnac.errors import RecordingError, counted
 from sagnac.fleet.config import Task
 from sagnac.fleet.measure import span_of
 from sagnac.fleet.runner import Campaign, Row
 from sagnac.formats.files import replacing
-from sagnac.repeatability.study import Range, Repeatability, Run, repeatability
+from sagnac.repeatability.study import Repeatability, Run, repeatability
 from sagnac.report.files import write_text
 from sagnac.report.sections import csv_text
 from sagnac.specification.limits import Specification
@@ -396,7 +397,7 @@ def _only_group(groups: dict[tuple[str, str], list[Line]]) -> Sequence[Line]:
     return lines
 
 
-def _foretold(found: Repeatability) -> tuple[Range, str]:
+def _foretold(found: Repeatability) -> tuple[Interval, str]:
     if found.next_unit is not None:
         return found.next_unit, "the next unit on a new day, at a new rate"
     if len(found.next_day) == 1:

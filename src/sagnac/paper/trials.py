@@ -17,7 +17,7 @@ from scipy.special import ndtri
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Method
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Estimate, require_confidence
+from sagnac.coefficients.estimates import Estimate, Interval, require_confidence
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.sections import GyroMode, Pairs
 from sagnac.rig.truth import truth_of
@@ -251,19 +251,6 @@ _FEWEST: Final = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
-    """A value with its interval; the upper end may be infinite."""
-
-    value: float
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        if not self.low <= self.value <= self.high:
-            raise ValueError(f"value {self.value:g} lies outside {self.low:g} to {self.high:g}")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RateSweep:
     """Fit of a sweep of table rates.
 
@@ -283,9 +270,9 @@ class RateSweep:
         Of every interval.
     """
 
-    quantum: Reading
-    falling: Reading
-    adequate: Reading
+    quantum: Interval
+    falling: Interval
+    adequate: Interval
     excess: float
     misfit: float
     confidence: float
@@ -405,15 +392,15 @@ def _fitted(
     return solution, covariance, float(residual @ residual) / max(observed.size - 2, 1)
 
 
-def _root(square: float, reach: float) -> Reading:
+def _root(square: float, reach: float) -> Interval:
     """The root of a square with its interval, none of them below zero."""
     low, middle, high = (
         math.sqrt(max(value, 0.0)) for value in (square - reach, square, square + reach)
     )
-    return Reading(value=middle, low=low, high=high)
+    return Interval(value=middle, low=low, high=high)
 
 
-def _ratio_root(squares: FloatArray, covariance: FloatArray, reach: float) -> Reading:
+def _ratio_root(squares: FloatArray, covariance: FloatArray, reach: float) -> Interval:
     """Root of the second square over the first, by Fieller's theorem."""
     below, above = float(squares[0]), float(squares[1])
     first, second, cross = (reach**2 * float(covariance[i, j]) for i, j in ((0, 0), (1, 1), (0, 1)))
@@ -422,16 +409,16 @@ def _ratio_root(squares: FloatArray, covariance: FloatArray, reach: float) -> Re
     inside = b**2 - a * c
     if a <= 0.0 or inside < 0.0:
         # The quantum limit may be zero: no rate is known to be enough.
-        return Reading(value=value, low=0.0, high=math.inf)
+        return Interval(value=value, low=0.0, high=math.inf)
     low, high = ((b + sign * math.sqrt(inside)) / a for sign in (-1.0, 1.0))
-    return Reading(
+    return Interval(
         value=value,
         low=min(math.sqrt(max(low, 0.0)), value),
         high=max(math.sqrt(max(high, 0.0)), value),
     )
 
 
-def _times(reading: Reading, factor: float) -> Reading:
-    return Reading(
+def _times(reading: Interval, factor: float) -> Interval:
+    return Interval(
         value=factor * reading.value, low=factor * reading.low, high=factor * reading.high
     )

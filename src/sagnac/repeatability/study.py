@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import ndtri, stdtr, stdtrit
 
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import require_confidence
+from sagnac.coefficients.estimates import Interval, require_confidence
 from sagnac.errors import RecordingError, quoted
 from sagnac.repeatability.design import (
     Components,
@@ -27,15 +27,6 @@ from sagnac.repeatability.prediction import Located, Outlook
 
 # Chance, over all runs together, at which a run is called an outlier.
 CHANCE: Final = 0.05
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Range:
-    """A value with its limits."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +99,7 @@ def _mean_without(design: Design, components: Components, index: int) -> float:
 
 def slope_of_days(
     design: Design, days: FloatArray, *, factor: str, confidence: float
-) -> Range | None:
+) -> Interval | None:
     """Change of the values for each day, from the means of the days.
 
     All runs of a day share its effect, so that the days, not the runs, are what a slope is fitted
@@ -127,7 +118,7 @@ def slope_of_days(
 
     Returns
     -------
-    Range or None
+    Interval or None
         None with fewer than three days, or if the other factors cannot be told from them.
     """
     times = days - days.mean()
@@ -142,7 +133,7 @@ def slope_of_days(
     left = effects - slope * times
     error = math.sqrt(float(left @ left) / (times.size - 2) / float(times @ times))
     reach = float(stdtrit(times.size - 2, 0.5 + 0.5 * confidence)) * error
-    return Range(value=slope, low=slope - reach, high=slope + reach)
+    return Interval(value=slope, low=slope - reach, high=slope + reach)
 
 
 # ---- study -------------------------------------------------------------------------
@@ -252,13 +243,13 @@ class Repeatability:
         Their number, and of all intervals.
     """
 
-    mean: Range
+    mean: Interval
     deviations: Mapping[str, Deviation]
     within: float
     hidden: Mapping[str, str]
-    next_unit: Range | None
-    next_day: Mapping[str, Range]
-    drift: Range | None
+    next_unit: Interval | None
+    next_day: Mapping[str, Interval]
+    drift: Interval | None
     outliers: tuple[Outlier, ...]
     runs: int
     confidence: float
@@ -372,17 +363,17 @@ def _deviations(
     return seen
 
 
-def _of_logarithm(located: Located, confidence: float) -> Range:
+def _of_logarithm(located: Located, confidence: float) -> Interval:
     reach = located.reach(confidence)
     # Three runs may leave an interval of hundreds of e-folds; exp must not overflow on it.
-    return Range(
+    return Interval(
         value=math.exp(located.value),
         low=math.exp(located.value - min(reach, 300.0)),
         high=math.exp(min(located.value + reach, 300.0)),
     )
 
 
-def _drift(design: Design, confidence: float) -> Range | None:
+def _drift(design: Design, confidence: float) -> Interval | None:
     if "day" not in design.factors:
         return None
     days = _dates(design.levels("day"))

@@ -1,5 +1,6 @@
 """An alignment, and heading, attitude and position without aiding: text, data and figures."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
 
@@ -12,6 +13,7 @@ from sagnac.alignment.azimuth import AzimuthError, azimuth_error
 from sagnac.alignment.drift import PARTS, Drift, Growth
 from sagnac.alignment.error_model import flicker_deviation
 from sagnac.alignment.noise import NAMES, GyroNoise
+from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
 from sagnac.report.figures import legend_above, styled
@@ -159,15 +161,15 @@ def notes_of(prospect: Prospect) -> list[str]:
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
     """The same as JSON, schema ``sagnac.alignment/1``, SI except where a key names its unit."""
     compass, filtered, highest = prospect.compass, prospect.filtered, _highest(prospect)
+    turning = None
+    if prospect.rotating is not None:
+        turning = {key: values[0] for key, values in _azimuths(prospect.rotating).items()}
     return {
         "schema": SCHEMA,
         "latitude_deg": prospect.latitude / DEGREE,
         "confidence": compass.confidence,
         "gyrocompass": {
-            "time_s": compass.times.tolist(),
-            "azimuth_arcmin": (compass.deviation / ARCMINUTE).tolist(),
-            "low_arcmin": (compass.low / ARCMINUTE).tolist(),
-            "high_arcmin": (compass.high / ARCMINUTE).tolist(),
+            **_azimuths(compass),
             "floor_arcmin": compass.floor / ARCMINUTE,
             "highest_arcmin": (highest.deviation / ARCMINUTE).tolist(),
             "highest_floor_arcmin": highest.floor / ARCMINUTE,
@@ -180,7 +182,7 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
             "drift_process_noise_rad2_per_s3": prospect.noise.rate_random_walk**2,
             "covariance": filtered.covariance.tolist(),
         },
-        **_turning(prospect),
+        **({} if turning is None else {"rotating_triad": turning}),
         "position": {
             "time_s": prospect.position.times.tolist(),
             "deviation_m": prospect.position.deviation.tolist(),
@@ -189,18 +191,13 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
     }
 
 
-def _turning(prospect: Prospect) -> dict[str, Any]:
-    """The triad that turns, if a table rate was given."""
-    found = prospect.rotating
-    if found is None:
-        return {}
+def _azimuths(found: AzimuthError) -> dict[str, list[float]]:
+    """Times, azimuth errors and the ends of their intervals."""
     return {
-        "rotating_triad": {
-            "time_s": float(found.times[0]),
-            "azimuth_arcmin": float(found.deviation[0] / ARCMINUTE),
-            "low_arcmin": float(found.low[0] / ARCMINUTE),
-            "high_arcmin": float(found.high[0] / ARCMINUTE),
-        }
+        "time_s": found.times.tolist(),
+        "azimuth_arcmin": (found.deviation / ARCMINUTE).tolist(),
+        "low_arcmin": (found.low / ARCMINUTE).tolist(),
+        "high_arcmin": (found.high / ARCMINUTE).tolist(),
     }
 
 
@@ -249,12 +246,8 @@ _SYMBOLS: Final = dict(
         strict=True,
     )
 )
-# Axis of the gyro, and what is shown of it: unit, its size, title.
-_SHOWN: Final = (
-    ("heading", "deg", "°", DEGREE),
-    ("attitude", "deg", "°", DEGREE),
-    ("position", "m", "m", 1.0),
-)
+# What grows, the unit that it is shown in as it stands behind a number, and its size.
+_SHOWN: Final = (("heading", "°", DEGREE), ("attitude", "°", DEGREE), ("position", " m", 1.0))
 # Line styles of the parts in a picture.
 _STYLES: Final = ("--", ":", "-.", (0, (8, 2)), (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 # Parts that are named only if they are there.
@@ -271,6 +264,15 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
     if they were measured; ``heading_deg`` has the azimuth and the tilts at the start besides.
     """
     found, priors = unaided.drift, unaided.drift.priors
+    heading, sigma = found.heading, found.heading.deviation(misaligned=False) / DEGREE
+    drifts = {
+        "after_s": heading.times,
+        "sigma_deg": sigma,
+        "low_deg": sigma * np.exp(-0.5 * heading.reach),
+        "high_deg": sigma * np.exp(0.5 * heading.reach),
+        "heading_deg": heading.deviation() / DEGREE,
+        "highest_deg": heading.highest / DEGREE,
+    }
     return {
         "priors": {
             "azimuth_deg": priors.azimuth / DEGREE,
@@ -281,25 +283,11 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
         },
         "heading_drift": [
             {
-                "after_s": float(time),
-                "sigma_deg": float(sigma / DEGREE),
-                "by": _by(found.heading, row, DEGREE, PARTS[:-1]),
-                "low_deg": float(sigma / DEGREE * np.exp(-0.5 * reach)),
-                "high_deg": float(sigma / DEGREE * np.exp(0.5 * reach)),
-                "heading_deg": float(whole / DEGREE),
-                "misalignment_deg": _by(found.heading, row, DEGREE, PARTS)["misalignment"],
-                "highest_deg": float(highest / DEGREE),
+                **values,
+                "by": _by(heading, row, DEGREE, PARTS[:-1]),
+                "misalignment_deg": _by(heading, row, DEGREE, PARTS)["misalignment"],
             }
-            for row, (time, sigma, reach, whole, highest) in enumerate(
-                zip(
-                    found.heading.times,
-                    found.heading.deviation(misaligned=False),
-                    found.heading.reach,
-                    found.heading.deviation(),
-                    found.heading.highest,
-                    strict=True,
-                )
-            )
+            for row, values in enumerate(_rows(drifts))
         ],
         "attitude": _listed(found.attitude, "deg", DEGREE),
         "position_unaided": _listed(found.position, "m", 1.0),
@@ -317,17 +305,20 @@ def _by(growth: Growth, row: int, size: float, parts: tuple[str, ...]) -> dict[s
 
 
 def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:
+    columns = {
+        "after_s": growth.times,
+        f"sigma_{unit}": growth.deviation() / size,
+        f"highest_{unit}": growth.highest_misaligned / size,
+    }
     return [
-        {
-            "after_s": float(time),
-            f"sigma_{unit}": float(sigma / size),
-            "by": _by(growth, row, size, PARTS),
-            f"highest_{unit}": float(highest / size),
-        }
-        for row, (time, sigma, highest) in enumerate(
-            zip(growth.times, growth.deviation(), growth.highest_misaligned, strict=True)
-        )
+        {**values, "by": _by(growth, row, size, PARTS)} for row, values in enumerate(_rows(columns))
     ]
+
+
+def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
+    """Columns of one length as a mapping a row."""
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def drift_text(unaided: Unaided) -> str:
@@ -352,13 +343,11 @@ def drift_text(unaided: Unaided) -> str:
             f"    heading drift  {number(sigma)}°  [{number(low)}, {number(high)}] "
             f"{100.0 * unaided.confidence:g} %, by {_split(heading, row, DEGREE, '°', PARTS[:-1])}",
         ]
-        for name, _, unit, size in _SHOWN:
+        for name, unit, size in _SHOWN:
             growth: Growth = getattr(found, name)
             lines.append(
-                f"    {name:<13}  {number(growth.deviation()[row] / size)} {unit}".replace(
-                    " °", "°"
-                )
-                + f", by {_split(growth, row, size, unit, PARTS)}"
+                f"    {name:<13}  {number(growth.deviation()[row] / size)}{unit}, by "
+                f"{_split(growth, row, size, unit, PARTS)}"
             )
         lines += _growth_at_most(found, row)
     return "\n".join([*lines, *(f"note: {text}" for text in drift_notes(unaided))])
@@ -366,26 +355,23 @@ def drift_text(unaided: Unaided) -> str:
 
 def _split(growth: Growth, row: int, size: float, unit: str, parts: tuple[str, ...]) -> str:
     by = _by(growth, row, size, parts)
-    gap, least = "" if unit == "°" else " ", _LEAST * max(by.values())
+    least = _LEAST * max(by.values())
     return ", ".join(
-        f"{_SYMBOLS[name]} {number(value)}{gap}{unit}"
-        for name, value in by.items()
-        if value > least
+        f"{_SYMBOLS[name]} {number(value)}{unit}" for name, value in by.items() if value > least
     )
 
 
 def _growth_at_most(found: Drift, row: int) -> list[str]:
     """The second, pessimistic line, if upper bounds raise anything."""
     shown = []
-    for name, _, unit, size in _SHOWN:
+    for name, unit, size in _SHOWN:
         growth: Growth = getattr(found, name)
         title, highest, sigma = name, growth.highest_misaligned, growth.deviation()
         if name == "heading":
             title = "heading drift"
             highest, sigma = growth.highest, growth.deviation(misaligned=False)
         if highest[row] > _RAISED * sigma[row]:
-            gap = "" if unit == "°" else " "
-            shown.append(f"{title} {number(highest[row] / size)}{gap}{unit}")
+            shown.append(f"{title} {number(highest[row] / size)}{unit}")
     return [f"    by the sensors with the worst upper bound: {', '.join(shown)}"] if shown else []
 
 
@@ -393,7 +379,7 @@ def drift_notes(unaided: Unaided) -> list[str]:
     """Limits of the answer: what it leaves out, and where it is no more than a prior."""
     found, priors = unaided.drift, unaided.drift.priors
     notes = []
-    for name in ("heading", "attitude", "position"):
+    for name, *_ in _SHOWN:
         growth: Growth = getattr(found, name)
         share = np.sqrt(growth.variances[:, -1]) / np.maximum(growth.deviation(), 1e-300)
         times = growth.times[share > _PRIOR_SHARE]

@@ -35,6 +35,7 @@ from sagnac.coefficients.estimates import (
 )
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.model_average import ModelChoice
+from sagnac.coefficients.self_noise import SelfNoise
 from sagnac.documents import ANALYSES, ANALYSIS, read_analyses
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
@@ -42,7 +43,7 @@ from sagnac.report.command_line import error_text, findings_data, note_text
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
 from sagnac.report.sections import overall_decision, verdict_data
 from sagnac.stability.curve import StabilityCurve
-from sagnac.units import ARCSECOND, DEGREE, SENSED, UNITS, Sensor, Unit, field_unit
+from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Sensor, Unit, field_unit
 from sagnac.version import __version__
 
 # ---- document ----------------------------------------------------------------------
@@ -146,6 +147,29 @@ def comparison_document(
         "methods": {method: analysis_document(analysis) for method, analysis in analyses.items()},
         "refused": dict(refused),
     }
+
+
+def self_noise_data(found: SelfNoise) -> dict[str, Any]:
+    """Self-noise of several gyros, in the field's units; what cannot be told is None."""
+    size = DEGREE_PER_HOUR**2
+    gyros = {
+        name: {
+            "angle_random_walk": _estimate("angle_random_walk", estimate),
+            "gain": float(found.gains[place]),
+            **{
+                key: (getattr(found, key)[place] / size).tolist()
+                for key in ("density", "low", "high")
+            },
+        }
+        for place, (name, estimate) in enumerate(found.angle_random_walk.items())
+    }
+    data = {
+        "unit": "(deg/h)^2/Hz",
+        "frequency_hz": found.frequency.tolist(),
+        "motion": (found.motion / size).tolist(),
+        "gyros": gyros,
+    }
+    return {"self_noise": _finite(data)}
 
 
 def to_json(document: Mapping[str, Any]) -> str:

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 from sagnac import plot
 from sagnac.analysis.result import Analysis
 from sagnac.arrays import FloatArray
+from sagnac.coefficients.self_noise import SelfNoise
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, literal, logarithmic
 from sagnac.report.files import write_bytes
 from sagnac.report.quantities import curve_unit, in_field_unit, number
@@ -325,6 +326,14 @@ def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
 def force_figure(analyses: Sequence[Analysis]) -> Figure:
     """Allan deviation of accelerometers against cluster time, as recorded."""
     return curves_figure(analyses, UNITS[SENSED["accelerometer"].rate_unit])
+
+
+def self_noise_figure(found: SelfNoise) -> Figure:
+    """Noise density of each of several gyros alone, and what all share."""
+    with styled() as canvas:
+        plot.self_noise(found, canvas.axes)
+        legend_above(canvas.axes, columns=4)
+    return canvas.figure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

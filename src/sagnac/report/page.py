@@ -1,6 +1,6 @@
 """The report: one page that stands alone, answer first, to be read, printed and sent."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,8 +15,8 @@ from sagnac.analysis.result import (
     headline_estimates,
     headline_fit,
 )
-from sagnac.coefficients.estimates import Fit
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
+from sagnac.coefficients.estimates import Estimate, Fit
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.errors import ranked
 from sagnac.report.alignment import compass_figure
 from sagnac.report.command_line import error_text, note_text
@@ -185,12 +185,14 @@ def _pictures(drawn: ReportFigures) -> dict[str, Markup | None]:
 
 def _tables(analysis: Analysis) -> dict[str, Any]:
     """Coefficients by fit and by unit, and the lines."""
+    average, fits = _answer_column(analysis), _fits(analysis)
+    columns = [headline_coefficients(analysis) for _ in average]
     return {
         "fits": [
-            *_answer_column(analysis),
-            *((FIT_TITLES[one.method], one is headline_fit(analysis)) for one in _fits(analysis)),
+            *average,
+            *((FIT_TITLES[one.method], one is headline_fit(analysis)) for one in fits),
         ],
-        "coefficients": _coefficient_rows(analysis),
+        "coefficients": _coefficient_rows([*columns, *(fit.coefficients for fit in fits)]),
         "units": [
             (SYMBOLS[name], *cells)
             for name, estimate in headline_estimates(analysis).items()
@@ -239,7 +241,7 @@ def unit_page(
             svg(unit_figure(analysis), "unit", "Allan deviation of the gyros against cluster time")
         ),
         names=list(analysis.gyros),
-        coefficients=_unit_rows(analysis),
+        coefficients=_coefficient_rows(list(map(answer_coefficients, analysis.gyros.values()))),
         forces=_forces(analysis),
         facts=[*_file_facts(analysis), *_gyro_facts(analysis), *_curve_facts(analysis)],
         settings=settings,
@@ -258,8 +260,10 @@ def _refused(analysis: Analysis) -> list[tuple[str, str]]:
     return [(name, error_text(why)) for name, why in analysis.refused.items()]
 
 
-def _unit_rows(analysis: Analysis) -> list[dict[str, Any]]:
-    """Each coefficient of every gyro."""
+def _coefficient_rows(
+    columns: Sequence[Mapping[CoefficientName, Estimate]],
+) -> list[dict[str, Any]]:
+    """Each coefficient by every fit, or of every gyro."""
     missing = ("–", "", "not fitted")
     return [
         {
@@ -268,7 +272,7 @@ def _unit_rows(analysis: Analysis) -> list[dict[str, Any]]:
             "unit": field_unit(name).symbol,
             "readings": [
                 reading_cells(name, found[name], plain=False) if name in found else missing
-                for found in map(answer_coefficients, analysis.gyros.values())
+                for found in columns
             ],
         }
         for name in COEFFICIENT_NAMES
@@ -463,29 +467,6 @@ def _answer_column(analysis: Analysis) -> list[tuple[str, bool]]:
         return []
     member = "average" if analysis.average is None else analysis.average.member
     return [(_ANSWERS[member], True)]
-
-
-def _coefficient_rows(analysis: Analysis) -> list[dict[str, Any]]:
-    return [
-        {
-            "symbol": SYMBOLS[name],
-            "title": TITLES[name],
-            "unit": field_unit(name).symbol,
-            "readings": [
-                *(
-                    reading_cells(name, headline_coefficients(analysis)[name], plain=False)
-                    for _ in _answer_column(analysis)
-                ),
-                *(
-                    reading_cells(name, fit.coefficients[name], plain=False)
-                    if name in fit.coefficients
-                    else ("–", "", "not fitted")
-                    for fit in _fits(analysis)
-                ),
-            ],
-        }
-        for name in COEFFICIENT_NAMES
-    ]
 
 
 def _line_rows(analysis: Analysis) -> list[dict[str, str]]:

@@ -37,8 +37,7 @@ _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸
 
 def in_field_unit(name: CoefficientName, estimate: Estimate) -> Estimate:
     """The same estimate with its three figures in the field's unit of that coefficient."""
-    size = field_unit(name).size
-    return _over(estimate, size)
+    return _over(estimate, field_unit(name, estimate.sensor).size)
 
 
 def _over(estimate: Estimate, size: float) -> Estimate:

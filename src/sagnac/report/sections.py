@@ -13,14 +13,13 @@ from typing import Any, Final
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis, answer_coefficients
 from sagnac.analysis.shares import Share
-from sagnac.coefficients.estimates import Estimate, Interval
+from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import one_line, rounded
 from sagnac.report.command_line import note_text
 from sagnac.report.quantities import (
     curve_columns,
     curve_unit,
-    figures,
     in_field_unit,
     number,
     reading,
@@ -212,21 +211,10 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     rows = []
     for name in COEFFICIENT_NAMES:
         unit = field_unit(name, "accelerometer")
-        readings = [_reading(answer_coefficients(one).get(name), unit.size) for one in analyses]
-        rows.append((f"{SYMBOLS[name]} {_SENSED.titles[name]}", unit.symbol, tuple(readings)))
+        found = [answer_coefficients(one).get(name) for one in analyses]
+        readings = tuple("not fitted" if one is None else reading(name, one) for one in found)
+        rows.append((f"{SYMBOLS[name]} {_SENSED.titles[name]}", unit.symbol, readings))
     return rows
-
-
-def _reading(estimate: Estimate | None, size: float) -> str:
-    if estimate is None:
-        return "not fitted"
-    shown = estimate.times(1.0 / size)
-    if shown.status == "not observable":
-        return shown.status
-    if shown.status == "upper bound":
-        return f"< {number(shown.high, plain=True)}"
-    value, interval = figures(shown, plain=True)
-    return f"{value} [{interval.replace(' … ', ', ')}]"
 
 
 def force_notes(analyses: Sequence[Analysis]) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from rich.table import Table
 from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_estimates
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
+from sagnac.coefficients.self_noise import SelfNoise
 from sagnac.errors import Note, counted, ranked
 from sagnac.recording.model import Recording
 from sagnac.report.command_line import as_typed, error_text, note_text
@@ -173,6 +174,16 @@ def units(analysis: Analysis) -> str:
         for cells in unit_cells(name, estimate)
     ]
     return table(("coefficient", "value", "interval", "unit"), rows, right=(1,)) if rows else ""
+
+
+def self_noise(found: SelfNoise, band: tuple[float, float]) -> str:
+    """N of each of several gyros alone, and the gain with which it senses what all share."""
+    rows = [
+        (name, sentence("angle_random_walk", walk, plain=True), f"{gain:.5g}")
+        for (name, walk), gain in zip(found.angle_random_walk.items(), found.gains, strict=True)
+    ]
+    said = f"Self-noise from the cross spectra of {len(rows)} gyros, {band[0]:g} to {band[1]:g} Hz"
+    return f"{said}\n{table(('gyro', 'ARW of it alone', 'gain'), rows)}"
 
 
 def curve(of: StabilityCurve) -> str:

@@ -213,7 +213,7 @@ def avar(
         single = not made.analysis.gyros
         beside = None
         if alone is not None:
-            from sagnac.report.self_noise import self_noise_data
+            from sagnac.report.document import self_noise_data
 
             beside = self_noise_data(alone)
         results.print_documents(analyses, single=single, unit=made.analysis, beside=beside)
@@ -223,9 +223,9 @@ def avar(
             bench, made.analysis.gyros.get(name, made.analysis), curve or estimator is not None
         )
     if alone is not None and self_noise is not None:
-        from sagnac.report.self_noise import self_noise_text
+        from sagnac.report import text
 
-        print(self_noise_text(alone, self_noise), end="\n\n")
+        print(text.self_noise(alone, self_noise), end="\n\n")
     results.print_beside(made.analysis)
     results.print_paths(paths)
     results.print_closing([("", made.analysis)])
@@ -298,8 +298,7 @@ def _alone(read: ReadFile, settings: "Settings", band: tuple[float, float]) -> "
 
 
 def _drawn(alone: "SelfNoise", folder: Path) -> Path:
-    from sagnac.report.figures import write_png
-    from sagnac.report.self_noise import self_noise_figure
+    from sagnac.report.figures import self_noise_figure, write_png
 
     path = folder / "self_noise.png"
     write_png(self_noise_figure(alone), path)
