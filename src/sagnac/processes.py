@@ -84,6 +84,10 @@ class Standing:
         return (self.total - self.done) * self.elapsed_s / self.computed
 
 
+def nobody(_: Standing) -> None:
+    """Nobody is told."""
+
+
 def means_of(workers: int | None = None, memory: float | None = None) -> Means:
     """The share that is stated; else a worker for each core, and the memory that is free now."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()

@@ -1,17 +1,16 @@
 """Many recordings in; a table, a page and a report for each out. Started again, it goes on."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import pandas_for
-from sagnac.fleet import cluster
 from sagnac.fleet.config import Choices, Task, tasks_of
-from sagnac.fleet.measure import Result
 from sagnac.fleet.page import write_overview, write_page
-from sagnac.fleet.runner import Campaign, Completed, completed_here, run
+from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
 from sagnac.fleet.table import Line, lines_of, walk_limits, write_tables
 from sagnac.formats.statement import Statement
 from sagnac.overwriting import of_campaign, require_free
@@ -197,19 +196,10 @@ def workplace(
         If workers or memory cannot be, or are stated beside a cluster, which has its own.
     """
     if scheduler is None:
-        means = means_of(workers, memory)
-
-        def here(tasks: Sequence[Task], folder: Path) -> Iterator[tuple[Task, Result]]:
-            return completed_here(tasks, folder, means)
-
-        return here
+        return partial(completed_here, means=means_of(workers, memory))
     if workers is not None or memory is not None:
         raise ValueError("workers and memory are of this machine; a cluster has its own")
-
-    def there(tasks: Sequence[Task], folder: Path) -> Iterator[tuple[Task, Result]]:
-        return cluster.completed(tasks, folder, scheduler)
-
-    return there
+    return partial(completed_there, scheduler=scheduler)
 
 
 def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices:

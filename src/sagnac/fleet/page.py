@@ -19,7 +19,6 @@ from sagnac.fleet.table import (
     Line,
     Scatter,
     groups_of,
-    limit_texts,
     scatter_of,
     specifications_of,
     walk_limits,
@@ -296,7 +295,7 @@ def _verdict(campaign: Campaign, specifications: Sequence[Specification]) -> dic
         return None
     return {
         "decision": found.decision,
-        "limits": [typeset(text) for one in specifications for text in limit_texts(one)],
+        "limits": [typeset(limit.in_words) for one in specifications for limit in one.limits],
         "counts": found.in_words(),
         "share": found.share_in_words(),
     }

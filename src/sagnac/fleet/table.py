@@ -491,11 +491,3 @@ def walk_limits(campaign: Campaign) -> tuple[float, ...]:
         for limit in one.limits
         if limit.coefficient == "angle_random_walk"
     )
-
-
-def limit_texts(specification: Specification) -> list[str]:
-    """Each limit as it was stated: ``N ≤ 0.0003 °/√h``."""
-    return [
-        f"{limit.letter} ≤ {limit.in_unit:.6g} {limit.unit.symbol}"
-        for limit in specification.limits
-    ]

@@ -32,7 +32,7 @@ from sagnac.paper.prediction import (
     published_cell_name,
 )
 from sagnac.paper.trials import Trial, trials
-from sagnac.processes import GIBIBYTE, Means, Standing, completed
+from sagnac.processes import GIBIBYTE, Means, Standing, completed, nobody
 from sagnac.rig.config import RigConfig
 from sagnac.rig.simulate import simulate
 from sagnac.units import DEGREE
@@ -68,16 +68,12 @@ class Reproduction:
     computed: int = 0
 
 
-def _nobody(_: Standing) -> None:
-    """Nobody is told."""
-
-
 def reproduce(
     folder: Path,
     scope: Scope = FULL,
     *,
     means: Means | None = None,
-    told: Callable[[Standing], None] = _nobody,
+    told: Callable[[Standing], None] = nobody,
 ) -> Reproduction:
     """Make every run that `folder` does not hold yet.
 

@@ -51,7 +51,6 @@ from sagnac.report.sections import (
     force_notes,
     force_rows,
     gyro_text,
-    limit_text,
     risk_text,
     sentences,
     share_remarks,
@@ -389,7 +388,7 @@ def _verdict(analysis: Analysis) -> dict[str, Any] | None:
         "rows": [
             (
                 gyro_text(one),
-                typeset(limit_text(one)),
+                typeset(one.limit.in_words),
                 reading_cells(one.limit.coefficient, one.estimate, plain=False),
                 field_unit(one.limit.coefficient).symbol,
                 DECISIONS[one.decision],

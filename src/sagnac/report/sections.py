@@ -247,12 +247,6 @@ def overall_decision(analyses: "list[Analysis]") -> Decision | None:
     return overall(found) if found else None
 
 
-def limit_text(judgement: Judgement) -> str:
-    """The limit as it was stated: ``N ≤ 0.0003 °/√h``."""
-    limit = judgement.limit
-    return f"{limit.letter} ≤ {limit.in_unit:.6g} {limit.unit.symbol}"
-
-
 def found_text(judgement: Judgement) -> str:
     """Measured value in the field's unit: with its interval, a bound, or neither."""
     name = judgement.limit.coefficient

@@ -47,7 +47,6 @@ from sagnac.report.sections import (
     force_rows,
     found_text,
     gyro_text,
-    limit_text,
     overall_decision,
     risk_text,
     share_remarks,
@@ -105,7 +104,8 @@ def verdict(analysis: Analysis) -> str:
     if found is None:
         return ""
     rows = [
-        (gyro_text(one), limit_text(one), found_text(one), one.decision) for one in found.judgements
+        (gyro_text(one), one.limit.in_words, found_text(one), one.decision)
+        for one in found.judgements
     ]
     reasons = dict.fromkeys(
         f"{gyro_text(one)}: {one.reason}" for one in found.judgements if one.decision != "pass"

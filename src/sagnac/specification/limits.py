@@ -81,6 +81,11 @@ class Limit:
         """The value in the unit that it was stated in."""
         return self.value / self.unit.size
 
+    @property
+    def in_words(self) -> str:
+        """The limit as it was stated: ``N ≤ 0.0003 °/√h``."""
+        return f"{self.letter} ≤ {self.in_unit:.6g} {self.unit.symbol}"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Specification:

@@ -127,7 +127,7 @@ def _done(
 
 def _print(report: "CampaignReport", output: Path, choices: "Choices") -> None:
     from sagnac.fleet.page import deviation_words
-    from sagnac.fleet.table import groups_of, limit_texts, scatter_of, specifications_of, yield_of
+    from sagnac.fleet.table import groups_of, scatter_of, specifications_of, yield_of
     from sagnac.report.quantities import number
 
     made, lines = report.campaign, report.lines
@@ -151,7 +151,7 @@ def _print(report: "CampaignReport", output: Path, choices: "Choices") -> None:
             print(f"{line.file}: has the data of {line.same_as}, and does not count")
     found = yield_of(made)
     if found is not None:
-        limits = [text for one in specifications_of(made) for text in limit_texts(one)]
+        limits = [limit.in_words for one in specifications_of(made) for limit in one.limits]
         print(f"{', '.join(limits)}: {found.in_words()}; {found.share_in_words()}")
     _print_reasons(lines)
     kept = len(made.rows) - made.computed

@@ -273,7 +273,7 @@ def _widths(text: str) -> tuple[float, ...]:
 def _wanted(row: "PlanRow") -> str:
     if row.limit is None:
         return f"± {rounded(100.0 * (row.half_width or 0.0), 3)} %"
-    return f"N ≤ {row.limit.in_unit:.6g} {row.limit.unit.symbol} decided, 90 % sure"
+    return f"{row.limit.in_words} decided, 90 % sure"
 
 
 def _text(plan: "Plan") -> str:
