@@ -75,13 +75,13 @@ def test_the_table_is_the_first_of_a_usual_name_that_is_not_taken():
 
 
 def test_stamps_without_a_unit_are_left_out_if_a_rate_is_stated():
-    assert choose_time(COLUMNS, Statements(), NONE).time.column == COLUMNS[0]
-    left_out = choose_time(COLUMNS, by_caller(sample_rate=1.0), NONE)
-    assert left_out.time is None
-    assert [note.channel for note in left_out.notes] == ["time"]
-    assert "{time t:UNIT} takes it" in left_out.notes[0].text
+    assert choose_time(COLUMNS, Statements(), NONE)[0].column == COLUMNS[0]
+    time, notes = choose_time(COLUMNS, by_caller(sample_rate=1.0), NONE)
+    assert time is None
+    assert [note.channel for note in notes] == ["time"]
+    assert "{time t:UNIT} takes it" in notes[0].text
     with_unit = by_caller(sample_rate=1.0, unit={"time": "ms"})
-    assert choose_time(COLUMNS, with_unit, NONE).time.column == COLUMNS[0]
+    assert choose_time(COLUMNS, with_unit, NONE)[0].column == COLUMNS[0]
 
 
 def test_the_null_pulse_is_taken_only_by_its_name():

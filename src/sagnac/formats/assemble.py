@@ -39,7 +39,7 @@ from sagnac.formats.suspicions import (
     table_counter_notes,
 )
 from sagnac.recording.channel import Pickoff
-from sagnac.recording.columns import GYRO_NAMES, Pulses, Taken, pulses_of, with_lost_readings
+from sagnac.recording.columns import GYRO_NAMES, Taken, pulses_of, with_lost_readings
 from sagnac.recording.model import Provenance, Recording
 from sagnac.recording.quality import integrity
 from sagnac.units import TIME_UNITS, canonical
@@ -233,17 +233,10 @@ def assemble(
     check_lengths(stored.lengths)
     stretch = stretch_of(choice, scales, stored, statements)
     beside = unused_notes(source, choice, statements, stretch)
-    made = channels_of(choice, scales, stored, stretch, statements.counter_period)
+    made = recording_of(choice, scales, stored, stretch, statements.counter_period)
     sliced = stretch.span_s if statements.caller.span is not None else None
-    recording = Recording(
-        gyros=tuple(gyro.channel for gyro in made.gyros),
-        accelerometers=tuple(one.channel for one in made.accelerometers),
-        sample_rate=stretch.sampling.sample_rate,
-        times=stretch.sampling.times,
-        table=made.table.channel if made.table else None,
-        null_pulse=made.pulses.rising if made.pulses else None,
-        pickoffs=made.pickoffs,
-        temperature=made.temperature,
+    recording = replace(
+        made,
         provenance=replace(provenance(), span_s=sliced),
         notes=(
             *notes,
@@ -392,33 +385,14 @@ def stretch_of(choice: Choice, scales: Scales, stored: Stored, statements: State
     return sampled_by_rate(samples, rate, span)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Channels:
-    """Sensors, table and null pulse, each with its notes; None where there is none."""
-
-    gyros: tuple[Taken, ...]
-    accelerometers: tuple[Taken, ...]
-    table: Taken | None
-    pulses: Pulses | None
-    pickoffs: tuple[Pickoff, ...] = ()
-    temperature: FloatArray | None = None
-
-    @property
-    def notes(self) -> tuple[Note, ...]:
-        """Notes on all of them."""
-        sensors = (*self.gyros, *self.accelerometers)
-        parts = [part for part in (*sensors, self.table, self.pulses) if part is not None]
-        return tuple(note for part in parts for note in part.notes)
-
-
-def channels_of(
+def recording_of(
     choice: Choice,
     scales: Scales,
     stored: Stored,
     stretch: Stretch,
     counter_period: float | None,
-) -> Channels:
-    """The samples that are taken, loaded and in SI.
+) -> Recording:
+    """The samples that are taken, loaded and in SI, with notes on their columns.
 
     Raises
     ------
@@ -458,15 +432,19 @@ def channels_of(
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
         pulses = pulses_of(load_columns(stored, [key], stretch)[key], column=key)
-    return Channels(
-        gyros=gyros,
-        accelerometers=accelerometers,
-        table=made_table,
-        pulses=pulses,
+    taken = [one for one in (*gyros, *accelerometers, made_table, pulses) if one is not None]
+    return Recording(
+        gyros=tuple(gyro.channel for gyro in gyros),
+        accelerometers=tuple(one.channel for one in accelerometers),
+        sample_rate=stretch.sampling.sample_rate,
+        times=stretch.sampling.times,
+        table=made_table.channel if made_table else None,
+        null_pulse=pulses.rising if pulses else None,
         pickoffs=tuple(
             Pickoff(gyro=name, values=columns.pop(column.key)) for name, column in pickoffs.items()
         ),
         temperature=columns.pop(warm[0].key) if warm else None,
+        notes=tuple(note for one in taken for note in one.notes),
     )
 
 

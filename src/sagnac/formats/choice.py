@@ -141,11 +141,7 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
         If one that is stated is not there, or there is none.
     """
     if statements.gyros:
-        inputs = "{gyros} or {columns NAME=COLUMN}"
-        return {
-            name: _named(columns, statements.column(name) or name, inputs)
-            for name in statements.gyros
-        }
+        return _choose(columns, statements, statements.gyros, "{gyros}")
     usual = {name: column for name in GYRO_NAMES if (column := find(columns, name)) is not None}
     if not usual:
         raise _missing(columns, "x, y, z", "{columns x=COLUMN} or {gyros COLUMN}")
@@ -160,11 +156,14 @@ def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> 
     RecordingError
         If one is not there.
     """
-    inputs = "{accelerometers} or {columns NAME=COLUMN}"
-    return {
-        name: _named(columns, statements.column(name) or name, inputs)
-        for name in statements.accelerometers
-    }
+    return _choose(columns, statements, statements.accelerometers, "{accelerometers}")
+
+
+def _choose(
+    columns: Sequence[Column], statements: Statements, names: Iterable[str], option: str
+) -> dict[str, Column]:
+    inputs = f"{option} or {{columns NAME=COLUMN}}"
+    return {name: _named(columns, statements.column(name) or name, inputs) for name in names}
 
 
 def choose_pickoffs(
@@ -239,18 +238,10 @@ def choose_table(
     return next((Placed(column=c, unit=None) for c in _usual(columns, TABLE_NAMES, taken)), None)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ChosenTime:
-    """The column of the time stamps or None, and what was left out."""
-
-    time: Placed | None
-    notes: tuple[Note, ...] = ()
-
-
 def choose_time(
     columns: Sequence[Column], statements: Statements, taken: frozenset[str]
-) -> ChosenTime:
-    """The time stamps: the column stated, else the first of a usual name that is not `taken`.
+) -> tuple[Placed | None, tuple[Note, ...]]:
+    """The time stamps, and notes: the column stated, else the first of a usual name not `taken`.
 
     Stamps without a unit are left out, with a note, if a sample rate is stated.
 
@@ -261,12 +252,12 @@ def choose_time(
     """
     stated = statements.role("time")
     if stated is not None:
-        return ChosenTime(time=choose_stated(columns, "time", stated))
+        return choose_stated(columns, "time", stated), ()
     notes: list[Note] = []
     for column in _usual(columns, TIME_NAMES, taken):
         has_unit = column.unit is not None or statements.own_unit("time") is not None
         if has_unit or statements.sample_rate is None:
-            return ChosenTime(time=Placed(column=column, unit=None), notes=tuple(notes))
+            return Placed(column=column, unit=None), tuple(notes)
         notes.append(
             Note(
                 channel="time",
@@ -282,7 +273,7 @@ def _like_time(
     statements: Statements,
     taken: frozenset[str],
     notes: Sequence[Note],
-) -> ChosenTime:
+) -> tuple[Placed | None, tuple[Note, ...]]:
     """The only column of times by its unit, where no rate is stated; else an offer of each."""
     told = {note.text.split()[1] for note in notes}
     like = [one for one in columns if one.key not in taken | told and is_like_time(one)]
@@ -290,8 +281,8 @@ def _like_time(
     if statements.sample_rate is None:
         if len(sure) == 1:
             note = Note(channel="time", text=f"column {sure[0].key} is taken as the time")
-            return ChosenTime(time=Placed(column=sure[0], unit=None), notes=(*notes, note))
-        return ChosenTime(time=None, notes=tuple(notes))
+            return Placed(column=sure[0], unit=None), (*notes, note)
+        return None, tuple(notes)
     offers = [
         Note(
             channel="time",
@@ -301,7 +292,7 @@ def _like_time(
         )
         for one in like
     ]
-    return ChosenTime(time=None, notes=(*notes, *offers))
+    return None, (*notes, *offers)
 
 
 def is_time_unit(unit: str) -> bool:
@@ -358,14 +349,14 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
     accelerometers = choose_accelerometers(columns, statements)
     taken = frozenset(column.key for column in (*gyros.values(), *accelerometers.values()))
     table = choose_table(columns, statements, taken)
-    chosen_time = choose_time(columns, statements, taken)
+    time, notes = choose_time(columns, statements, taken)
     return Choice(
         gyros=gyros,
         accelerometers=accelerometers,
         pickoffs=choose_pickoffs(columns, statements, gyros),
         table=table,
-        time=chosen_time.time,
+        time=time,
         null_pulse=choose_null_pulse(columns, statements),
         temperature=choose_temperature(columns, statements),
-        notes=chosen_time.notes,
+        notes=notes,
     )

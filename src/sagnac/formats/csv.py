@@ -5,8 +5,6 @@ import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
-from dataclasses import field as field_of
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
@@ -60,8 +58,8 @@ def open_source(path: Path) -> Source:
     """
     sample = sample_of(path)
     laid_out = layout(sample, tabs=path.suffix.lower() == ".tsv")
-    known = _known(laid_out)
-    columns = columns_of(laid_out, known.units)
+    stated, units = _known(laid_out)
+    columns = columns_of(laid_out, units)
     places = {one.key: one.number - 1 for one in columns}
     is_ended = ends_in_newline(path, sample.encoding)
 
@@ -79,7 +77,7 @@ def open_source(path: Path) -> Source:
         format=CSV.name,
         columns=columns,
         load=load,
-        stated=known.statement,
+        stated=stated,
         notes=_notes(laid_out, is_ended=is_ended),
     )
 
@@ -105,22 +103,14 @@ def columns_of(laid_out: Layout, units: Mapping[str, str]) -> tuple[Column, ...]
     return tuple(made)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Known:
-    """A table that a known program wrote."""
-
-    statement: Statement = field_of(default_factory=Statement)
-    units: Mapping[str, str] = field_of(default_factory=dict)
-
-
-def _known(laid_out: Layout) -> _Known:
-    """Statements of header and preamble of a known program."""
+def _known(laid_out: Layout) -> tuple[Statement, Mapping[str, str]]:
+    """What a known program states by header and preamble, and units by the names of columns."""
     preset = preset_of(laid_out.names)
     if preset is not None:
-        return _Known(statement=preset.statement(laid_out.names), units=preset.units)
+        return preset.statement(laid_out.names), preset.units
     preamble = preamble_of(laid_out.preamble, laid_out.delimiter)
     if preamble is None:
-        return _Known()
+        return Statement(), {}
     channels = [name for name in laid_out.names if name != X_COLUMN]
     units = {
         name: unit
@@ -128,8 +118,8 @@ def _known(laid_out: Layout) -> _Known:
         if parsed_unit(unit).is_known
     }
     if preamble.sample_rate is not None or X_COLUMN not in laid_out.names:
-        return _Known(statement=Statement(sample_rate=preamble.sample_rate), units=units)
-    return _Known(statement=Statement(time=X_COLUMN), units={**units, X_COLUMN: "s"})
+        return Statement(sample_rate=preamble.sample_rate), units
+    return Statement(time=X_COLUMN), {**units, X_COLUMN: "s"}
 
 
 def _notes(laid_out: Layout, *, is_ended: bool) -> tuple[Note, ...]:

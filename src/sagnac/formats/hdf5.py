@@ -7,7 +7,6 @@ import math
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -173,14 +172,6 @@ def _problem_of_part(file: Path, name: str, folder: Path) -> str:
 # ---- hdf5 --------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Found:
-    """A column and where it lies."""
-
-    column: Column
-    vector: Vector
-
-
 def open_source(path: Path) -> Source:
     """Datasets of the file, by their last name where it is the only one of that name.
 
@@ -201,25 +192,30 @@ def open_source(path: Path) -> Source:
             for name in names
             if not _is_numeric(file[name])
         }
-        found = {one.column.key: one for name in names for one in _columns_of(file, name, names)}
+        found = {
+            one.key: (one, vector)
+            for name in names
+            for one, vector in _columns_of(file, name, names)
+        }
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
         with damaged(HDF5.name), h5py.File(path, "r") as file:
             for key in keys:
-                vector = found[key].vector
+                _, vector = found[key]
                 for values in _read(file[vector.array], vector, start, stop):
                     yield {key: values}
 
     def load(keys: Sequence[str]) -> Stored:
         with damaged(HDF5.name), h5py.File(path, "r") as file:
-            for key in keys:
-                require_whole(file[found[key].vector.array], path)
-            lengths = {key: max(file[found[key].vector.array].shape) for key in keys}
+            datasets = {key: file[found[key][1].array] for key in keys}
+            for dataset in datasets.values():
+                require_whole(dataset, path)
+            lengths = {key: max(dataset.shape) for key, dataset in datasets.items()}
         return Stored(lengths=lengths, pieces=pieces)
 
     return Source(
         format=HDF5.name,
-        columns=tuple(one.column for one in found.values()),
+        columns=tuple(one for one, _ in found.values()),
         load=load,
         stated=by_attributes(stated),
         unreadable=unreadable,
@@ -247,8 +243,8 @@ def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _columns_of(file: h5py.File, name: str, names: Sequence[str]) -> list[_Found]:
-    """The columns in one dataset; none in one of text."""
+def _columns_of(file: h5py.File, name: str, names: Sequence[str]) -> list[tuple[Column, Vector]]:
+    """The columns in one dataset and where each lies; none in one of text."""
     dataset = file[name]
     if not _is_numeric(dataset):
         return []
@@ -257,7 +253,7 @@ def _columns_of(file: h5py.File, name: str, names: Sequence[str]) -> list[_Found
     short = name.rpartition("/")[2]
     is_only_one = [other.rpartition("/")[2] for other in names].count(short) == 1
     return [
-        _Found(column=column(key, unit=unit, kind=attributes.get("kind")), vector=vector)
+        (column(key, unit=unit, kind=attributes.get("kind")), vector)
         for key, vector in vectors(short if is_only_one else name, name, dataset.shape).items()
     ]
 

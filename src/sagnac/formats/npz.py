@@ -3,7 +3,6 @@
 import math
 import zipfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -104,21 +103,23 @@ def _open_archive(path: Path) -> Source:
     with damaged(NPZ.name):
         heads = _heads(path)
         with np.load(path, allow_pickle=False) as archive:
-            for name, head in heads.items():
-                if name in ARRAYS_STATED and head.shape in ((), (1,)) and head.bytes > _MOST_STATED:
-                    raise ValueError(f"{name} has {head.bytes} bytes")
-                if head.kind in "biuf" and head.shape not in ((), (1,)):
-                    found.update(vectors(name, name, head.shape))
+            for name, (shape, kind) in heads.items():
+                size = _bytes(shape, kind)
+                if name in ARRAYS_STATED and shape in ((), (1,)) and size > _MOST_STATED:
+                    raise ValueError(f"{name} has {size} bytes")
+                if kind.kind in "biuf" and shape not in ((), (1,)):
+                    found.update(vectors(name, name, shape))
                 elif name in ARRAYS_STATED:
                     value = archive[name]
                     stated[name] = value.item() if value.size == 1 else value.tolist()
-                elif head.kind not in "biuf":
-                    unreadable[name] = f"holds values of kind {head.kind!r}"
+                elif kind.kind not in "biuf":
+                    unreadable[name] = f"holds values of kind {kind.kind!r}"
 
     def load(keys: Sequence[str]) -> Stored:
         for name in {found[key].array for key in keys}:
-            require_room(heads[name].bytes, name)
-            require_content(heads[name].bytes, path.stat().st_size, name)
+            size = _bytes(*heads[name])
+            require_room(size, name)
+            require_content(size, path.stat().st_size, name)
         with damaged(NPZ.name), np.load(path, allow_pickle=False) as archive:
             return in_memory({key: found[key].of(archive[found[key].array]) for key in keys})
 
@@ -131,18 +132,13 @@ def _open_archive(path: Path) -> Source:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Head:
-    """Shape of an array, kind of its numbers (`numpy.dtype.kind`), and the bytes that it takes."""
-
-    shape: tuple[int, ...]
-    kind: str
-    bytes: int
+def _bytes(shape: tuple[int, ...], kind: np.dtype[Any]) -> int:
+    return kind.itemsize * math.prod(shape)
 
 
-def _heads(path: Path) -> dict[str, _Head]:
-    """The heads of all arrays, without the arrays."""
-    heads: dict[str, _Head] = {}
+def _heads(path: Path) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
+    """Shape and type of all arrays, without the arrays."""
+    heads = {}
     with zipfile.ZipFile(path) as archive:
         for member in archive.namelist():
             # Opened whatever it is called: that compares the name with the one beside its data.
@@ -156,9 +152,7 @@ def _heads(path: Path) -> dict[str, _Head]:
                     else np.lib.format.read_array_header_2_0
                 )
                 shape, _, dtype = read(stream)
-            heads[member.removesuffix(".npy")] = _Head(
-                shape=shape, kind=dtype.kind, bytes=dtype.itemsize * math.prod(shape)
-            )
+            heads[member.removesuffix(".npy")] = (shape, dtype)
     return heads
 
 

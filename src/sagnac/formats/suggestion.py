@@ -194,7 +194,7 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
         As for `suggestion`.
     """
     table = choose_table(source.columns, statements, frozenset())
-    time = choose_time(source.columns, statements, frozenset()).time
+    time, _ = choose_time(source.columns, statements, frozenset())
     taken = {one.column.key for one in (table, time) if one is not None}
     left = [
         one
@@ -279,7 +279,7 @@ def _table(
 def _sampling(
     source: Source, statements: Statements, taken: frozenset[str], missing: dict[str, str]
 ) -> None:
-    chosen = choose_time(source.columns, statements, taken).time
+    chosen, _ = choose_time(source.columns, statements, taken)
     if chosen is not None:
         stated = chosen.unit or statements.own_unit("time") or chosen.column.unit
         if stated or not _is_index(source, chosen.column):

@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 from sagnac.errors import RecordingError
@@ -127,13 +128,11 @@ class Preset:
         )
 
 
-def _axes(pattern: str, axes: str = "xyz") -> dict[str, str]:
-    return {name: pattern.format(axis) for name, axis in zip(GYRO_NAMES, axes, strict=True)}
+def _axes(pattern: str, axes: str = "xyz", names: Sequence[str] = GYRO_NAMES) -> dict[str, str]:
+    return {name: pattern.format(axis) for name, axis in zip(names, axes, strict=True)}
 
 
-def _forces(pattern: str, axes: str = "xyz") -> dict[str, str]:
-    names = zip(ACCELEROMETER_NAMES, axes, strict=True)
-    return {name: pattern.format(axis) for name, axis in names}
+_forces = partial(_axes, names=ACCELEROMETER_NAMES)
 
 
 PRESETS: Final = (

@@ -44,41 +44,17 @@ TEMPERATURE: Final = "temperature"
 _Text = TypeVar("_Text", bound=str)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FrameColumns:
-    """Columns of a frame that make a recording.
-
-    Attributes
-    ----------
-    gyros
-        Name -> column, of accelerometers, too.
-    kind, unit
-        One for all of them, or by name.
-    times, table, null_pulse
-        The column, or None.
-    time_unit, table_unit
-        As the headers state them, else ``s`` and ``deg``.
-    """
-
-    gyros: dict[str, Any]
-    kind: Kind | Mapping[str, Kind]
-    unit: Mapping[str, str]
-    times: Any
-    time_unit: str
-    table: Any
-    table_unit: str
-    null_pulse: Any
-
-
 def columns_of(
     frame: Any,
     columns: Mapping[str, str] | None,
     *,
     kind: Kind | Mapping[str, Kind] | None,
     unit: str | Mapping[str, str] | None,
+    time_unit: str | None,
+    table_unit: str | None,
     dates: bool,
-) -> FrameColumns:
-    """Find the columns of a recording in a frame.
+) -> dict[str, Any]:
+    """The columns of a recording in a frame, as arguments of `Recording.from_arrays`.
 
     Parameters
     ----------
@@ -86,7 +62,7 @@ def columns_of(
         What has columns by name.
     columns
         Name wanted -> name in the frame, or None for the columns of known names.
-    kind, unit
+    kind, unit, time_unit, table_unit
         As stated; what headers and attributes state if None.
     dates
         Whether the dates of an index are the time if no column is.
@@ -115,16 +91,16 @@ def columns_of(
     index = getattr(frame, "index", None)
     if times is None and dates and np.asarray(index).dtype.kind in "mM":
         times = index
-    return FrameColumns(
-        gyros={name: frame[found[name]] for name in gyros},
-        kind=kind,
-        unit={name: _unit_for(name, unit, stated[name]) for name in gyros},
-        times=times,
-        time_unit=stated.get("time") or "s",
-        table=taken("table"),
-        table_unit=stated.get("table") or "deg",
-        null_pulse=taken(NULL_PULSE_NAME),
-    )
+    return {
+        "kind": kind,
+        "unit": {name: _unit_for(name, unit, stated[name]) for name in gyros},
+        "times": times,
+        "time_unit": time_unit or stated.get("time") or "s",
+        "table": taken("table"),
+        "table_unit": table_unit or stated.get("table") or "deg",
+        "null_pulse": taken(NULL_PULSE_NAME),
+        **{name: frame[found[name]] for name in gyros},
+    }
 
 
 def stated_for(name: str, stated: _Text | Mapping[str, _Text], argument: str) -> _Text:

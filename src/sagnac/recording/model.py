@@ -309,19 +309,16 @@ class Recording:
         >>> Recording.from_frame(frame, kind="rate", sample_rate=100.0)
         Recording(x (rate, deg/s); table (angle, deg); 3 samples at 100 Hz, 0.03 s)
         """
-        found = columns_of(frame, columns, kind=kind, unit=unit, dates=sample_rate is None)
-        return cls.from_arrays(
-            kind=found.kind,
-            unit=found.unit,
-            sample_rate=sample_rate,
-            times=found.times,
-            time_unit=time_unit or found.time_unit,
-            table=found.table,
-            table_unit=table_unit or found.table_unit,
-            null_pulse=found.null_pulse,
-            period=period,
-            **found.gyros,
+        found = columns_of(
+            frame,
+            columns,
+            kind=kind,
+            unit=unit,
+            time_unit=time_unit,
+            table_unit=table_unit,
+            dates=sample_rate is None,
         )
+        return cls.from_arrays(sample_rate=sample_rate, period=period, **found)
 
     def to_frame(self) -> Any:
         """A pandas frame that `from_frame` takes: ``time[s]`` and a column a channel.
