@@ -19,8 +19,8 @@ from benchmarks._made import made_page, with_stamp
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac import arrays
 from sagnac.arrays import FloatArray
-from sagnac.paper.outcome import least_squares_of
 from sagnac.paper.prediction import FIGURE_3
+from sagnac.paper.reproduce import least_squares_of
 from sagnac.paper.trials import FORMS, Form, config_of_run, with_time_lines
 from sagnac.rig.simulate import simulate
 from sagnac.rig.truth import truth_of

@@ -15,8 +15,8 @@ import pytest
 from tornado.httpserver import HTTPServer
 
 import sagnac
-from sagnac.app.folders import Room
 from sagnac.app.server import HOST, State, application
+from sagnac.app.sessions import Room
 
 PAGE = "abcdef0123456789"
 

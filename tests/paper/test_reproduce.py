@@ -12,9 +12,8 @@ import pytest
 from sagnac.cli import app as cli
 from sagnac.coefficients.readings import READINGS
 from sagnac.errors import RecordingError
-from sagnac.paper.outcome import read_outcome, write_outcome
 from sagnac.paper.prediction import TABLE_1, TABLE_2, plan
-from sagnac.paper.reproduce import outcomes_of_table, reproduce
+from sagnac.paper.reproduce import outcomes_of_table, read_outcome, reproduce, write_outcome
 from sagnac.processes import GIBIBYTE, Means, Standing
 from sagnac.report import reproduction_page as pages
 from sagnac.report.reproduction_tables import figures_of

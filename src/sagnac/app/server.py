@@ -26,9 +26,8 @@ import numpy as np
 
 import sagnac
 from sagnac.app import looks, stated
-from sagnac.app.folders import Room
 from sagnac.app.runs import Task
-from sagnac.app.sessions import Session, Sessions, campaign_table
+from sagnac.app.sessions import Room, Session, Sessions, campaign_table
 
 try:
     from tornado import web

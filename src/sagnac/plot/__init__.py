@@ -4,8 +4,7 @@ Each function takes a result and an axis, draws, and gives the axis back; withou
 draws on the current one of ``pyplot``. Values are in the field's units and per gyro.
 """
 
-from sagnac.plot.amplitude import lines
-from sagnac.plot.density import self_noise, spectrum
+from sagnac.plot.density import lines, self_noise, spectrum
 from sagnac.plot.deviation import stability
 from sagnac.plot.remainder import orders, parts, residual, residual_by_angle
 

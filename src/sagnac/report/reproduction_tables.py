@@ -11,9 +11,15 @@ from matplotlib.figure import Figure
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.readings import READINGS, ReadingName
-from sagnac.paper.outcome import PAPER_POINT_ERROR
 from sagnac.paper.prediction import FIGURE_3
-from sagnac.paper.reproduce import Cell, Order, Outcome, Reproduction, outcomes_of_table
+from sagnac.paper.reproduce import (
+    PAPER_POINT_ERROR,
+    Cell,
+    Order,
+    Outcome,
+    Reproduction,
+    outcomes_of_table,
+)
 from sagnac.paper.trials import FORMS, Form
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, logarithmic
 from sagnac.report.figures import frames_figure, legend_above, styled
