@@ -6,7 +6,7 @@ import pytest
 from sagnac import arrays
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
-from sagnac.analysis.spectra import residual_of
+from sagnac.analysis.spectra import figure_spectrum, residual_of
 from sagnac.lines.model import Removal
 
 RATE = 100.0
@@ -59,3 +59,14 @@ def test_too_few_turns_or_one_angle_a_turn_have_no_mean():
     assert residual_of(measured_of(before[:20_000]), left_of(after[:20_000]), few).by_angle is None
     once = left_of(after, once_a_turn=True)
     assert residual_of(measured_of(before), once, table).by_angle is None
+
+
+def test_a_strong_line_does_not_lift_the_floor_of_the_figures_spectrum():
+    random, rate, line = np.random.default_rng(3), 100.0, 0.1234
+    noise = random.standard_normal(120_000)
+    time = np.arange(noise.size) / rate
+    strong = 1e4 * np.cos(2.0 * np.pi * line * time)
+    shown = figure_spectrum(noise + strong, rate)
+    far = shown.frequency > 10.0 * line
+    # One-sided density of white increments of variance one, as a rate: 2 * rate.
+    assert np.mean(shown.density[far]) == pytest.approx(2.0 * rate, rel=0.1)

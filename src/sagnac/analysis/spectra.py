@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, Self
 
 import numpy as np
@@ -10,7 +11,7 @@ from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.arrays import FloatArray, blocks, elementwise, mean
 from sagnac.spectrum.periodogram import density as rate_density
-from sagnac.spectrum.periodogram import multitaper, periodogram, smoothed
+from sagnac.spectrum.periodogram import multitaper, smoothed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,8 +55,11 @@ def multitaper_density(increments: FloatArray, sample_rate: float) -> Spectrum:
 
 
 def figure_spectrum(increments: FloatArray, sample_rate: float) -> Spectrum:
-    """One-sided rate spectrum of increments (rad), centred in place, in log-spaced bins."""
-    return _density(periodogram, increments, sample_rate)
+    """One-sided rate spectrum of increments (rad), centred in place, in log-spaced bins.
+
+    By one sine taper: without it the floor before removal is the leakage of strong orders.
+    """
+    return _density(partial(multitaper, tapers=1), increments, sample_rate)
 
 
 def _density(
