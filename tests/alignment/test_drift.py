@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate
 
 from sagnac.alignment.drift import PARTS, Priors, drift
-from sagnac.alignment.noise import GyroNoise
+from sagnac.alignment.noise import GyroNoise, MarkovNoise
 from sagnac.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from tests.alignment.strapdown import coloured, unaided
 
@@ -60,7 +60,7 @@ def test_flicker_is_the_integral_of_its_spectrum(rest):
 @pytest.mark.parametrize(("rest", "constant"), [(12.0, 5.0), (60.0, 30.0), (900.0, 500.0)])
 def test_a_markov_rate_is_the_sum_of_its_covariances(rest, constant):
     noise = GyroNoise(
-        angle_random_walk=1e-30, markov_deviation=1e-5, markov_time=constant, markov_error=0.1
+        angle_random_walk=1e-30, markov=(MarkovNoise(deviation=1e-5, time=constant, error=0.1),)
     )
     found = heading(noise, rest=rest)
     time, step = 60.0, 0.25
@@ -73,6 +73,21 @@ def test_a_markov_rate_is_the_sum_of_its_covariances(rest, constant):
     assert found.reach == pytest.approx(0.196, abs=1e-3)
     assert found.highest / np.sqrt(wanted) == pytest.approx(1.0, rel=2e-3)
     assert part(heading(GyroNoise(angle_random_walk=1e-5)), "markov_rate") == 0.0
+
+
+def test_two_markov_rates_add_up_and_so_do_the_squares_of_their_errors():
+    rates = (
+        MarkovNoise(deviation=1e-5, time=5.0, error=0.1),
+        MarkovNoise(deviation=4e-6, time=80.0, error=0.3),
+    )
+    alone = [heading(GyroNoise(angle_random_walk=1e-30, markov=(one,))) for one in rates]
+    both = heading(GyroNoise(angle_random_walk=1e-30, markov=rates))
+    fast, slow = (float(part(one, "markov_rate")[0]) for one in alone)
+    assert float(part(both, "markov_rate")[0]) / (fast + slow) == pytest.approx(1.0, rel=1e-12)
+    wanted = 1.959964 * np.hypot(0.1 * fast, 0.3 * slow) / (fast + slow)
+    assert float(both.reach[0]) == pytest.approx(wanted, rel=1e-6)
+    highest = np.hypot(*(float(one.highest[0]) for one in alone))
+    assert float(both.highest[0]) / highest == pytest.approx(1.0, rel=1e-6)
 
 
 FORCE = GyroNoise(angle_random_walk=1e-4, bias_instability=3e-5, rate_random_walk=2e-6)

@@ -47,7 +47,7 @@ def test_slow_noise_that_b_and_k_are_not_told_apart_in_is_taken():
     bound = {"value": 0.02, "low": 0.0, "high": 0.02, "confidence": 0.95, "unit": "deg/h"}
     stated["coefficients"]["bias_instability"] = {**bound, "status": "upper bound"}
     without = GyroNoise.from_document(stated)
-    assert (without.bias_instability, without.markov_deviation) == (0.0, 0.0)
+    assert (without.bias_instability, without.markov) == (0.0, ())
     stated["slow_noise"] = {
         "bias_instability": {"value": 0.01, "unit": "deg/h"},
         "rate_random_walk": {"value": 0.0, "unit": "deg/h/sqrt(h)"},
@@ -56,13 +56,16 @@ def test_slow_noise_that_b_and_k_are_not_told_apart_in_is_taken():
             "correlation_time_s": {"value": 25.0, "low": 20.0, "high": 31.25},
         },
     }
+    slower = {"deviation": {"value": 0.02, "unit": "deg/h"}, "correlation_time_s": {"value": 700.0}}
+    stated["slow_noise"]["second_markov"] = slower
     noise = GyroNoise.from_document(stated)
-    told = (noise.bias_instability, noise.markov_deviation)
-    assert told == pytest.approx((0.01 * DEGREE_PER_HOUR, 0.03 * DEGREE_PER_HOUR), abs=0.0)
-    assert noise.markov_time == 25.0
+    (rate, second) = noise.markov
+    told = (noise.bias_instability, rate.deviation, second.deviation)
+    assert told == pytest.approx(np.array([0.01, 0.03, 0.02]) * DEGREE_PER_HOUR, abs=0.0)
+    assert (rate.time, second.time, second.error) == (25.0, 700.0, 0.0)
     # Half intervals of 95 % of the logarithms of the square and of the time.
     wanted = np.hypot(2.0 * np.log(1.0 / 0.9), np.log(1.25)) / 1.959964
-    assert noise.markov_error == pytest.approx(wanted, rel=1e-6)
+    assert rate.error == pytest.approx(wanted, rel=1e-6)
     assert noise.bounds == without.bounds
     # What is estimated stays as it is.
     stated["coefficients"] = document()["coefficients"]

@@ -43,11 +43,55 @@ def test_the_density_of_a_markov_rate_is_that_of_its_means_folded():
 def test_a_markov_rate_beside_white_noise_is_told(deviation, time):
     random = np.random.default_rng(3)
     rates = np.sqrt(RATE) * random.standard_normal(SAMPLES) + markov(random, deviation, time)
-    found = slow_model(levels_of(rates), highest=0.5 * RATE).markov
+    (found,) = slow_model(levels_of(rates), highest=0.5 * RATE).rates
     assert found.deviation.low < deviation < found.deviation.high
     assert found.correlation_time.low < time < found.correlation_time.high
     assert found.deviation.high / found.deviation.low < 1.3
     assert found.correlation_time.high / found.correlation_time.low < 2.0
+
+
+HOURS = 8
+
+
+def sampled(random, rates):
+    """Levels of eight hours at 2 Hz of white noise of one and Markov rates, each at its samples."""
+    count = HOURS * 7200
+    values = np.sqrt(2.0) * random.standard_normal(count)
+    for deviation, time in rates:
+        decay = np.exp(-0.5 / time)
+        steps = deviation * np.sqrt(1.0 - decay**2) * random.standard_normal(count)
+        steps[0] = deviation * random.standard_normal()
+        values += lfilter([1.0], [1.0, -decay], steps)
+    return robust_levels(tapered_spectrum(values / 2.0, sample_rate=2.0))
+
+
+TWO = ((3.0, 4.0), (5.0, 100.0))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_two_markov_rates_are_told_apart(seed):
+    found = slow_model(sampled(np.random.default_rng(seed), TWO), highest=0.45)
+    assert (found.bias_instability, found.rate_random_walk) == (0.0, 0.0)
+    for one, (deviation, time) in zip(found.rates, TWO, strict=True):
+        assert one.deviation.value == pytest.approx(deviation, rel=0.1)
+        assert one.correlation_time.value == pytest.approx(time, rel=0.25)
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("truth", [TWO, TWO[1:], ((3.0, 30.0),)])
+def test_as_many_markov_rates_are_found_as_there_are(truth):
+    """Hundred times eight hours: a second is seldom given to one, and intervals hold."""
+    counts, held = [], []
+    for seed in range(100):
+        found = slow_model(sampled(np.random.default_rng(seed), truth), highest=0.45)
+        counts.append(len(found.rates))
+        if len(found.rates) == len(truth):
+            for one, (deviation, time) in zip(found.rates, truth, strict=True):
+                held.append(one.deviation.low < deviation < one.deviation.high)
+                held.append(one.correlation_time.low < time < one.correlation_time.high)
+    print(truth, np.bincount(counts), f"{len(held)} intervals hold {np.mean(held):.3f}")
+    assert np.mean(np.array(counts) == len(truth)) >= 0.95
+    assert np.mean(held) > 0.9
 
 
 @pytest.mark.parametrize(("flicker", "walk"), [(0.0, 0.0), (1.0, 0.0), (0.0, 0.03), (0.5, 0.01)])
@@ -59,7 +103,7 @@ def test_noise_of_the_five_terms_has_no_markov_rate(flicker, walk):
     if not flicker and not walk:
         assert found is None
         return
-    assert found.markov is None
+    assert not found.rates
     if not walk:
         assert found.bias_instability == pytest.approx(flicker, rel=0.25)
     if not flicker:

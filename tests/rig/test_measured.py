@@ -101,7 +101,8 @@ def test_accelerometers_at_rest_show_gravity_and_their_noise():
         assert one.values.std() == pytest.approx(wanted, rel=0.02)
 
 
-def test_a_markov_rate_has_its_deviation_and_its_time():
+@pytest.mark.parametrize("which", ["", "second_"])
+def test_a_markov_rate_has_its_deviation_and_its_time(which):
     config = replace(
         UNIT,
         duration_s=40_000.0,
@@ -109,8 +110,7 @@ def test_a_markov_rate_has_its_deviation_and_its_time():
         gyro=GyroConfig(
             arw_deg_per_sqrt_h=0.0,
             quantization_step_arcsec=0.0,
-            markov_deviation_deg_per_h=10.0,
-            markov_time_s=50.0,
+            **{f"{which}markov_deviation_deg_per_h": 10.0, f"{which}markov_time_s": 50.0},
         ),
         accelerometer=AccelerometerConfig(),
     )
@@ -265,6 +265,47 @@ def test_a_markov_rate_that_the_spectrum_shows_is_simulated_again(deviation, tim
     seen = first.curve.tau < 200.0
     ratio = np.sqrt(np.mean(np.square(curves), axis=0)) / first.curve.deviation
     assert np.abs(ratio[seen] - 1.0).max() < 0.25
+
+
+def test_two_markov_rates_go_from_the_note_through_the_document_to_the_rig(tmp_path):
+    """Eight hours, a recording in which neither B nor K is estimated."""
+    gyro = GyroConfig(
+        arw_deg_per_sqrt_h=0.1,
+        quantization_step_arcsec=0.0,
+        markov_deviation_deg_per_h=15.0,
+        markov_time_s=4.0,
+        second_markov_deviation_deg_per_h=25.0,
+        second_markov_time_s=100.0,
+    )
+    unit = RigConfig(
+        duration_s=28_800.0, sample_rate_hz=2.0, kind="rate", seed=2, table=STILL, gyro=gyro
+    )
+    made = simulate(unit).recording
+    first = sagnac.analyze(replace(made, gyros=made.gyros[:1]), method="none")
+    (said,) = (note.text for note in first.notes if note.text.startswith("slow noise"))
+    assert said.count("a Markov rate of") == 2
+    assert said.endswith("describe it together; B and K are bounds")
+    first.to_json(tmp_path / "analysis.json")
+    again = RigConfig.from_analysis(sagnac.Analysis.from_json(tmp_path / "analysis.json")).gyro
+    for key, precision in (("deviation_deg_per_h", 0.1), ("time_s", 0.25)):
+        for which in ("markov", "second_markov"):
+            found, wanted = (getattr(one, f"{which}_{key}")[0] for one in (again, gyro))
+            assert found == pytest.approx(wanted, rel=precision)
+
+
+def test_two_markov_rates_of_an_analysis_are_the_keys_of_both():
+    unit = Measured(
+        gyros={"x": {"angle_random_walk": 0.1}, "z": {"angle_random_walk": 0.2}},
+        sample_rate=2.0,
+        duration=100.0,
+        markov={"x": ((15.0, 4.0), (25.0, 100.0)), "z": ((7.0, 30.0),)},
+    )
+    gyro = RigConfig.from_mapping(unit.keys()).gyro
+    assert gyro.markov_deviation_deg_per_h == (15.0, 15.0, 7.0)
+    assert gyro.markov_time_s == (4.0, 4.0, 30.0)
+    assert gyro.second_markov_deviation_deg_per_h == (25.0, 25.0, 0.0)
+    assert gyro.second_markov_time_s[:2] == (100.0, 100.0)
+    assert sum("Markov rate of" in line for line in unit.left_out()) == 3
 
 
 SEEDS = 200

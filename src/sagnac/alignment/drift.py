@@ -178,9 +178,7 @@ def drift(
         )
     known = priors or Priors()
     sensors = (*noises, *accelerometers)
-    times_of_markov = tuple(
-        dict.fromkeys(one.markov_time for one in sensors if one.markov_deviation > 0.0)
-    )
+    times_of_markov = tuple(dict.fromkeys(rate.time for one in sensors for rate in one.markov))
     rows = [_at(time, latitude, known, times_of_markov) for time in moments]
     deviations = float(ndtri(0.5 + 0.5 * confidence))
     grown = [
@@ -312,18 +310,20 @@ def _parts(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> Float
     """(7,) variances of `PARTS`."""
     made = np.array(
         [
-            [*(terms * one.values**2), _of_markov(one, row, place), total * _initial(one, rest)]
+            [
+                *(terms * one.values**2),
+                sum(_of_markov(one, row, place)),
+                total * _initial(one, rest),
+            ]
             for place, (one, rest, terms, total) in enumerate(_each(sensors, row, priors))
         ]
     )
     return np.array([*made[:_GYROS].sum(axis=0), made[_GYROS:].sum(), row.misaligned])
 
 
-def _of_markov(noise: GyroNoise, row: _Weights, place: int) -> float:
-    """Variance that the Markov rate of a sensor makes."""
-    if not noise.markov_deviation:
-        return 0.0
-    return noise.markov_deviation**2 * float(row.markov[noise.markov_time][place])
+def _of_markov(noise: GyroNoise, row: _Weights, place: int) -> list[float]:
+    """Variance that each Markov rate of a sensor makes."""
+    return [one.deviation**2 * float(row.markov[one.time][place]) for one in noise.markov]
 
 
 def _each(
@@ -347,7 +347,7 @@ def _highest(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> flo
     """Variance with the worst of the upper bounds of each sensor."""
     return sum(
         max(float(terms @ one.values**2 + total * _initial(one, rest)) for one in noise.bounded)
-        + _of_markov(noise, row, place)
+        + sum(_of_markov(noise, row, place))
         for place, (noise, rest, terms, total) in enumerate(_each(sensors, row, priors))
     )
 
@@ -371,9 +371,9 @@ def _growth(
 
 
 def _error(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
-    """Standard error of the variance, from the errors of N, B, K and the Markov rate of each."""
+    """Standard error of the variance, from the errors of N, B, K and the Markov rates of each."""
     slopes: dict[int, FloatArray] = {}
-    rates: dict[int, float] = {}
+    rates: dict[tuple[int, float], float] = {}
     for place, (noise, known, terms, total) in enumerate(_each(sensors, row, priors)):
         rest = np.zeros(3)
         if not known.bias_is_prior(noise):
@@ -381,8 +381,9 @@ def _error(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float
         slope = 2.0 * (terms + rest) * noise.values
         # One gyro in the place of three is wrong in all three alike.
         slopes[id(noise)] = slopes.get(id(noise), 0.0) + slope
-        made = noise.markov_error * _of_markov(noise, row, place)
-        rates[id(noise)] = rates.get(id(noise), 0.0) + made
+        for rate, made in zip(noise.markov, _of_markov(noise, row, place), strict=True):
+            key = (id(noise), rate.time)
+            rates[key] = rates.get(key, 0.0) + rate.error * made
     found = {id(noise): noise.covariance for noise in sensors}
     squares = sum(float(slope @ found[one] @ slope) for one, slope in slopes.items())
     return math.sqrt(squares + sum(made**2 for made in rates.values()))

@@ -1,7 +1,7 @@
 """N, B and K of one gyro or accelerometer, as a filter takes them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
@@ -22,6 +22,31 @@ NAMES: Final[tuple[CoefficientName, ...]] = (
 )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarkovNoise:
+    """A Markov rate.
+
+    Attributes
+    ----------
+    deviation, time
+        Standard deviation, rad/s, and correlation time, s.
+    error
+        Relative standard error of the variance that it makes.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite.
+    """
+
+    deviation: float
+    time: float
+    error: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require_finite(self, ("deviation", "time", "error"))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GyroNoise:
     """Noise of one gyro, SI; of an accelerometer with m for rad.
@@ -30,10 +55,8 @@ class GyroNoise:
     ----------
     angle_random_walk, bias_instability, rate_random_walk
         N in rad/sqrt(s), B in rad/s, K in rad/s/sqrt(s); 0 for what was not seen.
-    markov_deviation, markov_time
-        Standard deviation, rad/s, and correlation time, s, of a Markov rate; 0 for none.
-    markov_error
-        Relative standard error of the variance that it makes.
+    markov
+        Its Markov rates, if there are any.
     covariance
         (3, 3) of these three, SI.
     unseen
@@ -51,18 +74,13 @@ class GyroNoise:
     angle_random_walk: float
     bias_instability: float = 0.0
     rate_random_walk: float = 0.0
-    markov_deviation: float = 0.0
-    markov_time: float = 1.0
-    markov_error: float = 0.0
+    markov: tuple[MarkovNoise, ...] = ()
     covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     unseen: tuple[CoefficientName, ...] = ()
     bounds: Mapping[CoefficientName, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in (*NAMES, "markov_deviation", "markov_time", "markov_error"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
+        _require_finite(self, NAMES)
         if self.covariance.shape != (3, 3):
             raise ValueError(f"covariance has shape {self.covariance.shape}; give (3, 3)")
 
@@ -200,8 +218,10 @@ class GyroNoise:
             angle_random_walk=values[0],
             bias_instability=values[1],
             rate_random_walk=values[2],
-            **_markov(
-                slow.get("markov"), units["bias_instability"], stated[NAMES[0]]["confidence"]
+            markov=tuple(
+                _markov(slow[key], units["bias_instability"], stated[NAMES[0]]["confidence"])
+                for key in ("markov", "second_markov")
+                if slow.get(key)
             ),
             covariance=_covariance(
                 document.get("covariance"), unseen, _errors(stated, unseen, units), sensor
@@ -215,27 +235,32 @@ Unit = tuple[tuple[GyroNoise, GyroNoise, GyroNoise], tuple[GyroNoise, ...]]
 """Gyros about north, east and down, and accelerometers along north and east or none."""
 
 
+def _require_finite(noise: object, names: Iterable[str]) -> None:
+    for name in names:
+        value = getattr(noise, name)
+        if not (math.isfinite(value) and value >= 0.0):
+            raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
+
+
 def _markov(
-    stated: Mapping[str, Any] | None, sizes: Mapping[str, float], confidence: float
-) -> dict[str, float]:
-    """Deviation and time of a Markov rate, SI, and their error; nothing if there is none.
+    stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: float
+) -> MarkovNoise:
+    """A Markov rate that a document states, SI.
 
     The variance that it makes is the product of the squared deviation and the time for all that is
     long beside it.
     """
-    if stated is None:
-        return {}
     size, time = stated["deviation"], stated["correlation_time_s"]
     reach = 2.0 * float(ndtri(0.5 + 0.5 * confidence))
     errors = [
         math.log(one.get("high", one["value"]) / one.get("low", one["value"])) / reach
         for one in (size, time)
     ]
-    return {
-        "markov_deviation": size["value"] * sizes[size["unit"]],
-        "markov_time": time["value"],
-        "markov_error": math.hypot(2.0 * errors[0], errors[1]),
-    }
+    return MarkovNoise(
+        deviation=size["value"] * sizes[size["unit"]],
+        time=time["value"],
+        error=math.hypot(2.0 * errors[0], errors[1]),
+    )
 
 
 def _errors(

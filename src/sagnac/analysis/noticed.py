@@ -1,6 +1,7 @@
 """Notes on what is in a record besides its noise, and on noise that changes."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 from sagnac.analysis.averaged import Averaged
@@ -149,13 +150,17 @@ def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
     )
 
 
-def markov_text(found: MarkovEstimate, sensor: Sensor) -> str:
-    """The Markov rate that describes slow noise where B and K are bounds at most."""
+def markov_text(found: Sequence[MarkovEstimate], sensor: Sensor) -> str:
+    """The Markov rates that describe slow noise where B and K are bounds at most."""
     unit = UNITS[SENSED[sensor].rate_unit]
-    size, time = found.deviation, found.correlation_time
     rate = "rate" if sensor == "gyro" else "acceleration"
-    return (
-        f"slow noise: a Markov {rate} of {size.value / unit.size:.3g} {unit.name} "
-        f"({size.low / unit.size:.3g} to {size.high / unit.size:.3g}) with a correlation time of "
-        f"{time.value:.3g} s ({time.low:.3g} to {time.high:.3g}) describes it; B and K are bounds"
-    )
+    each = []
+    for one in found:
+        size, time = one.deviation, one.correlation_time
+        each.append(
+            f"a Markov {rate} of {size.value / unit.size:.3g} {unit.name} "
+            f"({size.low / unit.size:.3g} to {size.high / unit.size:.3g}) with a correlation time "
+            f"of {time.value:.3g} s ({time.low:.3g} to {time.high:.3g})"
+        )
+    describes = "describes it" if len(each) == 1 else "describe it together"
+    return f"slow noise: {' and '.join(each)} {describes}; B and K are bounds"

@@ -415,9 +415,9 @@ def _slow_noise(prepared: _Prepared, curves: Curves, found: Averaged | None) -> 
     model = None
     if prepared.table.angle is None:
         model = untold(found.levels, found.average.rests_on, terms)
-    if model is not None and model.markov is not None:
+    if model is not None and model.rates:
         sensor = prepared.recording.gyros[0].sensor
-        return (Note(channel=channel, text=markov_text(model.markov, sensor)),)
+        return (Note(channel=channel, text=markov_text(model.rates, sensor)),)
     rise = slow_noise(curves.after, terms)
     if rise is not None:
         shown = (

@@ -216,8 +216,8 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
 
     ``bias_instability`` and ``rate_random_walk`` (by their titles) with ``value`` and ``unit``, and
     ``markov``, None or ``deviation`` {value, low, high, unit} and ``correlation_time_s`` {value,
-    low, high}. Together with N they are what the levels of the spectrum show; ``{}`` if there is
-    no such noise.
+    low, high}, and if there are two Markov rates the longer as ``second_markov``. Together with N
+    they are what the levels of the spectrum show; ``{}`` if there is no such noise.
     """
     if analysis.table_rate is not None:
         return {}
@@ -230,11 +230,11 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
         unit = field_unit(name, sensor)
         value = getattr(found, name) / unit.size
         data[sensed.titles[name].replace(" ", "_")] = {"value": value, "unit": unit.name}
-    if found.markov is not None:
-        unit = field_unit("bias_instability", sensor)
-        data["markov"] = {
-            "deviation": {**_interval(found.markov.deviation, unit.size), "unit": unit.name},
-            "correlation_time_s": _interval(found.markov.correlation_time),
+    unit = field_unit("bias_instability", sensor)
+    for key, rate in zip(("markov", "second_markov"), found.rates, strict=False):
+        data[key] = {
+            "deviation": {**_interval(rate.deviation, unit.size), "unit": unit.name},
+            "correlation_time_s": _interval(rate.correlation_time),
         }
     return {"slow_noise": data}
 

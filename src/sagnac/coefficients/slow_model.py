@@ -1,4 +1,4 @@
-"""Slow noise as the levels of a spectrum show it: B, K and a Markov rate that earns its place."""
+"""Slow noise as the levels of a spectrum show it: B, K and Markov rates that earn their place."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -16,11 +16,11 @@ from sagnac.coefficients.model_average import ModelChoice
 from sagnac.coefficients.whole_band import describes
 from sagnac.spectrum.levels import Levels
 
-# Twice the logarithm of the likelihood that slow noise, or a Markov rate in it, has to add: five
+# Twice the logarithm of the likelihood that slow noise, or each Markov rate in it, has to add: five
 # standard deviations; and B or K beside others: three.
 _EARNED: Final = 25.0
 _PRESENT: Final = 9.0
-# Chance at which levels of noise with a Markov rate are not described by it.
+# Chance at which levels of noise with Markov rates are not described by them.
 _CHANCE: Final = 0.001
 # Sets of terms, by their places among Q, N, B and K.
 _B: Final = 2
@@ -31,6 +31,8 @@ _TIMES_PER_E_FOLD: Final = 3.5
 _STEP: Final = 1.01  # by which a time is changed for a slope
 _ITERATIONS: Final = 200
 _CONVERGED: Final = 1e-10
+_SETTLED: Final = 0.1  # of the deviance of two rates
+_TURNS: Final = 20  # of fitting one of two rates beside the other
 _LEAST_LAW: Final = 1e-12  # of the level
 
 
@@ -49,19 +51,19 @@ class SlowModel:
     Attributes
     ----------
     bias_instability, rate_random_walk
-        Most likely B, rad/s, and K, rad/s/sqrt(s), beside each other and the Markov rate; 0 if the
+        Most likely B, rad/s, and K, rad/s/sqrt(s), beside each other and the Markov rates; 0 if the
         rest is as likely without.
-    markov
-        None if B and K are as likely.
+    rates
+        None, one or two Markov rates, the shorter first; none if B and K are as likely.
     """
 
     bias_instability: float
     rate_random_walk: float
-    markov: MarkovEstimate | None
+    rates: tuple[MarkovEstimate, ...]
 
 
 def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> SlowModel | None:
-    """The most likely Q, N, B and K, with a Markov rate if the levels need and bear out one.
+    """The most likely Q, N, B and K, with one or two Markov rates that the levels bear out.
 
     The level of a bin follows a gamma law, the likelihood of which is highest where least squares
     with weights of the law itself end; no term is negative.
@@ -98,7 +100,10 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     if seen.with_rate(_TERMS[-1], levels.frequency[used], plain[-1].deviance - _EARNED):
         rates = [seen.with_rate(terms, levels.frequency[used], math.inf) for terms in _TERMS]
         best = min((one for one in rates if one is not None), key=_weighed)
-        freedom = level.size - len(best.terms) - 2
+        two = seen.with_second(best, levels.frequency[used])
+        if two is not None and _weighed(best) - _weighed(two) >= _EARNED:
+            best = two
+        freedom = level.size - len(best.terms) - 2 * len(best.times)
         if describes(shape, level / best.mean, freedom, _CHANCE):
             chosen = best
     if plain[0].deviance - chosen.deviance < _EARNED:
@@ -107,7 +112,7 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     return SlowModel(
         bias_instability=math.sqrt(square.get(_B, 0.0)),
         rate_random_walk=math.sqrt(square.get(_K, 0.0)),
-        markov=None if chosen.time is None else seen.estimate(chosen, confidence),
+        rates=seen.estimates(chosen, confidence),
     )
 
 
@@ -155,10 +160,10 @@ def _within(value: float, bound: Estimate | None) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Fit:
-    """Squares of some terms, and of a Markov rate last if there is a time, with their law."""
+    """Squares of some terms, and of a Markov rate of each time behind them, with their law."""
 
     terms: tuple[int, ...]
-    time: float | None
+    times: tuple[float, ...]
     squares: FloatArray
     mean: FloatArray
     deviance: float
@@ -178,11 +183,9 @@ class _Seen:
     laws: FloatArray
     markov: Callable[[float], FloatArray]
 
-    def fitted(self, terms: tuple[int, ...], time: float | None = None) -> _Fit:
-        """The most likely squares of some terms and of a Markov rate of a time."""
-        laws = self.laws[:, terms]
-        if time is not None:
-            laws = np.column_stack([laws, self.markov(time)])
+    def fitted(self, terms: tuple[int, ...], times: tuple[float, ...] = ()) -> _Fit:
+        """The most likely squares of some terms and of Markov rates of some times."""
+        laws = np.column_stack([self.laws[:, terms], *map(self.markov, times)])
         scale = laws.max(axis=0)
         relative = laws / scale
         squares, mean, deviance = np.zeros(scale.size), self.level, math.inf
@@ -196,19 +199,26 @@ class _Seen:
             )
             if abs(before - deviance) < _CONVERGED * abs(deviance):
                 break
-        return _Fit(terms=terms, time=time, squares=squares / scale, mean=mean, deviance=deviance)
+        return _Fit(terms=terms, times=times, squares=squares / scale, mean=mean, deviance=deviance)
 
     def with_rate(
-        self, terms: tuple[int, ...], frequency: FloatArray, highest: float
+        self,
+        terms: tuple[int, ...],
+        frequency: FloatArray,
+        highest: float,
+        beside: tuple[float, ...] = (),
     ) -> _Fit | None:
-        """The same with a Markov rate of the most likely time.
+        """The same with a Markov rate of the most likely time, beside others of given times.
 
-        None if that is not within what the frequencies show, or the deviance is not `highest` or
-        less.
+        None if that is not within what the frequencies show, a rate is nothing, or the deviance is
+        not `highest` or less.
         """
 
+        def fitted(logarithm: float) -> _Fit:
+            return self.fitted(terms, (*beside, math.exp(logarithm)))
+
         def deviance(logarithm: float) -> float:
-            return self.fitted(terms, math.exp(logarithm)).deviance
+            return fitted(logarithm).deviance
 
         first, last = np.log(0.5 / (math.pi * frequency[[-1, 0]]))
         grid = np.linspace(first, last, max(3, math.ceil(_TIMES_PER_E_FOLD * (last - first))))
@@ -217,28 +227,59 @@ class _Seen:
             return None
         bounds, precision = grid[[at - 1, at + 1]], {"xatol": 1e-3}
         best = minimize_scalar(deviance, bounds=bounds, method="bounded", options=precision)
-        fit = self.fitted(terms, math.exp(best.x))
-        return fit if fit.squares[-1] > 0.0 and fit.deviance <= highest else None
+        fit = fitted(best.x)
+        rates = fit.squares[len(terms) :]
+        return fit if rates.min() > 0.0 and fit.deviance <= highest else None
 
-    def estimate(self, fit: _Fit, confidence: float) -> MarkovEstimate:
+    def with_second(self, one: _Fit, frequency: FloatArray) -> _Fit | None:
+        """The most likely fit of two Markov rates that lies beside the best of one.
+
+        The second is sought beside the first, then each anew beside the other until the likelihood
+        stays; the shorter is first. The terms beside are those of the best of one, or white noise
+        alone. None if there is none.
+        """
+        found: list[_Fit] = []
+        for terms in {one.terms, _TERMS[0]}:
+            fit = anew = self.with_rate(terms, frequency, math.inf, one.times)
+            for _ in range(_TURNS):
+                if anew is None:
+                    break
+                fit = anew
+                anew = self.with_rate(terms, frequency, fit.deviance - _SETTLED, fit.times[-1:])
+            if fit is not None:
+                found.append(self.fitted(terms, tuple(sorted(fit.times))))
+        return min(found, key=_weighed, default=None)
+
+    def estimates(self, fit: _Fit, confidence: float) -> tuple[MarkovEstimate, ...]:
         """Intervals by the information of the levels on the logarithms of the terms there are."""
-        time, square = float(fit.time or 0.0), float(fit.squares[-1])
-        longer, shorter = self.markov(time * _STEP), self.markov(time / _STEP)
-        slope = square * (longer - shorter) / (2.0 * math.log(_STEP))
-        laws = np.column_stack([self.laws[:, fit.terms], self.markov(time)])
+        count = len(fit.times)
+        rates = fit.squares[len(fit.terms) :]
+        slopes = [
+            square
+            * (self.markov(time * _STEP) - self.markov(time / _STEP))
+            / (2.0 * math.log(_STEP))
+            for square, time in zip(rates, fit.times, strict=True)
+        ]
+        laws = np.column_stack([self.laws[:, fit.terms], *map(self.markov, fit.times)])
         there = (laws * fit.squares)[:, fit.squares > 0.0]
-        terms = np.column_stack([there, slope]) / fit.mean[:, np.newaxis]
+        terms = np.column_stack([there, *slopes]) / fit.mean[:, np.newaxis]
         covariance = np.linalg.pinv(terms.T @ (self.shape[:, np.newaxis] * terms))
         deviations = float(ndtri(0.5 + 0.5 * confidence))
-        # The square of the deviation is q^2 T/2.
-        along = np.zeros(terms.shape[1])
-        along[-2:] = 0.5
 
         def interval(value: float, variance: float) -> Interval:
             factor = math.exp(deviations * math.sqrt(variance))
             return Interval(value=value, low=value / factor, high=value * factor)
 
-        return MarkovEstimate(
-            deviation=interval(math.sqrt(0.5 * square * time), float(along @ covariance @ along)),
-            correlation_time=interval(time, float(covariance[-1, -1])),
-        )
+        found = []
+        for place, (square, time) in enumerate(zip(rates.tolist(), fit.times, strict=True)):
+            # The square of the deviation is q^2 T/2.
+            along = np.zeros(terms.shape[1])
+            along[[place - 2 * count, place - count]] = 0.5
+            size = math.sqrt(0.5 * square * time)
+            found.append(
+                MarkovEstimate(
+                    deviation=interval(size, float(along @ covariance @ along)),
+                    correlation_time=interval(time, float(covariance.diagonal()[place - count])),
+                )
+            )
+        return tuple(found)

@@ -43,6 +43,12 @@ SENSOR_KEYS: Final = (
         "acceleration_random_walk_mg_per_sqrt_h",
     ),
     ("markov_deviation", "bias_instability", "markov_deviation_deg_per_h", "markov_deviation_mg"),
+    (
+        "second_markov_deviation",
+        "bias_instability",
+        "second_markov_deviation_deg_per_h",
+        "second_markov_deviation_mg",
+    ),
     ("bias", "bias_instability", "bias_deg_per_h", "bias_mg"),
     ("rate_quantum", "bias_instability", "rate_step_deg_per_h", "acceleration_step_mg"),
     ("full_scale", "bias_instability", "range_deg_per_h", "range_mg"),
@@ -64,6 +70,8 @@ class SensorErrors:
         B, rad/s, and K, rad/s/sqrt(s).
     markov_deviation, markov_time
         Standard deviation, rad/s, and correlation time, s, of a Markov rate.
+    second_markov_deviation, second_markov_time
+        Of a second one.
     bias, ramp
         rad/s and rad/s^2.
     rate_quantum, full_scale
@@ -90,6 +98,8 @@ class SensorErrors:
     ramp: float
     corner: float
     order: int
+    second_markov_deviation: float = 0.0
+    second_markov_time: float = 1.0
     rate_quantum: float = 0.0
     full_scale: float = 0.0
     per_kelvin: float = 0.0
@@ -122,9 +132,19 @@ class SensorErrors:
             **sized,
             **warming,
             markov_time=config.markov_time_s[axis],
+            second_markov_time=config.second_markov_time_s[axis],
             corner=config.low_pass_hz[axis],
             order=config.low_pass_order,
         )
+
+    @property
+    def markov(self) -> tuple[tuple[float, float], ...]:
+        """Standard deviation and correlation time of each Markov rate that there is."""
+        rates = (
+            (self.markov_deviation, self.markov_time),
+            (self.second_markov_deviation, self.second_markov_time),
+        )
+        return tuple(one for one in rates if one[0] > 0.0)
 
     def add_trend(self, drift: FloatArray, seconds: FloatArray) -> None:
         """Add bias, ramp and warming up at `seconds` from the first sample, (n,), to `drift`.
@@ -274,9 +294,9 @@ class SlowDrift:
         deviation = np.full(
             count, errors.instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
         )
-        if errors.markov_deviation > 0.0:
-            correlation = np.append(correlation, errors.markov_time)
-            deviation = np.append(deviation, errors.markov_deviation)
+        for size, time in errors.markov:
+            correlation = np.append(correlation, time)
+            deviation = np.append(deviation, size)
         decay = np.exp(-step / correlation)
         spread = deviation * np.sqrt(1.0 - decay**2)
         levels = deviation * random.standard_normal(deviation.size)
@@ -322,8 +342,9 @@ class SlowDrift:
 def _slow_density(errors: SensorErrors, frequency: float) -> float:
     """Two-sided density of the slow errors at a frequency in Hz, (rad/s)^2/Hz."""
     angular = 2.0 * math.pi * frequency
-    time = errors.markov_time
-    markov = 2.0 * errors.markov_deviation**2 * time / (1.0 + (angular * time) ** 2)
+    markov = sum(
+        2.0 * size**2 * time / (1.0 + (angular * time) ** 2) for size, time in errors.markov
+    )
     return errors.instability**2 / angular + (errors.rate_walk / angular) ** 2 + markov
 
 

@@ -44,7 +44,8 @@ class Measured:
     low_passes
         Name -> corner, Hz, and order of the low-pass that its spectrum shows.
     markov
-        Name -> standard deviation in the field's unit and correlation time, s, of a Markov rate.
+        Name -> standard deviation in the field's unit and correlation time, s, of each of at most
+        two Markov rates.
     readouts
         Name -> ``step`` and ``range`` of its samples, those that they show, and their ``unit``.
     table_rate
@@ -58,7 +59,7 @@ class Measured:
     table_rate: float = 0.0
     kind: str = ""
     low_passes: Mapping[str, tuple[float, int]] = field(default_factory=dict)
-    markov: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    markov: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     readouts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -97,9 +98,12 @@ class Measured:
                 if one.get("low_pass")
             },
             markov={
-                name: (rate["deviation"]["value"], rate["correlation_time_s"]["value"])
+                name: tuple(
+                    (rate["deviation"]["value"], rate["correlation_time_s"]["value"])
+                    for key in ("markov", "second_markov")
+                    if (rate := one.get("slow_noise", {}).get(key))
+                )
                 for name, one in (*alone.items(), *forces)
-                if (rate := one.get("slow_noise", {}).get("markov"))
             },
             readouts={
                 name: shown
@@ -134,10 +138,15 @@ class Measured:
             tables[kind]["low_pass_order"] = min((one for one in passes if one), default=(0.0, 1))[
                 1
             ]
-            rates = [self.markov.get(name) for name in _three(found, _NAMES[kind])]
             unit = {"gyro": "deg_per_h", "accelerometer": "mg"}[kind]
-            tables[kind][f"markov_deviation_{unit}"] = [one[0] if one else 0.0 for one in rates]
-            tables[kind]["markov_time_s"] = [one[1] if one else _MARKOV_TIME_S for one in rates]
+            for place, which in enumerate(("", "second_")):
+                rates = [
+                    dict(enumerate(self.markov.get(name, ()))).get(place, (0.0, _MARKOV_TIME_S))
+                    for name in _three(found, _NAMES[kind])
+                ]
+                sizes, times = zip(*rates, strict=True)
+                tables[kind][f"{which}markov_deviation_{unit}"] = list(sizes)
+                tables[kind][f"{which}markov_time_s"] = list(times)
             self._read_out(tables[kind], kind, _three(found, _NAMES[kind]))
         if self.accelerometers:
             tables["accelerometer"]["mode"] = "triad"
@@ -199,10 +208,10 @@ class Measured:
         for kind, found in self._kinds.items():
             titles = SENSED[kind].titles
             for name, one in found.items():
-                if name in self.markov:
-                    size, time = self.markov[name]
-                    unit = SENSED[kind].rate_unit
-                    lines.append(f"{name}: Markov rate of {size:.4g} {unit} over {time:.4g} s")
+                lines += [
+                    f"{name}: Markov rate of {size:.4g} {SENSED[kind].rate_unit} over {time:.4g} s"
+                    for size, time in self.markov.get(name, ())
+                ]
                 missing = [title for key, title in titles.items() if key not in one]
                 if missing:
                     lines.append(f"{name}: without {', '.join(missing)}, not estimated")

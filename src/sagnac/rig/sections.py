@@ -377,6 +377,10 @@ class GyroConfig:
         standard deviation of a first-order Markov rate
     markov_time_s
         its correlation time
+    second_markov_deviation_deg_per_h
+        standard deviation of a second one
+    second_markov_time_s
+        its correlation time
     rate_ramp_deg_per_h_per_h
         rate ramp R
     temperature_coefficient_deg_per_h_per_k
@@ -414,6 +418,8 @@ class GyroConfig:
     rate_random_walk_deg_per_h_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
     markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = (0.0, 0.0, 0.0)
     markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
+    second_markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = (0.0, 0.0, 0.0)
+    second_markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
     rate_ramp_deg_per_h_per_h: Annotated[Triple, PerGyro(-1e4, 1e4)] = (0.0, 0.0, 0.0)
     temperature_coefficient_deg_per_h_per_k: Annotated[Triple, PerGyro(-1e3, 1e3)] = (0.0, 0.0, 0.0)
     warm_up_k: Annotated[float, Number(-100.0, 100.0)] = 0.0
@@ -462,6 +468,10 @@ class AccelerometerConfig:
         standard deviation of a first-order Markov acceleration
     markov_time_s
         its correlation time
+    second_markov_deviation_mg
+        standard deviation of a second one
+    second_markov_time_s
+        its correlation time
     acceleration_ramp_mg_per_h
         acceleration ramp R
     low_pass_hz
@@ -481,6 +491,8 @@ class AccelerometerConfig:
     acceleration_random_walk_mg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
     markov_deviation_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
     markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
+    second_markov_deviation_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
+    second_markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
     acceleration_ramp_mg_per_h: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
     low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
     low_pass_order: Annotated[int, Whole(1, 2)] = 1
