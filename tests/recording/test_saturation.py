@@ -5,6 +5,7 @@ import pytest
 
 from sagnac.recording.model import Recording
 from sagnac.recording.readout import clipped_scatter, next_inwards
+from tests.analysis.test_sound_instruments import on_table
 from tests.recording.recordings import RATE, levels, noise, rate_gyro
 
 
@@ -35,3 +36,18 @@ def test_the_value_next_to_an_extreme_one():
     assert next_inwards(values, -2.0, "lower") == -1.0
     assert next_inwards(np.ones(4), 1.0, "upper") == -np.inf
     assert next_inwards(np.ones(4), 1.0, "lower") == np.inf
+
+
+@pytest.mark.parametrize("number", [74, 194])
+def test_counts_that_a_files_decimals_part_are_one(number):
+    """Of twenty samples at the lowest count sixteen were one number, four the one beside it."""
+    recording, _ = on_table(number)
+    found = levels(recording)
+    assert not any("saturated" in line for lines in found.values() for line in lines)
+
+
+def test_counts_that_are_clipped_are_found_behind_a_files_decimals():
+    counts = np.clip(np.rint(np.random.default_rng(3).normal(0.0, 5.0, 20_000)), -4.0, 4.0)
+    degrees = np.round(np.cumsum(counts) * 0.0008 / 3600.0, 9)
+    found = levels(Recording.from_arrays(x=degrees, kind="angle", unit="deg", sample_rate=RATE))
+    assert any("saturated" in line for line in found["error"])

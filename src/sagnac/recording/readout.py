@@ -418,6 +418,8 @@ _LEAST_OFTEN: Final = 10
 _OFTENER: Final = 3
 # Few levels say nothing: a quiet gyro may count only 0 and 1.
 _FEW_LEVELS: Final = 8
+# Values this near, in steps of the readout, are one count: a file's own rounding parts them.
+_ONE_COUNT: Final = 0.25
 # A clipped value has others right beside it; one that lies this many standard deviations beyond
 # the next is no limit of the range.
 _APART: Final = 0.5
@@ -449,7 +451,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]
     levels = np.unique(every(changes, max(1, changes.size // 10_000)))
     if levels.size <= _FEW_LEVELS:
         return ()
-    slack = rounding_of(profile.channel)
+    slack = max(rounding_of(profile.channel), _ONE_COUNT * profile.step)
     lowest, highest = extent(changes)
     ends: tuple[tuple[Literal["upper", "lower"], float], ...] = (
         ("upper", highest),
