@@ -157,6 +157,29 @@ def test_the_low_pass_that_a_spectrum_shows_is_simulated_again(order):
     assert any(line.startswith("x: low-pass of ") for line in said)
 
 
+def test_steps_behind_a_low_pass_leave_its_corner_and_its_order():
+    """Steps of 0.7 of the scatter are level up to half the sample rate, and no weaker filter."""
+    unit = replace(
+        UNIT,
+        duration_s=300.0,
+        sample_rate_hz=100.0,
+        gyro=GyroConfig(
+            arw_deg_per_sqrt_h=0.1,
+            quantization_step_arcsec=0.0,
+            rate_step_deg_per_h=30.0,
+            low_pass_hz=20.0,
+            low_pass_order=2,
+        ),
+        accelerometer=AccelerometerConfig(),
+    )
+    made = simulate(unit).recording
+    analysis = sagnac.analyze(replace(made, gyros=made.gyros[:1]), method="none")
+    again = RigConfig.from_analysis(analysis).gyro
+    assert again.low_pass_hz[0] == pytest.approx(20.0, rel=0.05)
+    assert again.low_pass_order == 2
+    assert again.arw_deg_per_sqrt_h[0] == pytest.approx(0.1, rel=0.04)
+
+
 def stepped(kind, step):
     """Gyros with readout steps of the rate or of the angle, and accelerometers likewise."""
     rate, angle = (step, 0.0) if kind == "rate" else (0.0, step)

@@ -159,6 +159,7 @@ def low_pass_of(analysis: Analysis) -> SensorLowPass | None:
 
     The rate density over N, B and K falls as ``1/(1 + (tan(pi f/r)/tan(pi c/r))^(2 order))`` behind
     a filter of corner c that works at the sample rate r, and nearly so behind any of its order.
+    Steps of a rate are read out behind the filter, and stay level.
 
     Parameters
     ----------
@@ -173,16 +174,34 @@ def low_pass_of(analysis: Analysis) -> SensorLowPass | None:
     sound = (frequency > 0.0) & (frequency < 0.49 * rate) & (density > 0.0)
     frequency, density = frequency[sound], density[sound]
     found = answer_coefficients(analysis)
-    squares = np.zeros(rate_density_basis(frequency, 1.0 / rate).shape[1])
+    basis = rate_density_basis(frequency, 1.0 / rate)
+    squares = np.zeros(basis.shape[1])
     for place, name in enumerate(_TERMS, start=1):
         if name in found and found[name].status == "estimated":
             squares[place] = found[name].value ** 2
-    share = density / (rate_density_basis(frequency, 1.0 / rate) @ squares)
+    steps = _of_steps(analysis) * basis[:, 1]
+    filtered = basis @ squares - steps
+    share = (density - steps) / filtered
     if not share.size or not float(np.median(share[-5:])) < _FALLEN:
         return None
-    kept = share > _FLOOR
+    kept = share > np.maximum(_FLOOR, steps / filtered)
     fits = [_fitted(frequency[kept], share[kept], rate, order) for order in ORDERS]
     return min(fits, key=lambda fit: fit[0])[1]
+
+
+def _of_steps(analysis: Analysis) -> float:
+    """Square of what the readout steps of a rate add to N, (rad/sqrt(s))^2; 0 for an angle's.
+
+    If N is less than that, an angle was counted.
+    """
+    channel, rate = (
+        analysis.recording.gyro(analysis.settings.gyros[0]),
+        analysis.recording.sample_rate,
+    )
+    if channel.kind != "rate" or analysis.is_pair:
+        return 0.0
+    added = step_shown(channel) ** 2 / 12.0 / rate
+    return added if added < analysis.angle_random_walk.value**2 else 0.0
 
 
 def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
