@@ -246,8 +246,8 @@ def test_a_rate_with_less_noise_than_its_steps_would_make_is_a_counted_angle():
 
 def test_the_range_at_whose_ends_samples_pile_up_is_simulated_again():
     """A bias near the end of the range, and the same unit without a range."""
-    unit = replace(stepped("rate", 27.5), accelerometer=AccelerometerConfig())
-    for reach in (100.0 * 27.5, 0.0):
+    unit = replace(stepped("rate", 5.0), accelerometer=AccelerometerConfig())
+    for reach in (550.0 * 5.0, 0.0):
         gyro = replace(unit.gyro, bias_deg_per_h=(2_600.0,) * 3, range_deg_per_h=(reach,) * 3)
         made = simulate(replace(unit, gyro=gyro)).recording
         assert np.abs(made.gyros[0].values).max() * 206264.8 <= (reach or math.inf) * 1.001
