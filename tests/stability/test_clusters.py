@@ -23,9 +23,9 @@ def test_taus_are_rounded_merged_and_told():
     [("haar", [1, 2, 4, 8, 16, 32]), ("theo1", [10, 12, 14, 16]), ("ohdev", [1, 2, 3, 4])],
 )
 def test_default_clusters_follow_the_row(estimator, sizes):
-    found = cluster_sizes(None, 101, 1.0, properties_of(estimator))
-    assert found.sizes[: len(sizes)].tolist() == sizes
-    assert found.notes == ()
+    found, notes = cluster_sizes(None, 101, 1.0, properties_of(estimator))
+    assert found[: len(sizes)].tolist() == sizes
+    assert notes == ()
 
 
 def test_a_time_just_out_of_range_differs_from_the_limit_in_the_message():

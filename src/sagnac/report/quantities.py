@@ -12,19 +12,23 @@ from scipy.special import gammainccinv, gammaincinv
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.coefficients.estimates import Estimate, FitName
-from sagnac.coefficients.laws import CoefficientName
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
 from sagnac.spectrum.power_laws import running_median
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.names import Estimator
-from sagnac.units import ARCSECOND, COEFFICIENT_UNITS, DEGREE_PER_HOUR, UNITS, Unit, field_unit
+from sagnac.units import (
+    ARCSECOND,
+    COEFFICIENT_UNITS,
+    DEGREE_PER_HOUR,
+    SENSED,
+    UNITS,
+    Unit,
+    field_unit,
+)
 
 TITLES: Final[Mapping[CoefficientName, str]] = {
-    "quantization": "Quantization",
-    "angle_random_walk": "Angle random walk",
-    "bias_instability": "Bias instability",
-    "rate_random_walk": "Rate random walk",
-    "rate_ramp": "Rate ramp",
+    name: SENSED["gyro"].titles[name].capitalize() for name in COEFFICIENT_NAMES
 }
 FIT_TITLES: Final[Mapping[FitName, str]] = {
     "likelihood": "Likelihood on the spectrum",

@@ -14,18 +14,11 @@ from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.documents import ANY, NUMBER, read_toml, table
 from sagnac.errors import quoted
 from sagnac.stability.names import check_choice
-from sagnac.units import Quantity, Unit, field_unit, split_factor, unit_of
+from sagnac.units import Unit, field_unit, split_factor, unit_of
 
 _NAMES: Final[Mapping[str, CoefficientName]] = {
     **{letter: name for name, letter in SYMBOLS.items()},
     **{name: name for name in COEFFICIENT_NAMES},
-}
-_QUANTITIES: Final[Mapping[CoefficientName, Quantity]] = {
-    "quantization": "angle",
-    "angle_random_walk": "angle random walk",
-    "bias_instability": "rate",
-    "rate_random_walk": "rate random walk",
-    "rate_ramp": "rate ramp",
 }
 # A limit stands in the table of them or beside it.
 _FILE: Final = table(
@@ -68,7 +61,7 @@ class Limit:
         check_choice("coefficient", self.coefficient, CoefficientName)
         if not (math.isfinite(self.value) and self.value > 0.0):
             raise ValueError(f"value is {quoted(self.value)}; give a finite number above zero")
-        if self.unit.quantity != _QUANTITIES[self.coefficient]:
+        if self.unit.quantity != field_unit(self.coefficient).quantity:
             raise ValueError(f"unit {self.unit} is not a unit of {self.coefficient}")
 
     @property
@@ -203,7 +196,7 @@ def _quantity(coefficient: CoefficientName, text: str) -> tuple[float, Unit]:
     if not stripped[:1].isdigit() and not stripped.startswith("."):
         raise ValueError(f"spec {text!r} has no number; give a limit such as 3e-4deg/sqrt(h)")
     try:
-        unit = unit_of(name, _QUANTITIES[coefficient])
+        unit = unit_of(name, field_unit(coefficient).quantity)
     except ValueError as error:
         raise ValueError(f"spec {text!r} of {SYMBOLS[coefficient]}: {error}") from None
     return _positive(number, stripped), unit

@@ -58,7 +58,6 @@ from sagnac.recording.model import Kind
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.names import Estimator, Gaps, check_choice
 from sagnac.stability.noise_type import (
-    NoiseTypes,
     check_noise_type,
     chi_squared_limits,
     cluster_sizes,
@@ -455,16 +454,16 @@ def stability_curve(
     only_whole = estimator if row.whole_record_only else None
     track = accumulated_track(samples, kind, sample_rate, gaps, only_whole=only_whole)
     angles = track.angle.size
-    clusters = cluster_sizes(taus, angles, sample_rate, row)
-    points = row.sums(track, clusters.sizes)
+    clusters, of_clusters = cluster_sizes(taus, angles, sample_rate, row)
+    points = row.sums(track, clusters)
     tau = points.tau_samples / sample_rate
     scale = 1.0 if kind == "rate" else sample_rate
     deviation = row.finished(np.sqrt(points.variance) * scale, tau)
+    of_noise: tuple[Note, ...] = ()
+    exponents = np.full(tau.size, noise_type or 0, dtype=np.int64)
     if noise_type is None:
-        noise = identified_noise_types(track, points.clusters, row)
-    else:
-        noise = NoiseTypes(exponents=np.full(tau.size, noise_type, dtype=np.int64))
-    edf = _degrees_of_freedom(points, noise, angles)
+        exponents, of_noise = identified_noise_types(track, points.clusters, row)
+    edf = _degrees_of_freedom(points, exponents, angles)
     low, high = chi_squared_limits(deviation, edf, confidence)
     missing = Note(text=f"{track.missing} of {samples.size} samples are missing")
     return StabilityCurve(
@@ -474,7 +473,7 @@ def stability_curve(
         edf=edf,
         low=low,
         high=high,
-        noise_type=noise.exponents,
+        noise_type=exponents,
         estimator=estimator,
         kind=kind,
         sample_rate=float(sample_rate),
@@ -482,20 +481,20 @@ def stability_curve(
         samples=int(samples.size),
         notes=(
             *((missing,) if track.missing else ()),
-            *clusters.notes,
+            *of_clusters,
             *points.notes,
-            *noise.notes,
+            *of_noise,
         ),
     )
 
 
-def _degrees_of_freedom(points: Points, noise: NoiseTypes, angles: int) -> FloatArray:
+def _degrees_of_freedom(points: Points, exponents: NDArray[np.int64], angles: int) -> FloatArray:
     """(points,) equivalent degrees of freedom, by the rule and the noise type of each point."""
     return np.array(
         [
             ESTIMATORS[rule].freedom(int(alpha), int(cluster), angles, int(windows))
             for rule, alpha, cluster, windows in zip(
-                points.rules, noise.exponents, points.clusters, points.windows, strict=True
+                points.rules, exponents, points.clusters, points.windows, strict=True
             )
         ]
     )

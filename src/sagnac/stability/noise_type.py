@@ -1,8 +1,7 @@
 """Cluster times of a curve, the power law that rules at each, and its degrees of freedom."""
 
 import math
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,18 +18,10 @@ from sagnac.stability.sums import Track
 _POINTS_PER_DECADE: Final = 20
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Clusters:
-    """Clusters to take: `sizes` (points,) in samples, ascending, and what was noticed."""
-
-    sizes: NDArray[np.int64]
-    notes: tuple[Note, ...] = ()
-
-
 def cluster_sizes(
     taus: ArrayLike | None, angles: int, sample_rate: float, estimator: Properties
-) -> Clusters:
-    """Clusters at the cluster times asked for.
+) -> tuple[NDArray[np.int64], tuple[Note, ...]]:
+    """(points,) clusters in samples, ascending, at the cluster times asked for, and notes.
 
     Parameters
     ----------
@@ -55,7 +46,7 @@ def cluster_sizes(
             "record longer or use oadev"
         )
     if taus is None:
-        return Clusters(sizes=_default_sizes(smallest, largest, estimator))
+        return _default_sizes(smallest, largest, estimator), ()
     wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
     if wanted.ndim != 1 or wanted.size == 0:
         raise ValueError(f"taus has shape {wanted.shape}; give one or more cluster times in s")
@@ -76,7 +67,7 @@ def cluster_sizes(
         notes.append(f"{int(moved.sum())} of {wanted.size} taus rounded to a multiple of {unit}")
     if sizes.size < wanted.size:
         notes.append(f"{wanted.size - sizes.size} of {wanted.size} taus coincide and are merged")
-    return Clusters(sizes=sizes, notes=tuple(Note(text=text) for text in notes))
+    return sizes, tuple(Note(text=text) for text in notes)
 
 
 def _default_sizes(smallest: int, largest: int, estimator: Properties) -> NDArray[np.int64]:
@@ -99,16 +90,7 @@ _NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
 _NOISE_BOUNDS_APART: Final = (1.5, 0.5, -0.5, -1.5, -3.1, -4.25)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NoiseTypes:
-    """Power law of the rate noise at each cluster, (points,), and what was noticed."""
-
-    exponents: NDArray[np.int64]
-    notes: tuple[Note, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Reading:
+class _Reading(NamedTuple):
     """Exponent as read, not rounded, and about its standard deviation times 1.3."""
 
     exponent: float
@@ -117,8 +99,8 @@ class _Reading:
 
 def identified_noise_types(
     track: Track, clusters: NDArray[np.int64], estimator: Properties
-) -> NoiseTypes:
-    """Power law of the rate noise at each cluster, by lag-1 autocorrelation.
+) -> tuple[NDArray[np.int64], tuple[Note, ...]]:
+    """(points,) power law of the rate noise at each cluster, by lag-1 autocorrelation, and notes.
 
     Angles a cluster apart lose a parabola and are differenced until they are stationary.
     From short clusters to long, on octaves at least, the type found before stands as long as
@@ -156,7 +138,7 @@ def identified_noise_types(
             text="noise type taken as 0 (angle random walk) for the intervals: "
             f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from",
         )
-        return NoiseTypes(exponents=np.zeros(clusters.size, dtype=np.int64), notes=(note,))
+        return np.zeros(clusters.size, dtype=np.int64), (note,)
     ladder = ladder[: len(found)]
     carried = int((clusters > usable).sum())
     notes: tuple[Note, ...] = ()
@@ -168,7 +150,7 @@ def identified_noise_types(
             ),
         )
     place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)
-    return NoiseTypes(exponents=np.array(found, dtype=np.int64)[place], notes=notes)
+    return np.array(found, dtype=np.int64)[place], notes
 
 
 def _ladder(clusters: NDArray[np.int64], longest: int) -> NDArray[np.int64]:
@@ -196,7 +178,7 @@ def _read_noise(track: Track, cluster: int, order: int) -> _Reading:
     first, count = _sample_stretches(track.starts[enough], track.lengths[enough], cluster)
     level = lag_one_order(track.angle, first, count, cluster, order)
     fewest = min(int(counts[enough].sum()), int(count.sum()))
-    return _Reading(exponent=2.0 - 2.0 * level, scatter=2.0 / math.sqrt(fewest))
+    return _Reading(2.0 - 2.0 * level, 2.0 / math.sqrt(fewest))
 
 
 def lag_one_order(
