@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar, get_a
 
 from cyclopts import Group, Parameter, Token
 
+import sagnac
 from sagnac.cli.output import UsageError
 from sagnac.units import RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
-    from sagnac.analysis.settings import Method, Settings
-    from sagnac.formats import Statement
+    from sagnac.analysis.settings import Method
     from sagnac.report.files import TitleBlock
-    from sagnac.specification.limits import Specification
     from sagnac.stability.names import Estimator
 
 Value = TypeVar("Value")
@@ -443,7 +442,7 @@ Duration = Annotated[
 # ---- what the library takes ----------------------------------------------------------
 
 
-def statement_of(options: Reading) -> "Statement":
+def statement_of(options: Reading) -> "sagnac.Statement":
     """Statement that the options make about the file.
 
     Raises
@@ -451,17 +450,15 @@ def statement_of(options: Reading) -> "Statement":
     UsageError
         If a value cannot be.
     """
-    from sagnac.formats import Statement
-
     columns = dict(options.columns or {})
     for name in getattr(options, "covariates", None) or ():
         columns.setdefault(name, name)
     try:
         stated = {
             field.name: getattr(options, _OPTION_OF.get(field.name, field.name))
-            for field in fields(Statement)
+            for field in fields(sagnac.Statement)
         }
-        return Statement(**{**stated, "columns": columns})
+        return sagnac.Statement(**{**stated, "columns": columns})
     except ValueError as error:
         raise UsageError(_of_option(error)) from error
 
@@ -471,7 +468,7 @@ def settings_of(
     *,
     method: "Method" = "fos",
     estimators: "tuple[Estimator, ...]" = (),
-) -> "Settings":
+) -> "sagnac.Settings":
     """Settings that the options choose, with a command's own defaults for what was not typed.
 
     Raises
@@ -479,12 +476,11 @@ def settings_of(
     UsageError
         If a value cannot be.
     """
-    from sagnac.analysis.settings import Settings
     from sagnac.coefficients.readings import READINGS
 
     try:
         specification = specification_stated(options)
-        return Settings(
+        return sagnac.Settings(
             gyros=options.gyros or (),
             method=options.method or method,
             interval=options.interval,
@@ -519,7 +515,7 @@ def title_block_of(heading: Heading) -> "TitleBlock":
     return replace(of_file, **{name: text for name, text in typed.items() if text is not None})
 
 
-def specification_stated(options: Options) -> "Specification | None":
+def specification_stated(options: Options) -> "sagnac.Specification | None":
     """The limits that the options state, if any.
 
     Raises
@@ -538,7 +534,7 @@ def specification_stated(options: Options) -> "Specification | None":
     return specification_of(options.spec, risk=options.risk)
 
 
-def _confidence(options: Options, specification: "Specification | None") -> float:
+def _confidence(options: Options, specification: "sagnac.Specification | None") -> float:
     """The confidence typed, else what the risk asks for: a bound may be wrong by all it lacks."""
     if options.confidence is not None:
         return options.confidence

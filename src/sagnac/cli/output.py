@@ -14,15 +14,14 @@ from contextlib import chdir, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TextIO
 
+import sagnac
 from sagnac.errors import one_line, visible
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
-    from sagnac.analysis.result import Analysis
     from sagnac.processes import Standing
     from sagnac.report.files import TitleBlock
-    from sagnac.report.folder import Report
     from sagnac.specification.verdict import Decision
 
 
@@ -258,14 +257,14 @@ def ready_to_draw() -> None:
 
 def report_writer(
     block: "TitleBlock", settings: str, *, pdf: bool, force: bool
-) -> "Callable[..., Report]":
+) -> "Callable[..., sagnac.Report]":
     """`sagnac.report.folder.write_report` with what a command states of every report."""
 
-    def write(analysis: "Analysis", folder: Path, *, with_forces: bool = True) -> "Report":
+    def write(
+        analysis: "sagnac.Analysis", folder: Path, *, with_forces: bool = True
+    ) -> "sagnac.Report":
         ready_to_draw()
-        from sagnac.report.folder import write_report
-
-        return write_report(
+        return sagnac.write_report(
             analysis, folder, block=block, settings=settings, pdf=pdf, with_forces=with_forces,
             force=force,
         )  # fmt: skip
@@ -273,7 +272,7 @@ def report_writer(
     return write
 
 
-def verdict_status(analyses: "Sequence[Analysis]") -> int:
+def verdict_status(analyses: "Sequence[sagnac.Analysis]") -> int:
     """Exit status that the verdicts on some analyses mean; 0 without a specification."""
     from sagnac.report.sections import overall_decision
 
@@ -286,10 +285,10 @@ def status_of(decision: "Decision | None") -> int:
 
 
 def print_documents(
-    analyses: "Sequence[Analysis]",
+    analyses: "Sequence[sagnac.Analysis]",
     *,
     single: bool,
-    unit: "Analysis | None" = None,
+    unit: "sagnac.Analysis | None" = None,
     beside: Mapping[str, object] | None = None,
 ) -> None:
     """JSON on standard output: one document, or one of several, the gyros of a unit if it is one.
@@ -302,7 +301,9 @@ def print_documents(
     print(to_json({**made, **(beside or {})}))
 
 
-def in_brief(analysis: "Analysis", others: "Sequence[Analysis]" = ()) -> tuple[str, ...]:
+def in_brief(
+    analysis: "sagnac.Analysis", others: "Sequence[sagnac.Analysis]" = ()
+) -> tuple[str, ...]:
     """Part of a screen below the answer and the verdict."""
     from sagnac.report import text
 
@@ -313,7 +314,7 @@ def in_brief(analysis: "Analysis", others: "Sequence[Analysis]" = ()) -> tuple[s
     )
 
 
-def in_full(analysis: "Analysis") -> tuple[str, ...]:
+def in_full(analysis: "sagnac.Analysis") -> tuple[str, ...]:
     """The same with curves, spectrum, every fit, every unit and every note."""
     from sagnac.report import text
 
@@ -328,7 +329,7 @@ def in_full(analysis: "Analysis") -> tuple[str, ...]:
     )
 
 
-def print_beside(analysis: "Analysis") -> None:
+def print_beside(analysis: "sagnac.Analysis") -> None:
     """The accelerometers of an analysis, and the channels that were not analyzed."""
     from sagnac.report import text
 
@@ -337,7 +338,7 @@ def print_beside(analysis: "Analysis") -> None:
             print(shown, end="\n\n")
 
 
-def print_closing(named: "Sequence[tuple[str, Analysis]]", end: str = "\n") -> None:
+def print_closing(named: "Sequence[tuple[str, sagnac.Analysis]]", end: str = "\n") -> None:
     """A row for each gyro of several, by the names of their files."""
     from sagnac.report import text
 

@@ -7,15 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+import sagnac
 from sagnac.cli.options import NO_OPTIONS, Options, Reading, span
 from sagnac.cli.output import Progress, UsageError
-
-if TYPE_CHECKING:
-    from sagnac.formats import Statement
-    from sagnac.recording.model import Recording
-
 
 # ---- reading -----------------------------------------------------------------------
 
@@ -24,13 +20,13 @@ if TYPE_CHECKING:
 class ReadFile:
     """A recording, and how long it took to read, s by stage."""
 
-    recording: "Recording"
+    recording: "sagnac.Recording"
     seconds: dict[str, float]
 
 
 def read_file(
     file: Path,
-    statement: "Statement",
+    statement: "sagnac.Statement",
     progress: Progress,
     *,
     verify: bool = True,
@@ -43,19 +39,18 @@ def read_file(
     RecordingError
         If the file cannot be read or, with `verify`, is not sound.
     """
-    from sagnac.formats import read
     from sagnac.formats.files import USUAL, limited
 
     began = time.perf_counter()
     progress("read", 0.0)
     with limited(memory or USUAL):
-        recording = read(file, statement, verify=verify)
+        recording = sagnac.read(file, statement, verify=verify)
     progress("read", 1.0)
     return ReadFile(recording=recording, seconds={"read": time.perf_counter() - began})
 
 
 def command_for(
-    file: Path, statement: "Statement", lacking: Mapping[str, str] | None = None
+    file: Path, statement: "sagnac.Statement", lacking: Mapping[str, str] | None = None
 ) -> str:
     """The command that would read a file, with what is stated and, as options, what is missing."""
     lacking = lacking or {}
@@ -66,7 +61,7 @@ def command_for(
     return _command(file, options)
 
 
-def command_with_accelerometers(file: Path, statement: "Statement") -> str | None:
+def command_with_accelerometers(file: Path, statement: "sagnac.Statement") -> str | None:
     """The command that reads the accelerometers of a file, too; None if that needs no option more.
 
     Parameters
@@ -102,7 +97,7 @@ def _command(file: Path, options: Mapping[str, str]) -> str:
     return " ".join(words)
 
 
-def stated_options(statement: "Statement") -> dict[str, str]:
+def stated_options(statement: "sagnac.Statement") -> dict[str, str]:
     """Statements of a caller as options: name -> value."""
     start, stop = statement.span or (None, None)
     values: dict[str, Any] = {
@@ -134,28 +129,26 @@ def _listed(value: Any) -> str:
 
 
 @contextmanager
-def naming(file: Path, recording: "Recording") -> Iterator[None]:
+def naming(file: Path, recording: "sagnac.Recording") -> Iterator[None]:
     """Put the file into a data error of a stage that knows nothing of files.
 
     What a fit or a factorization cannot do with numbers is a fault of the data, too; the error says
     which numbers they are.
     """
-    from sagnac.errors import RecordingError
-
     try:
         yield
-    except RecordingError as error:
+    except sagnac.RecordingError as error:
         raise error.at(str(file)) from error
     except (ValueError, ArithmeticError) as error:
         # numpy's LinAlgError is a ValueError.
-        raise RecordingError(
+        raise sagnac.RecordingError(
             f"the analysis fails ({error}) on {_numbers(recording)}",
             path=str(file),
             remedy="look at the data with sagnac check",
         ) from error
 
 
-def _numbers(recording: "Recording") -> str:
+def _numbers(recording: "sagnac.Recording") -> str:
     """The samples of each channel in one line: how many, and between which values they lie."""
     said = []
     for channel in (*recording.gyros, *recording.accelerometers):

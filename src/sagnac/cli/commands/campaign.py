@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 from cyclopts import Group, Parameter
 
+import sagnac
 from sagnac.cli import output as results
 from sagnac.cli.options import (
     NO_OPTIONS,
@@ -23,7 +24,6 @@ from sagnac.cli.output import DATA_ERROR, DONE, UsageError, complain, standings
 from sagnac.errors import counted, one_line
 
 if TYPE_CHECKING:
-    from sagnac.fleet.campaign import CampaignReport
     from sagnac.fleet.config import Choices, Task
     from sagnac.fleet.runner import Completed
     from sagnac.fleet.table import Line
@@ -112,7 +112,7 @@ def _done(
     title: str,
     *,
     force: bool,
-) -> "CampaignReport":
+) -> "sagnac.CampaignReport":
     results.ready_to_draw()
     from sagnac.fleet.campaign import carried_out
 
@@ -125,7 +125,7 @@ def _done(
         raise
 
 
-def _print(report: "CampaignReport", output: Path, choices: "Choices") -> None:
+def _print(report: "sagnac.CampaignReport", output: Path, choices: "Choices") -> None:
     from sagnac.fleet.page import deviation_words
     from sagnac.fleet.table import groups_of, scatter_of, specifications_of, yield_of
     from sagnac.report.quantities import number

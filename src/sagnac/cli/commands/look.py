@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 from cyclopts import Parameter
 
+import sagnac
 from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import (
@@ -35,15 +36,11 @@ from sagnac.cli.reading import (
     read_file,
     with_settings,
 )
-from sagnac.errors import RecordingError, rounded
+from sagnac.errors import rounded
 from sagnac.version import __version__
 
 if TYPE_CHECKING:
     from sagnac.analysis.planning import Plan, PlanRow
-    from sagnac.analysis.result import Analysis
-    from sagnac.errors import Note, RecordingError
-    from sagnac.formats import Statement
-    from sagnac.recording.model import Recording
     from sagnac.specification.verdict import Shown
 
 
@@ -65,15 +62,13 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             recording = read_file(
                 file, statement, progress, memory=options.memory, verify=False
             ).recording
-        except RecordingError:
+        except sagnac.RecordingError:
             if not options.as_json:
                 _suggest(file, statement)
             raise
-        from sagnac.recording.quality import check as findings_of
-
         progress("check", 0.0)
         with naming(file, recording):
-            findings = findings_of(recording, accepted=settings.accepted)
+            findings = sagnac.check(recording, accepted=settings.accepted)
     if options.as_json:
         print(json.dumps(_check_document(file, recording, findings), allow_nan=False, indent=1))
     else:
@@ -99,13 +94,11 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     return DATA_ERROR
 
 
-def _suggest(file: Path, statement: "Statement") -> None:
+def _suggest(file: Path, statement: "sagnac.Statement") -> None:
     """Print the command that would read a file that states too little; nothing if it is wrong."""
-    from sagnac.formats import missing
-
     try:
-        lacking = missing(file, statement)
-    except RecordingError:
+        lacking = sagnac.missing(file, statement)
+    except sagnac.RecordingError:
         return
     if not lacking:
         return
@@ -127,9 +120,8 @@ def _suggest(file: Path, statement: "Statement") -> None:
                 )
 
 
-def _outcome(file: Path, statement: "Statement", lacking: Mapping[str, str]) -> str:
+def _outcome(file: Path, statement: "sagnac.Statement", lacking: Mapping[str, str]) -> str:
     """Outcome for a file once what is lacking is stated, in words."""
-    from sagnac.formats import read
     from sagnac.report.command_line import error_text
 
     parsed: dict[str, Any] = {
@@ -139,14 +131,14 @@ def _outcome(file: Path, statement: "Statement", lacking: Mapping[str, str]) -> 
     if "columns" in lacking:
         parsed["gyros"] = None
     try:
-        read(file, replace(statement, **parsed), verify=False)
-    except RecordingError as error:
+        sagnac.read(file, replace(statement, **parsed), verify=False)
+    except sagnac.RecordingError as error:
         return f"Even with what is missing stated it cannot be read: {error_text(error)}"
     return "This reads it"
 
 
 def _check_document(
-    file: Path, recording: "Recording", findings: "Sequence[Note]"
+    file: Path, recording: "sagnac.Recording", findings: "Sequence[sagnac.Note]"
 ) -> dict[str, Any]:
     """Findings in the schema ``sagnac.check/1``."""
     from sagnac.report.command_line import findings_data, note_text
@@ -194,10 +186,8 @@ def convert(
     overwriting.require_free(of_conversion(target), reads, force=force)
     with results.progress_shown() as progress:
         recording = read_file(source, statement, progress, memory=options.memory).recording
-        from sagnac.formats import write
-
         progress("write", 0.0)
-        written = write(recording, target, force=force)
+        written = sagnac.write(recording, target, force=force)
     from sagnac.report import text
 
     print(text.blocks(text.recording(recording), text.notes(recording.notes)))
@@ -231,14 +221,12 @@ def plan(
     widths = None if within is None else _widths(within)
     with results.progress_shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)
-        from sagnac.analysis.pipeline import analyze as run
         from sagnac.analysis.planning import WIDTHS
-        from sagnac.analysis.planning import plan as planned
 
         with naming(file, read.recording):
-            analysis = run(read.recording, settings, progress=progress)
+            analysis = sagnac.analyze(read.recording, settings, progress=progress)
             try:
-                found = planned(analysis, within=widths or WIDTHS)
+                found = sagnac.plan(analysis, within=widths or WIDTHS)
             except ValueError as error:
                 if type(error) is not ValueError:
                     raise
@@ -251,7 +239,7 @@ def plan(
     return DONE
 
 
-def _texts(refused: "Mapping[str, RecordingError]") -> dict[str, str]:
+def _texts(refused: "Mapping[str, sagnac.RecordingError]") -> dict[str, str]:
     from sagnac.report.command_line import error_text
 
     return {name: error_text(error) for name, error in refused.items()}
@@ -292,7 +280,7 @@ def _text(plan: "Plan") -> str:
     )
 
 
-def _supposition(analysis: "Analysis", shown: "Shown") -> str:
+def _supposition(analysis: "sagnac.Analysis", shown: "Shown") -> str:
     """Basis of a longer recording's answer, as the forecast takes it."""
     resting = analysis.average
     supposed = "whole band" if shown.efficient else "average"
@@ -318,7 +306,7 @@ def _spoken(hours: float | None) -> str:
 
 
 def _plan_document(
-    plans: "Sequence[Plan]", refused: "Mapping[str, RecordingError]"
+    plans: "Sequence[Plan]", refused: "Mapping[str, sagnac.RecordingError]"
 ) -> dict[str, Any]:
     """The plan of the first gyro, and if there are several that of each by name."""
     document = {"schema": PLAN_SCHEMA, "version": __version__, **_plain(plans[0])}

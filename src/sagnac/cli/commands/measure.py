@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import Parameter
 
+import sagnac
 from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import (
@@ -32,13 +33,8 @@ from sagnac.cli.output import DONE, Progress, UsageError, explain, print_documen
 from sagnac.cli.reading import ReadFile, inputs, naming, read_file, settings_text, with_settings
 
 if TYPE_CHECKING:
-    from sagnac.analysis.result import Analysis
-    from sagnac.analysis.settings import Method, Settings
+    from sagnac.analysis.settings import Method
     from sagnac.analysis.still_bench import AtRest
-    from sagnac.coefficients.self_noise import SelfNoise
-    from sagnac.formats import Statement
-    from sagnac.recording.model import Recording
-    from sagnac.report.folder import Report
 
 
 # ---- analyze -----------------------------------------------------------------------
@@ -70,8 +66,8 @@ def analyze(
         if folder is not None:
             overwriting.require_free(overwriting.of_report(folder), reads, force=force)
     several = len(files) > 1
-    done: list[Analysis] = []
-    named: list[tuple[str, Analysis]] = []
+    done: list[sagnac.Analysis] = []
+    named: list[tuple[str, sagnac.Analysis]] = []
     failed = DONE
     for file, folder in zip(files, folders, strict=True):
         try:
@@ -98,36 +94,34 @@ def analyze(
 
 def _analyzed(
     file: Path,
-    statement: "Statement",
-    settings: "Settings",
+    statement: "sagnac.Statement",
+    settings: "sagnac.Settings",
     memory: int | None,
     *,
     stage_of: str = "",
-) -> "Analysis":
+) -> "sagnac.Analysis":
     """One file."""
     with results.progress_shown(stage_of) as progress:
         read = read_file(file, statement, progress, memory=memory)
-        from sagnac.analysis.pipeline import analyze as run
-
         with naming(file, read.recording):
-            return run(read.recording, settings, progress=progress).with_seconds(read.seconds)
+            return sagnac.analyze(read.recording, settings, progress=progress).with_seconds(
+                read.seconds
+            )
 
 
 def _analysis_reported(
-    analysis: "Analysis", folder: Path | None, written: "Callable[..., Report]"
-) -> "Report":
+    analysis: "sagnac.Analysis", folder: Path | None, written: "Callable[..., sagnac.Report]"
+) -> "sagnac.Report":
     """The analysis with its report in `folder`, unless that is None."""
     results.ready_to_draw()
-    from sagnac.report.folder import Report
-
     if folder is None:
-        return Report(analysis=analysis, paths=())
+        return sagnac.Report(analysis=analysis, paths=())
     with results.progress_shown() as progress:
         progress("report", 0.0)
         return written(analysis, folder)
 
 
-def _print_analysis(one: "Report", *, curve: bool, end: str) -> None:
+def _print_analysis(one: "sagnac.Report", *, curve: bool, end: str) -> None:
     from sagnac.report import text
 
     analysis = one.analysis
@@ -236,11 +230,13 @@ def avar(
 class _Made:
     """Result of the still bench: all gyros, and each with its lines in and out."""
 
-    analysis: "Analysis"
+    analysis: "sagnac.Analysis"
     benches: "Mapping[str, AtRest]"
 
 
-def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in: bool) -> _Made:
+def _made(
+    read: ReadFile, settings: "sagnac.Settings", progress: Progress, *, lines_in: bool
+) -> _Made:
     """One gyro after another, and the accelerometers.
 
     With `lines_in` the answer is of the recording as it is, since that was asked for.
@@ -252,8 +248,12 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
     benches: dict[str, AtRest] = {}
 
     def run(
-        recording: "Recording", chosen: "Settings", /, *, progress: Progress | None = None
-    ) -> "Analysis":
+        recording: "sagnac.Recording",
+        chosen: "sagnac.Settings",
+        /,
+        *,
+        progress: Progress | None = None,
+    ) -> "sagnac.Analysis":
         bench = at_rest(recording, chosen, progress=progress, lines_in=lines_in)
         analysis = bench.analysis.with_seconds(read.seconds)
         (name,) = chosen.gyros
@@ -261,8 +261,12 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
         return analysis
 
     def run_force(
-        recording: "Recording", chosen: "Settings", /, *, progress: Progress | None = None
-    ) -> "Analysis":
+        recording: "sagnac.Recording",
+        chosen: "sagnac.Settings",
+        /,
+        *,
+        progress: Progress | None = None,
+    ) -> "sagnac.Analysis":
         return at_rest(recording, chosen, progress=progress).analysis
 
     still = replace(read.recording, table=None, null_pulse=None)
@@ -276,7 +280,9 @@ def _made(read: ReadFile, settings: "Settings", progress: Progress, *, lines_in:
     return _Made(analysis=analysis.with_accelerometers(forces), benches=benches)
 
 
-def _alone(read: ReadFile, settings: "Settings", band: tuple[float, float]) -> "SelfNoise":
+def _alone(
+    read: ReadFile, settings: "sagnac.Settings", band: tuple[float, float]
+) -> "sagnac.SelfNoise":
     """The noise of each gyro without what all of them turn.
 
     Raises
@@ -284,10 +290,8 @@ def _alone(read: ReadFile, settings: "Settings", band: tuple[float, float]) -> "
     UsageError
         If there are too few gyros.
     """
-    from sagnac.coefficients.self_noise import self_noise
-
     try:
-        return self_noise(
+        return sagnac.self_noise(
             read.recording,
             gyros=settings.gyros_of(read.recording),
             band=band,
@@ -297,7 +301,7 @@ def _alone(read: ReadFile, settings: "Settings", band: tuple[float, float]) -> "
         raise UsageError(f"--self-noise: {error}") from None
 
 
-def _drawn(alone: "SelfNoise", folder: Path) -> Path:
+def _drawn(alone: "sagnac.SelfNoise", folder: Path) -> Path:
     from sagnac.report.figures import self_noise_figure, write_png
 
     path = folder / "self_noise.png"
@@ -305,7 +309,9 @@ def _drawn(alone: "SelfNoise", folder: Path) -> Path:
     return path
 
 
-def _outputs(read: ReadFile, settings: "Settings", output: Path) -> list[overwriting.Outputs]:
+def _outputs(
+    read: ReadFile, settings: "sagnac.Settings", output: Path
+) -> list[overwriting.Outputs]:
     """Places to be written: a folder for each gyro beside the page of all, and the forces'."""
     names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
     from sagnac.report.files import folder_name
@@ -322,7 +328,7 @@ def _bench_reported(
     made: _Made,
     output: Path,
     progress: Progress,
-    written: "Callable[..., Report]",
+    written: "Callable[..., sagnac.Report]",
     *,
     pdf: bool,
 ) -> tuple[_Made, list[Path]]:
@@ -345,7 +351,7 @@ def _bench_reported(
     return replace(made, analysis=report.analysis), paths
 
 
-def _print_bench(bench: "AtRest", analysis: "Analysis", curve: bool) -> None:
+def _print_bench(bench: "AtRest", analysis: "sagnac.Analysis", curve: bool) -> None:
     """One gyro."""
     from sagnac.report import text
 
@@ -376,11 +382,11 @@ METHODS: "Final[tuple[Method, ...]]" = ("none", "fris", "fos-korenberg", "fos-pa
 class Comparison:
     """Analyses by method; and why, of each method that the recording does not allow."""
 
-    analyses: "Mapping[str, Analysis]"
+    analyses: "Mapping[str, sagnac.Analysis]"
     refused: Mapping[str, str]
 
     @property
-    def best(self) -> "Analysis":
+    def best(self) -> "sagnac.Analysis":
         """The one that a verdict rests on: fos, or the last if that is not among them."""
         return self.analyses.get("fos") or list(self.analyses.values())[-1]
 
@@ -429,20 +435,19 @@ def compare(
 
 
 def _compared(
-    read: ReadFile, settings: "Settings", methods: "Sequence[Method]", progress: Progress
+    read: ReadFile, settings: "sagnac.Settings", methods: "Sequence[Method]", progress: Progress
 ) -> Comparison:
     """Each method; its refusal is an error only if no method gives anything."""
-    from sagnac.analysis.pipeline import analyze as run
-    from sagnac.errors import RecordingError
     from sagnac.report.command_line import error_text
 
-    analyses: dict[str, Analysis] = {}
-    errors: dict[str, RecordingError] = {}
+    analyses: dict[str, sagnac.Analysis] = {}
+    errors: dict[str, sagnac.RecordingError] = {}
     for method in methods:
         named = results.prefixed(progress, method)
         try:
-            analysis = run(read.recording, replace(settings, method=method), progress=named)
-        except RecordingError as error:
+            chosen = replace(settings, method=method)
+            analysis = sagnac.analyze(read.recording, chosen, progress=named)
+        except sagnac.RecordingError as error:
             errors[method] = error
         else:
             analyses[method] = analysis.with_seconds(read.seconds)

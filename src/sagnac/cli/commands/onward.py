@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+import sagnac
 from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import (
@@ -89,7 +90,6 @@ def export(
         Of accelerometers that were not measured, m/s^2/sqrt(Hz) and m/s^3/sqrt(Hz).
     """
     del debug
-    from sagnac.filters.export import export as made_of
     from sagnac.filters.export import require_used, tool_of
 
     given = {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
@@ -105,7 +105,7 @@ def export(
     if not analyses and stated is None and not datasheet:
         raise UsageError("give an analysis.json, or what a data sheet states with --datasheet")
     require_writable(output.parent)
-    made = made_of(
+    made = sagnac.export(
         analyses or (), output, tool=chosen, axes=axes, rate=rate, confidence=confidence,
         markov=markov, topic=topic, accelerometer=stated, datasheet=datasheet or (), force=force,
     )  # fmt: skip
@@ -193,11 +193,10 @@ def align(
     if output is not None:
         overwriting.require_free(overwriting.of_alignment(output), [source], force=force)
     results.ready_to_draw()
-    from sagnac.alignment.align import align as foreseen
     from sagnac.units import DEGREE
 
     noises, words = _source(source, confidence)
-    found = foreseen(
+    found = sagnac.align(
         noises,
         latitude=None if latitude is None else latitude * DEGREE,
         rest=time,

@@ -4,18 +4,15 @@ import json
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import Annotated, Final, Literal
 
 from cyclopts import Parameter
 
+import sagnac
 from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import OUTPUT, Debug, Duration, Folder, Force, Workers
 from sagnac.cli.output import DONE, UsageError, complain, print_paths, standings
-
-if TYPE_CHECKING:
-    from sagnac.rig.config import RigConfig
-
 
 # ---- simulate ----------------------------------------------------------------------
 
@@ -78,12 +75,12 @@ def simulate(
 
 
 def changed(
-    config: "RigConfig",
+    config: "sagnac.RigConfig",
     *,
     seed: int | None = None,
     duration: float | None = None,
     table_rate: float | None = None,
-) -> "RigConfig":
+) -> "sagnac.RigConfig":
     """A configuration with what the options state instead.
 
     Raises
@@ -109,20 +106,18 @@ def changed(
     return config
 
 
-def _config(path: Path | None, preset: str) -> "RigConfig":
-    from sagnac.errors import RecordingError
-    from sagnac.rig.config import RigConfig
+def _config(path: Path | None, preset: str) -> "sagnac.RigConfig":
     from sagnac.rig.config import preset as preset_of
 
     if path is None:
         return preset_of(preset)
     try:
-        return RigConfig.from_toml(path)
+        return sagnac.RigConfig.from_toml(path)
     except ValueError as error:
-        raise RecordingError(str(error)) from None
+        raise sagnac.RecordingError(str(error)) from None
 
 
-def _like(path: Path, config: Path | None) -> "RigConfig":
+def _like(path: Path, config: Path | None) -> "sagnac.RigConfig":
     """The unit that an analysis measured, a TOML over it; says what is left out."""
     from sagnac.documents import read_analyses
     from sagnac.errors import RecordingError, one_line
@@ -169,9 +164,6 @@ def demo(
         Of the simulation.
     """
     del debug
-    from sagnac.analysis.pipeline import analyze
-    from sagnac.analysis.settings import Settings
-    from sagnac.formats import read
     from sagnac.formats.statement import of_simulation
     from sagnac.report import text
     from sagnac.rig.config import preset
@@ -193,15 +185,13 @@ def demo(
         )
         simulated = time.perf_counter()
         progress("read", 0.0)
-        recording = read(path)
+        recording = sagnac.read(path)
         read_s = time.perf_counter() - simulated
-        analysis = analyze(recording, Settings(gyros=tuple(GYRO_NAMES)), progress=progress)
+        analysis = sagnac.analyze(recording, gyros=tuple(GYRO_NAMES), progress=progress)
         analysis = analysis.with_seconds({"simulate": simulated - began, "read": read_s})
         progress("report", 0.0)
         results.ready_to_draw()
-        from sagnac.report.folder import write_report
-
-        written = write_report(analysis, folder, force=force)
+        written = sagnac.write_report(analysis, folder, force=force)
     truth = json.loads(truth_path.read_text(encoding="utf-8"))
     put_in = float(truth["pairs"][analysis.channel]["arw_deg_per_sqrt_h"])
     print(text.answer(analysis))
