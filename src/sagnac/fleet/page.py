@@ -228,10 +228,6 @@ def _points(curve: Mapping[str, Any]) -> tuple[list[float], list[float]]:
 
 # ---- page --------------------------------------------------------------------------
 
-_COLUMNS: Final = (
-    "File", "Unit", "Day", "Rate (°/s)", "Gyros", "Method", "Span (h)", "N (°/√h)", "Verdict",
-    "Lines", "Notes", "Length (h)",
-)  # fmt: skip
 _BETWEEN: Final = {
     "unit": "between units",
     "day": "between days",
@@ -443,40 +439,42 @@ def _span_figures(lines: Iterable[Line]) -> list[tuple[Markup, str]]:
 def _listed(lines: Sequence[Line]) -> dict[str, Any]:
     """Every row, and the columns in which at least one row has something."""
     cells = [_cells(line) for line in lines]
-    filled = [
-        column for column in range(len(_COLUMNS)) if any(row[column]["text"] for row in cells)
-    ]
+    names = list(cells[0]) if cells else []
+    filled = [name for name in names if any(row[name]["text"] for row in cells)]
     return {
         "columns": [
-            {"name": _COLUMNS[column], "numeric": any("numeric" in row[column] for row in cells)}
-            for column in filled
+            {"name": name, "numeric": any("numeric" in row[name] for row in cells)}
+            for name in filled
         ],
         "rows": [
-            {"state": line.state, "cells": [row[column] for column in filled]}
+            {"state": line.state, "cells": [row[name] for name in filled]}
             for line, row in zip(lines, cells, strict=True)
         ],
     }
 
 
-def _cells(line: Line) -> list[dict[str, Any]]:
+def _cells(line: Line) -> dict[str, dict[str, Any]]:
+    """A row of the table by the names of its columns."""
     value, interval = _answer(line)
     span = "" if math.isnan(line.start_s) else f"{line.start_s / 3600:g}–{line.stop_s / 3600:g}"
     link = f"{line.report}/report.html" if line.report else ""
     found = line.state == "done"
-    return [
-        {"text": Path(line.file).name, "key": line.file, "link": link},
-        {"text": line.unit, "key": line.unit},
-        {"text": line.day, "key": line.day},
-        _numeric(line.rate_deg_per_s, f"{line.rate_deg_per_s:g}"),
-        {"text": line.gyros, "key": line.gyros},
-        {"text": line.method, "key": line.method},
-        {"text": span, "key": "" if not span else line.start_s, "numeric": True},
-        {**_numeric(line.n_deg_per_sqrt_h, value), "range": _beside(line, interval)},
-        {"text": line.verdict, "key": line.verdict, "range": line.reason * bool(line.verdict)},
-        _numeric(line.lines if found else math.nan, str(line.lines)),
-        _numeric(line.notes if found else math.nan, str(line.notes)),
-        _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
-    ]
+    walk = {**_numeric(line.n_deg_per_sqrt_h, value), "range": _beside(line, interval)}
+    why = line.reason * bool(line.verdict)
+    return {
+        "File": {"text": Path(line.file).name, "key": line.file, "link": link},
+        "Unit": {"text": line.unit, "key": line.unit},
+        "Day": {"text": line.day, "key": line.day},
+        "Rate (°/s)": _numeric(line.rate_deg_per_s, f"{line.rate_deg_per_s:g}"),
+        "Gyros": {"text": line.gyros, "key": line.gyros},
+        "Method": {"text": line.method, "key": line.method},
+        "Span (h)": {"text": span, "key": "" if not span else line.start_s, "numeric": True},
+        "N (°/√h)": walk,
+        "Verdict": {"text": line.verdict, "key": line.verdict, "range": why},
+        "Lines": _numeric(line.lines if found else math.nan, str(line.lines)),
+        "Notes": _numeric(line.notes if found else math.nan, str(line.notes)),
+        "Length (h)": _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
+    }
 
 
 def _beside(line: Line, interval: str) -> str:

@@ -266,30 +266,15 @@ def _runs_of_table(
             seed = _FIRST_SEED[table] + round(rate) * 10 + day
             config = config_of_run(_MODE_OF_TABLE[table], rate, seed, scope.table_duration_s)
             config = on_day(config, seed)
-            runs.append(
-                Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
-            )
+            own = Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
             # At rest the paper removes nothing.
-            runs.append(
-                Run(
-                    name=published_cell_name(table, rate, day),
-                    config=config,
-                    gyros=PAIR,
-                    method="fos-paper" if rate > 0.0 else "none",
-                    by_curve=True,
-                )
-            )
+            method: Method = "fos-paper" if rate > 0.0 else "none"
+            name = published_cell_name(table, rate, day)
+            published_run = replace(own, name=name, method=method, by_curve=True)
+            runs += [own, published_run]
             if rate > 0.0:
-                runs.append(
-                    Run(
-                        name=printed_cell_name(table, rate, day),
-                        config=config,
-                        gyros=PAIR,
-                        method="fos-paper",
-                        by_curve=True,
-                        as_printed=True,
-                    )
-                )
+                name = printed_cell_name(table, rate, day)
+                runs.append(replace(published_run, name=name, as_printed=True))
             if (table, rate) == _CELL_OF_FIGURE_2:
                 long = replace(config, duration_s=scope.figure_duration_s)
                 runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))

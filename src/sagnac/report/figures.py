@@ -1,7 +1,7 @@
 """The figures of an analysis and of the table in the style of the reports, as SVG and PNG."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO, StringIO
@@ -215,31 +215,30 @@ MARKERS: Final = {"none": "s", "fris": "^", "fos-paper": "D", "fos-korenberg": "
 _HUNDREDTHS: Final = re.compile(r"(\.\d{2})\d+")
 
 
+def _drawn(draw: Callable[..., Axes], result: Analysis | SelfNoise, columns: int) -> Figure:
+    """A picture of a result, its legend above it."""
+    with styled() as canvas:
+        draw(result, canvas.axes)
+        if canvas.axes.get_legend() is not None:
+            legend_above(canvas.axes, columns)
+    return canvas.figure
+
+
 def stability_figure(analysis: Analysis) -> Figure:
     """Allan deviation before and after removal, the five-term fit, and its slopes."""
-    with styled() as canvas:
-        plot.stability(analysis, canvas.axes)
-        legend_above(canvas.axes, columns=4)
-    return canvas.figure
+    return _drawn(plot.stability, analysis, 4)
 
 
 def spectrum_figure(analysis: Analysis) -> Figure:
     """Rate spectrum before and after removal, with the lines that were removed marked."""
-    with styled() as canvas:
-        plot.spectrum(analysis, canvas.axes)
-        if canvas.axes.get_legend() is not None:
-            legend_above(canvas.axes, columns=3)
-    return canvas.figure
+    return _drawn(plot.spectrum, analysis, 3)
 
 
 def parts_figure(analysis: Analysis) -> Figure | None:
     """N over parts of the recording against time; None if fewer than two parts show it."""
     if sum(part.shows for part in analysis.parts) < 2:
         return None
-    with styled() as canvas:
-        plot.parts(analysis, canvas.axes)
-        legend_above(canvas.axes, columns=3)
-    return canvas.figure
+    return _drawn(plot.parts, analysis, 3)
 
 
 def residual_figure(analysis: Analysis) -> Figure | None:
@@ -330,10 +329,7 @@ def force_figure(analyses: Sequence[Analysis]) -> Figure:
 
 def self_noise_figure(found: SelfNoise) -> Figure:
     """Noise density of each of several gyros alone, and what all share."""
-    with styled() as canvas:
-        plot.self_noise(found, canvas.axes)
-        legend_above(canvas.axes, columns=4)
-    return canvas.figure
+    return _drawn(plot.self_noise, found, 4)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
