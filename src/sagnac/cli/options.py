@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar, get_args
 
@@ -71,6 +72,23 @@ def one_or_by_name(text: str) -> str | dict[str, str]:
     return by_name(text) if "=" in text else text
 
 
+def giving(example: str) -> Callable[[Callable[[str], Value]], Callable[[str], Value]]:
+    """Has a function say what to give if it can make nothing of a text."""
+
+    def of(convert: Callable[[str], Value]) -> Callable[[str], Value]:
+        @wraps(convert)
+        def converted(text: str) -> Value:
+            try:
+                return convert(text)
+            except (KeyError, ValueError, OverflowError):
+                raise ValueError(f"{text!r}; give {example}") from None
+
+        return converted
+
+    return of
+
+
+@giving("START:STOP in s, such as 630:930")
 def span(text: str) -> Span:
     """``START:STOP`` in s; either may be left out.
 
@@ -79,15 +97,11 @@ def span(text: str) -> Span:
     ValueError
         If it is none.
     """
-    start, colon, stop = text.partition(":")
-    try:
-        if not colon:
-            raise ValueError
-        return (float(start) if start.strip() else None, float(stop) if stop.strip() else None)
-    except ValueError:
-        raise ValueError(f"{text!r}; give START:STOP in s, such as 630:930") from None
+    start, stop = text.split(":")
+    return (float(start) if start.strip() else None, float(stop) if stop.strip() else None)
 
 
+@giving("LOW:HIGH in Hz, such as 0.1:5")
 def band(text: str) -> tuple[float, float]:
     """``LOW:HIGH`` in Hz.
 
@@ -96,15 +110,13 @@ def band(text: str) -> tuple[float, float]:
     ValueError
         If it is none.
     """
-    try:
-        low, high = span(text)
-    except ValueError:
-        low = high = None
-    if low is None or high is None or not 0.0 <= low < high:
-        raise ValueError(f"{text!r}; give LOW:HIGH in Hz, such as 0.1:5")
+    low, high = map(float, text.split(":"))
+    if not 0.0 <= low < high:
+        raise ValueError
     return low, high
 
 
+@giving("a time above zero such as 1s, 100ms or 2h")
 def seconds(text: str) -> float:
     """``1``, ``1s``, ``100ms`` or ``2h`` in s.
 
@@ -114,13 +126,10 @@ def seconds(text: str) -> float:
         If it is no time above zero.
     """
     stripped = text.strip()
-    try:
-        bare = stripped.replace(".", "", 1).isdigit()
-        value = float(stripped) if bare else unit_of(_numbered(stripped), "time").size
-    except ValueError:
-        value = 0.0
+    bare = stripped.replace(".", "", 1).isdigit()
+    value = float(stripped) if bare else unit_of(_numbered(stripped), "time").size
     if not 0.0 < value < float("inf"):
-        raise ValueError(f"{text!r}; give a time above zero such as 1s, 100ms or 2h")
+        raise ValueError
     return value
 
 
@@ -135,6 +144,7 @@ def several_seconds(text: str) -> tuple[float, ...]:
     return tuple(seconds(part) for part in text.split(","))
 
 
+@giving("an angle above zero such as 2deg or 30arcmin")
 def angle(text: str) -> float:
     """``2deg`` or ``30arcmin`` in rad.
 
@@ -143,12 +153,10 @@ def angle(text: str) -> float:
     ValueError
         If it is no angle above zero with its unit.
     """
-    try:
-        return unit_of(_numbered(text.strip()), "angle").size
-    except ValueError:
-        raise ValueError(f"{text!r}; give an angle above zero such as 2deg or 30arcmin") from None
+    return unit_of(_numbered(text.strip()), "angle").size
 
 
+@giving("a rate, zero or more, such as 3deg/h")
 def turn_rate(text: str) -> float:
     """``3deg/h`` or ``1e-6rad/s`` in rad/s; a number alone is in deg/h.
 
@@ -157,15 +165,13 @@ def turn_rate(text: str) -> float:
     ValueError
         If it is no rate, zero or above.
     """
-    try:
-        stripped = _numbered(text.strip())
-        bare = stripped.replace(".", "", 1).isdigit()
-        value, unit = (float(stripped), "deg/h") if bare else split_factor(stripped)
-        return value * RATE_UNITS[unit]
-    except (KeyError, ValueError):
-        raise ValueError(f"{text!r}; give a rate, zero or more, such as 3deg/h") from None
+    stripped = _numbered(text.strip())
+    bare = stripped.replace(".", "", 1).isdigit()
+    value, unit = (float(stripped), "deg/h") if bare else split_factor(stripped)
+    return value * RATE_UNITS[unit]
 
 
+@giving("a size above zero such as 4GiB or 800MB")
 def memory_size(text: str) -> int:
     """``4GiB``, ``800MB`` or a number of bytes, in bytes.
 
@@ -181,13 +187,10 @@ def memory_size(text: str) -> int:
     """
     stripped = text.strip()
     number = stripped.rstrip("BGMKTibgmkt ")
-    size = _BYTES.get(stripped[len(number) :].strip().lower(), 0)
-    try:
-        found = int(float(number) * size)
-    except (ValueError, OverflowError):
-        found = 0
+    size = _BYTES[stripped[len(number) :].strip().lower()]
+    found = int(float(number) * size)
     if found <= 0:
-        raise ValueError(f"{text!r}; give a size above zero such as 4GiB or 800MB")
+        raise ValueError
     return found
 
 

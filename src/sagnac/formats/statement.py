@@ -5,7 +5,7 @@ people and files write them, counts among them: ``0.1arcsec``, ``counts``.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final
@@ -173,82 +173,68 @@ class Statement:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be, before any file is touched."""
-        _check_texts(self)
-        _check_kind(self.kind)
-        _check_unit(self.unit)
-        _check_scale(self.scale)
-        _check_sample_rate(self.sample_rate)
-        _check_names("gyros", self.gyros)
-        _check_names("columns", tuple(self.columns) or None)
-        _check_names("accelerometers", self.accelerometers)
+        for name, is_right, remedy in _RULES:
+            stated = getattr(self, name)
+            for value in _values(stated) if name in ("kind", "unit") else (stated,):
+                _require(name, value, is_right, remedy)
+        _require("columns", tuple(self.columns) or None, _are_names, _NAMES)
         _check_span(self.span)
-        if self.counter_bits is not None and self.counter_bits not in COUNTER_BITS:
-            raise ValueError(f"counter_bits is {quoted(self.counter_bits)}; give 8 to 48")
-        _check_counter_period(self.counter_period)
         if self.counter_bits is not None and self.counter_period is not None:
             raise ValueError("counter_bits and counter_period are both given; give one of them")
 
 
-def _check_counter_period(period: object) -> None:
-    if period is None:
-        return
-    if isinstance(period, bool) or not isinstance(period, int | float) or not 2.0 <= period < 1e15:
-        raise ValueError(f"counter_period is {quoted(period)}; give counts, 2 or more")
+def _require(name: str, value: Any, is_right: Callable[[Any], bool], remedy: str) -> None:
+    if value is not None and not is_right(value):
+        raise ValueError(f"{name} is {quoted(value)}; {remedy}")
 
 
-def _check_texts(statement: Statement) -> None:
-    for name in ("scale", "time", "table", "null_pulse"):
-        value = getattr(statement, name)
-        if value is not None and not isinstance(value, str):
-            raise ValueError(f"{name} is {quoted(value)}; give text")
-    if not isinstance(statement.columns, Mapping) or not all(
-        isinstance(name, str) for name in _values(statement.columns)
-    ):
-        raise ValueError(
-            f"columns is {quoted(statement.columns)}; give name wanted -> name in the file"
-        )
+def _is_text(value: object) -> bool:
+    return isinstance(value, str)
 
 
-def _check_kind(kind: str | Mapping[str, str] | None) -> None:
-    for one in _values(kind):
-        if not isinstance(one, str) or one not in KINDS:
-            raise ValueError(f"kind is {quoted(one)}; use one of {', '.join(KINDS)}")
-
-
-def _check_unit(unit: str | Mapping[str, str] | None) -> None:
-    for one in _values(unit):
-        if not isinstance(one, str) or not parsed_unit(one).is_known:
-            raise ValueError(f"unit is {quoted(one)}; {KNOWN_UNITS}")
-
-
-def _check_scale(scale: str | None) -> None:
-    if scale is not None:
-        unit = parsed_unit(scale)
-        if unit.is_counts or not unit.is_known:
-            raise ValueError(
-                f"scale is {quoted(scale)}; give the size of one count such as 0.1arcsec"
-            )
-
-
-def _check_sample_rate(sample_rate: float | None) -> None:
-    if sample_rate is None:
-        return
+def _is_number(value: object) -> bool:
     # True is 1 to a program, not to a person.
-    number = isinstance(sample_rate, int | float) and not isinstance(sample_rate, bool)
-    if not number or not (math.isfinite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(
-            f"sample_rate is {quoted(sample_rate)}; give samples per second, above zero"
-        )
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _check_names(argument: str, names: tuple[str, ...] | None) -> None:
-    if names is None:
-        return
+def _is_size(scale: str) -> bool:
+    """Whether a text is the size of one count."""
+    unit = parsed_unit(scale)
+    return unit.is_known and not unit.is_counts
+
+
+def _are_names(names: tuple[object, ...]) -> bool:
+    """Whether there is a name or more, all different and such as can be printed."""
     named = all(isinstance(name, str) and name and one_line(name) == name for name in names)
-    if not names or not named or len(set(names)) < len(names):
-        raise ValueError(
-            f"{argument} is {quoted(names)}; give one or more different names that can be printed"
-        )
+    return bool(names) and named and len(set(names)) == len(names)
+
+
+_NAMES: Final = "give one or more different names that can be printed"
+# Field of a statement, whether a value is right, and what to do about a wrong one.
+_RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
+    *((name, _is_text, "give text") for name in ("scale", "time", "table", "null_pulse")),
+    (
+        "columns",
+        lambda columns: isinstance(columns, Mapping) and all(map(_is_text, columns.values())),
+        "give name wanted -> name in the file",
+    ),
+    ("kind", lambda kind: _is_text(kind) and kind in KINDS, f"use one of {', '.join(KINDS)}"),
+    ("unit", lambda unit: _is_text(unit) and parsed_unit(unit).is_known, KNOWN_UNITS),
+    ("scale", _is_size, "give the size of one count such as 0.1arcsec"),
+    (
+        "sample_rate",
+        lambda rate: _is_number(rate) and math.isfinite(rate) and rate > 0.0,
+        "give samples per second, above zero",
+    ),
+    ("gyros", _are_names, _NAMES),
+    ("accelerometers", _are_names, _NAMES),
+    ("counter_bits", lambda bits: bits in COUNTER_BITS, "give 8 to 48"),
+    (
+        "counter_period",
+        lambda period: _is_number(period) and 2.0 <= period < 1e15,
+        "give counts, 2 or more",
+    ),
+)
 
 
 def _check_span(span: tuple[float | None, float | None] | None) -> None:
