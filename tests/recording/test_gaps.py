@@ -9,7 +9,7 @@ from sagnac.recording.gaps import (
     grid_of,
     longest_whole_stretch,
     on_grid,
-    uneven_of,
+    uneven_notes,
     with_gaps_marked,
 )
 from sagnac.recording.model import Recording
@@ -92,8 +92,11 @@ def test_values_stand_at_their_places_of_a_grid():
 
 def test_late_and_repeated_stamps_are_told_from_gaps():
     steps = np.array([1.0, 0.0, 2.0, 1.0, 4.0, 1.0, 9.0, 0.0])
-    uneven = uneven_of(np.concatenate([[0.0], np.cumsum(steps)]), 1.0)
-    assert (uneven.repeated, uneven.late, uneven.latest) == (2, 2, 4.0)
+    notes = uneven_notes(np.concatenate([[0.0], np.cumsum(steps)]), 1.0)
+    assert [note.text for note in notes] == [
+        "2 repeated stamps",
+        "2 intervals longer than 1.5 steps of 1 s, the longest 4 s",
+    ]
 
 
 def test_a_stretch_of_a_turning_recording_leaves_the_table_out():

@@ -358,28 +358,19 @@ def stamp_notes(
             f"{remedy_of(recording, gaps.longest_between(recording.samples, later=1))}"
         )
         return (Note(name="gaps", level="error", channel="time", text=text),)
-    return _uneven_notes(uneven_of(times, nominal), nominal)
+    return uneven_notes(times, nominal)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Uneven:
+def uneven_notes(times: FloatArray, nominal: float) -> tuple[Note, ...]:
     """Stamps that repeat the one before, and those that come late without leaving a gap.
 
-    Attributes
+    Parameters
     ----------
-    repeated, late
-        How many.
-    latest
-        Longest interval before a late one, s.
+    times
+        (samples,) s.
+    nominal
+        Step of their clock, s.
     """
-
-    repeated: int = 0
-    late: int = 0
-    latest: float = 0.0
-
-
-def uneven_of(times: FloatArray, nominal: float) -> Uneven:
-    """Repeated and late stamps of a clock with steps of `nominal`, s."""
     repeated, late, latest = 0, 0, 0.0
     for block in blocks(times.size - 1):
         steps = np.diff(times[block.start : block.stop + 1])
@@ -387,17 +378,13 @@ def uneven_of(times: FloatArray, nominal: float) -> Uneven:
         repeated += int(np.count_nonzero(steps == 0.0))
         late += slow.size
         latest = float(slow.max(initial=latest))
-    return Uneven(repeated=repeated, late=late, latest=latest)
-
-
-def _uneven_notes(uneven: Uneven, nominal: float) -> tuple[Note, ...]:
     notes = []
-    if uneven.repeated:
-        notes.append(Note(channel="time", text=counted(uneven.repeated, "repeated stamp")))
-    if uneven.late:
+    if repeated:
+        notes.append(Note(channel="time", text=counted(repeated, "repeated stamp")))
+    if late:
         text = (
-            f"{counted(uneven.late, 'interval')} longer than {LATE_STEPS:g} "
-            f"steps of {nominal:.6g} s, the longest {uneven.latest:.6g} s"
+            f"{counted(late, 'interval')} longer than {LATE_STEPS:g} "
+            f"steps of {nominal:.6g} s, the longest {latest:.6g} s"
         )
         notes.append(Note(channel="time", text=text))
     return tuple(notes)

@@ -38,15 +38,6 @@ _GOES_ON: Final = 0.6
 _FEW_SIZES: Final = 0.95
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Sizes:
-    """How many sizes each class holds, the smallest of each, and how many are nothing."""
-
-    counts: IntegerArray
-    smallest: FloatArray
-    nothing: int
-
-
 def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     """The step of a readout.
 
@@ -70,16 +61,16 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     """
     if changes.size <= 2 * _SIDE:
         return math.inf
-    found = _sizes_of(changes, rounding)
-    filled = np.flatnonzero(found.counts)
+    counts, smallest, nothing = _sizes_of(changes, rounding)
+    filled = np.flatnonzero(counts)
     if filled.size == 0:
         return math.inf
-    finest = float(found.smallest[filled[0]])
-    below = found.nothing + np.cumsum(found.counts[filled])[:-1]
+    finest = float(smallest[filled[0]])
+    below = nothing + np.cumsum(counts[filled])[:-1]
     gaps = np.flatnonzero((np.diff(filled) > _CLASSES) & (below >= _LEAST_OFTEN))
     # Decimals are a lattice of their own: the coarsest is the readout's.
     for gap in gaps[::-1].tolist():
-        step = _whole_step(changes, float(found.smallest[filled[gap + 1]]))
+        step = _whole_step(changes, float(smallest[filled[gap + 1]]))
         if step is not None:
             return step
     return finest
@@ -92,7 +83,8 @@ def _off(changes: FloatArray) -> FloatArray:
     return off
 
 
-def _sizes_of(changes: FloatArray, rounding: float) -> _Sizes:
+def _sizes_of(changes: FloatArray, rounding: float) -> tuple[IntegerArray, FloatArray, int]:
+    """How many sizes each class holds, the smallest of each, and how many are nothing."""
     counts = np.zeros(_EDGES.size - 1, dtype=np.int64)
     smallest = np.full(counts.size, math.inf)
     nothing = 0
@@ -105,7 +97,7 @@ def _sizes_of(changes: FloatArray, rounding: float) -> _Sizes:
         here = np.diff(places) > 0
         counts += np.diff(places)
         smallest[here] = np.minimum(smallest[here], sizes[places[:-1][here]])
-    return _Sizes(counts=counts, smallest=smallest, nothing=nothing)
+    return counts, smallest, nothing
 
 
 def _whole_step(changes: FloatArray, least: float) -> float | None:

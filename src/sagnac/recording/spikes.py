@@ -102,12 +102,12 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     far = [
         _spikes_in(values, block.start, block.stop, limit) for block in blocks(values.size, _BLOCK)
     ]
-    index = np.concatenate([one.index for one in far])
-    height = np.concatenate([one.height for one in far])
-    beyond = sum(one.beyond for one in far)
+    indices, heights, counts, lower = zip(*far, strict=True)
+    index, height = np.concatenate(indices), np.concatenate(heights)
+    beyond = sum(counts)
     many = beyond > _MANY * values.size
     by_chance = 2.0 * values.size * float(ndtr(-_BELOW * _MARGIN * limit))
-    below = sum(one.below for one in far) - by_chance
+    below = sum(lower) - by_chance
     tail = not many and index.size > 0 and below > _TAIL * beyond
     if many or tail:
         index, height = index[:0], height[:0]
@@ -115,21 +115,14 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     return Spikes(index=index, height=height, added_walk=added, many=many, tail=tail)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Far:
-    """Samples of one block that lie far off their neighbours.
+def _spikes_in(
+    values: FloatArray, start: int, stop: int, limit: float
+) -> tuple[IntegerArray, FloatArray, int, int]:
+    """Samples of one block that lie far off their neighbours, and how far.
 
     Besides how many lie beyond the limit, whether the angle keeps them or not, and how many lie
     somewhat below it.
     """
-
-    index: IntegerArray
-    height: FloatArray
-    beyond: int
-    below: int
-
-
-def _spikes_in(values: FloatArray, start: int, stop: int, limit: float) -> _Far:
     first, last = max(0, start - _AROUND), min(values.size, stop + _AROUND)
     off = _off_neighbours(values[first:last])[start - first :][: stop - start]
     some = off[:: max(1, off.size // _TELL)]
@@ -142,12 +135,8 @@ def _spikes_in(values: FloatArray, start: int, stop: int, limit: float) -> _Far:
     found = np.flatnonzero(size > reach)
     stays = [place for place in found.tolist() if _stays(values, place + start, float(off[place]))]
     index = np.array(stays, dtype=np.int64)
-    return _Far(
-        index=index + start,
-        height=off[index],
-        beyond=found.size,
-        below=int(np.count_nonzero(size > _BELOW * reach)) - found.size,
-    )
+    below = int(np.count_nonzero(size > _BELOW * reach)) - found.size
+    return index + start, off[index], found.size, below
 
 
 def _stays(values: FloatArray, place: int, height: float) -> bool:

@@ -3,7 +3,6 @@
 SP1065, sections 5.2.11, 5.2.12, 5.2.15 and 5.2.16.
 """
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -38,27 +37,18 @@ _ALLAN_SHARE: Final = 0.2
 _BIAS_RATIOS: Final = 48
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Theo1:
-    """Theo1 variances of some spans: (spans,) each, with the spacing of the windows averaged."""
-
-    variance: FloatArray
-    windows: NDArray[np.int64]
-    strides: tuple[int, ...]
-
-
 def theo1_points(track: Track, spans: NDArray[np.int64]) -> Points:
     """Theo1 of even spans m; tau = 0.75 m tau0."""
-    found = _theo1(track.angle, spans)
+    variance, windows, strides = _theo1(track.angle, spans)
     return Points(
         tau_samples=THEO1_EFFECTIVE * spans.astype(np.float64),
-        variance=found.variance,
-        terms=found.windows * (spans // 2),
-        windows=found.windows,
+        variance=variance,
+        terms=windows * (spans // 2),
+        windows=windows,
         clusters=spans,
         rules=(_THEO1,) * spans.size,
         notes=(
-            *stride_notes(_THEO1, found.strides, spans),
+            *stride_notes(_THEO1, strides, spans),
             Note(
                 text="theo1 keeps its bias (theoh removes it); taus asked for are its spans m tau0"
             ),
@@ -71,26 +61,28 @@ def theoh_points(track: Track, clusters: NDArray[np.int64]) -> Points:
     angle = track.angle
     short = clusters[clusters <= _ALLAN_SHARE * (angle.size - 1)]
     spans = np.unique(2 * np.rint(clusters[short.size :] / (2 * THEO1_EFFECTIVE)).astype(np.int64))
-    long = _theo1(angle, spans)
-    variance = long.variance
+    variance, long, strides = _theo1(angle, spans)
     notes: tuple[Note, ...] = ()
     if spans.size:
         ratio, noticed = _allan_to_theo1(angle)
         variance = variance * ratio
-        notes = (*noticed, *stride_notes("theoh", long.strides, spans))
+        notes = (*noticed, *stride_notes("theoh", strides, spans))
     windows = angle.size - 2 * short
     return Points(
         tau_samples=np.concatenate((short.astype(np.float64), THEO1_EFFECTIVE * spans)),
         variance=np.concatenate((_overlapping_allan(angle, short), variance)),
-        terms=np.concatenate((windows, long.windows * (spans // 2))),
-        windows=np.concatenate((windows, long.windows)),
+        terms=np.concatenate((windows, long * (spans // 2))),
+        windows=np.concatenate((windows, long)),
         clusters=np.concatenate((short, spans)),
         rules=(_ALLAN,) * short.size + (_THEO1,) * spans.size,
         notes=notes,
     )
 
 
-def _theo1(angle: FloatArray, spans: NDArray[np.int64]) -> _Theo1:
+def _theo1(
+    angle: FloatArray, spans: NDArray[np.int64]
+) -> tuple[FloatArray, NDArray[np.int64], list[int]]:
+    """(spans,) Theo1 variances, the windows averaged, and their spacing."""
     variance, windows, strides = [], [], []
     mirrored = mirrored_values(angle)
     for m in map(int, spans):
@@ -101,11 +93,7 @@ def _theo1(angle: FloatArray, spans: NDArray[np.int64]) -> _Theo1:
         variance.append(total / (THEO1_EFFECTIVE * m * m * count))
         windows.append(count)
         strides.append(stride)
-    return _Theo1(
-        variance=np.array(variance),
-        windows=np.array(windows, dtype=np.int64),
-        strides=tuple(strides),
-    )
+    return np.array(variance), np.array(windows, dtype=np.int64), strides
 
 
 def _overlapping_allan(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
@@ -129,7 +117,7 @@ def _allan_to_theo1(angle: FloatArray) -> tuple[float, tuple[Note, ...]]:
                 text=f"theoh takes its bias from {steps.size} of {last + 1} ratios, evenly spaced"
             ),
         )
-    theo1 = _theo1(angle, 12 + 4 * steps).variance
+    theo1, *_ = _theo1(angle, 12 + 4 * steps)
     allan = _overlapping_allan(angle, 9 + 3 * steps)
     usable = theo1 > 0.0
     return float(np.mean(allan[usable] / theo1[usable])) if usable.any() else 1.0, notes
