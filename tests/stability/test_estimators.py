@@ -228,7 +228,7 @@ def test_a_row_counts_the_windows_that_its_sums_take(estimator):
     row = properties.properties_of(estimator)
     track = accumulated_track(np.random.default_rng(61).standard_normal(120), "rate", 1.0, "reject")
     cluster = np.array([12])
-    points = row.sums(track, cluster)
+    points = row.points(track, cluster)
     if estimator != "theoh":  # whose clusters up to a fifth of the record are of oadev
         assert points.rules == (estimator,)
         assert points.windows[0] == row.windows(12, track.angle.size)

@@ -455,7 +455,7 @@ def stability_curve(
     track = accumulated_track(samples, kind, sample_rate, gaps, only_whole=only_whole)
     angles = track.angle.size
     clusters, of_clusters = cluster_sizes(taus, angles, sample_rate, row)
-    points = row.sums(track, clusters)
+    points = row.points(track, clusters)
     tau = points.tau_samples / sample_rate
     scale = 1.0 if kind == "rate" else sample_rate
     deviation = row.finished(np.sqrt(points.variance) * scale, tau)

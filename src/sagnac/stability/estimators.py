@@ -28,7 +28,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
+from sagnac.arrays import FloatArray, IntegerArray
 from sagnac.stability.freedom import (
     FreedomLaw,
     finite_difference_freedom,
@@ -38,7 +38,9 @@ from sagnac.stability.freedom import (
 )
 from sagnac.stability.names import Estimator, Gaps, check_choice
 from sagnac.stability.sums import (
+    Points,
     Sums,
+    Track,
     Windows,
     modified_points,
     overlapping_points,
@@ -117,6 +119,11 @@ class Properties:
         if self.order not in (2, 3):
             raise ValueError(f"order is {self.order}; the kernels take differences of 2 or 3")
 
+    def points(self, track: Track, clusters: IntegerArray) -> Points:
+        """Its variance at each cluster."""
+        whole = [self.windows(m, track.angle.size) for m in clusters.tolist()]
+        return self.sums(track, clusters, np.array(whole, dtype=np.int64))
+
     @property
     def lowest_exponent(self) -> int:
         """Steepest power law of the rate noise for which it converges."""
@@ -147,7 +154,7 @@ def _difference_row(
         overlapping=overlapping,
         longest=lambda angles: (angles - 1) // order,
         windows=windows,
-        sums=points(name, order=order, divisor=divisor, windows=windows),
+        sums=points(name, order=order, divisor=divisor),
         freedom=finite_difference_freedom(order=order, overlapping=overlapping),
         octaves=octaves,
     )
@@ -170,7 +177,7 @@ def _modified_row(
         title=title,
         longest=lambda angles: angles // 3,
         windows=_windows_of_three,
-        sums=modified_points(name, windows=_windows_of_three),
+        sums=modified_points(name),
         freedom=finite_difference_freedom(order=2, overlapping=True, modified=True),
         finished=finished,
     )
@@ -204,7 +211,7 @@ _ROWS: Final = (
         whole_record_only=True,
         longest=lambda angles: angles - 1,
         windows=_inner_angles,
-        sums=total_points(windows=_inner_angles),
+        sums=total_points,
         freedom=total_freedom,
     ),
     Properties(
@@ -213,7 +220,7 @@ _ROWS: Final = (
         whole_record_only=True,
         longest=lambda angles: angles // 3,
         windows=_windows_of_three,
-        sums=modified_total_points(windows=_windows_of_three),
+        sums=modified_total_points,
         freedom=modified_total_freedom,
     ),
     Properties(

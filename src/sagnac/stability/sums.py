@@ -289,39 +289,38 @@ class Points:
     notes: tuple[Note, ...] = ()
 
 
-Sums = Callable[[Track, NDArray[np.int64]], Points]
+# Given the track, the clusters, and how many outer averages of each a whole record has.
+Sums = Callable[[Track, NDArray[np.int64], NDArray[np.int64]], Points]
 Windows = Callable[[int, int], int]
 
 
-def overlapping_points(name: Estimator, *, order: int, divisor: float, windows: Windows) -> Sums:
+def overlapping_points(name: Estimator, *, order: int, divisor: float) -> Sums:
     """Means of squared differences of `order` from every start, over `divisor` m^2."""
 
-    def points(track: Track, clusters: NDArray[np.int64]) -> Points:
+    def points(track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
         sums, terms = _overlapping_sums(track, clusters, order)
-        whole = whole_counts(windows, clusters, track.angle.size)
         return averaged(name, track, clusters, sums=sums, terms=terms, whole=whole, divisor=divisor)
 
     return points
 
 
-def plain_points(name: Estimator, *, order: int, divisor: float, windows: Windows) -> Sums:
+def plain_points(name: Estimator, *, order: int, divisor: float) -> Sums:
     """Means of squared differences of `order` from every m-th start, over `divisor` m^2."""
 
-    def points(track: Track, clusters: NDArray[np.int64]) -> Points:
+    def points(track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
         # Plain clusters are overlapping ones of one sample on every m-th angle.
         columns = [_overlapping_sums(track.every(int(m)), _ONE, order) for m in clusters]
         sums = np.array([column[0] for column, _ in columns])
         terms = np.array([column[0] for _, column in columns])
-        whole = whole_counts(windows, clusters, track.angle.size)
         return averaged(name, track, clusters, sums=sums, terms=terms, whole=whole, divisor=divisor)
 
     return points
 
 
-def modified_points(name: Estimator, *, windows: Windows) -> Sums:
+def modified_points(name: Estimator) -> Sums:
     """Modified Allan variance: squares of second differences of means over a cluster."""
 
-    def points(track: Track, clusters: NDArray[np.int64]) -> Points:
+    def points(track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
         sums = _stretch_sums(
             track,
             clusters.size,
@@ -336,7 +335,7 @@ def modified_points(name: Estimator, *, windows: Windows) -> Sums:
             clusters,
             sums=sums / clusters.astype(np.float64) ** 2,
             terms=_counts(track, 3 * clusters - 1),
-            whole=whole_counts(windows, clusters, track.angle.size),
+            whole=whole,
             divisor=2.0,
         )
 
@@ -402,11 +401,6 @@ def _gap_notes(whole: NDArray[np.int64], terms: NDArray[np.int64]) -> tuple[Note
     if not empty:
         return (note,)
     return note, Note(text=f"{empty} taus have no term free of gaps and are left out")
-
-
-def whole_counts(windows: Windows, clusters: NDArray[np.int64], angles: int) -> NDArray[np.int64]:
-    """Outer averages of a whole record at each cluster, none skipped."""
-    return np.array([windows(int(m), angles) for m in clusters], dtype=np.int64)
 
 
 def difference_sums(angle: FloatArray, clusters: NDArray[np.int64], order: int = 2) -> FloatArray:

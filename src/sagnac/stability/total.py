@@ -14,14 +14,11 @@ from sagnac.stability import _kernels
 from sagnac.stability.names import Estimator
 from sagnac.stability.sums import (
     Points,
-    Sums,
     Track,
-    Windows,
     averaged,
     difference_sums,
     mirrored_values,
     stride_notes,
-    whole_counts,
     window_stride,
 )
 
@@ -37,7 +34,7 @@ _ALLAN_SHARE: Final = 0.2
 _BIAS_RATIOS: Final = 48
 
 
-def theo1_points(track: Track, spans: NDArray[np.int64]) -> Points:
+def theo1_points(track: Track, spans: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
     """Theo1 of even spans m; tau = 0.75 m tau0."""
     variance, windows, strides = _theo1(track.angle, spans)
     return Points(
@@ -56,7 +53,7 @@ def theo1_points(track: Track, spans: NDArray[np.int64]) -> Points:
     )
 
 
-def theoh_points(track: Track, clusters: NDArray[np.int64]) -> Points:
+def theoh_points(track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
     """Overlapping Allan up to a fifth of the record, Theo1 less its bias beyond."""
     angle = track.angle
     short = clusters[clusters <= _ALLAN_SHARE * (angle.size - 1)]
@@ -128,48 +125,40 @@ def _allan_to_theo1(angle: FloatArray) -> tuple[float, tuple[Note, ...]]:
 _MODIFIED_TOTAL: Final[Estimator] = "mtotdev"
 
 
-def total_points(*, windows: Windows) -> Sums:
+def total_points(track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
     """Total variance: second differences centred on every inner sample."""
-
-    def points(track: Track, clusters: NDArray[np.int64]) -> Points:
-        whole = whole_counts(windows, clusters, track.angle.size)
-        sums = _reflected_sums(track.angle, clusters)
-        return averaged("totdev", track, clusters, sums=sums, terms=whole, whole=whole, divisor=2.0)
-
-    return points
+    sums = _reflected_sums(track.angle, clusters)
+    return averaged("totdev", track, clusters, sums=sums, terms=whole, whole=whole, divisor=2.0)
 
 
-def modified_total_points(*, windows: Windows) -> Sums:
+def modified_total_points(
+    track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]
+) -> Points:
     """Modified total variance: every window of three clusters, extended by its mirror image."""
-
-    def points(track: Track, clusters: NDArray[np.int64]) -> Points:
-        whole = whole_counts(windows, clusters, track.angle.size)
-        strides = [
-            window_stride(int(count), 3 * int(m), int(m))
-            for count, m in zip(whole, clusters, strict=True)
+    sizes = clusters.tolist()
+    strides = [
+        window_stride(count, 3 * m, m) for count, m in zip(whole.tolist(), sizes, strict=True)
+    ]
+    taken = -(-whole // np.array(strides))
+    sums = np.array(
+        [
+            _kernels.sum_modified_total_terms(track.angle, m, stride)
+            for m, stride in zip(sizes, strides, strict=True)
         ]
-        taken = -(-whole // np.array(strides))
-        sums = np.array(
-            [
-                _kernels.sum_modified_total_terms(track.angle, int(m), stride)
-                for m, stride in zip(clusters, strides, strict=True)
-            ]
-        )
-        m = clusters.astype(np.float64)
-        return Points(
-            tau_samples=m,
-            variance=sums / (2.0 * m**4 * taken),
-            terms=taken * 6 * clusters,
-            windows=taken,
-            clusters=clusters,
-            rules=(_MODIFIED_TOTAL,) * clusters.size,
-            notes=(
-                *stride_notes(_MODIFIED_TOTAL, strides, clusters),
-                Note(text="mtotdev keeps its bias: its variance lies below that of mdev"),
-            ),
-        )
-
-    return points
+    )
+    m = clusters.astype(np.float64)
+    return Points(
+        tau_samples=m,
+        variance=sums / (2.0 * m**4 * taken),
+        terms=taken * 6 * clusters,
+        windows=taken,
+        clusters=clusters,
+        rules=(_MODIFIED_TOTAL,) * clusters.size,
+        notes=(
+            *stride_notes(_MODIFIED_TOTAL, strides, clusters),
+            Note(text="mtotdev keeps its bias: its variance lies below that of mdev"),
+        ),
+    )
 
 
 def _reflected_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
