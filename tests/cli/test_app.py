@@ -169,6 +169,16 @@ def test_help_needs_none_of_the_heavy_libraries():
     assert done.returncode == 0
 
 
+def test_garbage_is_not_looked_for_as_the_process_ends():
+    # What is asked to be called first is called last.
+    code = (
+        "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 10_000)); "
+        "from sagnac.cli import main; main(['--version'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
+    assert done.stdout.split()[-1] == "True"
+
+
 def test_exit_status_of_the_process(tmp_path):
     assert run("--version").returncode == 0
     assert run("nonsense").returncode == 2

@@ -6,6 +6,7 @@ What takes time to import is imported by the command that needs it, so that ``--
 and wrong usage answer at once.
 """
 
+import atexit
 import gc
 import io
 import os
@@ -195,6 +196,8 @@ def _prepare_process() -> None:
     # Imports make hundreds of thousands of objects that stay. Going through them every few hundred
     # new ones takes a twentieth of an analysis; large arrays are freed without that.
     gc.set_threshold(_NEW_OBJECTS)
+    # Nor are they looked through as the process ends, which takes half a second.
+    atexit.register(gc.freeze)
     # The fits are thousands of small factorizations. Several threads of linear algebra only slow
     # them down, tenfold if other work shares the cores. numpy reads these at its first import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
