@@ -22,11 +22,11 @@ def test_blocks_come_back_from_where_they_were_written(monkeypatch, in_file, dty
 
 
 @pytest.mark.parametrize("in_file", [False, True])
-def test_a_row_outlives_the_scratch_as_an_array(monkeypatch, in_file):
+def test_rows_outlive_the_scratch_as_an_array(monkeypatch, in_file):
     monkeypatch.setattr(arrays, "IN_MEMORY", 0 if in_file else 1000)
-    with scratch(1, 50, np.float64) as table:
-        table.write(0, 20, np.arange(20.0, 50.0)[np.newaxis])
-        table.write(0, 0, np.arange(20.0)[np.newaxis])
-        row = table.first_row()
-    assert arrays.is_mapped(row) == in_file
-    np.testing.assert_array_equal(row, np.arange(50.0))
+    with scratch(2, 30, np.float64) as table:
+        table.write(0, 20, np.stack([np.arange(20.0, 30.0), np.arange(50.0, 60.0)]))
+        table.write(0, 0, np.stack([np.arange(20.0), np.arange(30.0, 50.0)]))
+        values = table.as_array(55)
+    assert arrays.is_mapped(values) == in_file
+    np.testing.assert_array_equal(values, np.arange(55.0))

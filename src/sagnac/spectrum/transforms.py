@@ -71,12 +71,12 @@ class Scratch:
         """The same room for twice as many real numbers a row, from that of complex ones."""
         return Scratch(width=2 * self.width, values=self.values.view(np.float64), file=self.file)
 
-    def first_row(self) -> FloatArray:
-        """The first row, which holds real numbers, as an array."""
+    def as_array(self, size: int) -> FloatArray:
+        """The first `size` of the numbers, which are real ones, row after row."""
         if self.file is None:
-            return np.asarray(self.values[0])
+            return np.asarray(self.values.reshape(-1)[:size])
         self.file.flush()
-        return mapped(self.file, self.width)
+        return mapped(self.file, size)
 
 
 @contextmanager
@@ -96,6 +96,8 @@ def scratch(rows: int, width: int, dtype: type) -> Iterator[Scratch]:
 _COLUMNS: Final = 256
 # Frequencies of each of them that are combined at once: 2 MiB.
 _COMBINED: Final = 512
+# Of these, waves that an exponential each is taken of.
+_SHORT: Final = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,9 +158,9 @@ Store = Callable[[Scratch, int, ComplexArray], None]
 
 
 def factored(
-    values: FloatArray, by: Factors, width: int, store: Store, *, taper: int = 0
+    values: FloatArray, by: Factors, size: int, store: Store, *, taper: int = 0
 ) -> FloatArray:
-    """An array of `width` made of the Fourier sums at k / length, block by block.
+    """An array of `size` made of the Fourier sums at k / length, block by block.
 
     Parameters
     ----------
@@ -166,11 +168,12 @@ def factored(
         Real, no more than the length; zeros follow up to it.
     by
         Factors of the length.
-    width
+    size
         Of the result.
     store
-        Called with the row to write to, the first of some frequencies k of the columns, and the
-        sums at k + N2 j, a row for each j. The other frequencies of real values mirror these.
+        Called with rows of N2 numbers to write to, the first of some frequencies k of the columns,
+        and the sums at k + N2 j, a row for each j. The other frequencies of real values mirror
+        these.
     taper
         Order of the sine taper that the values are multiplied by, 0 for none.
     """
@@ -180,9 +183,9 @@ def factored(
         # A caller that keeps no values lets them go before the second round.
         del values
         transform_columns(spectra, by, columns)
-        with scratch(1, width, np.float64) as result:
+        with scratch(-(-size // by.size), by.size, np.float64) as result:
             combine_columns(spectra, by, lambda first, block: store(result, first, block))
-            return result.first_row()
+            return result.as_array(size)
 
 
 def split(values: FloatArray, by: Factors, columns: Scratch, taper: int = 0) -> None:
@@ -208,7 +211,11 @@ def combine_columns(
 ) -> None:
     """The second round: a transform of length N1 across the rows, at every frequency."""
     number = np.arange(by.count)[:, np.newaxis] * (-2j * np.pi / by.length)
-    turns = np.exp(number * np.arange(min(_COMBINED, by.frequencies)))
+    # Products of two short tables: a product is a tenth of an exponential.
+    far = np.exp(number * np.arange(0, min(_COMBINED, by.frequencies), _SHORT))
+    turns = (far[:, :, np.newaxis] * np.exp(number * np.arange(_SHORT))[:, np.newaxis]).reshape(
+        by.count, -1
+    )
     for some in blocks(by.frequencies, _COMBINED):
         block = spectra.read(slice(0, by.count), some) * np.exp(number * some.start)
         block *= turns[:, : some.stop - some.start]
@@ -295,17 +302,24 @@ def _squares(sums: ComplexArray, scale: float) -> FloatArray:
     return np.asarray(power)
 
 
+def write_mirrored(result: Scratch, by: Factors, first: int, block: NDArray[Any]) -> None:
+    """Store what belongs at length - k - N2 j, k from `first` on, the last rows j of all.
+
+    The first column is that of other rows, which hold it already.
+    """
+    kept = block[::-1, : 0 if first == 0 else None : -1]
+    result.write(0, by.size - first - block.shape[1] + 1, kept)
+
+
 def _powers(by: Factors, scale: float) -> Store:
     """Sink that stores the squares of the sums of real values, zero to half a cycle."""
 
+    half = by.count // 2
+
     def store(powers: Scratch, first: int, block: ComplexArray) -> None:
-        for index, row in enumerate(_squares(block, scale)):
-            # Frequencies above half a cycle mirror those below.
-            if 2 * index < by.count:
-                powers.write(0, by.size * index + first, row[np.newaxis])
-            else:
-                last = by.length - by.size * index - first - row.size + 1
-                powers.write(0, last, row[np.newaxis, ::-1])
+        squares = _squares(block, scale)
+        powers.write(0, first, squares[: half + 1])
+        write_mirrored(powers, by, first, squares[by.count - half :])
 
     return store
 
@@ -384,11 +398,8 @@ def _cosines(by: Factors) -> Store:
     def store(transform: Scratch, first: int, block: ComplexArray) -> None:
         block *= leads
         block *= np.exp(quarter * np.arange(first, first + block.shape[1]))
-        for index, row in enumerate(block):
-            place = by.size * index + first
-            transform.write(0, place, row.real[np.newaxis])
-            # The other half, of real values: what is not real here belongs at samples - k.
-            behind = -row.imag[:0:-1] if place == 0 else -row.imag[::-1]
-            transform.write(0, samples - place - row.size + 1, behind[np.newaxis])
+        transform.write(0, first, block.real)
+        # The other half, of real values: what is not real here belongs at samples - k.
+        write_mirrored(transform, by, first, -block.imag)
 
     return store
