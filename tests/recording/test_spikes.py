@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from benchmarks.gallery import Gyro, spiked
+from scipy.special import ndtri
 
 from sagnac.recording.spikes import find_spikes, without_spikes
 
@@ -58,6 +59,27 @@ def test_a_spike_is_as_high_as_it_lies_off_the_median_of_its_neighbours():
     ]
     assert set(places[2:3].tolist() + list(range(800, 1200, 100))) <= set(found.index.tolist())
     assert found.height == pytest.approx(np.array(naive)[found.index], rel=1e-12)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.7])
+def test_a_spike_lies_beyond_the_scatter_by_quartiles_and_by_the_inner_part(step):
+    noise = np.random.default_rng(4).standard_normal(5003)
+    noise = step * np.rint(noise / step) if step else noise
+    limit = -1.15 * float(ndtri(0.5e-3 / noise.size))
+    told = []
+    for height in np.linspace(5.5, 9.0, 71):
+        values = noise.copy()
+        values[2000] = height
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(values, 2, mode="reflect"), 5)
+        off = values - np.median(np.delete(around, 2, axis=1), axis=1)
+        low, high = np.quantile(off, [0.25, 0.75])
+        inner = off[np.abs(off) <= np.quantile(np.abs(off), 0.95)]
+        scatter = max((high - low) / 1.349, 1.3 * np.sqrt(np.mean(inner**2)))
+        expected = abs(off[2000]) > limit * scatter
+        assert (2000 in find_spikes(values, sample_rate=RATE).index) == expected
+        told.append(expected)
+    assert True in told
+    assert False in told
 
 
 def test_bursts_of_vibration_are_no_spikes_though_the_angle_keeps_few_of_their_samples():

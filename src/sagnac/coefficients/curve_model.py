@@ -180,12 +180,11 @@ class CurveModel:
         if not squares.any():
             # Without noise there is no covariance to weigh with, and nothing to weigh.
             return squares
+        columns = np.column_stack([self.basis[:, free], rest])
         for _ in range(20):
             root = positive_root(self.covariance(squares))
-            solution = non_negative_squares(
-                solve_triangular(root, self.basis[:, free], lower=True),
-                solve_triangular(root, rest, lower=True),
-            )
+            whitened = solve_triangular(root, columns, lower=True, check_finite=False)
+            solution = non_negative_squares(whitened[:, :-1], whitened[:, -1])
             agreed = np.allclose(solution, squares[free], rtol=1e-4, atol=0.0)
             squares[free] = solution
             if agreed or not squares.any():

@@ -366,4 +366,5 @@ def overlapped_allan_covariance(
     tensor = _overlapped_covariance_tensor(whole, angles, interval, markov[1])
     squares = np.array([coefficients.get(name, 0.0) ** 2 for name in COEFFICIENT_NAMES])
     squares = np.insert(squares, 4, markov[0] ** 2)
-    return np.asarray(np.einsum("a,b,abij->ij", squares, squares, tensor))
+    products = np.outer(squares, squares).ravel() @ tensor.reshape(squares.size**2, -1)
+    return np.asarray(products.reshape(tensor.shape[2:]))

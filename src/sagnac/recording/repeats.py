@@ -85,9 +85,10 @@ def _is_unexplained(gyro: Channel, profile: Profile) -> bool:
     values = gyro.values
     rounding = _ROUNDING * profile.scale
     zeros = _count(values, lambda steps: steps == 0.0)
+    if zeros < _LEAST_OFTEN:
+        return False
     step = count_step(values, rounding) if gyro.kind == "angle" else profile.step
-    coarse = step * _FINE > math.sqrt(2.0) * profile.scale
-    if zeros < _LEAST_OFTEN or coarse or not math.isfinite(step):
+    if step * _FINE > math.sqrt(2.0) * profile.scale or not math.isfinite(step):
         return False
     by_steps = 0.5 * _count(
         values, lambda steps: (np.abs(steps) > rounding) & (np.abs(steps) < 1.5 * step)
@@ -180,10 +181,12 @@ def longest_twice(values: FloatArray) -> Twice | None:
     ]
     places = np.concatenate([part[0] for part in parts])
     mixed = np.concatenate([part[1] for part in parts])
-    order = np.argsort(mixed, kind="stable")
-    alike = np.flatnonzero(mixed[order[1:]] == mixed[order[:-1]])
-    if alike.size == 0:
+    # Told by a sort of the numbers alone, in most records, which takes a tenth of that of places.
+    ascending = np.sort(mixed)
+    if not (ascending[1:] == ascending[:-1]).any():
         return None
+    order = np.argsort(mixed, kind="stable")
+    alike = np.flatnonzero(ascending[1:] == ascending[:-1])
     apart = places[order[alike + 1]] - places[order[alike]]
     distances, counts = np.unique(apart[apart >= _LEAST], return_counts=True)
     found = [
