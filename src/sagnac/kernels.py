@@ -1,10 +1,16 @@
-"""Compiled loops: cached between runs if there is anywhere to cache them, else compiled anew."""
+"""Compiled loops: cached between runs if there is anywhere to cache them, else compiled anew.
+
+And products of matrices by one thread.
+"""
 
 import warnings
 from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import cache
 from typing import Any, Final, TypeVar
 
 import numba
+from threadpoolctl import ThreadpoolController
 
 from sagnac.errors import Note
 
@@ -43,6 +49,19 @@ def compiled(**options: Any) -> Callable[[_Function], _Function]:
         return loop
 
     return decorate
+
+
+# Looks through all libraries of the process, once they are loaded.
+_libraries: Final = cache(ThreadpoolController)
+
+
+def one_thread() -> AbstractContextManager[Any]:
+    """Inside, products of matrices are of one thread.
+
+    Many are small, a few large: threads would spend their time waiting for each other.
+    """
+    limited: AbstractContextManager[Any] = _libraries().limit(limits=1, user_api="blas")
+    return limited
 
 
 def cache_notes() -> tuple[Note, ...]:

@@ -18,7 +18,7 @@ from scipy.special import chdtri, ndtri
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_one_band
 from sagnac.coefficients.estimates import Interval
-from sagnac.coefficients.laws import rate_density_basis
+from sagnac.coefficients.laws import level_laws
 from sagnac.coefficients.mixture import mixture
 from sagnac.coefficients.model_average import RULED, ModelChoice
 from sagnac.spectrum.levels import Levels
@@ -150,8 +150,7 @@ def reading_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> R
     walk = walk_in_band(levels, choice, confidence)
     if walk is None or choice.law is None:
         return None
-    laws = levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval))
-    terms = laws * np.array(choice.law.squares)[:FALL]
+    terms = level_laws(levels) * np.array(choice.law.squares)[:FALL]
     means = terms.sum(axis=1)
     share = terms[:, WALK] / means
     means = means / choice.law.divisor(levels.frequency)

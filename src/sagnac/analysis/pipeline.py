@@ -2,9 +2,7 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Final
-
-from threadpoolctl import ThreadpoolController
+from typing import Any
 
 from sagnac.analysis.alone import Run, each_alone, gyros_alone
 from sagnac.analysis.averaged import Averaged, averaged
@@ -51,14 +49,11 @@ from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_c
 from sagnac.coefficients.estimates import Estimate, unobserved
 from sagnac.coefficients.slow_model import untold
 from sagnac.errors import Note, RecordingError, rounded
-from sagnac.kernels import cache_notes
+from sagnac.kernels import cache_notes, one_thread
 from sagnac.lines.model import Line
 from sagnac.recording.model import Recording, require_recording
 from sagnac.recording.quality import accept, judged_remainder
 from sagnac.table.turns import mean_rate, turns
-
-# Many small products, a few large ones: threads would spend their time waiting for each other.
-_BLAS: Final = ThreadpoolController()
 
 
 def analyze(
@@ -114,7 +109,7 @@ def analyze(
     """
     require_recording(recording)
     settings = replace(settings or Settings(), **choices)
-    with _BLAS.limit(limits=1, user_api="blas"):
+    with one_thread():
         found = _of_gyros(recording, settings, progress)
     forces = accelerometers_of(recording, settings, progress=progress)
     return found.with_accelerometers(forces)
@@ -137,7 +132,7 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
         If the recording cannot give what `settings` ask for; one line, with the remedy.
     """
     stages = _stages(recording, None)
-    with _BLAS.limit(limits=1, user_api="blas"):
+    with one_thread():
         prepared = _prepared(recording, settings or Settings(), stages)
         removed = _removed(prepared, stages)
         answered = _answered(prepared, removed, stages)

@@ -34,7 +34,7 @@ from sagnac.version import __version__
 # Columns below which text does not wrap to anything that is read.
 _NARROWEST: Final = 40
 # Objects made, less those freed, between two collections of garbage.
-_NEW_OBJECTS: Final = 200_000
+_NEW_OBJECTS: Final = 1_000_000
 # Time after which a signal is sent anew whose exception was lost, s.
 _SOON: Final = 0.02
 

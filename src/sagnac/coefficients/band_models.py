@@ -14,7 +14,12 @@ import numpy as np
 
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.coefficients._model_kernels import every_model
-from sagnac.coefficients.laws import STOCHASTIC_NAMES, CoefficientName, rate_density_basis
+from sagnac.coefficients.laws import (
+    STOCHASTIC_NAMES,
+    CoefficientName,
+    level_laws,
+    rate_density_basis,
+)
 from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
@@ -199,9 +204,7 @@ def bin_shapes(levels: Levels, error: float) -> FloatArray:
 
 
 def _scaled(levels: Levels) -> _Scaled:
-    interval = levels.spectrum.interval
-    laws = levels.law(lambda frequency: rate_density_basis(frequency, interval))
-    laws /= levels.level[:, np.newaxis]
+    laws = level_laws(levels) / levels.level[:, np.newaxis]
     divisors = levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS))
     both = np.column_stack([laws, divisors])
     scale = np.abs(both).max(axis=0)

@@ -31,6 +31,7 @@ from scipy.special import sici, zeta
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients import _kernels
+from sagnac.spectrum.levels import Levels
 
 CoefficientName = Literal[
     "quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp"
@@ -189,6 +190,20 @@ def rate_density_basis(frequency: FloatArray, interval: float) -> FloatArray:
         (bins, 4), (rad/s)^2/Hz for Q, N, B, K.
     """
     return np.asarray(2.0 / interval * increment_spectrum_basis(frequency, interval))
+
+
+@lru_cache(maxsize=8)
+def level_laws(levels: Levels) -> FloatArray:
+    """`rate_density_basis` as the levels of a spectrum show it: kept, for every fit asks for it.
+
+    Returns
+    -------
+    FloatArray
+        (bins, 4), (rad/s)^2/Hz for Q, N, B, K at one; not to be written to.
+    """
+    laws = levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval))
+    laws.flags.writeable = False
+    return laws
 
 
 def cosine_power_basis(index: FloatArray, samples: int, interval: float) -> FloatArray:

@@ -30,7 +30,7 @@ from sagnac.coefficients.laws import (
     STOCHASTIC_NAMES,
     SYMBOLS,
     CoefficientName,
-    rate_density_basis,
+    level_laws,
 )
 from sagnac.coefficients.mixture import error_of_bins, mixture, with_error_of_bins
 from sagnac.coefficients.whole_band import WholeBand, borne_out
@@ -243,7 +243,7 @@ def average(
     models = band_models(levels)
     evidence = _Evidence(
         levels=levels,
-        laws=levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval)),
+        laws=level_laws(levels),
         models=models.kept(models.logarithm > math.log(LIGHT) - 60.0),
         confidence=confidence,
     )

@@ -11,7 +11,7 @@ from scipy.special import ndtri
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import Estimate, Interval, require_confidence
-from sagnac.coefficients.laws import CoefficientName, markov_density, rate_density_basis
+from sagnac.coefficients.laws import CoefficientName, level_laws, markov_density
 from sagnac.coefficients.model_average import ModelChoice
 from sagnac.coefficients.whole_band import describes
 from sagnac.spectrum.levels import Levels
@@ -90,7 +90,7 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     seen = _Seen(
         level=level,
         shape=shape,
-        laws=levels.law(lambda frequency: rate_density_basis(frequency, interval))[used],
+        laws=level_laws(levels)[used],
         markov=lambda time: levels.law(
             lambda frequency: markov_density(frequency, interval, time)[:, np.newaxis]
         )[used, 0],

@@ -15,7 +15,7 @@ from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
     CoefficientName,
-    rate_density_basis,
+    level_laws,
 )
 from sagnac.spectrum.levels import Levels
 
@@ -175,8 +175,7 @@ def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
     used = levels.frequency <= fit.band.high
     if np.count_nonzero(used) <= FALL or fitted.low > walk.high or fitted.high < walk.low:
         return False
-    laws = levels.law(lambda frequency: rate_density_basis(frequency, levels.spectrum.interval))
-    law = laws[used] @ [fit.squares.get(name, 0.0) for name in STOCHASTIC_NAMES]
+    law = level_laws(levels)[used] @ [fit.squares.get(name, 0.0) for name in STOCHASTIC_NAMES]
     if not law.min() > 0.0:
         return False
     ratio, freedom = levels.level[used] / law, int(np.count_nonzero(used)) - FALL

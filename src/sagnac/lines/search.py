@@ -11,10 +11,10 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, counted, rounded
+from sagnac.kernels import one_thread
 from sagnac.lines.candidates import NewLines, new_lines
 from sagnac.lines.components import Components, joined
 from sagnac.lines.detection import (
@@ -48,8 +48,6 @@ from sagnac.table.kinematics import block_averages, kinematics
 from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
 
-# Products within a block are too small to share out among threads.
-_BLAS: Final = ThreadpoolController()
 # Part of an amplitude by which it may drift and be called steady.
 _STEADY: Final = 0.005
 _MOST_LINES: Final = 250
@@ -144,7 +142,8 @@ def remove_lines(
         table = None
     record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)
     report = progress or (lambda _: None)
-    with _BLAS.limit(limits=1, user_api="blas"):
+    # Products within a block are too small to share out among threads.
+    with one_thread():
         removal = _removal(searched(first_state(record), report), channel)
     report(1.0)
     return replace(removal, notes=(*notes, *removal.notes))

@@ -36,7 +36,7 @@ _OTHER_KIND: Final = 1.5
 _LEAKED: Final = 0.2
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Levels:
     """Robust levels of a rate spectrum in logarithmic bins.
 
