@@ -534,23 +534,25 @@ def _columns(
     """
     time = np.arange(sensed.size) * interval
     end = sensed.size * interval
-    # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
-    of_cosine, of_sine = sine_cosine_integrals(read, interval)
-    rate = np.gradient(sensed, interval)
     part = np.asarray((time + 0.5 * interval) / end, dtype=np.float64)
-    orders = np.arange(1, _ORDERS + 1)[:, np.newaxis] * read
-    hats = _hats(part)
     # Drift of a gyro's bias looks like a delay that walks, except where the rate varies.
-    columns = [sensed, *hats, *np.cos(orders), *np.sin(orders), of_cosine, of_sine]
-    columns += [rate, rate * (part - 0.5)]
+    columns = np.empty((_FIRST_DELAY + 2, sensed.size))
+    columns[0], columns[1:_FIRST_ORDER] = sensed, _hats(part)
+    # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
+    for order in range(1, _ORDERS + 1):
+        np.cos(order * read, out=columns[_FIRST_ORDER + order - 1])
+        np.sin(order * read, out=columns[_FIRST_ORDER + _ORDERS + order - 1])
+    columns[_FIRST_DELAY - 2 : _FIRST_DELAY] = sine_cosine_integrals(read, interval)
+    columns[_FIRST_DELAY] = np.gradient(sensed, interval)
+    columns[_FIRST_DELAY + 1] = columns[_FIRST_DELAY] * (part - 0.5)
     prior = (
         [_USUAL_SCALE]
         + [math.inf] * (_FIRST_ORDER - 1)
         + [_LARGEST_ORDER] * (2 * _ORDERS)
         + [LARGEST_EARTH_RATE] * 2
     )
-    prior += [_USUAL_DELAY] * (len(columns) - len(prior))
-    return np.stack(columns), np.array(prior)
+    prior += [_USUAL_DELAY] * (columns.shape[0] - len(prior))
+    return columns, np.array(prior)
 
 
 def _hats(part: FloatArray) -> FloatArray:

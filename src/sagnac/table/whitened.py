@@ -99,10 +99,12 @@ def whitened(
     if columns.shape[1:] != target.shape:
         raise ValueError(f"columns have shape {columns.shape} and the target {target.shape}")
     count = target.size - 1
-    # By what varies: beside its mean step the angle of a steady table hardly does.
-    scale = np.std(np.diff(columns), axis=1)
-    scale[scale == 0.0] = 1.0
-    ready = np.fft.rfft(np.diff(columns) / scale[:, np.newaxis])[:, 1:]
+    # By what varies: beside its mean step the angle of a steady table hardly does. One column after
+    # another: those of a day, and all that is made of them on the way, take half a gigabyte.
+    scale, ready = np.ones(columns.shape[0]), np.empty((columns.shape[0], count // 2), complex)
+    for row, steps in enumerate(map(np.diff, columns)):
+        scale[row] = np.std(steps) or 1.0
+        ready[row] = np.fft.rfft(steps / scale[row])[1:]
     wanted = np.fft.rfft(np.diff(target))[1:]
     laws = _laws(count)
     left = wanted
