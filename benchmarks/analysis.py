@@ -1,10 +1,10 @@
 """`sagnac analyze` on two hours at 500 Hz, in units of one Fourier transform of one channel.
 
-The unit is the processor time of ``numpy.fft.rfft`` of as many samples, measured in the same run
-before and after the commands, so that the figures hold on any machine. Beside it: where the time
+The unit is the processor time of ``numpy.fft.rfft`` of as many samples, measured just before and
+after each command, so that the figures hold on any machine, busy or not. Beside it: where the time
 goes, three gyros, longer recordings, and the first run of a fresh installation, which compiles.
 
-    python -m benchmarks.analysis [--program PATH] [--long] [--write]
+    python -m benchmarks.analysis [--beside CHECKOUT] [--long] [--write]
 """
 
 import argparse
@@ -34,11 +34,36 @@ OTHERS: Final = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cost:
-    """Processor seconds, wall seconds and MiB at most of one run of a command."""
+    """Processor seconds, these in transforms, wall seconds and MiB at most of one command."""
 
     processor: float
+    transforms: float
     wall: float
     memory: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Program:
+    """A sagnac to measure: this one, or that of another checkout."""
+
+    checkout: Path | None = None
+
+    def command(self, *words: str) -> list[str]:
+        return [sys.executable, "-m", "sagnac", *words]
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """In which it runs. Modules are compiled once, as an installation has them."""
+        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "", "OPENBLAS_NUM_THREADS": "1"}
+        if self.checkout is not None:
+            environment["PYTHONPATH"] = str(self.checkout / "src")
+        return environment
+
+    @property
+    def commit(self) -> str:
+        place = self.checkout or PAGE.parents[1]
+        asked = ["git", "-C", str(place), "log", "-1", "--format=%h"]
+        return subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip()
 
 
 def transform_seconds() -> float:
@@ -53,7 +78,7 @@ def transform_seconds() -> float:
     return float(np.median(times))
 
 
-def cost_of(command: list[str], **environment: str) -> Cost:
+def cost_of(program: Program, *words: str, **environment: str) -> Cost:
     """What a command costs, itself and what it starts.
 
     Raises
@@ -71,27 +96,30 @@ def cost_of(command: list[str], **environment: str) -> Cost:
         "used = resource.getrusage(resource.RUSAGE_CHILDREN)\n"
         "print(used.ru_utime + used.ru_stime, wall, used.ru_maxrss / 1024.0)\n"
     )
+    before = transform_seconds()
     done = subprocess.run(
-        [sys.executable, "-c", measured, *command],
+        [sys.executable, "-c", measured, *program.command(*words)],
         check=True,
         capture_output=True,
         text=True,
-        env={**os.environ, **environment},
+        env={**program.environment, **environment},
     )
+    unit = 0.5 * (before + transform_seconds())
     processor, wall, memory = map(float, done.stdout.split())
-    return Cost(processor=processor, wall=wall, memory=memory)
+    return Cost(processor=processor, transforms=processor / unit, wall=wall, memory=memory)
 
 
 def median_of(costs: list[Cost]) -> Cost:
     """Median times, and the most memory."""
     return Cost(
         processor=float(np.median([cost.processor for cost in costs])),
+        transforms=float(np.median([cost.transforms for cost in costs])),
         wall=float(np.median([cost.wall for cost in costs])),
         memory=max(cost.memory for cost in costs),
     )
 
 
-def simulated(program: str, folder: Path, duration: str, *more: str) -> Path:
+def simulated(program: Program, folder: Path, duration: str, *more: str) -> Path:
     """A recording of the preset `paper`, turning unless `more` options say otherwise.
 
     Raises
@@ -100,32 +128,74 @@ def simulated(program: str, folder: Path, duration: str, *more: str) -> Path:
         If it cannot be made.
     """
     path = folder / f"{duration}.parquet"
-    command = [program, "simulate", "--preset", "paper", "--duration", duration, "-o", str(path)]
+    words = ["simulate", "--preset", "paper", "--duration", duration, "-o", str(path), *more]
     subprocess.run(
-        [*command, *more, "--force"],
+        program.command(*words, "--force"),
         check=True,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
+        env=program.environment,
     )
     return path
 
 
-def stages_of(report: Path) -> dict[str, float]:
-    """Wall seconds of each stage of an analysis, start-up and writing left out."""
-    document = json.loads((report / "analysis.json").read_text(encoding="utf-8"))
-    return {str(name): float(seconds) for name, seconds in document["seconds"].items()}
+# A stage says how far it is: 0 as it begins, 1 as it ends, some twice.
+_STAGES: Final = """
+import json, sys, tempfile, time
+import sagnac
+
+def staged(path, gyros):
+    begun, spent = {}, {}
+    def progress(stage, fraction):
+        now = time.process_time()
+        if fraction == 0.0:
+            begun[stage] = now - spent.get(stage, 0.0)
+        spent[stage] = now - begun[stage]
+    progress("read", 0.0)
+    recording = sagnac.read(path)
+    progress("read", 1.0)
+    analysis = sagnac.analyze(recording, gyros=gyros, progress=progress)
+    progress("report", 0.0)
+    with tempfile.TemporaryDirectory() as folder:
+        sagnac.write_report(analysis, folder)
+    progress("report", 1.0)
+    return spent
+
+path, gyros = sys.argv[1], tuple(sys.argv[2].split(","))
+staged(path, gyros)
+print(json.dumps(staged(path, gyros)))
+"""
 
 
-def first_runs(program: str, folder: Path) -> dict[str, tuple[Cost, Cost]]:
+def stages_of(program: Program, recording: Path, gyros: str) -> dict[str, float]:
+    """Processor seconds of each stage of a second analysis in one process: nothing is loaded.
+
+    Raises
+    ------
+    subprocess.CalledProcessError
+        If it fails.
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", _STAGES, str(recording), gyros],
+        check=True,
+        capture_output=True,
+        text=True,
+        env=program.environment,
+    )
+    stages: dict[str, float] = json.loads(done.stdout)
+    return stages
+
+
+def first_runs(program: Program, folder: Path) -> dict[str, tuple[Cost, Cost]]:
     """Each command with nothing compiled before, and again: name -> both costs."""
     found = {}
     for name, rate in (("avar", ("--table-rate", "0")), ("analyze", ())):
         recording = simulated(program, folder, "2h", *rate)
-        command = [program, name, str(recording), "--gyros", "x,z", "-o", str(folder / name)]
+        words = (name, str(recording), "--gyros", "x,z", "-o", str(folder / name), "--force")
         place = str(folder / f"compiled-{name}")
         found[name] = (
-            cost_of(command, NUMBA_CACHE_DIR=place),
-            cost_of(command, NUMBA_CACHE_DIR=place),
+            cost_of(program, *words, NUMBA_CACHE_DIR=place),
+            cost_of(program, *words, NUMBA_CACHE_DIR=place),
         )
     return found
 
@@ -133,36 +203,44 @@ def first_runs(program: str, folder: Path) -> dict[str, tuple[Cost, Cost]]:
 def main(arguments: list[str] | None = None) -> int:
     """Print the figures, and write the page if asked."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--program", default=str(Path(sys.executable).with_name("sagnac")))
+    parser.add_argument("--beside", type=Path, help="checkout to measure run by run beside this")
     parser.add_argument("--long", action="store_true", help="24 hours as well")
     parser.add_argument("--write", action="store_true", help="write the page")
     chosen = parser.parse_args(arguments)
+    own = Program()
+    programs = [own] if chosen.beside is None else [own, Program(checkout=chosen.beside)]
     rows: dict[str, Cost] = {}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        report = folder / "report"
 
-        def command(recording: Path, gyros: str) -> list[str]:
-            words = [chosen.program, "analyze", str(recording), "--gyros", gyros]
-            return [*words, "-o", str(report), "--force"]
+        def cost(program: Program, recording: Path, gyros: str) -> Cost:
+            words = ("analyze", str(recording), "--gyros", gyros, "-o", str(folder / "report"))
+            return cost_of(program, *words, "--force")
 
-        recording = simulated(chosen.program, folder, "2h")
-        cost_of(command(recording, "x,z"))  # compiles what is not compiled yet
-        before = transform_seconds()
-        costs, stages = [], []
+        recording = simulated(own, folder, "2h")
+        for program in programs:
+            cost(program, recording, "x,z")  # compiles what is not compiled yet
+        costs: list[list[Cost]] = [[] for _ in programs]
+        stages: list[list[dict[str, float]]] = [[] for _ in programs]
         for _ in range(RUNS):
-            costs.append(cost_of(command(recording, "x,z")))
-            stages.append(stages_of(report))
-        unit = 0.5 * (before + transform_seconds())
-        rows["two gyros, 2 h"] = median_of(costs)
-        first = first_runs(chosen.program, folder)
+            for program, found, spent in zip(programs, costs, stages, strict=True):
+                found.append(cost(program, recording, "x,z"))
+                spent.append(stages_of(program, recording, "x,z"))
+        for program, found in zip(programs, costs, strict=True):
+            beside = "" if program is own else f", at {program.commit}"
+            rows[f"two gyros, 2 h{beside}"] = median_of(found)
+        first = first_runs(own, folder)
         for name, (duration, gyros, is_long) in OTHERS.items():
             if is_long and not chosen.long:
                 continue
-            recording = simulated(chosen.program, folder, duration)
-            rows[name] = cost_of(command(recording, gyros))
+            recording = simulated(own, folder, duration)
+            rows[name] = cost(own, recording, gyros)
             recording.unlink()
-    text = page(unit, rows, stages, first)
+    medians = [
+        {name: float(np.median([one[name] for one in spent])) for name in spent[0]}
+        for spent in stages
+    ]
+    text = page(rows, medians, first)
     print(text)
     if chosen.write:
         PAGE.write_text(text, encoding="utf-8")
@@ -170,7 +248,6 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def page(
-    unit: float,
     rows: dict[str, Cost],
     stages: list[dict[str, float]],
     first: dict[str, tuple[Cost, Cost]],
@@ -179,44 +256,51 @@ def page(
 
     Parameters
     ----------
-    unit
-        Processor seconds of one transform.
     rows
-        Costs by what was analyzed.
+        Costs by what was analyzed; of two hours first, here and, if asked, at another commit.
     stages
-        Seconds by stage, of each run of the first row.
+        Processor seconds by stage, here and there.
     first
         Costs of a first and of a second run by command.
     """
+    units = [1e3 * cost.processor / cost.transforms for cost in rows.values()]
     lines = [
         "# The whole command",
         "",
         "`sagnac analyze` with its report, on recordings of the `paper` preset at 500 Hz, Parquet,",
         "gyros and encoder. A transform is `numpy.fft.rfft` of one channel of two hours, measured",
-        f"in the same run: {1e3 * unit:.1f} ms. First row: median of {RUNS} runs; the others: one",
-        "run (`python -m benchmarks.analysis --long --write`).",
+        f"before and after each run: {min(units):.0f} to {max(units):.0f} ms. Two gyros, 2 h:",
+        f"median of {RUNS} runs; the others: one run (`python -m benchmarks.analysis --long`).",
         "",
         "| recording | processor, s | in transforms | wall, s | memory, MiB |",
         "|---|---|---|---|---|",
     ]
     lines += [
-        f"| {name} | {cost.processor:.2f} | {cost.processor / unit:.0f} | {cost.wall:.2f} "
+        f"| {name} | {cost.processor:.2f} | {cost.transforms:.0f} | {cost.wall:.2f} "
         f"| {cost.memory:.0f} |"
         for name, cost in rows.items()
     ]
+    whole = list(rows.items())[: len(stages)]
+    heads = [f"{name.removeprefix('two gyros, 2 h') or 'here'}, s" for name, _ in whole]
     lines += [
         "",
         "## Where the time goes",
         "",
-        "Two gyros, two hours; wall seconds, medians. The rest is start-up.",
+        "Two gyros, two hours; processor seconds, medians, of a second analysis in one process.",
+        "The rest of the command is start-up: modules and compiled loops are loaded.",
         "",
-        "| stage | s | in transforms |",
-        "|---|---|---|",
+        f"| stage | {' | '.join(head.removeprefix(', ') for head in heads)} |",
+        f"|---|{'---|' * len(heads)}",
     ]
     for name in stages[0]:
-        seconds = float(np.median([one[name] for one in stages]))
-        lines.append(f"| {name} | {seconds:.2f} | {seconds / unit:.0f} |")
+        shown = " | ".join(f"{one[name]:.2f}" for one in stages)
+        lines.append(f"| {name} | {shown} |")
+    rest = " | ".join(
+        f"{cost.processor - sum(one.values()):.2f}"
+        for (_, cost), one in zip(whole, stages, strict=True)
+    )
     lines += [
+        f"| start-up | {rest} |",
         "",
         "## The first run",
         "",
