@@ -225,6 +225,19 @@ def test_the_step_that_the_samples_show_is_simulated_again(kind, step):
     assert shown == pytest.approx(step_shown(made.gyros[0]), rel=1e-6)
 
 
+def test_a_pair_on_a_table_has_the_step_of_its_gyros():
+    document = json.loads(to_json(analysis_document(analysis(gyros=("x", "z")))))
+    assert RigConfig.from_analysis(document).gyro.quantization_step_arcsec == (0.0,) * 3
+    shown = {"step": 5e-4, "unit": "arcsec"}
+    document["readout"] = {"x": shown, "z": shown}
+    made = RigConfig.from_analysis(document).gyro
+    assert made.quantization_step_arcsec == pytest.approx((5e-4,) * 3)
+    # Q of 3e-4 arcsec is more than the step makes.
+    assert made.angle_noise_arcsec == pytest.approx((math.sqrt(9e-8 - 25e-8 / 12.0),) * 3)
+    said = [line for line in Measured.of_document(document).left_out() if "readout" in line]
+    assert said == ["x-z: readout step of 0.0005 arcsec"]
+
+
 def test_a_rate_with_less_noise_than_its_steps_would_make_is_a_counted_angle():
     """Rates of 50 Hz in steps of 100 deg/h are 2 arcsec a sample, and 4 deg/h/sqrt(Hz) if lost."""
     for walk, by_rate in ((0.01, False), (1.0, True)):

@@ -106,9 +106,9 @@ class Measured:
                 for name, one in (*alone.items(), *forces)
             },
             readouts={
-                name: shown
-                for _, one in (*alone.items(), *forces)
-                for name, shown in one.get("readout", {}).items()
+                each: shown
+                for name, one in (*alone.items(), *forces)
+                for each, shown in _readouts(name, one).items()
             },
         )
 
@@ -203,7 +203,7 @@ class Measured:
             f"{name}: readout {what} of {shown[what]:.4g} {shown['unit']}"
             for name, shown in self.readouts.items()
             for what in _SHOWN
-            if what in shown
+            if what in shown and any(name in found for found in self._kinds.values())
         ]
         for kind, found in self._kinds.items():
             titles = SENSED[kind].titles
@@ -230,6 +230,12 @@ def _three(found: Mapping[str, object], names: tuple[str, str, str]) -> list[str
         return list(found)
     first = next(iter(found))
     return [name if name in found else first for name in names]
+
+
+def _readouts(name: str, stated: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Readouts of a document by sensor; a pair has that of its first gyro."""
+    shown = dict(stated.get("readout", {}))
+    return {**shown, name: next(iter(shown.values()))} if shown else {}
 
 
 def _of_document(
