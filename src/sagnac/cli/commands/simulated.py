@@ -38,11 +38,11 @@ def simulate(
     config
         What differs.
     output
-        The recording.
+        The recording; its suffix says the format: .csv, .parquet, .bag, .mcap, .euroc and others.
     preset
         What to start from without a CONFIG.toml: paper unless stated.
     like
-        A unit with the Q, N, B, K and R that were measured; CONFIG.toml goes over it.
+        A unit with the noise, low-pass and readout that were measured; CONFIG.toml goes over it.
     kind
         Of the samples: that of CONFIG.toml, angle unless stated.
     seed
