@@ -3,6 +3,7 @@
 import ast
 import json
 import math
+import sys
 import tracemalloc
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -13,7 +14,7 @@ import yaml
 
 import sagnac
 from sagnac import formats
-from sagnac.errors import RecordingError
+from sagnac.errors import MissingExtra, RecordingError
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.sections import AccelerometerConfig, DisturbanceConfig, GyroConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate, write
@@ -177,6 +178,17 @@ def test_what_a_format_cannot_hold_is_refused_before_it_is_simulated(
     parts = []
     with pytest.raises(RecordingError, match=said):
         write(config, tmp_path / f"unit.{suffix}", parts.append)
+    assert (parts, list(tmp_path.iterdir())) == ([], [])
+
+
+def test_a_library_that_is_missing_is_named_before_it_is_simulated(tmp_path, monkeypatch):
+    for loaded in [one for one in sys.modules if one.partition(".")[0] == "rosbags"]:
+        monkeypatch.delitem(sys.modules, loaded)
+    monkeypatch.delitem(sys.modules, "sagnac.formats.rosbag", raising=False)
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    parts = []
+    with pytest.raises(MissingExtra, match=r"writing ROS bag needs rosbags.*sagnac\[ros\]"):
+        write(SIX, tmp_path / "unit.bag", parts.append)
     assert (parts, list(tmp_path.iterdir())) == ([], [])
 
 

@@ -282,6 +282,8 @@ def format_to_write(
     RecordingError
         If no format has the suffix, it cannot hold that, or a TOML beside the file would be
         believed instead of it.
+    MissingExtra
+        If the format needs a library that is not installed.
     """
     suffix = path.suffix.lower()
     written = [one for one in formats() if one.writes]
@@ -305,6 +307,9 @@ def format_to_write(
             path=str(path),
             remedy="give what it holds, or use .parquet, which holds every recording",
         )
+    with about(path):
+        # A library that is not installed is named before there is anything to write.
+        _module(known, "writing")
     return known
 
 
