@@ -13,7 +13,6 @@ leaves N^2: which is why N of a rate-biased gyro has to be known.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -144,25 +143,6 @@ def north_rate(latitude: float) -> float:
 
 # ---- rotating ----------------------------------------------------------------------
 
-_EQUAL = (1.0 / math.sqrt(3.0),) * 3
-
-
-def horizontal_weights(shares: Sequence[float] = _EQUAL) -> FloatArray:
-    """(3,) parts of each gyro's N^2 in that of a horizontal axis, averaged over a turn.
-
-    A gyro of share e in the table's rate has sqrt(1 - e^2) of its axis in the table's plane, and
-    half of that square falls on north and on east each.
-
-    Raises
-    ------
-    ValueError
-        If the squares of the shares do not add up to 1: the triad is orthogonal.
-    """
-    squares = np.square(np.asarray(shares, dtype=np.float64))
-    if squares.shape != (3,) or not abs(float(squares.sum()) - 1.0) < 1e-6:
-        raise ValueError(f"shares are {list(shares)}; give three whose squares add up to 1")
-    return np.asarray(0.5 * (1.0 - squares))
-
 
 def rotating_azimuth_error(
     noise: GyroNoise,
@@ -184,7 +164,9 @@ def rotating_azimuth_error(
     Parameters
     ----------
     noise
-        Of each gyro; for gyros that differ, with N^2 as `horizontal_weights` mix it.
+        Of each gyro. For gyros that differ N^2 is the sum of theirs, each times (1 - e^2)/2: a gyro
+        of share e in the table's rate has sqrt(1 - e^2) of its axis in the table's plane, and half
+        of that square falls on north and on east each.
     latitude
         rad.
     times

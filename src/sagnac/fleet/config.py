@@ -12,7 +12,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
 from sagnac.errors import RecordingError, quoted
 from sagnac.formats.registry import FORMATS
-from sagnac.formats.statement import Statement, from_mapping
+from sagnac.formats.statement import Statement, beside_paths, from_mapping
 from sagnac.specification.limits import Specification, specification_of
 from sagnac.version import __version__
 
@@ -106,10 +106,8 @@ def require_same_file(task: Task, sha256: str) -> None:
 
 def _beside_digest(path: Path) -> str:
     """Digest of the TOML beside a file, which states what the file does not; empty without one."""
-    for candidate in (path.with_name(path.name + ".toml"), path.with_suffix(".toml")):
-        if candidate.is_file():
-            return hashlib.sha256(candidate.read_bytes()).hexdigest()
-    return ""
+    found = next(filter(Path.is_file, beside_paths(path)), None)
+    return "" if found is None else hashlib.sha256(found.read_bytes()).hexdigest()
 
 
 # ---- config ------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from sagnac.documents import read_toml
 from sagnac.errors import Note, RecordingError, one_line, quoted
@@ -330,14 +330,12 @@ class Statements:
     @property
     def sample_rate(self) -> float | None:
         """Hz, or None where none is stated."""
-        rate: float | None = self._first("sample_rate")
-        return rate
+        return cast("float | None", self._first("sample_rate"))
 
     @property
     def scale(self) -> str | None:
         """Size of one count, or None where none is stated."""
-        scale: str | None = self._first("scale")
-        return scale
+        return cast("str | None", self._first("scale"))
 
     @property
     def counter_period(self) -> float | None:
@@ -352,8 +350,7 @@ class Statements:
     @property
     def layout(self) -> str | Mapping[str, Any] | None:
         """How the records of a binary file are laid out, or None where none is stated."""
-        layout: str | Mapping[str, Any] | None = self._first("layout")
-        return layout
+        return cast("str | Mapping[str, Any] | None", self._first("layout"))
 
     @property
     def gyros(self) -> tuple[str, ...]:
@@ -435,6 +432,11 @@ class Beside:
     notes: tuple[Note, ...] = ()
 
 
+def beside_paths(path: Path) -> tuple[Path, Path]:
+    """Where a TOML beside a file may lie: ``run.csv.toml``, else ``run.toml``."""
+    return path.with_name(path.name + ".toml"), path.with_suffix(".toml")
+
+
 def beside(path: Path) -> Beside:
     """The statement in ``FILE.toml`` (``run.csv.toml``, else ``run.toml``).
 
@@ -446,7 +448,7 @@ def beside(path: Path) -> Beside:
     RecordingError
         If the TOML cannot be read or states what cannot be; its path is that of the TOML.
     """
-    for candidate in (path.with_name(path.name + ".toml"), path.with_suffix(".toml")):
+    for candidate in beside_paths(path):
         if candidate == path or not candidate.is_file():
             continue
         try:
