@@ -1,6 +1,7 @@
 """Documents against their schema: the TOML of a user, and JSON that this package wrote."""
 
 import json
+import math
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache
@@ -93,6 +94,15 @@ def keep(schema: Schema, content: Any) -> None:
         else:
             said = f"{'.'.join(error.path[1:])} is {quoted(found)}; {rule['description']}"
         raise ValueError(said) from None
+
+
+def finite(value: Any) -> Any:
+    """The same tree with None for every NaN and infinity (JSON has neither)."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: finite(item) for key, item in value.items()}
+    return [finite(item) for item in value] if isinstance(value, list) else value
 
 
 class Documented(Protocol):

@@ -7,11 +7,11 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from sagnac.errors import RecordingError
 
@@ -152,27 +152,49 @@ def replacing(path: Path) -> Iterator[Path]:
     RecordingError
         If the folder cannot be written to, or the disk is full.
     """
+    with _part_of(path, _file_made, lambda part: part.unlink(missing_ok=True)) as temporary:
+        yield temporary
+        _give_usual_rights(temporary, 0o666)
+        os.replace(temporary, path)
+
+
+def _file_made(**where: Any) -> Path:
+    handle, name = tempfile.mkstemp(**where)
+    os.close(handle)
+    return Path(name)
+
+
+def _give_usual_rights(path: Path, most: int) -> None:
+    mask = os.umask(0)
+    os.umask(mask)
+    path.chmod(most & ~mask)
+
+
+@contextmanager
+def _part_of(
+    path: Path, make: Callable[..., Path], remove: Callable[[Path], object]
+) -> Iterator[Path]:
+    """A temporary file or folder beside `path`, made so, that is removed in the end.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written to, or the disk is full.
+    """
     temporary: Path | None = None
     try:
         # A signal between the file and its name here would leave it.
         with _signals_waiting():
             remove_leftovers(path)
-            handle, name = tempfile.mkstemp(
-                prefix=f".{path.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=path.parent
-            )
-            os.close(handle)
-            temporary = Path(name)
+            prefix = f".{path.name[:_LONGEST]}.{os.getpid()}."
+            temporary = make(prefix=prefix, suffix=_PART, dir=path.parent)
         yield temporary
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
-        os.replace(temporary, path)
     except OSError as error:
         raise _unwritable(path, error) from error
     finally:
         with _signals_waiting():
             if temporary is not None:
-                temporary.unlink(missing_ok=True)
+                remove(temporary)
 
 
 @contextmanager
@@ -204,32 +226,13 @@ def replacing_set(path: Path) -> Iterator[Path]:
                 _put(folder / name, path.with_name(name))
 
 
-@contextmanager
-def _folder_beside(path: Path) -> Iterator[Path]:
-    """A temporary folder beside `path` that goes in the end, with what is left in it.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be written to, or the disk is full.
-    """
-    folder: Path | None = None
-    try:
-        # A signal between the folder and its name here would leave it.
-        with _signals_waiting():
-            remove_leftovers(path)
-            folder = Path(
-                tempfile.mkdtemp(
-                    prefix=f".{path.name[:_LONGEST]}.{os.getpid()}.", suffix=_PART, dir=path.parent
-                )
-            )
-        yield folder
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    finally:
-        with _signals_waiting():
-            if folder is not None:
-                shutil.rmtree(folder, ignore_errors=True)
+def _folder_beside(path: Path) -> AbstractContextManager[Path]:
+    """A temporary folder beside `path` that goes in the end, with what is left in it."""
+    return _part_of(
+        path,
+        lambda **where: Path(tempfile.mkdtemp(**where)),
+        lambda folder: shutil.rmtree(folder, ignore_errors=True),
+    )
 
 
 @contextmanager
@@ -300,9 +303,7 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
     with _folder_beside(folder) as temporary:
         with _named_as(temporary, folder):
             yield temporary
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o777 & ~mask)
+        _give_usual_rights(temporary, 0o777)
         _put(temporary, folder)
 
 

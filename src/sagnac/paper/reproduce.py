@@ -25,6 +25,7 @@ from sagnac.arrays import FloatArray
 from sagnac.coefficients.curve_fit import paper_fit
 from sagnac.coefficients.estimates import Estimate, Status, unobserved
 from sagnac.coefficients.readings import PLAIN, ReadingName
+from sagnac.documents import finite
 from sagnac.errors import RecordingError
 from sagnac.formats.files import replacing
 from sagnac.lines.published import AS_PRINTED, FAIR
@@ -201,16 +202,9 @@ def write_outcome(path: Path, outcome: Outcome) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    values = _without_nan(asdict(outcome))
+    values = finite(asdict(outcome))
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(values, allow_nan=False, indent=1), encoding="utf-8")
-
-
-def _without_nan(value: Any) -> Any:
-    """None in place of what JSON has no number for."""
-    if isinstance(value, dict):
-        return {key: _without_nan(one) for key, one in value.items()}
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def read_outcome(path: Path) -> Outcome | None:

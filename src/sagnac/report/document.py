@@ -36,7 +36,7 @@ from sagnac.coefficients.estimates import (
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.model_average import ModelChoice
 from sagnac.coefficients.self_noise import SelfNoise
-from sagnac.documents import ANALYSES, ANALYSIS, read_analyses
+from sagnac.documents import ANALYSES, ANALYSIS, finite, read_analyses
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.report.command_line import error_text, findings_data, note_text
@@ -104,7 +104,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "notes": [note_text(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
     }
-    cleaned: dict[str, Any] = _finite(document)
+    cleaned: dict[str, Any] = finite(document)
     return cleaned
 
 
@@ -169,7 +169,7 @@ def self_noise_data(found: SelfNoise) -> dict[str, Any]:
         "motion": (found.motion / size).tolist(),
         "gyros": gyros,
     }
-    return {"self_noise": _finite(data)}
+    return {"self_noise": finite(data)}
 
 
 def to_json(document: Mapping[str, Any]) -> str:
@@ -189,7 +189,7 @@ def _forces(analysis: Analysis) -> dict[str, Any]:
     if not analysis.accelerometers:
         return {}
     found = {name: _force_data(one) for name, one in analysis.accelerometers.items()}
-    return {"accelerometers": _finite(found)}
+    return {"accelerometers": finite(found)}
 
 
 def _force_data(analysis: Analysis) -> dict[str, Any]:
@@ -332,17 +332,6 @@ def _line(line: Line) -> dict[str, Any]:
         "significance": line.significance,
         "name": line.name,
     }
-
-
-def _finite(value: Any) -> Any:
-    """The same tree with None for every NaN and infinity (JSON has neither)."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    return value
 
 
 # ---- stored ------------------------------------------------------------------------
