@@ -1,7 +1,6 @@
 """Statements that a file's numbers speak against: counters, stamps and kinds taken for others."""
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -41,24 +40,11 @@ _LEAST_MODULUS: Final = 100.0
 _FEWEST_PLACES: Final = 10.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RollOvers:
-    """How often readings start over, and at what.
+def roll_overs(readings: FloatArray) -> tuple[int, float] | None:
+    """How often readings start over, and at what, in their own unit; None if they do not.
 
-    Attributes
-    ----------
-    count
-        Steps that cover most of the range.
-    period
-        What a reading changes by at such a step beyond the usual one, in its own unit.
-    """
-
-    count: int
-    period: float
-
-
-def roll_overs(readings: FloatArray) -> RollOvers | None:
-    """The roll-overs of readings that start over, None if they do not.
+    They start over by steps that cover most of the range. What a reading changes by there beyond
+    the usual step is the period.
 
     Parameters
     ----------
@@ -82,7 +68,7 @@ def roll_overs(readings: FloatArray) -> RollOvers | None:
     if not found.size:
         return None
     ordinary = float(np.median(steps[np.abs(steps) <= limit]))
-    return RollOvers(count=int(found.size), period=abs(float(np.median(found)) - ordinary))
+    return int(found.size), abs(float(np.median(found)) - ordinary)
 
 
 def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
@@ -98,35 +84,26 @@ def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
     found = roll_overs(raw)
     if found is None:
         return ()
-    if abs(found.period / 2.0**bits - 1.0) > _SAME_PERIOD:
-        return _other_modulus(name, found, scale) if scale.kind == "angle" else ()
-    remedy = f"state {{counter-bits {bits}}}"
-    if scale.kind != "angle":
-        remedy = f"if it counts angle, state {{kind angle}} and {{counter-bits {bits}}}"
-    text = (
-        f"leaps by about {2**bits} counts {counted(found.count, 'time')}: a {bits} bit counter "
-        f"that rolls over; {remedy}"
-    )
-    return (_of_counter(name, scale, text),)
-
-
-def _of_counter(name: str, scale: Scale, text: str) -> Note:
-    """A warning; on numbers that are stated to be an angle, the finding that spoils it."""
-    return Note(
-        name="wraps" if scale.kind == "angle" else "", level="warning", channel=name, text=text
-    )
-
-
-def _other_modulus(name: str, found: RollOvers, scale: Scale) -> tuple[Note, ...]:
-    """A counter whose range is no power of two."""
-    if found.period < _LEAST_MODULUS:
+    count, period = found
+    is_angle = scale.kind == "angle"
+    if abs(period / 2.0**bits - 1.0) <= _SAME_PERIOD:
+        remedy = f"state {{counter-bits {bits}}}"
+        if not is_angle:
+            remedy = f"if it counts angle, state {{kind angle}} and {{counter-bits {bits}}}"
+        text = (
+            f"leaps by about {2**bits} counts {counted(count, 'time')}: a {bits} bit counter "
+            f"that rolls over; {remedy}"
+        )
+    elif is_angle and period >= _LEAST_MODULUS:
+        text = (
+            f"leaps by about {_likely_period(period):.7g} counts {counted(count, 'time')}: a "
+            "counter that starts over there, which is no number of bits; state "
+            f"{{counter-period {_likely_period(period):.12g}}}"
+        )
+    else:
         return ()
-    text = (
-        f"leaps by about {_likely_period(found.period):.7g} counts {counted(found.count, 'time')}: "
-        "a counter that starts over there, which is no number of bits; state "
-        f"{{counter-period {_likely_period(found.period):.12g}}}"
-    )
-    return (_of_counter(name, scale, text),)
+    # On numbers that are stated to be an angle it is the finding that spoils it.
+    return (Note(name="wraps" if is_angle else "", level="warning", channel=name, text=text),)
 
 
 def table_counter_notes(key: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
@@ -136,9 +113,9 @@ def table_counter_notes(key: str, raw: FloatArray, scale: Scale) -> tuple[Note, 
         return ()
     found = roll_overs(raw)
     # No counter has fewer places in a turn; damaged readings may seem to.
-    if found is None or not found.period > _FEWEST_PLACES:
+    if found is None or not found[1] > _FEWEST_PLACES:
         return ()
-    period = _likely_period(found.period)
+    period = _likely_period(found[1])
     text = (
         f"starts over at {period:.7g} {scale.unit}, not at a full turn: it looks like a counter; "
         f"if that is one turn, state {{table {key}:{360.0 / period:.12g}deg}}"

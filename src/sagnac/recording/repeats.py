@@ -37,40 +37,23 @@ _STICKS: Final = 8
 _ALL_HELD: Final = 0.45
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Repeats:
-    """Samples that equal the one before.
-
-    Attributes
-    ----------
-    count, first
-        How many, and the first.
-    in_runs
-        Samples in runs of eight or more.
-    """
-
-    count: int
-    first: int
-    in_runs: int
-
-
 def repeat_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     """Repeats that no readout step explains."""
     gyro = profile.channel
     if not _is_unexplained(gyro, profile):
         return ()
-    found = repeats_of(gyro)
+    count, first, in_runs = repeats_of(gyro)
     samples = gyro.values.size
-    share = found.count / samples
-    held = (found.count - found.in_runs) / samples
+    share = count / samples
+    held = (count - in_runs) / samples
     text = (
-        f"{counted(found.count, 'sample')} repeat the one before, the first at "
-        f"{second_of(recording, found.first):.3f} s"
+        f"{counted(count, 'sample')} repeat the one before, the first at "
+        f"{second_of(recording, first):.3f} s"
     )
-    if found.in_runs > held * samples:
+    if in_runs > held * samples:
         text = f"sticks again and again: {text}; take a stretch without with {{slice}}"
         # That of the noise as far as the runs are long; what they make of slower noise is open.
-        effect = math.sqrt(1.0 - found.in_runs / samples)
+        effect = math.sqrt(1.0 - in_runs / samples)
         return (finding("repeats", gyro.name, text, effect=effect, level="error"),)
     if share > _ALL_HELD:
         text = f"{text}: it is sampled faster than it measures"
@@ -108,8 +91,11 @@ def _by_levels(values: FloatArray) -> float:
     return values.size * float(counts @ (counts - 1.0)) / (some.size * (some.size - 1.0))
 
 
-def repeats_of(gyro: Channel) -> Repeats:
-    """Samples of a channel that equal the one before."""
+def repeats_of(gyro: Channel) -> tuple[int, int, int]:
+    """How many samples of a channel equal the one before, the first, and how many stick.
+
+    Those stick that are in runs of eight or more.
+    """
     count, first, in_runs = 0, -1, 0
     for edges in Places(values=gyro.values, test=changes, following=1).edges():
         lengths = np.diff(edges)
@@ -117,7 +103,7 @@ def repeats_of(gyro: Channel) -> Repeats:
         first = int(edges[repeated[0]]) + 2 if first < 0 and repeated.size else first
         count += int((lengths - 1).sum())
         in_runs += int((lengths[lengths >= _STICKS] - 1).sum())
-    return Repeats(count=count, first=first, in_runs=in_runs)
+    return count, first, in_runs
 
 
 # ---- twice -------------------------------------------------------------------------

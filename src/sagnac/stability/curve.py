@@ -361,12 +361,9 @@ class StabilityCurve:
         pandas = pandas_for("a curve as a data frame")
         names = ("tau", "deviation", "low", "high", "edf", "terms", "noise_type")
         frame = pandas.DataFrame({name: getattr(self, name) for name in names})
-        frame.attrs.update(self._settings())
+        settings = ("estimator", "kind", "sample_rate", "confidence", "samples")
+        frame.attrs.update({name: getattr(self, name) for name in settings})
         return frame
-
-    def _settings(self) -> dict[str, Any]:
-        names = ("estimator", "kind", "sample_rate", "confidence", "samples")
-        return {name: getattr(self, name) for name in names}
 
 
 def stability_curve(
