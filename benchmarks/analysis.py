@@ -4,7 +4,7 @@ The unit is the processor time of ``numpy.fft.rfft`` of as many samples, measure
 after each command, so that the figures hold on any machine, busy or not. Beside it: where the time
 goes, three gyros, longer recordings, and the first run of a fresh installation, which compiles.
 
-    python -m benchmarks.analysis [--beside CHECKOUT] [--long] [--write]
+    python -m benchmarks.analysis [--beside CHECKOUT] [--runs N] [--long] [--write]
 """
 
 import argparse
@@ -204,6 +204,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Print the figures, and write the page if asked."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--beside", type=Path, help="checkout to measure run by run beside this")
+    parser.add_argument("--runs", type=int, default=RUNS, help="of two gyros, two hours")
     parser.add_argument("--long", action="store_true", help="24 hours as well")
     parser.add_argument("--write", action="store_true", help="write the page")
     chosen = parser.parse_args(arguments)
@@ -222,7 +223,7 @@ def main(arguments: list[str] | None = None) -> int:
             cost(program, recording, "x,z")  # compiles what is not compiled yet
         costs: list[list[Cost]] = [[] for _ in programs]
         stages: list[list[dict[str, float]]] = [[] for _ in programs]
-        for _ in range(RUNS):
+        for _ in range(chosen.runs):
             for program, found, spent in zip(programs, costs, stages, strict=True):
                 found.append(cost(program, recording, "x,z"))
                 spent.append(stages_of(program, recording, "x,z"))
@@ -240,7 +241,7 @@ def main(arguments: list[str] | None = None) -> int:
         {name: float(np.median([one[name] for one in spent])) for name in spent[0]}
         for spent in stages
     ]
-    text = page(rows, medians, first)
+    text = page(rows, medians, first, runs=chosen.runs)
     print(text)
     if chosen.write:
         PAGE.write_text(text, encoding="utf-8")
@@ -251,6 +252,8 @@ def page(
     rows: dict[str, Cost],
     stages: list[dict[str, float]],
     first: dict[str, tuple[Cost, Cost]],
+    *,
+    runs: int,
 ) -> str:
     """Text of the page: costs of whole commands, of their stages and of compiling.
 
@@ -262,6 +265,8 @@ def page(
         Processor seconds by stage, here and there.
     first
         Costs of a first and of a second run by command.
+    runs
+        Of two gyros, two hours.
     """
     units = [1e3 * cost.processor / cost.transforms for cost in rows.values()]
     lines = [
@@ -270,7 +275,7 @@ def page(
         "`sagnac analyze` with its report, on recordings of the `paper` preset at 500 Hz, Parquet,",
         "gyros and encoder. A transform is `numpy.fft.rfft` of one channel of two hours, measured",
         f"before and after each run: {min(units):.0f} to {max(units):.0f} ms. Two gyros, 2 h:",
-        f"median of {RUNS} runs; the others: one run (`python -m benchmarks.analysis --long`).",
+        f"median of {runs} runs; the others: one run (`python -m benchmarks.analysis --write`).",
         "",
         "| recording | processor, s | in transforms | wall, s | memory, MiB |",
         "|---|---|---|---|---|",
