@@ -53,6 +53,7 @@ def test_an_analysis_and_its_document_give_the_same_unit(tmp_path):
         "no low-pass, since the spectrum shows none",
         "x: without bias instability, rate ramp, not estimated",
         "y, z: as x",
+        "no mean: neither its biases nor how it stood, which are those of the table",
     ]
 
 

@@ -164,6 +164,22 @@ def test_a_folder_of_euroc_states_the_densities_that_were_put_in(tmp_path):
     assert stated["accelerometer_random_walk"] == pytest.approx(3e-3 * 9.80665 / 60.0, rel=1e-6)
 
 
+def test_the_densities_of_a_folder_of_euroc_hold_the_noise_of_its_steps(tmp_path):
+    coarse = replace(
+        SIX,
+        duration_s=60.0,
+        gyro=replace(SIX.gyro, rate_step_deg_per_h=(0.0, 400.0, 0.0)),
+        accelerometer=replace(SIX.accelerometer, acceleration_step_mg=(2.0, 0.0, 0.0)),
+    )
+    path, _ = write(coarse, tmp_path / "unit.euroc")
+    stated = yaml.safe_load((path / "mav0" / "imu0" / "sensor.yaml").read_text())
+    made = simulate(coarse).recording
+    for name, channels in (("gyroscope", made.gyros), ("accelerometer", made.accelerometers)):
+        most = max(float(np.std(one.values)) for one in channels)
+        density = stated[f"{name}_noise_density"]
+        assert most == pytest.approx(density * math.sqrt(coarse.sample_rate_hz), rel=0.04)
+
+
 @pytest.mark.parametrize(
     ("suffix", "config", "said"),
     [

@@ -147,7 +147,6 @@ def settings_in(format_name: str, wanted: Wanted) -> tuple[FilterSetting, ...]:
 def _heading(name: str, wanted: Wanted, *, in_words: bool = True, mark: str = "#") -> str:
     """Comment on what is in the file, by what definition, and from what."""
     definition = definition_of(name)
-    holds = "accelerometer" not in definition.unused
     shown = settings_in(name, wanted)
     lines = [
         f"{definition.tool}: noise of {', '.join(one.name for one in shown)}, "
@@ -163,9 +162,6 @@ def _heading(name: str, wanted: Wanted, *, in_words: bool = True, mark: str = "#
         )
     if any(one.limit is None for one in shown):
         lines.append("What is stated was not measured, and is not inflated.")
-    for group in (wanted.settings, wanted.accelerometers if holds else ()):
-        if len(group) > 1 and not wanted.each:
-            lines.append(f"The worst of {', '.join(one.name for one in group)}.")
     lines += dict.fromkeys(f"From {one.source}" for one in shown)
     return _comment(lines + ([one.in_words() for one in shown] if in_words else []), mark)
 

@@ -387,8 +387,9 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
     limit = envelope(limits)
+    names = list(dict.fromkeys(one.name for one in settings))
     return FilterSetting(
-        name=loudest.name,
+        name=names[0] if len(names) == 1 else f"the worst of {', '.join(names)}",
         kind=loudest.kind,
         simple=FilterModel(
             white=loudest.simple.white, walk=max(one.simple.walk for one in settings)

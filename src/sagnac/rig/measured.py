@@ -221,6 +221,7 @@ class Measured:
             others = [name for name in _NAMES[kind] if name not in found]
             if others and len(found) != 3:
                 lines.append(f"{', '.join(others)}: as {next(iter(found))}")
+        lines.append("no mean: neither its biases nor how it stood, which are those of the table")
         return lines
 
 

@@ -5,7 +5,8 @@ jitter, wander, ripple and wobble. Nothing here uses the closed forms that the e
 """
 
 import json
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Self
@@ -471,18 +472,23 @@ def _forces(config: RigConfig) -> tuple[str, ...]:
 
 
 def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
-    """Largest N and K of the gyros and of the accelerometers, SI."""
+    """Largest white noise of a rate, that of its steps with it, and largest K, SI."""
     # Lock-in makes more of the random walk that a ring laser begins with.
-    walks = [one.arw_deg_per_sqrt_h for one in truth_of(config).gyros.values()]
+    walks = [
+        one.arw_deg_per_sqrt_h * DEGREE_PER_ROOT_HOUR for one in truth_of(config).gyros.values()
+    ]
     axes = range(len(GYRO_NAMES))
     gyros = [SensorErrors.of(config.gyro, axis) for axis in axes]
     forces = [SensorErrors.of(config.accelerometer, axis) for axis in axes]
+
+    def largest(noises: Sequence[float], errors: Sequence[SensorErrors]) -> tuple[float, float]:
+        steps = [one.rate_quantum / math.sqrt(12.0 * config.sample_rate_hz) for one in errors]
+        white = [math.hypot(*each) for each in zip(noises, steps, strict=True)]
+        return max(white), max(one.rate_walk for one in errors)
+
     return {
-        "gyro": (max(walks) * DEGREE_PER_ROOT_HOUR, max(one.rate_walk for one in gyros)),
-        "accelerometer": (
-            max(one.random_walk for one in forces),
-            max(one.rate_walk for one in forces),
-        ),
+        "gyro": largest(walks, gyros),
+        "accelerometer": largest([one.random_walk for one in forces], forces),
     }
 
 
