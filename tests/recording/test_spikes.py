@@ -5,6 +5,7 @@ import pytest
 from benchmarks.gallery import Gyro, spiked
 from scipy.special import ndtri
 
+import sagnac
 from sagnac.recording.spikes import find_spikes, without_spikes
 
 RATE = 100.0
@@ -98,3 +99,23 @@ def test_bursts_of_vibration_are_no_spikes_though_the_angle_keeps_few_of_their_s
     found = find_spikes(noise + single, sample_rate=100.0)
     assert not found.many
     assert set(found.index) == set(np.flatnonzero(single))
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_a_heavy_tail_is_the_noises_on_a_bench_alone(turning):
+    random, seconds = np.random.default_rng(5), np.arange(60_000) / 100.0
+    phase = 2.0 * np.pi * seconds / 30.0
+    # A drive that shakes where it runs fast; the same shaking at rest is noise of the gyro.
+    shaking = np.cumsum(2e-5 * np.cos(phase) ** 8 * random.standard_normal(seconds.size))
+    table = 0.5 * np.pi * np.sin(phase) + shaking
+    own = np.cumsum(1e-7 * random.standard_normal(seconds.size))
+    sensed = {"table": table, "table_unit": "rad"} if turning else {}
+    recording = sagnac.Recording.from_arrays(
+        x=own + (0.6 * table if turning else 0.6 * shaking),
+        kind="angle",
+        unit="rad",
+        sample_rate=100.0,
+        **sensed,
+    )
+    found = [one for one in sagnac.check(recording) if "heavy tail" in one.text]
+    assert len(found) == (0 if turning else 1)
