@@ -258,6 +258,13 @@ def peaks_in_frequency(left: Residue) -> Peaks:
     return _peaks(power, left.spectrum.floor, left.threshold, 2 * LOWEST_CYCLES, halves)
 
 
+# Orders from which on a peak has to hold such a part of the power in so many half bins about it:
+# below, bearings and gears make orders that stand close.
+_HIGH: Final = 64.0
+_ABOUT: Final = np.arange(-20, 21, 2)
+_OWN: Final = 0.4
+
+
 def peaks_in_order(left: Residue, *, crowded: bool) -> Peaks:
     """Peaks of the increments' spectrum over table angle.
 
@@ -284,7 +291,19 @@ def peaks_in_order(left: Residue, *, crowded: bool) -> Peaks:
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
     first = max(2 * LOWEST_CYCLES, int(lowest / spacing))
     found = _peaks(power, level, left.threshold, first)
+    low = found.place * spacing < _HIGH
+    found = found.select(low | _stands_alone(power - level, found.place))
     return replace(found, place=found.place * (2.0 * turns.turns * spacing))
+
+
+def _stands_alone(power: FloatArray, place: FloatArray) -> BooleanArray:
+    """Whether each peak holds most of the power (above the floor) that stands about it.
+
+    A tone on a table that stops or turns unevenly makes a band of peaks where its order would be.
+    """
+    at = np.rint(place).astype(np.int64)
+    about = np.clip(at[:, np.newaxis] + _ABOUT, 0, power.size - 1)
+    return np.asarray(power[at] > _MOST * power[about].sum(axis=1))
 
 
 def _highest_order(turns: Turning, *, crowded: bool) -> float:

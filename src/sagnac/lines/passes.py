@@ -132,7 +132,7 @@ def without_vibration(state: State) -> State:
 
 def _with_components(state: State, components: Components) -> State:
     """Other components, which nobody has fitted yet."""
-    return replace(state, components=components, fit=None)
+    return replace(state, components=components, fit=None, settled=False)
 
 
 # --- follow the table ------------------------------------------------------------------------

@@ -1,0 +1,30 @@
+"""Mains that wander beside the orders of a table that turns and stands by turns."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from sagnac.lines.search import remove_lines
+
+RATE = 200.0
+
+
+@pytest.mark.parametrize(("seconds", "half", "seed"), [(900.0, 50.0, 1), (1800.0, 100.0, 4)])
+def test_mains_that_wander_are_no_order_and_cost_none(seconds, half, seed):
+    random = np.random.default_rng(seed)
+    time = np.arange(round(RATE * seconds)) / RATE
+    phase = time % (2.0 * half)
+    speed = np.clip(np.minimum(phase, half - phase) / 4.0, 0.0, 1.0)
+    table = np.cumsum(np.radians(20.0) * speed) / RATE
+    # Frequency that wanders by 4 mHz rms with a memory of 80 s.
+    kept = np.exp(-1.0 / (80.0 * RATE))
+    moved = lfilter([1.0], [1.0, -kept], random.standard_normal(time.size))
+    wander = np.cumsum(0.004 * np.sqrt(1.0 - kept**2) * moved) / RATE
+    angle = np.cumsum(6e-10 * random.standard_normal(time.size))
+    angle += 4.8e-9 * random.standard_normal(time.size)
+    angle += 2e-6 * np.cos(table) + 1.6e-7 * np.cos(24.0 * table)
+    angle += 1.5e-7 * np.cos(2.0 * np.pi * (50.0 * time + wander))
+    lines = remove_lines(angle, table, RATE, channel="x").lines
+    # At 20 deg/s the mains turn as order 900.
+    orders = {line.frequency: line.amplitude for line in lines if line.scale == "angle"}
+    assert orders == {24.0: pytest.approx(1.6e-7, rel=0.01), 1.0: pytest.approx(2e-6, rel=0.01)}
