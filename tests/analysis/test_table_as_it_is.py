@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from benchmarks.recording_sets import disturbed_simulation
 from scipy import stats
 
 from sagnac.analysis.pipeline import analyze
@@ -296,3 +297,13 @@ def test_a_line_that_comes_and_goes_by_turns_does_not_keep_a_search_from_its_end
     interval, found = answer(rate=20.0, seed=12, latency=2e-3, latency_drift=1e-3, jitter=20e-6)
     assert holds(interval)
     assert LINES <= found <= LINES + 1
+
+
+@pytest.mark.statistics
+def test_a_search_that_goes_on_leaves_the_rest_as_vibration():
+    # Two lines that wander, a latch that scatters and walks: after ten rounds peaks still stand.
+    made = disturbed_simulation(97)
+    answer = analyze(made.recording, Settings(gyros=("x", "z"))).angle_random_walk
+    assert answer.status == "estimated"
+    value = answer.to("deg/sqrt(h)").value
+    assert value == pytest.approx(made.truth.pairs["x-z"].arw_deg_per_sqrt_h, rel=0.02)

@@ -56,8 +56,10 @@ _ROUNDS: Final = 20
 # fits in a round at the least. The time of a search then grows with the record, whatever is in it.
 _MOST_PASSES: Final = 500.0
 _FITS: Final = 3.0
-# Rounds in which lines are looked for beside bands of vibration.
+# Rounds in which lines are looked for beside bands of vibration, and in which all there is may be
+# lines.
 _PATIENT_ROUNDS: Final = 5
+_LAST_ROUNDS: Final = 10
 # Rounds after which tones that lie together have stood beside all strong lines, if none waits.
 _SURE_ROUNDS: Final = 2
 
@@ -236,11 +238,11 @@ def _end_of(before: State, state: State) -> End | None:
 def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
     """Bands of vibration known so far, and those in which peaks in frequency crowd now.
 
-    If there are such bands and the search goes on and on, all that still stands is of them.
+    If the search goes on and on, all that still stands is of such bands.
     """
     bins = state.floor.size
     crowds = crowded_bands(peaks, state.components, bins)
-    if state.bands and state.rounds > _PATIENT_ROUNDS:
+    if state.rounds > (_PATIENT_ROUNDS if state.bands else _LAST_ROUNDS):
         crowds = (*crowds, *bands_of_peaks(peaks, bins))
     return joined_bands((*state.bands, *crowds))
 
