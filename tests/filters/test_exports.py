@@ -351,6 +351,13 @@ def test_the_worst_covers_all_at_every_cluster_time():
         assert np.all(found.full.allan_deviation(TAU) >= one.limit.limit * (1.0 - 1e-9))
 
 
+def test_the_worst_is_named_by_all_whether_they_were_measured_or_stated():
+    two = (setting("x", 1e-4, 9e-6), setting("y", 3e-4, 2e-6))
+    stated = tuple(dataclasses.replace(one, limit=None) for one in two)
+    assert worst(two).name == worst(stated).name == "the worst of x, y"
+    assert worst(two[:1]).name == worst((two[0], two[0])).name == "x"
+
+
 def test_what_a_tool_cannot_hold_is_refused():
     with pytest.raises(RecordingError, match="one gyro noise for all axes"):
         exported("kalibr", Wanted(settings=TRIAD, each=True))

@@ -382,14 +382,15 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     """
     if not settings:
         raise RecordingError("no gyro", remedy="give an analysis of one gyro or more")
-    loudest = max(settings, key=lambda one: one.simple.white)
+    names = list(dict.fromkeys(one.name for one in settings))
+    name = names[0] if len(names) == 1 else f"the worst of {', '.join(names)}"
+    loudest = replace(max(settings, key=lambda one: one.simple.white), name=name)
     limits = [one.limit for one in settings if one.limit is not None]
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
     limit = envelope(limits)
-    names = list(dict.fromkeys(one.name for one in settings))
     return FilterSetting(
-        name=names[0] if len(names) == 1 else f"the worst of {', '.join(names)}",
+        name=name,
         kind=loudest.kind,
         simple=FilterModel(
             white=loudest.simple.white, walk=max(one.simple.walk for one in settings)

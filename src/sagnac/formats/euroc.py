@@ -38,7 +38,7 @@ T_BS:
 rate_hz: {{rate!r}}
 """
 _DENSITIES: Final = """
-# Of the axis that has most; the white noise of a sample is the density times the root of rate_hz.
+# The noisiest axis sets each number; a sample has white noise of the density times sqrt(rate_hz).
 # Bias instability and Markov rates have no key here: a filter needs a random walk for them, too.
 gyroscope_noise_density: {gyro[0]:.6e}     # rad/s/sqrt(Hz)
 gyroscope_random_walk: {gyro[1]:.6e}       # rad/s^2/sqrt(Hz)

@@ -180,7 +180,7 @@ _TYPES: Final = ("sensor_msgs/msg/Imu", "sensor_msgs/Imu")
 _DOUBLES: Final = 37
 _GYRO_AT: Final = 13
 _ACCELEROMETER_AT: Final = 25
-# Of a covariance, whose first number is this if what it is of is not measured.
+# Places of the first number of two covariances; it is -1 if the quantity is not measured.
 _ATTITUDE_SPREAD_AT: Final = 4
 _ACCELERATION_SPREAD_AT: Final = 28
 _NOT_MEASURED: Final = -1.0

@@ -258,9 +258,9 @@ def peaks_in_frequency(left: Residue) -> Peaks:
     return _peaks(power, left.spectrum.floor, left.threshold, 2 * LOWEST_CYCLES, halves)
 
 
-# Orders from which on a peak has to hold such a part of the power in so many half bins about it:
-# below, bearings and gears make orders that stand close. Half-way between two half bins an order
-# holds 0.8 of it; with 0.4, mains on tables that stop still passed.
+# A high order stands alone if it holds this part of the power in the whole bins about it. An order
+# half-way between two half bins holds 0.8; mains on tables that stop still passed with 0.4. Below
+# _HIGH nothing is asked, since bearings and gears make orders that stand close.
 _HIGH: Final = 64.0
 _ABOUT: Final = np.arange(-20, 21, 2)
 _OWN: Final = 0.7

@@ -13,8 +13,8 @@ from sagnac.table.kinematics import averages_of
 # Phase error over its deviation, below which a tone and an order look the same.
 _TOLD_APART: Final = 6.0
 # Noise levels of a mean by which an order has to say more of the power than a tone. A line that
-# wanders stands in a band of its own, in which chance favours an order as often as not: the noise
-# is what stands so many bins to either side, beyond the main lobe of a Hann window.
+# wanders makes a band, in which chance favours an order as often as not: so the noise is read these
+# bins to either side, beyond the main lobe of a Hann window.
 _BETTER: Final = 10.0
 _BESIDE: Final = np.arange(3, 11)
 # How near tones are mixed down at one frequency, as a share of the blocks' rate: their means are

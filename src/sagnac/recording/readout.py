@@ -305,7 +305,7 @@ def step_shown(channel: Channel) -> float:
     values = channel.values[:_MOST]
     values = values[np.isfinite(values)]
     counted = np.diff(values) if channel.kind == "angle" else values
-    # Of the turn of a table, which is many steps a sample, little is left.
+    # Second differences of an angle hold little of the turn of a table, many steps a sample.
     changes = np.diff(counted)
     step = count_step(counted, rounding_in(values)) if values.size else math.inf
     if not math.isfinite(step) or step <= 2.0 * single_precision_step(channel):
