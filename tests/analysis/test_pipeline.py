@@ -12,10 +12,11 @@ from sagnac.analysis.pipeline import analyze, answer_of
 from sagnac.analysis.settings import Settings
 from sagnac.errors import RecordingError
 from sagnac.formats import read, write
-from sagnac.formats.parquet import Writer
+from sagnac.formats.arrow import Writer
 from sagnac.recording.model import Channel, Provenance, Recording
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
+from sagnac.units import UNITS
 
 DEGREE = np.pi / 180
 ROOT_HOUR = DEGREE / 60.0  # rad/sqrt(s) in one deg/sqrt(h)
@@ -368,7 +369,8 @@ def test_memory_does_not_grow_with_the_recording(tmp_path):
     random = np.random.default_rng(5)
     for name, pieces in (("short.parquet", 2), ("long.parquet", 64)):
         kinds = dict.fromkeys(("x", "y", "z"), "angle")
-        with Writer(tmp_path / name, kinds=kinds, sample_rate=rate, table=True) as out:
+        units = {**dict.fromkeys(kinds, UNITS["arcsec"]), "table": UNITS["deg"]}
+        with Writer(tmp_path / name, units, kinds=kinds, sample_rate=rate) as out:
             for piece in range(pieces):
                 seconds = (np.arange(samples // 64) + piece * (samples // 64)) / rate
                 noise = 1e-6 * random.standard_normal((3, seconds.size))

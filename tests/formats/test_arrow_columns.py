@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from sagnac.formats.feather import as_numpy
+from sagnac.formats.arrow import as_numpy
 
 
 @pytest.mark.parametrize(("first", "count"), [(0, 1000), (3, 41), (8, 8), (999, 1), (5, 0)])

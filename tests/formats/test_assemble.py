@@ -11,7 +11,7 @@ import pytest
 
 from sagnac import arrays
 from sagnac.errors import RecordingError
-from sagnac.formats import Statement, parquet, read, write
+from sagnac.formats import Statement, arrow, read, write
 from sagnac.formats.assemble import check_lengths
 from tests.formats.examples import (
     ARCSECOND,
@@ -189,7 +189,7 @@ def test_long_recordings_are_written_span_by_span(tmp_path, monkeypatch, suffix)
     whole = read(write(recording, tmp_path / f"whole.{suffix}"))
     monkeypatch.setattr(arrays, "IN_MEMORY", 0)
     monkeypatch.setattr(arrays, "BLOCK", 97)
-    monkeypatch.setattr(parquet, "ROWS_PER_GROUP", 97)
+    monkeypatch.setattr(arrow, "ROWS_PER_GROUP", 97)
     back = read(write(whole, tmp_path / f"spans.{suffix}"))
     assert back.sample_rate == whole.sample_rate
     np.testing.assert_array_equal(back.times, whole.times)

@@ -9,7 +9,7 @@ import yaml
 
 from sagnac.errors import RecordingError, WouldOverwrite
 from sagnac.formats import read, write
-from sagnac.formats.euroc import write as write_folder
+from sagnac.formats.csv import write_euroc as write_folder
 from sagnac.formats.source import outgoing
 from sagnac.recording.model import Channel, Recording
 from tests.formats.examples import example, walk

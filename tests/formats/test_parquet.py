@@ -6,7 +6,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from sagnac.formats import Statement, parquet, read, write
+from sagnac.formats import Statement, arrow, read, write
+from sagnac.units import UNITS
 from tests.formats.examples import ARCSECOND, SAMPLES, example, refused, walk
 
 
@@ -41,11 +42,12 @@ def test_parquet_time_stamps_and_missing_samples(tmp_path):
 
 
 def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch):
-    monkeypatch.setattr(parquet, "ROWS_PER_GROUP", 100)
+    monkeypatch.setattr(arrow, "ROWS_PER_GROUP", 100)
     recording = example()
     kinds = {gyro.name: gyro.kind for gyro in recording.gyros}
     path = tmp_path / "run.parquet"
-    with parquet.Writer(path, kinds=kinds, sample_rate=50.0, table=True, null_pulse=True) as out:
+    units = {**dict.fromkeys(kinds, UNITS["arcsec"]), "table": UNITS["deg"], "null_pulse": None}
+    with arrow.Writer(path, units, kinds=kinds, sample_rate=50.0) as out:
         for start in range(0, SAMPLES, 70):
             part = slice(start, start + 70)
             chunk = {gyro.name: gyro.values[part] for gyro in recording.gyros}
@@ -64,7 +66,8 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
 
 
 def test_parquet_writer_leaves_nothing_after_an_error(tmp_path):
-    writer = parquet.Writer(tmp_path / "run.parquet", kinds={"x": "angle"}, sample_rate=1.0)
+    units, kinds = {"x": UNITS["arcsec"]}, {"x": "angle"}
+    writer = arrow.Writer(tmp_path / "run.parquet", units, kinds=kinds, sample_rate=1.0)
 
     def fill() -> None:
         with writer as out:

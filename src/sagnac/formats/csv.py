@@ -1,4 +1,9 @@
-"""Text tables: any usual mark between fields, numbers and times as instruments write them."""
+"""Text tables: any usual mark between fields, numbers and times as instruments write them.
+
+A folder of EuRoC holds one, ``mav0/imu0/data.csv`` with the six axes of an IMU, and its
+``sensor.yaml``. Layout, header and keys are those of the data set's own description (Burri et al.,
+The EuRoC micro aerial vehicle datasets, *Int. J. Robot. Res.* 35, 1157, 2016; ASL format).
+"""
 
 import json
 import sys
@@ -15,10 +20,20 @@ import pyarrow.compute as pc
 import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
+from sagnac.arrays import blocks
 from sagnac.errors import Note, RecordingError
-from sagnac.formats.files import damaged, replacing_set
-from sagnac.formats.registry import CSV
-from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, column, in_memory
+from sagnac.formats.files import damaged, replacing_folder, replacing_set
+from sagnac.formats.registry import CSV, EUROC, EUROC_DATA, EUROC_SENSOR
+from sagnac.formats.source import (
+    MADE,
+    Column,
+    Outgoing,
+    Rows,
+    Source,
+    Stored,
+    column,
+    in_memory,
+)
 from sagnac.formats.statement import Statement, parsed_unit
 from sagnac.formats.text import (
     MISSING,
@@ -40,6 +55,7 @@ from sagnac.formats.text_layout import (
     preamble_of,
     preset_of,
 )
+from sagnac.units import Sensor
 
 # That many blocks are read side by side.
 _THREADS: Final = 2
@@ -147,12 +163,12 @@ def _parsed(
     is_ended: bool,
 ) -> dict[str, NDArray[Any]]:
     """The wanted columns: key -> values, integers where a float would lose digits."""
-    blocks = blocks_of(path, encoding=encoding, blanks=laid_out.delimiter == " ")
+    texts = blocks_of(path, encoding=encoding, blanks=laid_out.delimiter == " ")
     expected = path.stat().st_size // max(1, len(laid_out.delimiter.join(laid_out.first_row)))
     shown = sys.unraisablehook
     sys.unraisablehook = partial(_shown_unless_text, shown)
     try:
-        return _filled(_batches(blocks, laid_out, wanted), laid_out, wanted, expected)
+        return _filled(_batches(texts, laid_out, wanted), laid_out, wanted, expected)
     except (pa.ArrowInvalid, ValueError) as error:
         found = wrong_line(path, encoding, laid_out, wanted, is_ended=is_ended)
         if found is not None:
@@ -164,7 +180,7 @@ def _parsed(
 
 
 def _batches(
-    blocks: Iterable[bytes], laid_out: Layout, wanted: dict[str, int]
+    texts: Iterable[bytes], laid_out: Layout, wanted: dict[str, int]
 ) -> Iterator[pa.RecordBatch]:
     """Blocks of text as rows.
 
@@ -194,7 +210,7 @@ def _batches(
     skip = laid_out.skip
     ahead: deque[Future[pa.Table]] = deque()
     with ThreadPoolExecutor(max_workers=_THREADS) as pool:
-        for block in blocks:
+        for block in texts:
             ahead.append(pool.submit(table, block, skip))
             skip = 0
             if len(ahead) > _THREADS:
@@ -335,10 +351,19 @@ def check_last(name: str, values: NDArray[Any]) -> None:
         )
 
 
+# ---- write -------------------------------------------------------------------------
+
+
 def write(path: Path, out: Outgoing) -> None:
-    """The columns with ``name[unit]`` headers, and ``FILE.toml`` stating kind and rate."""
+    """The columns with ``name[unit]`` headers, and ``FILE.toml`` stating kind and rate.
+
+    By its suffix, a folder of EuRoC: see `write_euroc`.
+    """
+    if path.suffix.lower() in EUROC.suffixes:
+        write_euroc(path, out)
+        return
     delimiter = "\t" if path.suffix.lower() == ".tsv" else ","
-    headers = [f"{name}[{out.units[name]}]" if name in out.units else name for name in out.columns]
+    headers = [name if unit is None else f"{name}[{unit}]" for name, unit in out.units.items()]
     with replacing_set(path) as folder:
         kinds = ", ".join(f"{json.dumps(name)} = {json.dumps(k)}" for name, k in out.kinds.items())
         names = "".join(f"{k} = {json.dumps(v.split(','))}\n" for k, v in out.sensors.items())
@@ -346,9 +371,80 @@ def write(path: Path, out: Outgoing) -> None:
             f"# {MADE}\n{names}kind = {{ {kinds} }}\nsample_rate = {out.sample_rate!r}\n",
             encoding="utf-8",
         )
-        with (folder / path.name).open("wb") as stream:
-            stream.write((delimiter.join(headers) + "\n").encode())
-            options = arrow_csv.WriteOptions(
-                include_header=False, delimiter=delimiter, quoting_style="none"
-            )
-            out.write_blocks(lambda _, rows: arrow_csv.write_csv(pa.table(rows), stream, options))
+        rows = (rows for _, rows in out.parts())
+        _write_table(folder / path.name, headers, rows, delimiter)
+
+
+def _write_table(
+    path: Path, headers: Sequence[str], parts: Iterable[Rows], delimiter: str = ","
+) -> None:
+    """A header, and the rows of each part."""
+    options = arrow_csv.WriteOptions(
+        include_header=False, delimiter=delimiter, quoting_style="none"
+    )
+    with path.open("wb") as stream:
+        stream.write((delimiter.join(headers) + "\n").encode())
+        for rows in parts:
+            arrow_csv.write_csv(pa.table(rows), stream, options)
+
+
+_AXES: Final = (
+    *(f"w_RS_S_{axis} [rad s^-1]" for axis in "xyz"),
+    *(f"a_RS_S_{axis} [m s^-2]" for axis in "xyz"),
+)
+_TIME: Final = "#timestamp [ns]"
+_SENSOR: Final = f"""# {MADE}
+sensor_type: imu
+comment: {{comment}}
+T_BS:
+  cols: 4
+  rows: 4
+  data: [1.0, 0.0, 0.0, 0.0,
+         0.0, 1.0, 0.0, 0.0,
+         0.0, 0.0, 1.0, 0.0,
+         0.0, 0.0, 0.0, 1.0]
+rate_hz: {{rate!r}}
+"""
+_DENSITIES: Final = """
+# The noisiest axis sets each number; a sample has white noise of the density times sqrt(rate_hz).
+# Bias instability and Markov rates have no key here: a filter needs a random walk for them, too.
+gyroscope_noise_density: {gyro[0]:.6e}     # rad/s/sqrt(Hz)
+gyroscope_random_walk: {gyro[1]:.6e}       # rad/s^2/sqrt(Hz)
+accelerometer_noise_density: {accelerometer[0]:.6e} # m/s^2/sqrt(Hz)
+accelerometer_random_walk: {accelerometer[1]:.6e}   # m/s^3/sqrt(Hz)
+"""
+
+
+def write_euroc(
+    path: Path, out: Outgoing, densities: Mapping[Sensor, tuple[float, float]] | None = None
+) -> None:
+    """A folder of EuRoC, with the rates in SI.
+
+    Parameters
+    ----------
+    path
+        Of the folder.
+    out
+        Rates of three gyros and three accelerometers.
+    densities
+        N and K of the gyros and of the accelerometers, SI, if they are known.
+    """
+    comment = "noise densities are not known" if densities is None else "noise is as simulated"
+    names = [name for name in out.kinds if name not in out.accelerometers]
+    with replacing_folder(path) as folder:
+        (folder / EUROC_SENSOR).parent.mkdir(parents=True)
+        stated = _SENSOR.format(comment=comment, rate=out.sample_rate)
+        if densities is not None:
+            stated += _DENSITIES.format(**{str(one): each for one, each in densities.items()})
+        (folder / EUROC_SENSOR).write_text(stated, encoding="utf-8")
+        parts = (
+            {
+                _TIME: out.stamps(block),
+                **{
+                    header: out.columns[name][block]
+                    for header, name in zip(_AXES, (*names, *out.accelerometers), strict=True)
+                },
+            }
+            for block in blocks(out.samples)
+        )
+        _write_table(folder / EUROC_DATA, (_TIME, *_AXES), parts)

@@ -1,9 +1,14 @@
-"""HDF5: datasets in the root or in groups, attributes for unit, kind and rate.
+"""HDF5, datasets in the root or in groups; NetCDF, variables scaled as their attributes say.
 
-Files over which the library ends, or that lack what they declare, are refused before.
+Attributes state unit, kind and rate. Files over which the library ends, or that lack what they
+declare, are refused before.
+
+A file of NetCDF 4 is one of HDF5 whose datasets are the variables (CF conventions). A classic one
+(NetCDF 3, or with offsets of 64 bits) is read whole; one with data of 64 bits (CDF-5) is not read.
 """
 
 import math
+import re
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -13,20 +18,21 @@ from typing import Any, Final
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+from scipy.io import netcdf_file
 
 from sagnac.arrays import blocks
 from sagnac.errors import RecordingError, one_line
 from sagnac.formats.files import damaged, replacing, require_content
-from sagnac.formats.registry import HDF5
+from sagnac.formats.registry import HDF5, NETCDF
 from sagnac.formats.source import (
     MADE,
     Column,
     Outgoing,
-    Rows,
     Source,
     Stored,
     Vector,
     column,
+    in_memory,
     vectors,
 )
 from sagnac.formats.statement import ATTRIBUTES, by_attributes
@@ -86,7 +92,7 @@ def require_survivable(path: Path, name: str) -> None:
         )
 
 
-def require_own(dataset: h5py.Dataset, path: Path) -> None:
+def _require_own(dataset: h5py.Dataset, path: Path) -> None:
     """Refuse a dataset whose values lie in files elsewhere.
 
     They would be those of whatever file of this machine the writer has named.
@@ -117,7 +123,7 @@ def require_own(dataset: h5py.Dataset, path: Path) -> None:
             raise RecordingError(problem, channel=name, remedy="get the file again from its source")
 
 
-def require_whole(dataset: h5py.Dataset, path: Path) -> None:
+def _require_whole(dataset: h5py.Dataset, path: Path) -> None:
     """Refuse a dataset with parts that lie elsewhere, or that were never written.
 
     The latter would be read as zeros.
@@ -134,7 +140,7 @@ def require_whole(dataset: h5py.Dataset, path: Path) -> None:
     RecordingError
         If parts of it are missing or elsewhere.
     """
-    require_own(dataset, path)
+    _require_own(dataset, path)
     missing = ""
     if dataset.is_virtual:
         return
@@ -178,14 +184,18 @@ def open_source(path: Path) -> Source:
     Attributes of the root, or of the group that holds all datasets, may hold the keys of
     a `Statement`; those of a dataset ``unit`` (``units``) and ``kind``.
 
+    Those of NetCDF are the variables of numbers, scaled as their attributes say.
+
     Raises
     ------
     RecordingError
-        If the file is not HDF5 or is cut off.
+        If the file is not HDF5 or, by its suffix, NetCDF, or is cut off.
     """
+    if path.suffix.lower() in NETCDF.suffixes:
+        return _open_netcdf(path)
     require_survivable(path, HDF5.name)
     with damaged(HDF5.name), h5py.File(path, "r") as file:
-        names = dataset_names(file)
+        names = _dataset_names(file)
         stated = _stated(file, names)
         unreadable = {
             name.rpartition("/")[2]: f"holds {file[name].dtype} values"
@@ -209,7 +219,7 @@ def open_source(path: Path) -> Source:
         with damaged(HDF5.name), h5py.File(path, "r") as file:
             datasets = {key: file[found[key][1].array] for key in keys}
             for dataset in datasets.values():
-                require_whole(dataset, path)
+                _require_whole(dataset, path)
             lengths = {key: max(dataset.shape) for key, dataset in datasets.items()}
         return Stored(lengths=lengths, pieces=pieces)
 
@@ -222,7 +232,7 @@ def open_source(path: Path) -> Source:
     )
 
 
-def dataset_names(file: h5py.File) -> list[str]:
+def _dataset_names(file: h5py.File) -> list[str]:
     """Names of the datasets, those in groups too."""
     names: list[str] = []
     file.visititems(
@@ -236,7 +246,7 @@ def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
     parents = {name.rpartition("/")[0] for name in names}
     group = [file[parent] for parent in parents if parent and len(parents) == 1]
     return {
-        key: plain(value)
+        key: _plain(value)
         for holder in (file, *group)
         for key, value in holder.attrs.items()
         if key in ATTRIBUTES
@@ -248,7 +258,7 @@ def _columns_of(file: h5py.File, name: str, names: Sequence[str]) -> list[tuple[
     dataset = file[name]
     if not _is_numeric(dataset):
         return []
-    attributes = {key: str(plain(value)) for key, value in dataset.attrs.items()}
+    attributes = {key: str(_plain(value)) for key, value in dataset.attrs.items()}
     unit = attributes.get("unit", attributes.get("units"))
     short = name.rpartition("/")[2]
     is_only_one = [other.rpartition("/")[2] for other in names].count(short) == 1
@@ -277,13 +287,121 @@ def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Itera
         yield dataset[tuple(place)].reshape(-1)
 
 
-def plain(value: Any) -> Any:
+def _plain(value: Any) -> Any:
     """An attribute as text, a number, or a list of them."""
     if isinstance(value, bytes):
         return value.decode(errors="replace")
     if isinstance(value, np.ndarray):
-        return [plain(item) for item in value.tolist()] if value.size != 1 else plain(value.item())
+        return (
+            [_plain(item) for item in value.tolist()] if value.size != 1 else _plain(value.item())
+        )
     return value.item() if isinstance(value, np.generic) else value
+
+
+# ---- netcdf ------------------------------------------------------------------------
+
+# How the format marks a dimension without values of its own ("NetCDF-4 file format" in the guide).
+_NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
+# How the classic formats begin, and their versions.
+_CLASSIC: Final = b"CDF"
+_VERSIONS: Final = (b"\x01", b"\x02")
+_DATA_OF_64_BITS: Final = b"\x05"
+_OF_VARIABLE: Final = (
+    "units", "unit", "kind", "_FillValue", "missing_value", "scale_factor", "add_offset",
+)  # fmt: skip
+_SINCE: Final = re.compile(r"^\s*(\w+)\s+since\s", re.I)
+
+
+def _open_netcdf(path: Path) -> Source:
+    """Variables of numbers, of NetCDF 4 in groups too."""
+    with path.open("rb") as stream:
+        version = stream.read(len(_CLASSIC) + 1).removeprefix(_CLASSIC)
+    if version in _VERSIONS:
+        return _classic(path)
+    if version == _DATA_OF_64_BITS:
+        raise RecordingError(
+            "is NetCDF of the kind CDF-5, which is not read",
+            remedy=f"make it NetCDF 4: nccopy -k nc4 {path.name} {path.stem}-4.nc",
+        )
+    require_survivable(path, NETCDF.name)
+    with damaged(NETCDF.name), h5py.File(path, "r") as file:
+        found = dict(_variables(file))
+        columns = tuple(_column(name, file[name].attrs) for name in found)
+        stated = {key: _plain(file.attrs[key]) for key in file.attrs if key in ATTRIBUTES}
+
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
+        with damaged(NETCDF.name), h5py.File(path, "r") as file:
+            for key in keys:
+                variable = file[key]
+                for block in blocks(stop, start=start):
+                    yield {key: _scaled(np.asarray(variable[block]), variable.attrs)}
+
+    def load(keys: Sequence[str]) -> Stored:
+        with damaged(NETCDF.name), h5py.File(path, "r") as file:
+            for key in keys:
+                # Without a fill value nothing tells what was never written from what was.
+                require = _require_own if "_FillValue" in file[key].attrs else _require_whole
+                require(file[key], path)
+        return Stored(lengths={key: found[key] for key in keys}, pieces=pieces)
+
+    return Source(format=NETCDF.name, columns=columns, load=load, stated=by_attributes(stated))
+
+
+def _classic(path: Path) -> Source:
+    """Variables of numbers of a classic file."""
+    with damaged(NETCDF.name), netcdf_file(path, "r", mmap=False) as file:
+        attributes = {
+            name: {key: getattr(one, key) for key in _OF_VARIABLE if hasattr(one, key)}
+            for name, one in file.variables.items()
+            if len(one.shape) == 1 and one.data.dtype.kind in "biuf"
+        }
+        columns = tuple(_column(name, own) for name, own in attributes.items())
+        stated = {key: _plain(getattr(file, key)) for key in ATTRIBUTES if hasattr(file, key)}
+
+    def load(keys: Sequence[str]) -> Stored:
+        with damaged(NETCDF.name), netcdf_file(path, "r", mmap=False) as file:
+            values = {key: np.array(file.variables[key].data) for key in keys}
+        # They are stored with the highest byte first.
+        native = {key: one.astype(one.dtype.newbyteorder("=")) for key, one in values.items()}
+        return in_memory({key: _scaled(one, attributes[key]) for key, one in native.items()})
+
+    return Source(format=NETCDF.name, columns=columns, load=load, stated=by_attributes(stated))
+
+
+def _variables(file: h5py.File) -> Iterator[tuple[str, int]]:
+    """Name and length of every variable of numbers with one dimension."""
+    for name in _dataset_names(file):
+        item = file[name]
+        is_variable = not str(_plain(item.attrs.get("NAME", ""))).startswith(_NO_VARIABLE)
+        if is_variable and len(item.shape) == 1 and item.dtype.kind in "biuf":
+            yield name, int(item.shape[0])
+
+
+def _column(name: str, attributes: Any) -> Column:
+    unit = next(
+        (str(_plain(attributes[key])) for key in ("units", "unit") if key in attributes), None
+    )
+    since = _SINCE.match(unit) if unit else None
+    kind = str(_plain(attributes["kind"])) if "kind" in attributes else None
+    return column(name, unit=since[1] if since else unit, kind=kind)
+
+
+def _scaled(raw: NDArray[Any], attributes: Any) -> NDArray[Any]:
+    """Values as the attributes say: missing ones NaN, scaled, offset."""
+    missing = np.zeros(raw.shape, dtype=np.bool_)
+    for key in ("_FillValue", "missing_value"):
+        if key in attributes:
+            missing |= raw == _plain(attributes[key])
+    scale = float(_plain(attributes["scale_factor"])) if "scale_factor" in attributes else 1.0
+    offset = float(_plain(attributes["add_offset"])) if "add_offset" in attributes else 0.0
+    if scale == 1.0 and offset == 0.0 and not missing.any():
+        return raw
+    values = raw.astype(np.float64) * scale + offset
+    values[missing] = np.nan
+    return values
+
+
+# ---- write -------------------------------------------------------------------------
 
 
 def write(path: Path, out: Outgoing) -> None:
@@ -295,13 +413,10 @@ def write(path: Path, out: Outgoing) -> None:
             file.attrs[sensor] = names
         for name, values in out.rows(slice(0)).items():
             dataset = file.create_dataset(name, (out.samples,), values.dtype)
-            if name in out.units:
-                dataset.attrs["unit"] = out.units[name]
+            if (unit := out.units[name]) is not None:
+                dataset.attrs["unit"] = unit.name
             if name in out.kinds:
                 dataset.attrs["kind"] = out.kinds[name]
-
-        def store(first: int, rows: Rows) -> None:
+        for first, rows in out.parts():
             for name, values in rows.items():
                 file[name][first : first + values.size] = values
-
-        out.write_blocks(store)

@@ -57,7 +57,7 @@ CSV: Final = Format(
     name="CSV", suffixes=(".csv", ".tsv", ".txt", ".lvm", ".dat", ".log", ".asc"), module="csv"
 )
 PARQUET: Final = Format(
-    name="Parquet", suffixes=(".parquet", ".pq"), module="parquet", beginning=b"PAR1"
+    name="Parquet", suffixes=(".parquet", ".pq"), module="arrow", beginning=b"PAR1"
 )
 MATLAB: Final = Format(name="MATLAB", suffixes=(".mat",), module="matlab", beginning=b"MATLAB 5")
 NPZ: Final = Format(name="NumPy npz", suffixes=(".npz",), module="npz", beginning=b"PK\x03\x04")
@@ -83,12 +83,12 @@ MATLAB_7_3: Final = Format(
 )
 
 FEATHER: Final = Format(
-    name="Feather", suffixes=(".feather", ".arrow"), module="feather", beginning=b"ARROW1"
+    name="Feather", suffixes=(".feather", ".arrow"), module="arrow", beginning=b"ARROW1"
 )
 NETCDF: Final = Format(
     name="NetCDF",
     suffixes=(".nc", ".nc4"),
-    module="netcdf",
+    module="hdf5",
     writes=False,
     # NetCDF 4 is HDF5 within.
     beginning=HDF5.beginning,
@@ -100,7 +100,7 @@ ROSBAG: Final = Format(
     extra="ros",
     rates_of=(3, 6),
 )
-EUROC: Final = Format(name="EuRoC", suffixes=(".euroc",), module="euroc", rates_of=(6,))
+EUROC: Final = Format(name="EuRoC", suffixes=(".euroc",), module="csv", rates_of=(6,))
 # Where a folder of EuRoC holds the samples of its IMU, and what it states of it.
 EUROC_DATA: Final = "mav0/imu0/data.csv"
 EUROC_SENSOR: Final = "mav0/imu0/sensor.yaml"

@@ -1,6 +1,6 @@
 """What readers give and writers take: columns with their statements, and how to load them."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -14,7 +14,7 @@ from sagnac.formats.statement import ROLES, VOCABULARY, Statement
 from sagnac.recording.channel import PICKOFF
 from sagnac.recording.columns import NULL_PULSE_NAME, TEMPERATURE
 from sagnac.recording.model import Kind, Recording
-from sagnac.units import split_header
+from sagnac.units import UNITS, Unit, split_header
 
 # ---- source ------------------------------------------------------------------------
 
@@ -183,9 +183,7 @@ class Outgoing:
         Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros, the
         accelerometers, ``table``, ``null_pulse`` (bool), and the pick-offs as they are.
     units
-        Name -> unit to write in; ``null_pulse`` and pick-offs have none.
-    sizes
-        Name -> SI size of that unit.
+        Name -> unit to write in; None for ``null_pulse`` and pick-offs.
     kinds
         Name of a gyro or an accelerometer -> kind.
     sample_rate
@@ -195,18 +193,15 @@ class Outgoing:
     """
 
     columns: Mapping[str, NDArray[Any]]
-    units: Mapping[str, str]
-    sizes: Mapping[str, float]
+    units: Mapping[str, Unit | None]
     kinds: Mapping[str, Kind]
     sample_rate: float
     accelerometers: tuple[str, ...] = ()
 
     @property
     def sensors(self) -> dict[str, str]:
-        """``gyros`` and, if there are any, ``accelerometers``: names with commas between."""
-        gyros = ",".join(name for name in self.kinds if name not in self.accelerometers)
-        forces = {"accelerometers": ",".join(self.accelerometers)} if self.accelerometers else {}
-        return {"gyros": gyros, **forces}
+        """See `sensors_of`."""
+        return sensors_of(self.kinds, self.accelerometers)
 
     @property
     def samples(self) -> int:
@@ -216,44 +211,52 @@ class Outgoing:
     def stamps(self, block: slice) -> IntegerArray:
         """Times of the samples of a block, ns; the first sample is at 1 s, since 0 is no stamp."""
         times = self.columns.get("time")
-        if times is None:
-            seconds = np.arange(self.samples)[block] / self.sample_rate
-        else:
-            seconds = times[block]
+        seconds = (
+            np.arange(self.samples)[block] / self.sample_rate if times is None else times[block]
+        )
         return np.asarray(10**9 + np.rint(seconds * 1e9).astype(np.int64))
 
     def rows(self, block: slice) -> Rows:
         """Name -> values of a block in `units`; the null pulse is 0 or 1."""
-        return {
-            name: values[block] / self.sizes[name]
-            if name in self.sizes
-            else values[block].astype(np.uint8 if name == NULL_PULSE_NAME else np.float64)
-            for name, values in self.columns.items()
-        }
+        return in_units({name: values[block] for name, values in self.columns.items()}, self.units)
 
-    def write_blocks(
-        self, write: Callable[[int, Rows], None], *, length: int | None = None
-    ) -> None:
-        """Hand all rows to a format that grows, block by block.
+    def parts(self, length: int | None = None) -> Iterator[tuple[int, Rows]]:
+        """All rows for a format that grows: number of the first of a part, and its `rows`.
 
         Parameters
         ----------
-        write
-            Called with the number of the first row, and with `rows`.
         length
-            Rows in a block, `sagnac.arrays.BLOCK` unless stated.
+            Rows in a part, `sagnac.arrays.BLOCK` unless stated.
         """
         for block in blocks(self.samples, length):
-            write(block.start, self.rows(block))
+            yield block.start, self.rows(block)
 
     def statement(self) -> dict[str, str | float]:
         """All of it in flat text, for formats that carry attributes beside the numbers."""
+        units = {name: unit for name, unit in self.units.items() if unit is not None}
         return {
             **self.sensors,
             "kind": ",".join(f"{name}={kind}" for name, kind in self.kinds.items()),
-            "unit": ",".join(f"{name}={unit}" for name, unit in self.units.items()),
+            "unit": ",".join(f"{name}={unit}" for name, unit in units.items()),
             "sample_rate": self.sample_rate,
         }
+
+
+def sensors_of(names: Iterable[str], accelerometers: Sequence[str]) -> dict[str, str]:
+    """``gyros`` and, if there are any, ``accelerometers``: names with commas between."""
+    gyros = ",".join(name for name in names if name not in accelerometers)
+    forces = {"accelerometers": ",".join(accelerometers)} if accelerometers else {}
+    return {"gyros": gyros, **forces}
+
+
+def in_units(columns: Mapping[str, NDArray[Any]], units: Mapping[str, Unit | None]) -> Rows:
+    """Columns in SI as they are written: in their units, the null pulse as 0 or 1."""
+    return {
+        name: values / unit.size
+        if (unit := units[name]) is not None
+        else values.astype(np.uint8 if name == NULL_PULSE_NAME else np.float64)
+        for name, values in columns.items()
+    }
 
 
 def outgoing(recording: Recording) -> Outgoing:
@@ -265,19 +268,15 @@ def outgoing(recording: Recording) -> Outgoing:
         If a gyro carries a name that a file needs for something else.
     """
     columns: dict[str, NDArray[Any]] = {}
-    units: dict[str, str] = {}
-    sizes: dict[str, float] = {}
+    units: dict[str, Unit | None] = {}
     if recording.times is not None:
-        columns["time"], units["time"], sizes["time"] = recording.times, "s", 1.0
+        columns["time"], units["time"] = recording.times, UNITS["s"]
     sensors = (*recording.gyros, *recording.accelerometers)
     for channel in sensors:
         check_name(channel.name)
-    named = {channel.name: channel for channel in sensors}
-    if recording.table is not None:
-        named["table"] = recording.table
-    for name, channel in named.items():
-        unit = channel.plain_unit
-        columns[name], units[name], sizes[name] = channel.values, unit.name, unit.size
+    for channel in (*sensors, *(() if recording.table is None else (recording.table,))):
+        name = "table" if channel is recording.table else channel.name
+        columns[name], units[name] = channel.values, channel.plain_unit
     if recording.null_pulse is not None:
         columns[NULL_PULSE_NAME] = recording.null_pulse
     columns.update({one.column: one.values for one in recording.pickoffs})
@@ -285,8 +284,7 @@ def outgoing(recording: Recording) -> Outgoing:
         columns[TEMPERATURE] = recording.temperature
     return Outgoing(
         columns=columns,
-        units=units,
-        sizes=sizes,
+        units={name: units.get(name) for name in columns},
         kinds={channel.name: channel.kind for channel in sensors},
         sample_rate=recording.sample_rate,
         accelerometers=tuple(one.name for one in recording.accelerometers),

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from sagnac import formats
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.errors import quoted
-from sagnac.formats import euroc, parquet
+from sagnac.formats import arrow
+from sagnac.formats.csv import write_euroc
 from sagnac.formats.files import replacing_set
 from sagnac.formats.read_write import format_to_write
 from sagnac.formats.registry import EUROC, PARQUET
@@ -52,7 +53,15 @@ from sagnac.rig.table import (
 )
 from sagnac.rig.truth import Truth, truth_of
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor, unit_of
+from sagnac.units import (
+    DEGREE,
+    DEGREE_PER_ROOT_HOUR,
+    STANDARD_GRAVITY,
+    UNITS,
+    Sensor,
+    Unit,
+    unit_of,
+)
 
 BLOCK_SAMPLES: Final = 65_536
 # Units of gyros and accelerometers in a file, of angles and increments and of rates.
@@ -460,7 +469,7 @@ def write(
                 wrapped = within_turn(recording.table.values, config.encoder.lines)
                 recording = replace(recording, table=replace(recording.table, values=wrapped))
             if known is EUROC:
-                euroc.write(temporary, outgoing(recording), _densities(config))
+                write_euroc(temporary, outgoing(recording), _densities(config))
             else:
                 formats.write(recording, temporary)
     return path, truth_path
@@ -496,15 +505,18 @@ def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> 
     forces = _forces(config)
     units = _UNITS[config.kind == "rate"]
     before: dict[tuple[str, ...], FloatArray] = {}
-    with parquet.Writer(
+    written_in: dict[str, Unit | None] = {
+        **dict.fromkeys(GYRO_NAMES, UNITS[units[0]]),
+        **dict.fromkeys(forces, UNITS[units[1]]),
+        **({"table": UNITS["deg"], NULL_PULSE_NAME: None} if config.turning else {}),
+        **({PICKOFF + name: None for name in GYRO_NAMES} if config.dither.is_left else {}),
+    }
+    with arrow.Writer(
         path,
+        written_in,
         kinds=dict.fromkeys((*GYRO_NAMES, *forces), config.kind),
-        units=dict.fromkeys(GYRO_NAMES, units[0]) | dict.fromkeys(forces, units[1]),
         accelerometers=forces,
         sample_rate=config.sample_rate_hz,
-        table=config.turning,
-        null_pulse=config.turning,
-        pickoffs=[PICKOFF + name for name in GYRO_NAMES] if config.dither.is_left else [],
     ) as out:
         for block in blocks(config):
             columns: dict[str, NDArray[Any]] = {}

@@ -1,0 +1,352 @@
+"""Parquet and Feather, files of Arrow: one column per channel, unit and kind in its metadata."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from itertools import pairwise
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Self
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from sagnac.arrays import BLOCK
+from sagnac.formats.files import damaged, replacing
+from sagnac.formats.registry import FEATHER, PARQUET, Format
+from sagnac.formats.source import (
+    MADE,
+    Column,
+    Outgoing,
+    Rows,
+    Source,
+    Stored,
+    check_name,
+    column,
+    in_units,
+    sensors_of,
+)
+from sagnac.formats.statement import by_attributes
+from sagnac.recording.channel import Kind
+from sagnac.recording.columns import NULL_PULSE_NAME
+from sagnac.units import Unit
+
+ROWS_PER_GROUP: Final = 500_000
+_BUFFER: Final = 2**20  # bytes
+
+# ---- arrow columns -----------------------------------------------------------------
+
+
+def _text_of(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
+    return {
+        key.decode(errors="replace"): value.decode(errors="replace")
+        for key, value in (metadata or {}).items()
+    }
+
+
+def _is_numeric(kind: pa.DataType) -> bool:
+    """Whether columns of that type hold numbers, times among them."""
+    known = (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, pa.types.is_timestamp)
+    return any(is_one(kind) for is_one in known)
+
+
+def _column_of(item: pa.Field) -> Column:
+    """A field with the unit and kind that its metadata states."""
+    metadata = _text_of(item.metadata)
+    unit = item.type.unit if pa.types.is_timestamp(item.type) else metadata.get("unit")
+    return column(item.name, unit=unit, kind=metadata.get("kind"))
+
+
+def as_numpy(values: pa.Array) -> NDArray[Any]:
+    """Numbers of an array; times as integers in their unit."""
+    if pa.types.is_timestamp(values.type):
+        values = values.cast(pa.int64())
+    if pa.types.is_boolean(values.type) and not values.null_count:
+        # A bit each. A cast would import what computes on arrays: a twentieth of a second.
+        bits = np.frombuffer(values.buffers()[1], dtype=np.uint8)
+        ones = np.unpackbits(bits, bitorder="little")
+        return ones[values.offset : values.offset + len(values)]
+    if pa.types.is_boolean(values.type):
+        values = values.cast(pa.uint8())
+    if values.null_count:
+        values = values.cast(pa.float64(), safe=False).fill_null(np.nan)
+    # Not by `to_numpy`, which imports pandas where it is installed: half a second.
+    return np.from_dlpack(values)
+
+
+def _schema(
+    units: Mapping[str, Unit | None],
+    kinds: Mapping[str, Kind],
+    sample_rate: float,
+    accelerometers: Sequence[str],
+) -> pa.Schema:
+    """Columns with unit and kind in their metadata; what holds for all in that of the whole."""
+    fields = []
+    for name, unit in units.items():
+        metadata = {} if unit is None else {"unit": unit.name}
+        if name in kinds or name == "table":
+            metadata["kind"] = kinds.get(name, "angle")
+        kind = pa.bool_() if name == NULL_PULSE_NAME else pa.float64()
+        fields.append(pa.field(name, kind, metadata=metadata or None))
+    stated = {"sample_rate": repr(float(sample_rate)), "remark": MADE}
+    return pa.schema(fields, metadata={**sensors_of(kinds, accelerometers), **stated})
+
+
+def _arrays(rows: Rows, schema: pa.Schema) -> list[pa.Array]:
+    """Rows of the columns of a schema."""
+    return [
+        pa.array(rows[one.name].astype(one.type.to_pandas_dtype(), copy=False)) for one in schema
+    ]
+
+
+# ---- read --------------------------------------------------------------------------
+
+Pieces = Callable[[Sequence[str], int, int], Iterator[dict[str, NDArray[Any]]]]
+
+
+def open_source(path: Path) -> Source:
+    """Schema of the file, with what its metadata states.
+
+    Schema metadata may hold the keys of a `Statement`; field metadata ``unit`` and
+    ``kind``.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not Parquet or, by its suffix, Feather (version 2), or is cut off.
+    """
+    if path.suffix.lower() in FEATHER.suffixes:
+        return _open_feather(path)
+    with damaged(PARQUET.name), pq.ParquetFile(path) as file:
+        schema, rows = file.schema_arrow, file.metadata.num_rows
+        _require_sound(file.metadata)
+
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
+        # Unless told not to, the library holds the whole of every row group that it will read.
+        with (
+            damaged(PARQUET.name),
+            pq.ParquetFile(
+                path, pre_buffer=False, buffer_size=_BUFFER, page_checksum_verification=True
+            ) as file,
+        ):
+            yield from _pieces(file, keys, start, stop)
+
+    return _source(PARQUET, schema, rows, pieces)
+
+
+def _open_feather(path: Path) -> Source:
+    with damaged(FEATHER.name), pa.memory_map(str(path)) as mapped:
+        file = pa.ipc.open_file(mapped)
+        schema = file.schema
+        sizes = [file.get_batch(i).num_rows for i in range(file.num_record_batches)]
+    edges = np.concatenate(([0], np.cumsum(sizes, dtype=np.int64))).tolist()
+
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
+        wanted = [schema.get_field_index(key) for key in keys]
+        options = pa.ipc.IpcReadOptions(included_fields=wanted)
+        with damaged(FEATHER.name), pa.memory_map(str(path)) as mapped:
+            file = pa.ipc.open_file(mapped, options=options)
+            for number, (begin, end) in enumerate(pairwise(edges)):
+                if begin < stop and end > start:
+                    batch = file.get_batch(number)
+                    inside = slice(max(start - begin, 0), stop - begin)
+                    yield {key: as_numpy(batch.column(key))[inside] for key in keys}
+
+    return _source(FEATHER, schema, edges[-1], pieces)
+
+
+def _source(known: Format, schema: pa.Schema, rows: int, pieces: Pieces) -> Source:
+    """A file of these columns and rows."""
+    return Source(
+        format=known.name,
+        columns=tuple(_column_of(item) for item in schema if _is_numeric(item.type)),
+        load=lambda keys: Stored(lengths=dict.fromkeys(keys, rows), pieces=pieces),
+        stated=by_attributes(_text_of(schema.metadata)),
+        unreadable={
+            item.name: f"holds {item.type} values" for item in schema if not _is_numeric(item.type)
+        },
+    )
+
+
+def _require_sound(metadata: pq.FileMetaData) -> None:
+    """Refuse a footer whose numbers of rows contradict each other.
+
+    Raises
+    ------
+    ValueError
+        If groups, columns and the whole do not have the same rows.
+    """
+    rows = 0
+    for group in (metadata.row_group(place) for place in range(metadata.num_row_groups)):
+        rows += group.num_rows
+        for chunk in (group.column(place) for place in range(group.num_columns)):
+            flat = "." not in chunk.path_in_schema
+            if flat and chunk.num_values != group.num_rows:
+                raise ValueError(
+                    f"{chunk.path_in_schema} has {chunk.num_values} values in {group.num_rows} rows"
+                )
+    if rows != metadata.num_rows:
+        raise ValueError(f"{metadata.num_rows} rows are claimed and {rows} are there")
+
+
+def _pieces(
+    file: pq.ParquetFile, keys: Sequence[str], start: int, stop: int
+) -> Iterator[dict[str, NDArray[Any]]]:
+    """Rows from `start` to the one before `stop`, of no more row groups than hold them."""
+    sizes = [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
+    edges = np.concatenate(([0], np.cumsum(sizes)))
+    first = int(np.searchsorted(edges, start, side="right")) - 1
+    last = int(np.searchsorted(edges, stop, side="left"))
+    position = int(edges[first])
+    for batch in file.iter_batches(
+        batch_size=BLOCK, row_groups=list(range(first, last)), columns=list(keys)
+    ):
+        inside = slice(max(start - position, 0), stop - position)
+        yield {key: as_numpy(batch.column(key))[inside] for key in keys}
+        position += batch.num_rows
+        if position >= stop:
+            break
+    # Arrow would keep what it has decoded in for the next file.
+    pa.default_memory_pool().release_unused()
+
+
+# ---- write -------------------------------------------------------------------------
+
+
+class Writer:
+    """A Parquet recording written chunk by chunk; the file appears only when all is there.
+
+    Parameters
+    ----------
+    path
+        The file to write.
+    units
+        Name of each column, in their order -> unit that it is written in; None for the null pulse
+        and for pick-offs, which are written as they are.
+    kinds
+        Name of a gyro or an accelerometer -> kind.
+    sample_rate
+        Hz.
+    accelerometers
+        Which of `kinds` are accelerometers.
+
+    Raises
+    ------
+    ValueError
+        If a gyro name cannot stand in a file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from sagnac.units import UNITS
+    >>> folder = tempfile.TemporaryDirectory()
+    >>> path = Path(folder.name) / "run.parquet"
+    >>> units = {"x": UNITS["arcsec"], "table": UNITS["deg"]}
+    >>> with Writer(path, units, kinds={"x": "angle"}, sample_rate=500.0) as out:
+    ...     out.append({"x": np.zeros(1000), "table": np.zeros(1000)})  # rad
+    >>> pq.read_metadata(path).num_rows
+    1000
+    >>> folder.cleanup()
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        units: Mapping[str, Unit | None],
+        *,
+        kinds: Mapping[str, Kind],
+        sample_rate: float,
+        accelerometers: Sequence[str] = (),
+    ) -> None:
+        """Lay out the schema; nothing is written before the context is entered."""
+        for name in kinds:
+            check_name(name)
+        self._path, self._units = Path(path), units
+        self._schema = _schema(units, kinds, sample_rate, accelerometers)
+        self._pending: list[pa.Table] = []
+        self._stack = ExitStack()
+
+    def __enter__(self) -> Self:
+        """Open a temporary file beside the one to write."""
+        with ExitStack() as stack:
+            temporary = stack.enter_context(replacing(self._path))
+            self._file = stack.enter_context(
+                pq.ParquetWriter(
+                    temporary,
+                    self._schema,
+                    compression="zstd",
+                    use_dictionary=False,
+                    write_page_checksum=True,
+                )
+            )
+            self._stack = stack.pop_all()
+        return self
+
+    def append(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        """Add rows: every column of the schema, (rows,), in SI.
+
+        Raises
+        ------
+        ValueError
+            If the columns are not those announced, or differ in length.
+        """
+        if set(columns) != set(self._schema.names):
+            raise ValueError(
+                f"columns {', '.join(columns)} are not those announced, "
+                f"{', '.join(self._schema.names)}"
+            )
+        self.append_in_units(in_units(columns, self._units))
+
+    def append_in_units(self, columns: Rows) -> None:
+        """Add rows that are in the units of the schema already."""
+        self._pending.append(
+            pa.Table.from_arrays(_arrays(columns, self._schema), schema=self._schema)
+        )
+        if sum(table.num_rows for table in self._pending) >= ROWS_PER_GROUP:
+            self._flush()
+
+    def _flush(self) -> None:
+        if self._pending:
+            self._file.write_table(
+                pa.concat_tables(self._pending).combine_chunks(), row_group_size=ROWS_PER_GROUP
+            )
+            self._pending.clear()
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Write what is pending and rename; after an error, leave nothing."""
+        if error is not None:
+            self._stack.__exit__(kind, error, trace)
+            return
+        with self._stack:
+            self._flush()
+
+
+def write(path: Path, out: Outgoing) -> None:
+    """The columns with unit and kind in their metadata, the rate in the schema's."""
+    if path.suffix.lower() in FEATHER.suffixes:
+        _write_feather(path, out)
+        return
+    with Writer(
+        path, out.units, kinds=out.kinds, sample_rate=out.sample_rate,
+        accelerometers=out.accelerometers,
+    ) as writer:  # fmt: skip
+        for _, rows in out.parts(ROWS_PER_GROUP):
+            writer.append_in_units(rows)
+
+
+def _write_feather(path: Path, out: Outgoing) -> None:
+    schema = _schema(out.units, out.kinds, out.sample_rate, out.accelerometers)
+    with (
+        replacing(path) as temporary,
+        pa.OSFile(str(temporary), "wb") as stream,
+        pa.ipc.new_file(stream, schema) as writer,
+    ):
+        for _, rows in out.parts():
+            writer.write_batch(pa.RecordBatch.from_arrays(_arrays(rows, schema), schema=schema))
