@@ -15,7 +15,7 @@ from sagnac.arrays import FloatArray
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Channel
 from sagnac.rig.config import RigConfig, preset
-from sagnac.rig.dither import dither_frequency, folded
+from sagnac.rig.ring_laser import dither_frequency, folded
 from sagnac.rig.sections import (
     GYRO_NAMES,
     DisturbanceConfig,
@@ -334,7 +334,8 @@ def disturbed_bands(number: int) -> list[tuple[float, float]]:
             bands.append((middle - width, middle + width))
     if config.dither.is_left:
         for gyro in range(len(GYRO_NAMES)):
-            middle = folded(dither_frequency(config, gyro), config.sample_rate_hz)
+            frequency = dither_frequency(config.gyro, config.dither, gyro)
+            middle = folded(frequency, config.sample_rate_hz)
             bands.append((middle - _DITHER_WIDTH, middle + _DITHER_WIDTH))
     return bands
 

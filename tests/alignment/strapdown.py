@@ -4,6 +4,8 @@ Attitudes are whole rotation matrices and the corrections are fed back at every 
 nothing of the linear error model is used but the filter's own matrices.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from sagnac.alignment.error_model import (
@@ -36,19 +38,17 @@ def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.nda
     noise = np.empty((runs, steps, 3))
     for run in range(runs):
         for axis in range(3):
-            errors = SensorErrors.of(config, axis)
+            errors = replace(SensorErrors.of(config, axis), quantum=0.0)
             gyro = Gyro(
                 direction=np.eye(3)[axis],
                 origin=0.0,
                 interval=1.0,
-                random_walk=config.arw_deg_per_sqrt_h[axis] * np.pi / 180.0 / 60.0,
-                quantum=0.0,
                 slow=SlowDrift.stationary(
                     errors, sample_rate=1.0, duration=float(steps), random=random
                 ),
                 errors=errors,
-                lock_in=None,
                 random=random,
+                readout=random,
             )
             angles = np.zeros(steps)
             gyro.advance(0, still, angles)

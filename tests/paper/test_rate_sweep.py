@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.rate_sweep import fit_rate_sweep, sweep_of
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.spectrum_fit import likelihood_fit
-from sagnac.paper.trials import fit_rate_sweep, sweep_of
 from sagnac.rig.config import preset
 from sagnac.rig.sections import DisturbanceConfig
 from sagnac.rig.simulate import simulate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.rig.config import RigConfig, preset
-from sagnac.rig.dither import folded
+from sagnac.rig.ring_laser import folded
 from sagnac.rig.sections import ConfigurationError, DitherConfig, GyroConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate
 from tests.rig.rigs import ARCSEC

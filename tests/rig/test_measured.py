@@ -243,7 +243,7 @@ def test_a_rate_with_less_noise_than_its_steps_would_make_is_a_counted_angle():
     """Rates of 50 Hz in steps of 100 deg/h are 2 arcsec a sample, and 4 deg/h/sqrt(Hz) if lost."""
     for walk, by_rate in ((0.01, False), (1.0, True)):
         unit = Measured(
-            gyros={"x": {"angle_random_walk": walk, "quantization": 0.7}},
+            sensors={"gyro": {"x": {"angle_random_walk": walk, "quantization": 0.7}}},
             sample_rate=50.0,
             duration=60.0,
             kind="rate",
@@ -332,7 +332,7 @@ def test_two_markov_rates_go_from_the_note_through_the_document_to_the_rig(tmp_p
 
 def test_two_markov_rates_of_an_analysis_are_the_keys_of_both():
     unit = Measured(
-        gyros={"x": {"angle_random_walk": 0.1}, "z": {"angle_random_walk": 0.2}},
+        sensors={"gyro": {"x": {"angle_random_walk": 0.1}, "z": {"angle_random_walk": 0.2}}},
         sample_rate=2.0,
         duration=100.0,
         markov={"x": ((15.0, 4.0), (25.0, 100.0)), "z": ((7.0, 30.0),)},

@@ -5,16 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.rate_sweep import quantum_limit
 
 from sagnac.paper.prediction import TABLE_2
 from sagnac.rig.config import preset
-from sagnac.rig.ring_laser import (
-    Dither,
-    RingLaser,
-    angle_random_walk,
-    mean_rate,
-    quantum_limit,
-)
+from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
 from sagnac.rig.sections import DisturbanceConfig
 from sagnac.rig.simulate import simulate
 from sagnac.stability.curve import stability_curve

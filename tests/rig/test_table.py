@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import welch
 
 from sagnac.rig.sections import TableConfig
-from sagnac.rig.table import RateNoise, hunting, position_jitter, substeps_of, table_command
+from sagnac.rig.table import movers_of, random_streams, substeps_of, table_command
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 from tests.rig.rigs import (
     ARCSEC,
@@ -216,28 +216,36 @@ def advanced(mover, commanded, pieces):
     return drive, rate
 
 
-@pytest.mark.parametrize("make", [position_jitter, hunting, RateNoise.jitter, RateNoise.wander])
-def test_movers_do_not_depend_on_how_they_are_advanced(make):
-    config = TableConfig(jitter_rms_deg_per_s=0.1, wander_fraction=0.01, hunting_rms_deg_per_s=0.1)
+def mover_of(config, seed=1):
+    (mover,) = movers_of(config, 0.002, random_streams(seed))
+    return mover
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        TableConfig(jitter_rms_deg_per_s=0.1),
+        TableConfig(jitter_rms_deg_per_s=0.1, jitter_spectrum="rate"),
+        TableConfig(wander_fraction=0.01),
+        TableConfig(hunting_rms_deg_per_s=0.1),
+    ],
+)
+def test_movers_do_not_depend_on_how_they_are_advanced(config):
     commanded = np.full(1000, 40.0 * DEG)
-    whole, parts = (
-        advanced(make(config, 0.002, np.random.default_rng(1)), commanded, n) for n in (1, 7)
-    )
+    whole, parts = (advanced(mover_of(config), commanded, n) for n in (1, 7))
     np.testing.assert_array_equal(whole, parts)
 
 
 def test_movers_begin_with_what_they_are_in():
-    config = TableConfig(jitter_rms_deg_per_s=0.1, wander_fraction=0.01)
-    held = position_jitter(config, 0.002, np.random.default_rng(1))
+    held = mover_of(TableConfig(jitter_rms_deg_per_s=0.1))
     assert held.begin(1.0, 2.0) == (1.0 + held.state.angle, 2.0 + held.state.rate)
-    wander = RateNoise.wander(config, 0.002, np.random.default_rng(1))
+    wander = mover_of(TableConfig(wander_fraction=0.01))
     assert wander.begin(1.0, 2.0) == (1.0, 2.0 + 0.01 * 2.0 * wander.state.level)
 
 
 def test_rate_noise_has_its_size_and_correlation():
-    config = TableConfig(jitter_rms_deg_per_s=0.1, jitter_bandwidth_hz=5.0)
-    noise = RateNoise.jitter(config, 0.002, np.random.default_rng(2))
-    drive, rate = advanced(noise, np.zeros(200_000), 3)
+    config = TableConfig(jitter_rms_deg_per_s=0.1, jitter_bandwidth_hz=5.0, jitter_spectrum="rate")
+    drive, rate = advanced(mover_of(config, 2), np.zeros(200_000), 3)
     assert rate.std() == pytest.approx(0.1 * DEG, rel=0.05)
     assert np.corrcoef(rate[:-1], rate[1:])[0, 1] == pytest.approx(
         math.exp(-2 * math.pi * 5.0 * 0.002), rel=0.01

@@ -30,9 +30,8 @@ from sagnac.lines.naming import with_noise_restored
 from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.rig.config import PRESETS, RigConfig
-from sagnac.rig.sections import GYRO_NAMES, GyroMode, Pairs, Triple
+from sagnac.rig.sections import GYRO_NAMES, GyroMode, Pairs
 from sagnac.rig.truth import truth_of
-from sagnac.table.frames import shares_from_deviations
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.version import __version__
 
@@ -67,19 +66,19 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
     diffusion = gyro.backscatter_diffusion_rad2_per_s * random.lognormal(0.0, _DIFFUSION)
     sizes, places = random.lognormal(0.0, _LINES, len(time)), random.normal(size=len(time))
     moved: Pairs = tuple(
-        (_moved(frequency, place, config.sample_rate_hz), float(amplitude * size))
+        (
+            # One above half the sample rate is kept at it.
+            float(min(frequency * (1.0 + _FREQUENCY * place), 0.5 * config.sample_rate_hz)),
+            float(amplitude * size),
+        )
         for (frequency, amplitude), size, place in zip(time, sizes, places, strict=True)
     )
-    each: Triple = (
-        float(lock_in[0] * common),
-        float(lock_in[1] * common),
-        float(lock_in[2] * common),
-    )
+    x, y, z = (float(one * common) for one in lock_in)
     return replace(
         config,
         gyro=replace(
             gyro,
-            lock_in_deg_per_h=each,
+            lock_in_deg_per_h=(x, y, z),
             backscatter_diffusion_rad2_per_s=float(diffusion),
             temperature_coefficient_deg_per_h_per_k=_PER_KELVIN,
             warm_up_k=float(_WARM_UP * random.normal()),
@@ -96,11 +95,6 @@ def _lines_of(config: RigConfig) -> Pairs:
         (frequency, amplitude if frequency >= _MAINS else DRIVEN * amplitude)
         for frequency, amplitude in config.disturbances.time
     )
-
-
-def _moved(frequency: float, place: float, sample_rate: float) -> float:
-    """A frequency of the day, Hz; one above half the sample rate is kept at it."""
-    return float(min(frequency * (1.0 + _FREQUENCY * place), 0.5 * sample_rate))
 
 
 # ---- published ---------------------------------------------------------------------
@@ -235,19 +229,13 @@ class Run:
         return f"{self.name}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
 
 
-def cell_name(table: Table, rate: float, day: int) -> str:
-    """Name of the run of one table cell; days count from 1."""
-    return f"{table}-{rate:g}-day{day}"
+def cell_name(table: Table, rate: float, day: int, by: Literal["", "paper", "printed"] = "") -> str:
+    """Name of the run of one table cell; days count from 1.
 
-
-def published_cell_name(table: Table, rate: float, day: int) -> str:
-    """Name of the run of one table cell by the paper's method."""
-    return f"{cell_name(table, rate, day)}-paper"
-
-
-def printed_cell_name(table: Table, rate: float, day: int) -> str:
-    """Name of the run of one table cell by the paper's method in the paper's order."""
-    return f"{cell_name(table, rate, day)}-printed"
+    `by` is empty for our method, ``paper`` for the paper's, and ``printed`` for the paper's in the
+    order in which it prints its steps.
+    """
+    return f"{table}-{rate:g}-day{day}" + (f"-{by}" if by else "")
 
 
 def plan(scope: Scope) -> tuple[Run, ...]:
@@ -269,11 +257,11 @@ def _runs_of_table(
             own = Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
             # At rest the paper removes nothing.
             method: Method = "fos-paper" if rate > 0.0 else "none"
-            name = published_cell_name(table, rate, day)
+            name = cell_name(table, rate, day, "paper")
             published_run = replace(own, name=name, method=method, by_curve=True)
             runs += [own, published_run]
             if rate > 0.0:
-                name = printed_cell_name(table, rate, day)
+                name = cell_name(table, rate, day, "printed")
                 runs.append(replace(published_run, name=name, as_printed=True))
             if (table, rate) == _CELL_OF_FIGURE_2:
                 long = replace(config, duration_s=scope.figure_duration_s)
@@ -418,8 +406,13 @@ def predicted_angle_random_walk(
     step = _mean(pair, config.gyro.quantization_step_arcsec) * ARCSECOND
     laser = _laser_noise(speeds, config, pair)
     lock_in = np.sqrt(np.maximum(laser**2 - quantum**2, 0.0))
-    encoder = _encoder_error(speeds, config, pair, late)
-    walk, jitter = (np.full(speeds.size, part) for part in _jitter(config, pair))
+    shares = config.platform.shares
+    first, second = (float(shares[GYRO_NAMES.index(name)]) for name in pair)
+    mismatch = abs(first - second)
+    # The encoder's white error of angle, of its steps and of when it is read.
+    line = 2.0 * math.pi / config.encoder.lines / math.sqrt(12.0)
+    encoder = np.asarray(mismatch * np.hypot(line, speeds * late) / PAIR_SIZE)
+    walk, jitter = (np.full(speeds.size, part) for part in _jitter(config, mismatch))
     return Prediction(
         rates=speeds,
         quantum=np.full(speeds.size, quantum),
@@ -455,28 +448,13 @@ def _laser_noise(speeds: FloatArray, config: RigConfig, pair: tuple[str, str]) -
     return noise
 
 
-def _encoder_error(
-    speeds: FloatArray, config: RigConfig, pair: tuple[str, str], latch_jitter: float
-) -> FloatArray:
-    """Q-bar of the encoder's white error of angle, rad."""
-    step = 2.0 * math.pi / config.encoder.lines / math.sqrt(12.0)
-    measured = _mismatch(config, pair) * np.hypot(step, speeds * latch_jitter)
-    return np.asarray(measured / PAIR_SIZE)
-
-
-def _jitter(config: RigConfig, pair: tuple[str, str]) -> tuple[float, float]:
+def _jitter(config: RigConfig, mismatch: float) -> tuple[float, float]:
     """N-bar and Q-bar of the table's jitter: one of them, by what the servo holds."""
     natural = 2.0 * math.pi * config.table.jitter_bandwidth_hz
-    servo = config.table.jitter_rms_deg_per_s * DEGREE * _mismatch(config, pair)
+    servo = config.table.jitter_rms_deg_per_s * DEGREE * mismatch
     if config.table.jitter_spectrum == "position":
         return 0.0, servo / natural / PAIR_SIZE
     return servo * math.sqrt(2.0 / natural) / PAIR_SIZE, 0.0
-
-
-def _mismatch(config: RigConfig, pair: tuple[str, str]) -> float:
-    shares = shares_from_deviations(config.platform.share_deviation)
-    first, second = (float(shares[GYRO_NAMES.index(name)]) for name in pair)
-    return abs(first - second)
 
 
 def adequate_rate(prediction: Prediction, excess: float = 0.1) -> float:

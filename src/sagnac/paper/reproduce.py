@@ -41,8 +41,6 @@ from sagnac.paper.prediction import (
     cell_name,
     plan,
     predicted_angle_random_walk,
-    printed_cell_name,
-    published_cell_name,
 )
 from sagnac.paper.trials import FITTED_TERMS, FORMS, Form, Trial, least_squares, trials
 from sagnac.processes import GIBIBYTE, Means, Standing, completed, nobody
@@ -289,8 +287,13 @@ def reproduce(
         If the folder cannot be written to, or a process dies.
     """
     runs = plan(scope)
-    store = _store(folder)
-    kept = {run.name: read_outcome(_path(store, run)) for run in runs}
+    store = folder / "runs"
+    try:
+        store.mkdir(exist_ok=True)
+    except OSError as error:
+        problem = f"cannot be written ({error.strerror})"
+        raise RecordingError(problem, path=str(store), remedy="choose another output") from None
+    kept = {run.name: read_outcome(store / f"{run.key}.json") for run in runs}
     outcomes = {name: outcome for name, outcome in kept.items() if outcome is not None}
     missing = [run for run in runs if run.name not in outcomes]
     began, before = time.perf_counter(), len(outcomes)
@@ -319,10 +322,6 @@ def reproduce(
     )
 
 
-def _path(store: Path, run: Run) -> Path:
-    return store / f"{run.key}.json"
-
-
 def _by_recording(runs: Iterable[Run]) -> list[tuple[Run, ...]]:
     """Runs of one recording together, in the order of the first of each."""
     together: dict[RigConfig, list[Run]] = {}
@@ -343,14 +342,13 @@ def _made(
     with closing(ended):
         for runs, future in ended:
             try:
-                outcomes = future.result()
+                yield from future.result()
             except BrokenProcessPool:
                 raise RecordingError(
                     f"the process that made {runs[0].name} died; it was killed, or memory ran out",
                     path=str(store),
                     remedy="start again, with fewer processes ({workers 1}); what is made is kept",
                 ) from None
-            yield from outcomes
 
 
 def _all_of_recording(runs: tuple[Run, ...], store: Path) -> list[Outcome]:
@@ -362,21 +360,8 @@ def _of_recording(runs: tuple[Run, ...], store: Path) -> Iterator[Outcome]:
     simulation = simulate(runs[0].config)
     for run in runs:
         outcome = outcome_of(run, simulation)
-        write_outcome(_path(store, run), outcome)
+        write_outcome(store / f"{run.key}.json", outcome)
         yield outcome
-
-
-def _store(folder: Path) -> Path:
-    store = folder / "runs"
-    try:
-        store.mkdir(exist_ok=True)
-    except OSError as error:
-        raise RecordingError(
-            f"cannot be written ({error.strerror})",
-            path=str(store),
-            remedy="choose another output",
-        ) from None
-    return store
 
 
 Order = Literal["by_paper", "as_printed"]
@@ -408,9 +393,9 @@ def outcomes_of_table(reproduction: Reproduction, table: Table) -> list[Cell]:
     for rate, days in published.items():
         for day in range(1, reproduction.scope.days + 1):
             outcome = reproduction.outcomes[cell_name(table, rate, day)]
-            by_paper = reproduction.outcomes[published_cell_name(table, rate, day)]
+            by_paper = reproduction.outcomes[cell_name(table, rate, day, "paper")]
             printed = by_paper
             if rate > 0.0:
-                printed = reproduction.outcomes[printed_cell_name(table, rate, day)]
+                printed = reproduction.outcomes[cell_name(table, rate, day, "printed")]
             cells.append(Cell(rate, day, days[day - 1], outcome, by_paper, printed))
     return cells

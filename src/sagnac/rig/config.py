@@ -37,7 +37,6 @@ from sagnac.rig.sections import (
     overlaid,
 )
 from sagnac.rig.table import table_command
-from sagnac.table.frames import shares_from_deviations
 from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
 _CLEAR_OF_LOCK_IN = 10.0  # lock-in rates that the bias must exceed, so that jitter never locks
@@ -308,7 +307,7 @@ def _check_clear_of_lock_in(gyro: GyroConfig, slowest: FloatArray) -> None:
 
 def _sensed_rates(config: RigConfig) -> tuple[FloatArray, FloatArray]:
     """Least and greatest rate each gyro is commanded to sense, without sign, rad/s, (3,)."""
-    shares = np.abs(shares_from_deviations(config.platform.share_deviation))
+    shares = np.abs(config.platform.shares)
     rate = table_command(config.table, config.duration_s).rate
     reverses = bool(np.any(rate > 0.0) and np.any(rate < 0.0))
     slowest = 0.0 if reverses else float(np.abs(rate).min())

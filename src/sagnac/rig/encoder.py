@@ -50,18 +50,6 @@ class Delay:
     random: np.random.Generator
     walked: float = 0.0
 
-    @classmethod
-    def of(
-        cls, config: EncoderConfig, duration: float, interval: float, random: np.random.Generator
-    ) -> Self:
-        """The delay in a recording of `duration`, s, sampled every `interval`, s."""
-        return cls(
-            start=config.latency_s,
-            growth=delay_growth(config, duration),
-            step=delay_walk(config, interval),
-            random=random,
-        )
-
     @property
     def changes(self) -> bool:
         """Whether readings are late at any time."""
@@ -193,7 +181,12 @@ class Encoder:
             Of the recording.
         """
         error = drawn_orders(config.periodic_error, streams.phases)
-        delay = Delay.of(config, duration, interval, streams.delay)
+        delay = Delay(
+            start=config.latency_s,
+            growth=delay_growth(config, duration),
+            step=delay_walk(config, interval),
+            random=streams.delay,
+        )
         back = math.ceil(delay.longest(duration, interval) / interval) + _AROUND
         return cls(
             lines=config.lines,

@@ -80,11 +80,6 @@ class SensorErrors:
         rad/s per kelvin; rise of temperature, K, and its time constant, s.
     corner, order
         Of the low-pass, Hz, 0 for none.
-
-    Raises
-    ------
-    ValueError
-        If a figure is not finite.
     """
 
     random_walk: float
@@ -105,11 +100,6 @@ class SensorErrors:
     per_kelvin: float = 0.0
     warm_up: float = 0.0
     warm_up_time: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name in self.__slots__:
-            if not math.isfinite(getattr(self, name)):
-                raise ValueError(f"{name} is {getattr(self, name)}; give a finite number")
 
     @classmethod
     def of(cls, config: GyroConfig | AccelerometerConfig, axis: int) -> Self:
@@ -457,22 +447,19 @@ class Gyro:
         Table angle one sample before the first, rad.
     interval
         Between samples, s.
-    random_walk
-        N, rad/sqrt(s); with lock-in the quantum limit, which the laser's model counts in.
-    quantum
-        Readout step, rad, 0 for none.
     slow
         Bias instability and rate random walk.
     errors
-        Of which bias, ramp and warming up are taken.
+        What else is wrong with it; N is the quantum limit with lock-in, which the laser's model
+        counts in.
     lock_in
         Of a ring laser, or None.
     low_pass
         Of the sensor, or None.
     mount
         Of the gyro, or None if it is rigid.
-    angle_noise, readout
-        White noise of the sampled angle, rad, and its stream; 0 and None for none.
+    readout
+        Stream of the white noise of the sampled angle.
     rates
         Readout of the rate, or None.
     random
@@ -486,16 +473,13 @@ class Gyro:
     direction: FloatArray
     origin: float
     interval: float
-    random_walk: float
-    quantum: float
     slow: SlowDrift
     errors: SensorErrors
-    lock_in: LockIn | None
     random: np.random.Generator
+    readout: np.random.Generator
+    lock_in: LockIn | None = None
     low_pass: LowPass | None = None
     mount: Mount | None = None
-    angle_noise: float = 0.0
-    readout: np.random.Generator | None = None
     rates: RateReadout | None = None
     walked: float = 0.0
     before: float = 0.0
@@ -513,8 +497,9 @@ class Gyro:
             (n,) disturbances of the angle, rad; holds the measured angle afterwards.
         """
         count = motion.angle.size
-        if self.readout is not None:
-            angles += self.angle_noise * self.readout.standard_normal(count)
+        errors = self.errors
+        if errors.angle_noise > 0.0:
+            angles += errors.angle_noise * self.readout.standard_normal(count)
         own = self.direction[2] * (motion.angle - self.origin)
         true = self.direction @ motion.turned + own
         if self.mount is not None:
@@ -522,8 +507,8 @@ class Gyro:
         drift = self.slow.advance(first, count)
         # A sample's drift is that of the middle of the interval before it.
         seconds: FloatArray = (first + np.arange(count, dtype=np.float64) - 0.5) * self.interval
-        self.errors.add_trend(drift, seconds)
-        strength: FloatArray | float = self.random_walk
+        errors.add_trend(drift, seconds)
+        strength: FloatArray | float = errors.random_walk
         if self.lock_in is not None:
             lost, strength = self.lock_in.advance(true)
             drift += lost
@@ -531,10 +516,10 @@ class Gyro:
         if self.low_pass is not None:
             noise += drift * self.interval
             behind, nothing = self._behind_low_pass(self.low_pass, true, noise), np.zeros(count)
-            _kernels.readout(behind, nothing, nothing, self.interval, self.quantum, 0.0, angles)
+            _kernels.readout(behind, nothing, nothing, self.interval, errors.quantum, 0.0, angles)
         else:
             self.walked = _kernels.readout(
-                true, noise, drift, self.interval, self.quantum, self.walked, angles
+                true, noise, drift, self.interval, errors.quantum, self.walked, angles
             )
         if self.rates is not None:
             self.rates.advance(angles)

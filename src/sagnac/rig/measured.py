@@ -35,8 +35,9 @@ class Measured:
 
     Attributes
     ----------
-    gyros, accelerometers
-        Name -> coefficient -> its value in the field's unit; what was not estimated is not there.
+    sensors
+        Kind -> name -> coefficient -> its value in the field's unit; what was not estimated is not
+        there, and neither is a kind that there is none of.
     sample_rate, duration
         Hz and s.
     kind
@@ -52,8 +53,7 @@ class Measured:
         deg/s, 0 at rest.
     """
 
-    gyros: Mapping[str, Mapping[str, float]]
-    accelerometers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    sensors: Mapping[Sensor, Mapping[str, Mapping[str, float]]]
     sample_rate: float
     duration: float
     table_rate: float = 0.0
@@ -63,8 +63,8 @@ class Measured:
     readouts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not self.gyros:
-            raise ValueError("gyros is empty; give an analysis of a gyro")
+        if not self.sensors.get("gyro"):
+            raise ValueError("sensors has no gyro; give an analysis of a gyro")
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> Self:
@@ -82,19 +82,20 @@ class Measured:
                 for name, own in document["per_gyro"].items()
                 if own["status"] == "estimated"
             } or gyros
-        forces = (document.get("accelerometers") or {}).items()
+        forces = {
+            name: _of_document(one, one[_FORCE_WALK], "accelerometer")
+            for name, one in (document.get("accelerometers") or {}).items()
+        }
+        stated = {**alone, **(document.get("accelerometers") or {})}.items()
         return cls(
-            gyros=gyros,
-            accelerometers={
-                name: _of_document(one, one[_FORCE_WALK], "accelerometer") for name, one in forces
-            },
+            sensors={"gyro": gyros, **({"accelerometer": forces} if forces else {})},
             sample_rate=read["sample_rate_hz"],
             duration=read["duration_s"],
             table_rate=read.get("table_rate_deg_per_s") or 0.0,
             kind=read.get("kind") or "",
             low_passes={
                 name: (one["low_pass"]["corner_hz"], one["low_pass"]["order"])
-                for name, one in (*alone.items(), *forces)
+                for name, one in stated
                 if one.get("low_pass")
             },
             markov={
@@ -103,52 +104,37 @@ class Measured:
                     for key in ("markov", "second_markov")
                     if (rate := one.get("slow_noise", {}).get(key))
                 )
-                for name, one in (*alone.items(), *forces)
+                for name, one in stated
             },
             readouts={
-                each: shown
-                for name, one in (*alone.items(), *forces)
-                for each, shown in _readouts(name, one).items()
+                each: shown for name, one in stated for each, shown in _readouts(name, one).items()
             },
         )
 
-    @property
-    def _kinds(self) -> dict[Sensor, Mapping[str, Mapping[str, float]]]:
-        """Sensors of each kind that there are."""
-        kinds: dict[Sensor, Mapping[str, Mapping[str, float]]] = {
-            "gyro": self.gyros,
-            "accelerometer": self.accelerometers,
-        }
-        return {kind: found for kind, found in kinds.items() if found}
-
     def keys(self) -> dict[str, Any]:
         """Nested tables of a `RigConfig`."""
-        kinds = self._kinds
-        tables: dict[str, dict[str, Any]] = {
-            kind: {
-                key: [found[name].get(coefficient, 0.0) for name in _three(found, _NAMES[kind])]
+        tables: dict[str, dict[str, Any]] = {}
+        for kind, found in self.sensors.items():
+            names = _three(found, _NAMES[kind])
+            table = tables[kind] = {
+                key: [found[name].get(coefficient, 0.0) for name in names]
                 for coefficient, key in _KEYS[kind].items()
             }
-            for kind, found in kinds.items()
-        }
-        for kind, found in kinds.items():
-            passes = [self.low_passes.get(name) for name in _three(found, _NAMES[kind])]
-            tables[kind]["low_pass_hz"] = [one[0] if one else 0.0 for one in passes]
+            passes = [self.low_passes.get(name, (0.0, 1)) for name in names]
+            table["low_pass_hz"] = [corner for corner, _ in passes]
             # The rig has one order for all: that of the lowest corner.
-            tables[kind]["low_pass_order"] = min((one for one in passes if one), default=(0.0, 1))[
-                1
-            ]
+            table["low_pass_order"] = min((one for one in passes if one[0]), default=(0.0, 1))[1]
             unit = {"gyro": "deg_per_h", "accelerometer": "mg"}[kind]
             for place, which in enumerate(("", "second_")):
                 rates = [
                     dict(enumerate(self.markov.get(name, ()))).get(place, (0.0, _MARKOV_TIME_S))
-                    for name in _three(found, _NAMES[kind])
+                    for name in names
                 ]
                 sizes, times = zip(*rates, strict=True)
-                tables[kind][f"{which}markov_deviation_{unit}"] = list(sizes)
-                tables[kind][f"{which}markov_time_s"] = list(times)
-            self._read_out(tables[kind], kind, _three(found, _NAMES[kind]))
-        if self.accelerometers:
+                table[f"{which}markov_deviation_{unit}"] = list(sizes)
+                table[f"{which}markov_time_s"] = list(times)
+            self._read_out(table, kind, names)
+        if "accelerometer" in tables:
             tables["accelerometer"]["mode"] = "triad"
         return {
             "duration_s": self.duration,
@@ -203,9 +189,9 @@ class Measured:
             f"{name}: readout {what} of {shown[what]:.4g} {shown['unit']}"
             for name, shown in self.readouts.items()
             for what in _SHOWN
-            if what in shown and any(name in found for found in self._kinds.values())
+            if what in shown and any(name in found for found in self.sensors.values())
         ]
-        for kind, found in self._kinds.items():
+        for kind, found in self.sensors.items():
             titles = SENSED[kind].titles
             for name, one in found.items():
                 lines += [

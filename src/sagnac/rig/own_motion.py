@@ -21,6 +21,28 @@ from sagnac.units import ARCSECOND
 # ---- own motion --------------------------------------------------------------------
 
 
+def _structure(
+    frequency: float,
+    quality: float,
+    rms: float,
+    *,
+    moving: bool,
+    interval: float,
+    random: np.random.Generator,
+) -> Oscillator:
+    """An oscillator by its rms angle, arcsec; it rests if the table is not `moving` yet."""
+    made = Oscillator.stationary(
+        frequency=frequency,
+        damping=0.5 / quality,
+        rms_rate=2.0 * math.pi * frequency * rms * ARCSECOND,
+        step=interval,
+        random=random,
+    )
+    if not moving:
+        made.state = _kernels.OscillatorState(0.0, 0.0)
+    return made
+
+
 @dataclass(slots=True, kw_only=True)
 class Mount:
     """The mount of one gyro: a structure that the turning table shakes about the input axis.
@@ -53,15 +75,10 @@ class Mount:
         rms, frequency = config.resonance_rms_arcsec[gyro], config.resonance_hz[gyro]
         if rms == 0.0:
             return None
-        structure = Oscillator.stationary(
-            frequency=frequency,
-            damping=0.5 / config.resonance_quality,
-            rms_rate=2.0 * math.pi * frequency * rms * ARCSECOND,
-            step=interval,
-            random=random,
+        quality = config.resonance_quality
+        structure = _structure(
+            frequency, quality, rms, moving=moving, interval=interval, random=random
         )
-        if not moving:
-            structure.stop()
         return cls(structure=structure, start=structure.state.angle)
 
     def advance(self, moving: BooleanArray) -> FloatArray:
@@ -128,19 +145,11 @@ class Nutation:
         rms = config.nutation_rms_arcsec
         if rms == 0.0:
             return None
+        frequency, quality = config.nutation_hz, config.nutation_quality
         first, second = (
-            Oscillator.stationary(
-                frequency=config.nutation_hz,
-                damping=0.5 / config.nutation_quality,
-                rms_rate=2.0 * math.pi * config.nutation_hz * rms * ARCSECOND,
-                step=interval,
-                random=one,
-            )
+            _structure(frequency, quality, rms, moving=moving, interval=interval, random=one)
             for one in random.spawn(2)
         )
-        if not moving:
-            first.stop()
-            second.stop()
         return cls(
             tilts=(first, second),
             angle=origin,

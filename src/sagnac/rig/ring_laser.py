@@ -1,4 +1,4 @@
-"""The ring laser gyro: a fast model of what the lock-in equation does.
+"""The ring laser gyro: a fast model of what the lock-in equation does, and its dither.
 
 The beat phase psi between the two waves, 2 pi for every `fringe` of input angle, obeys
 
@@ -26,21 +26,33 @@ Dithered
     angle N = rate_L sqrt(fringe/(2 pi peak)), the known law. At an input rate the zero
     lies off the dither's steepest point and the peak becomes sqrt(peak^2 - rate^2). The
     mean of the lock-in term is zero to second order: the scale factor is 1.
+
+A dither is a resonator kept swinging by an even drive and shaken by a random one, so that the
+random part of its complex amplitude decays with the resonator's ring-down::
+
+    p(t) = Re[(1 + u(t)) A exp(i (2 pi f t + phi))],   A = peak rate / (2 pi f)
+
+with u a complex Ornstein-Uhlenbeck process. The gyro turns with its body, and its readout takes off
+what the pick-off says, at a slightly wrong gain and a little late. Sampling folds what is left,
+since f lies above half the sample rate as a rule.
 """
 
+import cmath
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.constants import Planck, speed_of_light
+from numpy.typing import ArrayLike
+from scipy.signal import lfilter
 
 from sagnac.arrays import FloatArray
+from sagnac.rig import _kernels
+from sagnac.rig.sections import DitherConfig, GyroConfig
+from sagnac.units import ARCSECOND, DEGREE
 
 # Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
 _RANDOM_ENOUGH: Final = 3.0  # rad: a correlation of 1 %
-_HELIUM_NEON: Final = 632.8e-9  # m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,65 +127,6 @@ class Dither:
             raise ValueError(f"amplitude_noise is {self.amplitude_noise!r}; give 0 to 0.5")
 
 
-def quantum_limit(
-    *,
-    perimeter: float,
-    area: float,
-    loss: float,
-    power: float,
-    wavelength: float = _HELIUM_NEON,
-) -> float:
-    """Angle random walk of spontaneous emission, rad/sqrt(s).
-
-    ``N = c L / (4 A Q) sqrt(h f / P)``, with the quality factor ``Q = 2 pi f L / (c loss)``: a
-    larger ring of better mirrors and more power is quieter.
-
-    Parameters
-    ----------
-    perimeter, area
-        L and A of the ring, m and m^2.
-    loss
-        Part of the power lost in one round trip.
-    power
-        P that each beam loses, W.
-    wavelength
-        m; of the red line of helium and neon unless given.
-
-    Raises
-    ------
-    ValueError
-        If a value is not above zero.
-
-    References
-    ----------
-    Schreiber and Wells, Rev. Sci. Instrum. 84 (2013) 041101; Dorschner, Haus, Holz, Smith and
-    Statz, IEEE J. Quantum Electron. 16 (1980) 1376.
-
-    Examples
-    --------
-    A triangle of 28 cm whose mirrors lose 100 ppm, at 10 uW, in deg/sqrt(h):
-
-    >>> from sagnac.units import DEGREE_PER_ROOT_HOUR
-    >>> limit = quantum_limit(perimeter=0.28, area=3.77e-3, loss=1e-4, power=1e-5)
-    >>> round(limit / DEGREE_PER_ROOT_HOUR, 6)
-    0.000122
-    """
-    given = {
-        "perimeter": perimeter,
-        "area": area,
-        "loss": loss,
-        "power": power,
-        "wavelength": wavelength,
-    }
-    for name, value in given.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} is {value!r}; it must be above zero")
-    frequency = speed_of_light / wavelength
-    quality = 2.0 * math.pi * frequency * perimeter / (speed_of_light * loss)
-    size = speed_of_light * perimeter / (4.0 * area * quality)
-    return float(size * math.sqrt(Planck * frequency / power))
-
-
 def mean_rate(laser: RingLaser, rate: ArrayLike, dither: Dither | None = None) -> FloatArray:
     """Rate that the beat shows at a constant input rate, rad/s, in the shape of `rate`.
 
@@ -226,7 +179,7 @@ def angle_random_walk(
     return np.asarray(np.where(moving, np.sqrt(passed + scatter), 0.0))
 
 
-def _check_dither(laser: RingLaser, dither: Dither, rates: NDArray[np.float64]) -> None:
+def _check_dither(laser: RingLaser, dither: Dither, rates: FloatArray) -> None:
     fastest = float(np.max(np.abs(rates), initial=0.0))
     if fastest >= dither.rate:
         raise ValueError(
@@ -241,3 +194,119 @@ def _check_dither(laser: RingLaser, dither: Dither, rates: NDArray[np.float64]) 
             "between turn-arounds, so their kicks are correlated; give at least "
             f"{_RANDOM_ENOUGH / swing:.3g}"
         )
+
+
+# ---- dither that is left -----------------------------------------------------------------
+
+
+def dither_frequency(gyro: GyroConfig, dither: DitherConfig, axis: int) -> float:
+    """Frequency of the dither of the gyro x, y or z, Hz."""
+    return gyro.dither_frequency_hz + dither.detuning_hz[axis]
+
+
+def folded(frequency: float, sample_rate: float) -> float:
+    """Where sampling shows a frequency, Hz.
+
+    Examples
+    --------
+    >>> folded(400.0, 500.0)
+    100.0
+    """
+    return abs(frequency - sample_rate * round(frequency / sample_rate))
+
+
+def left_of(gyro: GyroConfig, dither: DitherConfig, axis: int) -> complex:
+    """Part of the dither that is left in the angle: 1 less the gain, delayed, of the stripping."""
+    late = 2.0 * math.pi * dither_frequency(gyro, dither, axis) * dither.delay_s[axis]
+    return 1.0 - (1.0 - dither.residue[axis]) * cmath.exp(-1j * late)
+
+
+@dataclass(slots=True, kw_only=True)
+class DitherMotion:
+    """The dither of one gyro.
+
+    Attributes
+    ----------
+    amplitude
+        Of the even part, rad.
+    left
+        Part of it in the gyro's angle, with its phase.
+    cycles, phase
+        Cycles in a sample interval, and phase at the first sample, rad.
+    decay, spread
+        Correlation of the random part from one sample to the next, and rms of what each of its two
+        components gains, as a part of the amplitude.
+    noise
+        Of the pick-off, rms, rad.
+    random
+        Stream of the dither.
+    shaken
+        (2,) random part at the last sample, in phase and in quadrature, as a part of the amplitude.
+    """
+
+    amplitude: float
+    left: complex
+    cycles: float
+    phase: float
+    decay: float
+    spread: float
+    noise: float
+    random: np.random.Generator
+    shaken: FloatArray
+
+    @classmethod
+    def drawn(
+        cls,
+        gyro: GyroConfig,
+        dither: DitherConfig,
+        axis: int,
+        *,
+        sample_rate: float,
+        random: np.random.Generator,
+    ) -> Self:
+        """The dither of the gyro x, y or z in its stationary state."""
+        frequency = dither_frequency(gyro, dither, axis)
+        decay = math.exp(-1.0 / (sample_rate * dither.ring_down_s))
+        relative = gyro.dither_amplitude_noise
+        return cls(
+            amplitude=gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency),
+            left=left_of(gyro, dither, axis),
+            cycles=frequency / sample_rate,
+            phase=float(random.uniform(-np.pi, np.pi)),
+            decay=decay,
+            spread=relative * math.sqrt(1.0 - decay**2),
+            noise=dither.pickoff_noise_arcsec * ARCSECOND,
+            random=random,
+            shaken=relative * random.standard_normal(2),
+        )
+
+    def advance(self, first: int, angle: FloatArray) -> FloatArray:
+        """Add what is left at the next samples to the gyro's angle.
+
+        Parameters
+        ----------
+        first
+            Number of the first sample.
+        angle
+            (n,) rad.
+
+        Returns
+        -------
+        FloatArray
+            (n,) what the pick-off shows, arcsec.
+        """
+        drawn = self.random.standard_normal((angle.size, 3))
+        shaken, _ = lfilter(
+            [self.spread],
+            [1.0, -self.decay],
+            drawn[:, :2],
+            axis=0,
+            zi=self.decay * self.shaken[np.newaxis],
+        )
+        self.shaken = shaken[-1]
+        left = self.amplitude * self.left
+        swing = np.zeros(angle.size)
+        _kernels.dither_swing(
+            first, self.cycles, self.phase, shaken, (left.real, left.imag), angle, swing
+        )
+        return np.asarray((self.amplitude * swing + self.noise * drawn[:, 2]) / ARCSECOND)

@@ -12,7 +12,10 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Annotated, Any, Final, Literal, get_args, get_origin, get_type_hints
 
+from sagnac.arrays import FloatArray
 from sagnac.errors import quoted
+from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
+from sagnac.units import DEGREE
 
 # ---- validation --------------------------------------------------------------------
 
@@ -165,6 +168,7 @@ GYRO_NAMES: Final = ("x", "y", "z")
 ACCELEROMETER_NAMES: Final = ("ax", "ay", "az")
 _ORDER: Final = Number(0.01, 1000.0, "order")
 LONGEST_DELAY_S: Final = 2.0
+_NONE: Final = (0.0, 0.0, 0.0)
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
 
 
@@ -315,7 +319,7 @@ class MotionConfig:
         that frequency over the width of its band
     """
 
-    resonance_rms_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.0, 0.0, 0.0)
+    resonance_rms_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = _NONE
     resonance_hz: Annotated[Triple, PerGyro(0.1, 1e4)] = (17.0, 17.0, 17.0)
     resonance_quality: Annotated[float, Number(0.5, 1000.0)] = 20.0
     nutation_rms_arcsec: Annotated[float, Number(0.0, 60.0)] = 0.0
@@ -340,12 +344,27 @@ class PlatformConfig:
         of the null pulse, from north
     """
 
-    share_deviation: Annotated[Triple, PerGyro(-0.05, 0.05)] = (0.0, 0.0, 0.0)
+    share_deviation: Annotated[Triple, PerGyro(-0.05, 0.05)] = _NONE
     latitude_deg: Annotated[float, Number(-90.0, 90.0)] = 28.2
     heading_deg: Annotated[float, Number(-360.0, 360.0)] = 0.0
 
     def __post_init__(self) -> None:
         check(self, "platform.")
+
+    @property
+    def shares(self) -> FloatArray:
+        """(3,) shares of the table's rate that the gyros sense."""
+        return shares_from_deviations(self.share_deviation)
+
+    @property
+    def matrix(self) -> FloatArray:
+        """(3, 3) input axes of the gyros in b, C_b^s."""
+        return table_to_gyro_matrix(*self.shares)
+
+    @property
+    def earth(self) -> FloatArray:
+        """(3,) Earth rate in b0, rad/s."""
+        return earth_rate(self.latitude_deg * DEGREE, self.heading_deg * DEGREE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -410,18 +429,18 @@ class GyroConfig:
     mode: Annotated[GyroMode, Choice(get_args(GyroMode))] = "ideal"
     arw_deg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 10.0)] = (2.5e-5, 2.5e-5, 2.5e-5)
     quantization_step_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.001, 0.001, 0.001)
-    angle_noise_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.0, 0.0, 0.0)
-    rate_step_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e7)] = (0.0, 0.0, 0.0)
-    range_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e9)] = (0.0, 0.0, 0.0)
-    bias_deg_per_h: Annotated[Triple, PerGyro(-1e5, 1e5)] = (0.0, 0.0, 0.0)
-    bias_instability_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
-    rate_random_walk_deg_per_h_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e4)] = (0.0, 0.0, 0.0)
-    markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = (0.0, 0.0, 0.0)
+    angle_noise_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = _NONE
+    rate_step_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e7)] = _NONE
+    range_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e9)] = _NONE
+    bias_deg_per_h: Annotated[Triple, PerGyro(-1e5, 1e5)] = _NONE
+    bias_instability_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
+    rate_random_walk_deg_per_h_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
+    markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
     markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
-    second_markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = (0.0, 0.0, 0.0)
+    second_markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
     second_markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
-    rate_ramp_deg_per_h_per_h: Annotated[Triple, PerGyro(-1e4, 1e4)] = (0.0, 0.0, 0.0)
-    temperature_coefficient_deg_per_h_per_k: Annotated[Triple, PerGyro(-1e3, 1e3)] = (0.0, 0.0, 0.0)
+    rate_ramp_deg_per_h_per_h: Annotated[Triple, PerGyro(-1e4, 1e4)] = _NONE
+    temperature_coefficient_deg_per_h_per_k: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
     warm_up_k: Annotated[float, Number(-100.0, 100.0)] = 0.0
     warm_up_time_s: Annotated[float, Number(1.0, 1e6)] = 1800.0
     lock_in_deg_per_h: Annotated[Triple, PerGyro(0.001, 1e5)] = (24.0, 26.0, 28.0)
@@ -430,14 +449,11 @@ class GyroConfig:
     dither_frequency_hz: Annotated[float, Number(1.0, 1e4)] = 400.0
     dither_rate_deg_per_s: Annotated[float, Number(0.1, 1e4)] = 100.0
     dither_amplitude_noise: Annotated[float, Number(0.0, 0.5)] = 0.02
-    low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = (0.0, 0.0, 0.0)
+    low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
     low_pass_order: Annotated[int, Whole(1, 2)] = 1
 
     def __post_init__(self) -> None:
         check(self, "gyro.")
-
-
-_NONE: Final = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -522,8 +538,8 @@ class DitherConfig:
         rms noise of a pick-off from sample to sample
     """
 
-    residue: Annotated[Triple, PerGyro(0.0, 1.0)] = (0.0, 0.0, 0.0)
-    delay_s: Annotated[Triple, PerGyro(-1e-3, 1e-3)] = (0.0, 0.0, 0.0)
+    residue: Annotated[Triple, PerGyro(0.0, 1.0)] = _NONE
+    delay_s: Annotated[Triple, PerGyro(-1e-3, 1e-3)] = _NONE
     detuning_hz: Annotated[Triple, PerGyro(-100.0, 100.0)] = (-12.7, 0.0, 11.3)
     ring_down_s: Annotated[float, Number(0.01, 1e4)] = 0.5
     pickoff_noise_arcsec: Annotated[float, Number(0.0, 3600.0)] = 0.01

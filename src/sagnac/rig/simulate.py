@@ -28,7 +28,6 @@ from sagnac.recording.columns import NULL_PULSE_NAME, Taken, with_lost_readings
 from sagnac.recording.encoder_readings import angle_of_readings
 from sagnac.recording.model import Channel, Kind, Recording
 from sagnac.rig.config import RigConfig
-from sagnac.rig.dither import DitherMotion
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import (
     Gyro,
@@ -41,33 +40,29 @@ from sagnac.rig.gyro import (
     ring_lasers_of,
 )
 from sagnac.rig.own_motion import Disturbances, Mount, Nutation
-from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.rig.ring_laser import DitherMotion
+from sagnac.rig.sections import (
+    ACCELEROMETER_NAMES,
+    GYRO_NAMES,
+    AccelerometerConfig,
+    GyroConfig,
+)
 from sagnac.rig.table import (
     Motion,
-    RandomStreams,
     Table,
-    TableCommand,
     fastest_rate,
     random_streams,
     table_command,
 )
 from sagnac.rig.truth import Truth, truth_of
-from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import (
-    DEGREE,
-    DEGREE_PER_ROOT_HOUR,
-    STANDARD_GRAVITY,
-    UNITS,
-    Sensor,
-    Unit,
-    unit_of,
-)
+from sagnac.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, UNITS, Sensor, Unit, unit_of
 
 BLOCK_SAMPLES: Final = 65_536
 # Units of gyros and accelerometers in a file, of angles and increments and of rates.
 _UNITS: Final = (("arcsec", "m/s"), ("deg/h", "m/s^2"))
 
 Progress = Callable[[float], None]
+Streams = tuple[np.random.Generator, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,17 +135,16 @@ class Rig:
     def before_first(cls, config: RigConfig) -> Self:
         """The rig one sample before the first."""
         streams = random_streams(config.seed)
-        platform = config.platform
         command = table_command(config.table, config.duration_s)
-        earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
         interval = 1.0 / config.sample_rate_hz
-        table = Table.before_first(config.table, command, earth, interval, streams)
+        moving = bool(command.rate_at(np.array([-interval]))[0] != 0.0)
+        table = Table.before_first(config.table, command, config.platform.earth, interval, streams)
         encoder = null_pulse = nutation = None
         if config.turning:
             nutation = Nutation.drawn(
                 config.motion,
                 table.origin,
-                moving=_moves_at_first(config, command),
+                moving=moving,
                 interval=interval,
                 random=streams.nutation,
             )
@@ -163,19 +157,53 @@ class Rig:
                 streams=streams,
             )
             null_pulse = NullPulse.drawn(config.encoder, table.origin, way, streams)
+        lasers, dither = ring_lasers_of(config.gyro), dither_of(config.gyro)
+        sensors = _sensors(config, config.gyro, streams.white, streams.slow, streams.readout)
+        axes = range(len(sensors))
         return cls(
             table=table,
             disturbances=Disturbances.drawn(config.disturbances, streams.disturbances),
-            gyros=_gyros(config, table.origin, command, streams),
+            gyros=tuple(
+                replace(
+                    sensors[g],
+                    origin=table.origin,
+                    lock_in=LockIn(laser=lasers[g], dither=dither, interval=interval)
+                    if lasers
+                    else None,
+                    mount=Mount.drawn(
+                        config.motion,
+                        g,
+                        moving=moving,
+                        interval=interval,
+                        random=streams.mount[g],
+                    ),
+                )
+                for g in axes
+            ),
             encoder=encoder,
             null_pulse=null_pulse,
             nutation=nutation,
             dithers=tuple(
-                DitherMotion.drawn(config, g, streams.dither[g]) for g in range(len(GYRO_NAMES))
+                DitherMotion.drawn(
+                    config.gyro,
+                    config.dither,
+                    g,
+                    sample_rate=config.sample_rate_hz,
+                    random=streams.dither[g],
+                )
+                for g in axes
             )
             if config.dither.is_left
             else (),
-            accelerometers=_accelerometers(config, streams),
+            accelerometers=_sensors(
+                config,
+                config.accelerometer,
+                streams.force_white,
+                streams.force_slow,
+                streams.force_readout,
+            )
+            if config.accelerometer.mode == "triad"
+            else (),
         )
 
     def advance(self, first: int, count: int) -> Block:
@@ -212,86 +240,34 @@ class Rig:
         return velocities
 
 
-def _moves_at_first(config: RigConfig, command: TableCommand) -> bool:
-    """Whether the table moves before the recording."""
-    return bool(command.rate_at(np.array([-1.0 / config.sample_rate_hz]))[0] != 0.0)
-
-
-def _sensor(
+def _sensors(
     config: RigConfig,
-    errors: SensorErrors,
-    direction: FloatArray,
-    *,
-    white: np.random.Generator,
-    slow: np.random.Generator,
-    readout: np.random.Generator,
-) -> Gyro:
-    """A gyro without lock-in and mount, or an accelerometer, whose table does not turn it."""
-    return Gyro(
-        direction=direction,
-        origin=0.0,
-        interval=1.0 / config.sample_rate_hz,
-        random_walk=errors.random_walk,
-        quantum=errors.quantum,
-        slow=SlowDrift.stationary(
-            errors, sample_rate=config.sample_rate_hz, duration=config.duration_s, random=slow
-        ),
-        errors=errors,
-        lock_in=None,
-        low_pass=LowPass.of(errors, config.sample_rate_hz),
-        angle_noise=errors.angle_noise,
-        readout=readout if errors.angle_noise > 0.0 else None,
-        rates=RateReadout.of(errors, 1.0 / config.sample_rate_hz),
-        random=white,
-    )
-
-
-def _gyros(
-    config: RigConfig, origin: float, command: TableCommand, streams: RandomStreams
+    own: GyroConfig | AccelerometerConfig,
+    white: Streams,
+    slow: Streams,
+    readout: Streams,
 ) -> tuple[Gyro, ...]:
-    own = config.gyro
-    interval = 1.0 / config.sample_rate_hz
-    matrix = table_to_gyro_matrix(*shares_from_deviations(config.platform.share_deviation))
-    lasers, dither = ring_lasers_of(own), dither_of(own)
-    return tuple(
-        replace(
-            _sensor(
-                config,
-                SensorErrors.of(own, g),
-                matrix[g],
-                white=streams.white[g],
-                slow=streams.slow[g],
-                readout=streams.readout[g],
-            ),
-            origin=origin,
-            lock_in=LockIn(laser=lasers[g], dither=dither, interval=interval) if lasers else None,
-            mount=Mount.drawn(
-                config.motion,
-                g,
-                moving=_moves_at_first(config, command),
-                interval=interval,
-                random=streams.mount[g],
-            ),
+    """Three gyros without lock-in and mount, or accelerometers, whose table does not turn them."""
+    rate, interval = config.sample_rate_hz, 1.0 / config.sample_rate_hz
+    sensors = []
+    for axis, direction in enumerate(config.platform.matrix):
+        errors = SensorErrors.of(own, axis)
+        drift = SlowDrift.stationary(
+            errors, sample_rate=rate, duration=config.duration_s, random=slow[axis]
         )
-        for g in range(len(GYRO_NAMES))
-    )
-
-
-def _accelerometers(config: RigConfig, streams: RandomStreams) -> tuple[Gyro, ...]:
-    if config.accelerometer.mode == "none":
-        return ()
-    matrix = table_to_gyro_matrix(*shares_from_deviations(config.platform.share_deviation))
-    return tuple(
-        _sensor(
-            config,
-            SensorErrors.of(config.accelerometer, axis),
-            matrix[axis],
-            white=streams.force_white[axis],
-            slow=streams.force_slow[axis],
-            readout=streams.force_readout[axis],
+        sensor = Gyro(
+            direction=direction,
+            origin=0.0,
+            interval=interval,
+            slow=drift,
+            errors=errors,
+            random=white[axis],
+            readout=readout[axis],
+            low_pass=LowPass.of(errors, rate),
+            rates=RateReadout.of(errors, interval),
         )
-        for axis in range(len(ACCELEROMETER_NAMES))
-    )
+        sensors.append(sensor)
+    return tuple(sensors)
 
 
 def _as_kind(
@@ -364,51 +340,41 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
 
 def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
     """The whole recording, its table angle as the encoder reads, unwrapped."""
-    angles = np.empty((len(GYRO_NAMES), config.samples))
-    table = np.empty(config.samples) if config.turning else None
-    pulse = np.empty(config.samples, dtype=np.bool_) if config.turning else None
-    pickoffs = np.empty_like(angles) if config.dither.is_left else None
-    velocities = np.empty_like(angles) if config.accelerometer.mode == "triad" else None
+    whole: dict[str, NDArray[Any]] = {}
     for block in blocks(config):
-        angles[:, block.span] = block.angles
-        if table is not None and pulse is not None:
-            table[block.span] = block.table
-            pulse[block.span] = block.null_pulse
-        if pickoffs is not None:
-            pickoffs[:, block.span] = block.pickoffs
-        if velocities is not None:
-            velocities[:, block.span] = block.velocities
+        for name in ("angles", "table", "null_pulse", "pickoffs", "velocities"):
+            part = getattr(block, name)
+            if part is not None:
+                if name not in whole:
+                    whole[name] = np.empty((*part.shape[:-1], config.samples), part.dtype)
+                whole[name][..., block.span] = part
         if progress is not None:
             progress(block.span.stop / config.samples)
-    angles = _as_kind(angles, None, config.kind, config.sample_rate_hz)
-    if velocities is not None:
-        velocities = _as_kind(velocities, None, config.kind, config.sample_rate_hz)
     units = _UNITS[config.kind == "rate"]
+
+    def channels(
+        names: tuple[str, ...], values: FloatArray, unit: str, sensor: Sensor
+    ) -> tuple[Channel, ...]:
+        samples = _as_kind(values, None, config.kind, config.sample_rate_hz)
+        return tuple(
+            Channel(name=name, kind=config.kind, shown_in=unit, values=own, sensor=sensor)
+            for name, own in zip(names, samples, strict=True)
+        )
+
+    none = np.empty((0, config.samples))
+    forces, table = _forces(config), whole.get("table")
     return Recording(
-        gyros=tuple(
-            Channel(name=name, kind=config.kind, shown_in=units[0], values=angles[g])
-            for g, name in enumerate(GYRO_NAMES)
-        ),
-        accelerometers=()
-        if velocities is None
-        else tuple(
-            Channel(
-                name=name,
-                kind=config.kind,
-                shown_in=units[1],
-                values=velocities[axis],
-                sensor="accelerometer",
-            )
-            for axis, name in enumerate(ACCELEROMETER_NAMES)
-        ),
+        gyros=channels(GYRO_NAMES, whole["angles"], units[0], "gyro"),
+        accelerometers=channels(forces, whole.get("velocities", none), units[1], "accelerometer"),
         sample_rate=config.sample_rate_hz,
         table=None
         if table is None
         else Channel(name="table", kind="angle", shown_in="deg", values=table),
-        null_pulse=pulse,
-        pickoffs=()
-        if pickoffs is None
-        else tuple(Pickoff(gyro=name, values=pickoffs[g]) for g, name in enumerate(GYRO_NAMES)),
+        null_pulse=whole.get("null_pulse"),
+        pickoffs=tuple(
+            Pickoff(gyro=name, values=own)
+            for name, own in zip(GYRO_NAMES, whole.get("pickoffs", ()), strict=False)
+        ),
     )
 
 

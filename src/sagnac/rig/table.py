@@ -6,7 +6,6 @@ draws has a random stream of its own.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from itertools import islice
 from typing import Any, Final, Protocol, Self
@@ -133,10 +132,6 @@ class Oscillator:
             random=random,
         )
 
-    def stop(self) -> None:
-        """Bring it to rest."""
-        self.state = _kernels.OscillatorState(0.0, 0.0)
-
     def begin(self, drive: float, rate: float) -> tuple[float, float]:
         """Drive and rate one sample before the first, with the oscillator's part added."""
         return drive + self.state.angle, rate + self.state.rate
@@ -207,20 +202,6 @@ class TableCommand:
     rate: FloatArray
     angle: FloatArray
 
-    def __post_init__(self) -> None:
-        if not self.time.shape == self.rate.shape == self.angle.shape:
-            raise ValueError(
-                f"time, rate and angle have shapes {self.time.shape}, {self.rate.shape} and "
-                f"{self.angle.shape}; give one shape"
-            )
-        for array in (self.time, self.rate, self.angle):
-            array.flags.writeable = False
-
-    @property
-    def fastest(self) -> float:
-        """Largest rate, without sign, rad/s."""
-        return float(np.abs(self.rate).max())
-
     def rate_at(self, time: FloatArray) -> FloatArray:
         """Commanded rate, rad/s."""
         return np.interp(time, self.time, self.rate)
@@ -283,36 +264,14 @@ class Mover(Protocol):
         """
 
 
-def position_jitter(config: TableConfig, step: float, random: np.random.Generator) -> Oscillator:
-    """Jitter of a servo that holds the angle, to be stepped by `step` seconds."""
-    return Oscillator.stationary(
-        frequency=config.jitter_bandwidth_hz,
-        damping=config.jitter_damping,
-        rms_rate=config.jitter_rms_deg_per_s * DEGREE,
-        step=step,
-        random=random,
-    )
-
-
-def hunting(config: TableConfig, step: float, random: np.random.Generator) -> Oscillator:
-    """Hunting of the servo, a band about one frequency, to be stepped by `step` seconds."""
-    return Oscillator.stationary(
-        frequency=config.hunting_hz,
-        damping=0.5 / config.hunting_quality,
-        rms_rate=config.hunting_rms_deg_per_s * DEGREE,
-        step=step,
-        random=random,
-    )
-
-
 @dataclass(slots=True, kw_only=True)
 class RateNoise:
     """First-order Markov noise of the rate, whose angle walks: rate jitter, or slow wander.
 
     Attributes
     ----------
-    rms
-        Commanded rate -> rms of the noise, rad/s.
+    rms, share
+        Its rms, rad/s, is `rms` and that share of the commanded rate.
     decay
         Correlation from one node to the next.
     step
@@ -323,71 +282,72 @@ class RateNoise:
         Its stream.
     """
 
-    rms: Callable[[FloatArray], FloatArray]
+    rms: float
+    share: float
     decay: float
     step: float
     state: _kernels.RateNoiseState
     random: np.random.Generator
 
     @classmethod
-    def jitter(cls, config: TableConfig, step: float, random: np.random.Generator) -> Self:
-        """Jitter of a servo that holds the rate, of one size whatever the rate."""
-        rms = config.jitter_rms_deg_per_s * DEGREE
-        natural = 2.0 * math.pi * config.jitter_bandwidth_hz
-        return cls._stationary(
-            lambda commanded: np.full(commanded.size, rms), math.exp(-natural * step), step, random
-        )
-
-    @classmethod
-    def wander(cls, config: TableConfig, step: float, random: np.random.Generator) -> Self:
-        """Slow wander of the rate, in proportion to it."""
-        return cls._stationary(
-            lambda commanded: config.wander_fraction * commanded,
-            math.exp(-step / config.wander_time_s),
-            step,
-            random,
-        )
-
-    @classmethod
-    def _stationary(
-        cls,
-        rms: Callable[[FloatArray], FloatArray],
-        decay: float,
-        step: float,
-        random: np.random.Generator,
+    def stationary(
+        cls, rms: float, share: float, decay: float, step: float, random: np.random.Generator
     ) -> Self:
+        """The noise in its stationary state; see the class."""
         state = _kernels.RateNoiseState(float(random.standard_normal()), 0.0, 0.0)
-        return cls(rms=rms, decay=decay, step=step, state=state, random=random)
+        return cls(rms=rms, share=share, decay=decay, step=step, state=state, random=random)
 
     def begin(self, drive: float, rate: float) -> tuple[float, float]:
         """See `Mover`."""
-        own = float(self.rms(np.array([rate]))[0]) * self.state.level
+        own = (self.rms + self.share * rate) * self.state.level
         self.state = self.state._replace(rate=own)
         return drive, rate + own
 
     def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
         """See `Mover`."""
+        normals = self.random.standard_normal(commanded.size)
+        spread = math.sqrt(1.0 - self.decay**2)
+        scale = self.rms + self.share * commanded
         self.state = _kernels.rate_noise(
-            self.random.standard_normal(commanded.size),
-            self.decay,
-            math.sqrt(1.0 - self.decay**2),
-            self.rms(commanded),
-            self.step,
-            self.state,
-            drive,
-            rate,
+            normals, self.decay, spread, scale, self.step, self.state, drive, rate
         )
 
 
-def _movers(config: TableConfig, step: float, streams: RandomStreams) -> tuple[Mover, ...]:
+def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple[Mover, ...]:
+    """Jitter, wander and hunting of a servo, to be stepped by `step` seconds.
+
+    A servo that holds the angle jitters as an oscillator; one that holds the rate lets the angle
+    walk. The wander is in proportion to the rate that is commanded.
+    """
     movers: list[Mover] = []
-    if config.turning and config.jitter_rms_deg_per_s > 0.0:
-        held = position_jitter if config.jitter_spectrum == "position" else RateNoise.jitter
-        movers.append(held(config, step, streams.jitter))
-    if config.turning and config.wander_fraction > 0.0:
-        movers.append(RateNoise.wander(config, step, streams.wander))
-    if config.turning and config.hunting_rms_deg_per_s > 0.0:
-        movers.append(hunting(config, step, streams.hunting))
+    if not config.turning:
+        return ()
+    jitter, hunting = config.jitter_rms_deg_per_s * DEGREE, config.hunting_rms_deg_per_s * DEGREE
+    if jitter > 0.0 and config.jitter_spectrum == "position":
+        held = Oscillator.stationary(
+            frequency=config.jitter_bandwidth_hz,
+            damping=config.jitter_damping,
+            rms_rate=jitter,
+            step=step,
+            random=streams.jitter,
+        )
+        movers.append(held)
+    elif jitter > 0.0:
+        decay = math.exp(-2.0 * math.pi * config.jitter_bandwidth_hz * step)
+        movers.append(RateNoise.stationary(jitter, 0.0, decay, step, streams.jitter))
+    if config.wander_fraction > 0.0:
+        decay = math.exp(-step / config.wander_time_s)
+        share = config.wander_fraction
+        movers.append(RateNoise.stationary(0.0, share, decay, step, streams.wander))
+    if hunting > 0.0:
+        hunted = Oscillator.stationary(
+            frequency=config.hunting_hz,
+            damping=0.5 / config.hunting_quality,
+            rms_rate=hunting,
+            step=step,
+            random=streams.hunting,
+        )
+        movers.append(hunted)
     return tuple(movers)
 
 
@@ -465,7 +425,7 @@ class Table:
     ) -> Self:
         """The table one sample before the first; ripple phases are drawn before wobble's."""
         substeps = substeps_of(config, command, interval)
-        movers = _movers(config, interval / substeps, streams)
+        movers = movers_of(config, interval / substeps, streams)
         ripple = drawn_orders(config.ripple, streams.phases)
         wobble = drawn_orders(config.wobble, streams.phases, ARCSECOND)
         start: FloatArray = np.array([-interval])
@@ -525,7 +485,8 @@ class Table:
 
 def fastest_rate(config: TableConfig, command: TableCommand) -> float:
     """Largest rate with its ripple, rad/s."""
-    return command.fastest * (1.0 + sum(fraction for _, fraction in config.ripple))
+    ripple = sum(fraction for _, fraction in config.ripple)
+    return float(np.abs(command.rate).max()) * (1.0 + ripple)
 
 
 def substeps_of(config: TableConfig, command: TableCommand, interval: float) -> int:

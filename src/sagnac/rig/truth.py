@@ -3,20 +3,18 @@
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal
 
 import numpy as np
 
 from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.rig.config import RigConfig
-from sagnac.rig.dither import dither_frequency, folded, left_of
 from sagnac.rig.encoder import delay_growth, delay_walk
 from sagnac.rig.gyro import dither_of, ring_lasers_of
 from sagnac.rig.own_motion import Disturbances, DrawnLines, nutation_walk
-from sagnac.rig.ring_laser import angle_random_walk
+from sagnac.rig.ring_laser import angle_random_walk, dither_frequency, folded, left_of
 from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
 from sagnac.rig.table import TableCommand, random_streams, table_command
-from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
@@ -38,13 +36,6 @@ class NoiseTruth:
     rate_random_walk_deg_per_h_per_sqrt_h: float
     rate_ramp_deg_per_h_per_h: float
 
-    def __post_init__(self) -> None:
-        for term in fields(self):
-            value = getattr(self, term.name)
-            signed = term.name == "rate_ramp_deg_per_h_per_h"
-            if not math.isfinite(value) or (value < 0.0 and not signed):
-                raise ValueError(f"{term.name} is {value!r}; it must be finite and not negative")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineTruth:
@@ -63,16 +54,6 @@ class LineTruth:
     phase_rad: Mapping[str, float]
     difference_amplitude_arcsec: Mapping[str, float]
 
-    def __post_init__(self) -> None:
-        if self.scale not in get_args(Scale):
-            raise ValueError(f"scale is {self.scale!r}; use one of {', '.join(get_args(Scale))}")
-        if (self.order is None) != (self.scale == "time"):
-            raise ValueError(f"order is {self.order!r} at scale {self.scale}; only angle has one")
-        if (self.frequency_hz is None) != (self.scale == "angle"):
-            raise ValueError(
-                f"frequency_hz is {self.frequency_hz!r} at scale {self.scale}; only time has one"
-            )
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DitherTruth:
@@ -82,10 +63,6 @@ class DitherTruth:
     folded_hz: float
     amplitude_arcsec: float
     left_arcsec: float
-
-    def __post_init__(self) -> None:
-        if not (self.frequency_hz > 0.0 and self.amplitude_arcsec > 0.0):
-            raise ValueError("a dither has a frequency and an amplitude above zero")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,10 +83,6 @@ class EncoderTruth:
     reading_rate_hz: float
     lost_fraction: float
     missing_null_fraction: float
-
-    def __post_init__(self) -> None:
-        if not (self.step_arcsec > 0.0 and self.reading_rate_hz > 0.0):
-            raise ValueError("an encoder has a step and a rate of readings above zero")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,20 +115,12 @@ class Truth:
     encoder: EncoderTruth | None = None
     nutation_walk_deg_per_sqrt_h: Mapping[str, float] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        if tuple(self.gyros) != GYRO_NAMES:
-            raise ValueError(f"gyros are {', '.join(self.gyros)}; give {', '.join(GYRO_NAMES)}")
-        if self.samples < 1:
-            raise ValueError(f"samples is {self.samples}; give at least 1")
-
 
 def truth_of(config: RigConfig) -> Truth:
     """Contents of a recording of this configuration, without making it."""
-    platform = config.platform
-    shares = shares_from_deviations(platform.share_deviation)
-    earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
     command = table_command(config.table, config.duration_s)
-    rate = _mean_rate(command, config.duration_s)
+    turned = command.angle_at(np.array([config.duration_s])) - command.angle_at(np.zeros(1))
+    rate = float(turned[0] / config.duration_s)
     gyros = _gyro_truths(config, rate)
     return Truth(
         schema=TRUTH_SCHEMA,
@@ -164,28 +129,26 @@ def truth_of(config: RigConfig) -> Truth:
         sample_rate_hz=config.sample_rate_hz,
         table_rate_deg_per_s=rate / DEGREE,
         table_jitter_rms_deg_per_s=config.table.jitter_rms_deg_per_s,
-        shares=dict(zip(GYRO_NAMES, shares.tolist(), strict=True)),
-        earth_rate_b0_deg_per_h=tuple((earth / DEGREE_PER_HOUR).tolist()),
+        shares=dict(zip(GYRO_NAMES, config.platform.shares.tolist(), strict=True)),
+        earth_rate_b0_deg_per_h=tuple((config.platform.earth / DEGREE_PER_HOUR).tolist()),
         gyros=gyros,
         pairs={f"{a}-{b}": _pair_truth(gyros[a], gyros[b]) for a, b in _PAIRS},
         low_pass_hz=dict(zip(GYRO_NAMES, config.gyro.low_pass_hz, strict=True)),
         lines=_line_truths(config),
-        earth_rate_order_one=_order_one(command, shares, earth),
+        earth_rate_order_one=_order_one(command, config.platform),
         config=asdict(config),
         dither=_dither_truths(config),
         encoder=_encoder_truth(config) if config.turning else None,
-        nutation_walk_deg_per_sqrt_h=_nutation_walks(config, command, shares),
+        nutation_walk_deg_per_sqrt_h=_nutation_walks(config, command),
     )
 
 
-def _nutation_walks(
-    config: RigConfig, command: TableCommand, shares: FloatArray
-) -> dict[str, float]:
+def _nutation_walks(config: RigConfig, command: TableCommand) -> dict[str, float]:
     """Nutation's part of N of each gyro and, per gyro, of each pair; empty without any."""
     if config.motion.nutation_rms_arcsec == 0.0 or command.rate.size != 1 or not config.turning:
         return {}
     walk = nutation_walk(config.motion, float(command.rate[0])) / DEGREE_PER_ROOT_HOUR
-    level = dict(zip(GYRO_NAMES, table_to_gyro_matrix(*shares)[:, :2], strict=True))
+    level = dict(zip(GYRO_NAMES, config.platform.matrix[:, :2], strict=True))
     alone = {name: walk * float(np.linalg.norm(part)) for name, part in level.items()}
     apart = {
         f"{a}-{b}": walk * float(np.linalg.norm(level[a] - level[b])) / math.sqrt(2.0)
@@ -217,20 +180,15 @@ def _dither_truths(config: RigConfig) -> dict[str, DitherTruth]:
         return {}
     truths = {}
     for g, name in enumerate(GYRO_NAMES):
-        frequency = dither_frequency(config, g)
+        frequency = dither_frequency(config.gyro, config.dither, g)
         amplitude = config.gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
         truths[name] = DitherTruth(
             frequency_hz=frequency,
             folded_hz=folded(frequency, config.sample_rate_hz),
             amplitude_arcsec=amplitude / ARCSECOND,
-            left_arcsec=abs(left_of(config, g)) * amplitude / ARCSECOND,
+            left_arcsec=abs(left_of(config.gyro, config.dither, g)) * amplitude / ARCSECOND,
         )
     return truths
-
-
-def _mean_rate(command: TableCommand, duration: float) -> float:
-    ends = command.angle_at(np.array([duration])) - command.angle_at(np.zeros(1))
-    return float(ends[0] / duration)
 
 
 def _gyro_truths(config: RigConfig, table_rate: float) -> dict[str, NoiseTruth]:
@@ -264,12 +222,10 @@ def _angle_random_walk(config: RigConfig, table_rate: float) -> list[float]:
 
 def _sensed_rates(platform: PlatformConfig, table_rate: float | None) -> FloatArray:
     """Mean rate that each gyro senses, rad/s, (3,); a `table_rate` of None is a table at rest."""
-    matrix = table_to_gyro_matrix(*shares_from_deviations(platform.share_deviation))
-    earth = earth_rate(platform.latitude_deg * DEGREE, platform.heading_deg * DEGREE)
     if table_rate is None:
-        return np.asarray(matrix @ earth)
+        return np.asarray(platform.matrix @ platform.earth)
     # On a turning table the Earth's horizontal part averages out.
-    return np.asarray(matrix[:, 2] * (table_rate + earth[2]))
+    return np.asarray(platform.matrix[:, 2] * (table_rate + platform.earth[2]))
 
 
 def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
@@ -282,12 +238,12 @@ def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
     )
 
 
-def _order_one(command: TableCommand, shares: FloatArray, earth: FloatArray) -> LineTruth | None:
+def _order_one(command: TableCommand, platform: PlatformConfig) -> LineTruth | None:
     """The harmonic that the Earth rate makes at a constant table rate, or None."""
     if command.rate.size != 1 or command.rate[0] == 0.0:
         return None
     # k1 sin(alpha) - k2 cos(alpha) of Eq. 6, over the rate, as one phasor.
-    matrix = table_to_gyro_matrix(*shares)
+    matrix, earth = platform.matrix, platform.earth
     k1 = matrix[:, 0] * earth[0] + matrix[:, 1] * earth[1]
     k2 = matrix[:, 0] * earth[1] - matrix[:, 1] * earth[0]
     return _line_truth("angle", 1.0, (-k2 - 1j * k1) / command.rate[0])
