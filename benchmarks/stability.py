@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from sagnac import arrays, deviation_at_every_tau, stability_curve
-from sagnac.stability.estimators import Estimator
+from sagnac.stability import Estimator
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks_stability.md"
 FIGURE = PAGE.with_name("cost_stability.png")

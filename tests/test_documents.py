@@ -63,7 +63,7 @@ def test_an_edited_document_is_told_where(change, said, tmp_path):
         read_analyses(path)
     assert said in str(caught.value)
     with pytest.raises(RecordingError):
-        GyroNoise.from_json(path)
+        GyroNoise.unit_from_json(path)
 
 
 @pytest.mark.parametrize("content", ["", "{", "NaN", "[" * 100_000, '{"schema": NaN}', "\x00"])

@@ -11,7 +11,6 @@ import numpy as np
 from sagnac.alignment.error_model import (
     DRIFTS,
     EARTH_RADIUS,
-    GRAVITY,
     POSITIONS,
     STATES,
     TILTS,
@@ -26,7 +25,7 @@ from sagnac.alignment.noise import GyroNoise
 from sagnac.rig.gyro import Gyro, SensorErrors, SlowDrift
 from sagnac.rig.sections import GyroConfig
 from sagnac.rig.table import Motion
-from sagnac.units import EARTH_RATE
+from sagnac.units import EARTH_RATE, STANDARD_GRAVITY
 
 
 def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.ndarray:
@@ -79,7 +78,7 @@ def azimuth_errors(
     true[:, 1, 0], true[:, 1, 1] = np.sin(heading), np.cos(heading)
     true[:, 2, 2] = 1.0
     sensed = np.einsum("rji,j->ri", true, earth)
-    force = np.einsum("rji,j->ri", true, np.array([0.0, 0.0, -GRAVITY]))
+    force = np.einsum("rji,j->ri", true, np.array([0.0, 0.0, -STANDARD_GRAVITY]))
     covariance = initial_covariance(noise, start)
     step = step_of(noise, latitude, 1.0)
     first = random.standard_normal((runs, 10)) * np.sqrt(np.diag(covariance))
@@ -171,7 +170,7 @@ def unaided(
     if forces is not None:
         pulled = forces[:, rest:] - forces[:, :rest].mean(axis=1, keepdims=True)
     earth = EARTH_RATE * np.array([np.cos(latitude), 0.0, -np.sin(latitude)])
-    force = np.array([0.0, 0.0, -GRAVITY])
+    force = np.array([0.0, 0.0, -STANDARD_GRAVITY])
     attitude = rotation(random.standard_normal((runs, 3)) * [tilt, tilt, azimuth])
     velocity, position = np.zeros((runs, 2)), np.zeros((runs, 2))
     found = {name: np.empty((runs, steps)) for name in ("heading", "north", "east", "x", "y")}

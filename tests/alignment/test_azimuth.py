@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sagnac.alignment.azimuth import azimuth_error
+from sagnac.alignment.error_model import azimuth_error
 from sagnac.alignment.noise import GyroNoise
 from sagnac.units import DEGREE, EARTH_RATE
 
@@ -19,18 +19,6 @@ def test_two_positions_err_as_half_the_difference_of_two_means() -> None:
     noise = GyroNoise(angle_random_walk=walk, rate_random_walk=further)
     found = azimuth_error(noise, latitude=0.5, times=np.array([2.0 * half]))
     assert found.deviation[0] == pytest.approx(means.std() / NORTH, rel=0.04)
-
-
-def test_one_position_errs_by_the_mean_and_by_what_is_not_known_of_the_bias() -> None:
-    walk, further, bias = 3e-7, 2e-9, 5e-8
-    random = np.random.default_rng(2)
-    rate = walk * random.standard_normal((3000, 500))
-    rate += further * np.cumsum(random.standard_normal((3000, 500)), axis=1)
-    rate += bias * random.standard_normal((3000, 1))
-    noise = GyroNoise(angle_random_walk=walk, rate_random_walk=further)
-    found = azimuth_error(noise, latitude=0.5, times=np.array([500.0]), positions=1, bias=bias)
-    assert found.deviation[0] == pytest.approx(rate.mean(axis=1).std() / NORTH, rel=0.04)
-    assert found.floor == pytest.approx(bias / NORTH)
 
 
 def test_flicker_is_a_floor_and_latitude_divides() -> None:
@@ -54,11 +42,9 @@ def test_interval_comes_from_the_covariance_of_the_coefficients() -> None:
     assert found.low[0] / found.deviation[0] == pytest.approx(np.exp(-0.1), rel=1e-3)
 
 
-def test_pole_and_wrong_positions_are_refused() -> None:
+def test_a_pole_and_no_time_are_refused() -> None:
     noise = GyroNoise(angle_random_walk=1e-7)
     with pytest.raises(ValueError, match="nearer to a pole"):
         azimuth_error(noise, latitude=90.0 * DEGREE, times=np.array([1.0]))
-    with pytest.raises(ValueError, match="positions is 3"):
-        azimuth_error(noise, latitude=0.0, times=np.array([1.0]), positions=3)
     with pytest.raises(ValueError, match="above zero"):
         azimuth_error(noise, latitude=0.0, times=np.array([0.0]))

@@ -34,7 +34,7 @@ def document() -> dict:
 def test_analysis_is_read_in_its_units(tmp_path) -> None:
     path = tmp_path / "analysis.json"
     path.write_text(json.dumps(document()))
-    noise = GyroNoise.from_json(path)
+    noise = GyroNoise.unit_from_json(path)[0][0]
     assert noise.values == pytest.approx([0.002 * DEGREE_PER_ROOT_HOUR, 0.01 * DEGREE_PER_HOUR, 0])
     assert noise.unseen == ("rate_random_walk",)
     shares = np.array([DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR, 1.0])
@@ -134,7 +134,7 @@ def test_files_that_are_no_analysis_are_refused(tmp_path) -> None:
         path = tmp_path / "analysis.json"
         path.write_text(text)
         with pytest.raises(RecordingError, match=said) as caught:
-            GyroNoise.from_json(path)
+            GyroNoise.unit_from_json(path)[0][0]
         assert str(path) in str(caught.value)
     stated = document()
     stated["angle_random_walk"] = {"value": None, "unit": "deg/sqrt(h)", "status": "not observable"}

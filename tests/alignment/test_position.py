@@ -4,7 +4,6 @@ import pytest
 from sagnac.alignment.error_model import (
     DRIFTS,
     EARTH_RADIUS,
-    GRAVITY,
     POSITIONS,
     TILTS,
     aligned,
@@ -13,14 +12,14 @@ from sagnac.alignment.error_model import (
     system_matrix,
 )
 from sagnac.alignment.noise import GyroNoise
-from sagnac.units import DEGREE, EARTH_RATE
+from sagnac.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
 
 QUIET = GyroNoise(angle_random_walk=0.0)
 
 
 def test_tilt_oscillates_with_schulers_period() -> None:
     values = np.linalg.eigvals(system_matrix(0.0))
-    schuler = np.sqrt(GRAVITY / EARTH_RADIUS)
+    schuler = np.sqrt(STANDARD_GRAVITY / EARTH_RADIUS)
     fast = np.sort(np.abs(values.imag))[-4:]
     assert fast == pytest.approx(np.full(4, schuler), rel=0.06)
     assert 2.0 * np.pi / schuler / 60.0 == pytest.approx(84.4, abs=0.2)
@@ -31,7 +30,7 @@ def test_drift_moves_position_by_schulers_law() -> None:
     covariance = np.zeros((10, 10))
     covariance[DRIFTS, DRIFTS] = np.diag([0.0, drift**2, 0.0])
     found = position_error(QUIET, latitude=0.5, covariance=covariance, seconds=time)
-    schuler = np.sqrt(GRAVITY / EARTH_RADIUS)
+    schuler = np.sqrt(STANDARD_GRAVITY / EARTH_RADIUS)
     wanted = EARTH_RADIUS * drift * (time - np.sin(schuler * time) / schuler)
     assert found.deviation[-1] == pytest.approx(wanted, rel=0.02)
 
@@ -58,7 +57,7 @@ def test_noise_of_a_step_is_that_of_many_short_ones() -> None:
         covariance = short.transition @ covariance @ short.transition.T + short.noise
     assert np.diag(long.noise) == pytest.approx(np.diag(covariance), rel=1e-9, abs=0.0)
     # Integrals of a random walk of tilt and of drift, before Schuler turns them back.
-    wanted = GRAVITY**2 * (1e-12 * 60.0**5 / 20.0 + 1e-16 * 60.0**7 / 252.0)
+    wanted = STANDARD_GRAVITY**2 * (1e-12 * 60.0**5 / 20.0 + 1e-16 * 60.0**7 / 252.0)
     assert long.noise[5, 5] == pytest.approx(wanted, rel=0.01)
 
 

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from sagnac.repeatability.design import Design, restricted_components
-from sagnac.repeatability.prediction import Outlook
-from sagnac.repeatability.study import departures, slope_of_days
+from sagnac.repeatability.study import Outlook, departures, slope_of_days
 from tests.repeatability.examples import CELLS, Campaign
 
 TRUTH = {"unit": 0.3, "day": 0.2, "rate": 0.1, "run": 0.05}

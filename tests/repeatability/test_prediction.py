@@ -3,7 +3,7 @@ import pytest
 from scipy.stats import t
 
 from sagnac.repeatability.design import restricted_components
-from sagnac.repeatability.prediction import Outlook
+from sagnac.repeatability.study import Outlook
 from tests.repeatability.examples import DYESTUFF, Campaign
 
 

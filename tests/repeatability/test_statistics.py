@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.repeatability.design import draws_of, restricted_components
-from sagnac.repeatability.prediction import Outlook
+from sagnac.repeatability.study import Outlook
 from tests.repeatability.examples import Campaign
 
 CAMPAIGNS = 500

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sagnac.rig.sections import EncoderConfig, GyroConfig
-from sagnac.rig.truth import NoiseTruth, truth_of
+from sagnac.rig.truth import truth_of
 from tests.rig.rigs import ARCSEC, AT_REST, configured, triad, true_table_angle
 
 
@@ -60,16 +60,3 @@ def test_the_truth_names_what_the_encoder_does():
     held = replace(config, encoder=replace(encoder, reading_rate_hz=20.0))
     assert truth_of(held).encoder.reading_rate_hz == 20.0
     assert truth_of(replace(config, table=AT_REST)).encoder is None
-
-
-def test_truth_that_cannot_be_is_refused():
-    truth = truth_of(configured())
-    with pytest.raises(ValueError, match=r"arw_deg_per_sqrt_h is -1\.0"):
-        replace(truth.gyros["x"], arw_deg_per_sqrt_h=-1.0)
-    assert isinstance(truth.pairs["x-z"], NoiseTruth)
-    with pytest.raises(ValueError, match="order is None at scale angle"):
-        replace(truth.earth_rate_order_one, order=None)
-    with pytest.raises(ValueError, match="scale is 'turn'; use one of angle, time"):
-        replace(truth.earth_rate_order_one, scale="turn")
-    with pytest.raises(ValueError, match="gyros are x"):
-        replace(truth, gyros={"x": truth.gyros["x"]})

@@ -4,7 +4,7 @@ from typing import get_args
 
 import numpy as np
 
-from sagnac.stability.estimators import Estimator
+from sagnac.stability import Estimator
 
 ESTIMATORS = get_args(Estimator)
 

@@ -100,7 +100,7 @@ def small_curve(**change):
         ({"tau": np.array([0.0, 1.0, 2.0])}, "tau holds a value that is not above zero"),
         ({"estimator": "allan"}, "estimator 'allan' is not known; use one of adev"),
         ({"kind": "phase"}, "kind 'phase' is not known"),
-        ({"sample_rate": -1.0}, "not a positive number of hertz"),
+        ({"sample_rate": -1.0}, "give samples per second, above zero"),
         ({"confidence": 68.3}, "not between 0 and 1"),
     ],
 )

@@ -8,9 +8,17 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.alignment.azimuth import AzimuthError, azimuth_error, rotating_azimuth_error
 from sagnac.alignment.drift import Drift, Priors, drift
-from sagnac.alignment.error_model import Alignment, PositionError, Start, aligned, position_error
+from sagnac.alignment.error_model import (
+    Alignment,
+    AzimuthError,
+    PositionError,
+    Start,
+    aligned,
+    azimuth_error,
+    position_error,
+    rotating_azimuth_error,
+)
 from sagnac.alignment.noise import GyroNoise, Unit
 from sagnac.documents import Documented
 from sagnac.errors import quoted

@@ -27,6 +27,7 @@ from sagnac.alignment.error_model import (
     POSITIONS,
     TILTS,
     VELOCITIES,
+    moments_of,
     system_matrix,
 )
 from sagnac.alignment.noise import GyroNoise
@@ -167,9 +168,7 @@ def drift(
         If there are not three gyros, or two or no accelerometers, a time is not above zero, or the
         latitude is within a degree of a pole.
     """
-    moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
-    if not np.all((moments > 0.0) & np.isfinite(moments)):
-        raise ValueError("times must be finite numbers of seconds above zero")
+    moments = moments_of(times)
     if len(noises) != 3:
         raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
     if len(accelerometers) not in (0, 2):

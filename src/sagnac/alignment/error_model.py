@@ -1,4 +1,6 @@
-"""Errors of a navigator at rest, as a linear system: tilts, azimuth, velocity, position, biases.
+"""Errors of a navigator at rest, and of azimuth found by a gyrocompass or a triad that turns.
+
+The navigator is a linear system of tilts, azimuth, velocity, position and biases.
 
 In north-east-down axes with the tilts phi, ``phi' = -w x phi + dw - e`` and ``dv' = f x phi``
 (the phi-angle model; Titterton and Weston, *Strapdown Inertial Navigation Technology*, 12.3),
@@ -8,6 +10,17 @@ turn the Schuler oscillation slowly and leave its size.
 
 A Kalman filter aligns at rest: what it starts from, what it comes to, and how the position goes off
 afterwards.
+
+A gyro whose input axis points east senses no Earth rate; if it is turned by a small angle psi, it
+senses ``W cos(L) psi``. A drift of it is therefore taken for an azimuth error of the drift over
+``W cos(L)``, with Earth rate W and latitude L.
+
+A triad on a table that turns all the time averages bias out, and N not. In the axes of the table
+Earth rate's horizontal part goes round once a turn, while biases stand still. Turned back by the
+table's angle, a horizontal bias b of the triad averages to nothing over whole turns, as does what
+is slow beside a turn: of B and K their spectrum at the table's rate remains, which adds to N^2
+(Levinson and Giovanni, PLANS 1980). White noise has the same spectrum everywhere, so that rotation
+leaves N^2: which is why N of a rate-biased gyro has to be known.
 """
 
 import math
@@ -16,12 +29,33 @@ from typing import Final
 
 import numpy as np
 from scipy.linalg import expm
+from scipy.special import ndtri
 
-from sagnac.alignment.azimuth import north_rate
 from sagnac.alignment.noise import GyroNoise
 from sagnac.arrays import FloatArray
+from sagnac.coefficients.laws import allan_variance_basis
 from sagnac.errors import quoted
-from sagnac.units import DEGREE, EARTH_RATE
+from sagnac.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
+
+# Beyond this Earth rate has next to no north component, and azimuth is not found from it.
+HIGHEST_LATITUDE: Final = 89.0 * DEGREE
+
+
+def north_rate(latitude: float) -> float:
+    """North component of Earth rate, rad/s.
+
+    Raises
+    ------
+    ValueError
+        If the latitude is within a degree of a pole.
+    """
+    if not abs(latitude) <= HIGHEST_LATITUDE:
+        raise ValueError(
+            f"latitude is {latitude / DEGREE:g} deg; give -89 to 89, since azimuth is not found "
+            "from Earth rate nearer to a pole"
+        )
+    return EARTH_RATE * math.cos(latitude)
+
 
 # ---- error model -------------------------------------------------------------------
 
@@ -42,7 +76,6 @@ AZIMUTH: Final = 2
 VELOCITIES: Final = slice(3, 5)
 POSITIONS: Final = slice(5, 7)
 DRIFTS: Final = slice(7, 10)
-GRAVITY: Final = 9.80665  # m/s^2, standard
 EARTH_RADIUS: Final = 6_371_000.0  # m, mean
 
 
@@ -85,7 +118,7 @@ def system_matrix(latitude: float) -> FloatArray:
     # A wrong latitude is a wrong Earth rate.
     system[TILTS, 5] = [down / EARTH_RADIUS, 0.0, -north / EARTH_RADIUS]
     system[TILTS, DRIFTS] = -np.eye(3)
-    system[VELOCITIES, TILTS] = [[0.0, GRAVITY, 0.0], [-GRAVITY, 0.0, 0.0]]
+    system[VELOCITIES, TILTS] = [[0.0, STANDARD_GRAVITY, 0.0], [-STANDARD_GRAVITY, 0.0, 0.0]]
     system[POSITIONS, VELOCITIES] = np.eye(2)
     return system
 
@@ -307,3 +340,164 @@ def position_error(
         covariance = step.transition @ covariance @ step.transition.T + step.noise
         deviation[number] = math.sqrt(float(np.trace(covariance[POSITIONS, POSITIONS])))
     return PositionError(times=seconds / steps * np.arange(1.0, steps + 1.0), deviation=deviation)
+
+
+# ---- azimuth -----------------------------------------------------------------------
+
+_OF_NAMES: Final = [1, 2, 3]  # N, B and K among the five of Eq. 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AzimuthError:
+    """Standard deviation of azimuth after a time, and of what it is made.
+
+    Attributes
+    ----------
+    times
+        (times,), s.
+    deviation, low, high
+        (times,), rad, and its interval from the uncertainty of N, B and K.
+    parts
+        (times, 3) variances that N, B and K make, rad^2.
+    floor
+        Deviation that B leaves however long is averaged, rad.
+    confidence
+        Of the interval.
+    """
+
+    times: FloatArray
+    deviation: FloatArray
+    low: FloatArray
+    high: FloatArray
+    parts: FloatArray
+    floor: float
+    confidence: float
+
+
+def azimuth_error(
+    noise: GyroNoise, *, latitude: float, times: FloatArray, confidence: float = 0.95
+) -> AzimuthError:
+    """Error of a gyrocompass that averages the gyro's rate in two positions.
+
+    The gyro is turned by half a turn in the middle: half of the difference of the two means is free
+    of bias, and its variance is that of Allan's over half of the time, by two:
+    ``sigma^2(t/2) / 2``.
+
+    Parameters
+    ----------
+    noise
+        Of the gyro.
+    latitude
+        rad.
+    times
+        (times,), s, above zero.
+    confidence
+        Of the interval.
+
+    Raises
+    ------
+    ValueError
+        If the latitude is within a degree of a pole, or a time is not above zero.
+    """
+    moments = moments_of(times)
+    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, _OF_NAMES]
+    north = north_rate(latitude)
+    floor = math.sqrt(float(weights[0, 1] * noise.bias_instability**2) / north**2)
+    return _of_weights(noise, north, moments, weights, confidence=confidence, floor=floor)
+
+
+def moments_of(times: FloatArray) -> FloatArray:
+    """(times,) numbers of seconds.
+
+    Raises
+    ------
+    ValueError
+        If one is not finite and above zero.
+    """
+    moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    if not np.all((moments > 0.0) & np.isfinite(moments)):
+        raise ValueError("times must be finite numbers of seconds above zero")
+    return moments
+
+
+def _of_weights(
+    noise: GyroNoise,
+    north: float,
+    moments: FloatArray,
+    weights: FloatArray,
+    *,
+    confidence: float,
+    left: FloatArray | float = 0.0,
+    floor: float = 0.0,
+) -> AzimuthError:
+    """The error by (times, 3) weights of N, B and K squared, and what bias is `left`, rad^2."""
+    parts = weights * noise.values**2 / north**2
+    variance = parts.sum(axis=1) + left
+    slope = 2.0 * weights * noise.values / north**2
+    scatter = np.sqrt(np.einsum("ti,ij,tj->t", slope, noise.covariance, slope))
+    # A variance stays above zero, so the interval is taken for its logarithm.
+    reach = float(ndtri(0.5 + 0.5 * confidence)) * scatter / np.maximum(variance, 1e-300)
+    deviation = np.sqrt(variance)
+    return AzimuthError(
+        times=moments,
+        deviation=deviation,
+        low=deviation * np.exp(-0.5 * reach),
+        high=deviation * np.exp(0.5 * reach),
+        parts=parts,
+        floor=floor,
+        confidence=confidence,
+    )
+
+
+def rotating_azimuth_error(
+    noise: GyroNoise,
+    *,
+    latitude: float,
+    times: FloatArray,
+    table_rate: float,
+    bias: float = 0.0,
+    confidence: float = 0.95,
+) -> AzimuthError:
+    """Error of a gyrocompass that averages an orthogonal triad turning at a constant rate.
+
+    With equal gyros the variance is ``(N^2 + B^2/W + 2 K^2/W^2) / t`` over the square of Earth
+    rate's north component, W being the table's rate: the spectra B^2/(2 pi f) and K^2/(2 pi f)^2 at
+    the frequency of the turns, the second of which leaks as much again from below over whole
+    turns (and the first 2 % of it over twenty turns, 15 % over one, which is left out). A part of a
+    turn leaves at most 2/(W t) of a bias.
+
+    Parameters
+    ----------
+    noise
+        Of each gyro. For gyros that differ N^2 is the sum of theirs, each times (1 - e^2)/2: a gyro
+        of share e in the table's rate has sqrt(1 - e^2) of its axis in the table's plane, and half
+        of that square falls on north and on east each.
+    latitude
+        rad.
+    times
+        (times,), s, of one turn and more.
+    table_rate
+        rad/s.
+    bias
+        Standard deviation of what is not known of each gyro's bias, rad/s.
+    confidence
+        Of the interval.
+
+    Raises
+    ------
+    ValueError
+        If the latitude is within a degree of a pole, the table stands still, or a time is shorter
+        than a turn.
+    """
+    north = north_rate(latitude)
+    if not (math.isfinite(table_rate) and table_rate != 0.0):
+        raise ValueError(f"table_rate is {table_rate!r}; give the rate of a turning table, rad/s")
+    speed = abs(table_rate)
+    moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    if not np.all(np.isfinite(moments) & (moments * speed >= 2.0 * math.pi * (1.0 - 1e-9))):
+        raise ValueError(f"times must be of a turn, {2.0 * math.pi / speed:.4g} s, and longer")
+    weights = np.array([1.0, 1.0 / speed, 2.0 / speed**2]) / moments[:, np.newaxis]
+    # Half of a bias' square falls on each axis of the plane, and the mean of exp(i W t) is a sinc.
+    turned = speed * moments
+    left = 2.0 * (1.0 - np.cos(turned)) / turned**2 * (bias / north) ** 2
+    return _of_weights(noise, north, moments, weights, confidence=confidence, left=left)

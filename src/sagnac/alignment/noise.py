@@ -103,17 +103,6 @@ class GyroNoise:
         return tuple(found) or (self,)
 
     @classmethod
-    def from_json(cls, path: Path) -> "GyroNoise":
-        """The noise that an ``analysis.json`` holds.
-
-        Raises
-        ------
-        RecordingError
-            If the file is no analysis, or its N is neither estimated nor bounded.
-        """
-        return cls.unit_from_json(path)[0][0]
-
-    @classmethod
     def unit_from_json(cls, path: Path) -> "Unit":
         """The noise of the gyros and of the level accelerometers that an ``analysis.json`` holds.
 
@@ -125,7 +114,7 @@ class GyroNoise:
         Raises
         ------
         RecordingError
-            As `from_json`.
+            If the file is no analysis, or its N is neither estimated nor bounded.
         """
         documents = read_analyses(path)
         if len(documents) > 1:

@@ -11,8 +11,8 @@ from sagnac.arrays import FloatArray, every
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.naming import taken_allan_variance, with_noise_restored
 from sagnac.recording.model import Kind
+from sagnac.stability import Gaps
 from sagnac.stability.curve import StabilityCurve, stability_curve
-from sagnac.stability.names import Gaps
 
 # A curve of fewer points than this has no cluster time whose deviation means anything.
 LEAST_POINTS = 32

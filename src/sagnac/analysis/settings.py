@@ -11,7 +11,7 @@ from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.recording.effects import FINDINGS
 from sagnac.recording.model import Recording
 from sagnac.specification.limits import Specification
-from sagnac.stability.names import Estimator
+from sagnac.stability import Estimator
 from sagnac.table.turns import turns
 
 Covariate = Literal["temperature"]

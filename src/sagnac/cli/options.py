@@ -15,7 +15,7 @@ from sagnac.units import RATE_UNITS, split_factor, unit_of
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method
     from sagnac.report.files import TitleBlock
-    from sagnac.stability.names import Estimator
+    from sagnac.stability import Estimator
 
 Value = TypeVar("Value")
 Span = tuple[float | None, float | None]
@@ -554,7 +554,7 @@ def estimators_of(stated: Sequence[str] | None) -> "tuple[Estimator, ...]":
     UsageError
         If one is not known.
     """
-    from sagnac.stability.names import Estimator
+    from sagnac.stability import Estimator
 
     known = get_args(Estimator)
     wanted = stated or ("oadev",)

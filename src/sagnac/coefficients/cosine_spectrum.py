@@ -24,7 +24,7 @@ from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
-from sagnac.stability.names import check_choice
+from sagnac.stability import check_choice
 
 LEAST_BINS: Final = 8
 SINGLE: Final = 64

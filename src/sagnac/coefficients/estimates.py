@@ -8,7 +8,7 @@ from typing import Final, Literal, get_args
 
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.errors import Note, quoted
-from sagnac.stability.names import check_choice
+from sagnac.stability import check_choice
 from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, TIME_UNITS, Sensor
 
 Status = Literal["estimated", "upper bound", "not observable"]

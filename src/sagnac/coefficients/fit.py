@@ -6,8 +6,8 @@ from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.estimates import Fit, FitName
 from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.recording.model import Kind
+from sagnac.stability import check_choice
 from sagnac.stability.curve import StabilityCurve
-from sagnac.stability.names import check_choice
 
 
 def fit_coefficients(

@@ -16,7 +16,7 @@ from sagnac.filters.settings import FilterSetting, sensors_in, sensors_of, setti
 from sagnac.filters.state_space import FilterModel, Markov
 from sagnac.formats.files import replacing
 from sagnac.overwriting import of_export, require_free
-from sagnac.stability.names import check_choice
+from sagnac.stability import check_choice
 from sagnac.units import SENSED, SENSORS, TIME_UNITS, Sensor, sizes, split_factor
 from sagnac.version import __version__
 

@@ -9,9 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sagnac.alignment.align import Prospect, Unaided
-from sagnac.alignment.azimuth import AzimuthError, azimuth_error
 from sagnac.alignment.drift import PARTS, Drift, Growth
-from sagnac.alignment.error_model import flicker_deviation
+from sagnac.alignment.error_model import AzimuthError, azimuth_error, flicker_deviation
 from sagnac.alignment.noise import NAMES, GyroNoise
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import CoefficientName

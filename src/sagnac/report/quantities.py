@@ -15,8 +15,8 @@ from sagnac.coefficients.estimates import Estimate, FitName
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.lines.model import Line
 from sagnac.spectrum.power_laws import running_median
+from sagnac.stability import Estimator
 from sagnac.stability.curve import StabilityCurve
-from sagnac.stability.names import Estimator
 from sagnac.units import (
     ARCSECOND,
     COEFFICIENT_UNITS,

@@ -13,7 +13,7 @@ from typing import Final
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.documents import ANY, NUMBER, read_toml, table
 from sagnac.errors import quoted
-from sagnac.stability.names import check_choice
+from sagnac.stability import check_choice
 from sagnac.units import Unit, field_unit, split_factor, unit_of
 
 _NAMES: Final[Mapping[str, CoefficientName]] = {

@@ -41,7 +41,6 @@ Riley and Greenhall
     Power law noise identification using the lag 1 autocorrelation, EFTF 2004.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
@@ -54,9 +53,9 @@ from scipy import fft
 
 from sagnac.arrays import FloatArray, pandas_for
 from sagnac.errors import Note
-from sagnac.recording.model import Kind
+from sagnac.recording.channel import Kind, require_rate
+from sagnac.stability import Estimator, Gaps, check_choice
 from sagnac.stability.estimators import ESTIMATORS, properties_of
-from sagnac.stability.names import Estimator, Gaps, check_choice
 from sagnac.stability.noise_type import (
     check_noise_type,
     chi_squared_limits,
@@ -308,7 +307,7 @@ class StabilityCurve:
             raise ValueError("tau holds a value that is not above zero; give cluster times in s")
         check_choice("estimator", self.estimator, Estimator)
         check_choice("kind", self.kind, Kind)
-        _check_sample_rate(self.sample_rate)
+        require_rate(self.sample_rate)
         _check_confidence(self.confidence)
 
     def __eq__(self, other: object) -> bool:
@@ -441,7 +440,7 @@ def stability_curve(
     check_choice("kind", kind, Kind)
     row = properties_of(estimator)
     check_choice("gaps", gaps, Gaps)
-    _check_sample_rate(sample_rate)
+    require_rate(sample_rate)
     _check_confidence(confidence)
     if noise_type is not None:
         check_noise_type(noise_type, row)
@@ -495,11 +494,6 @@ def _degrees_of_freedom(points: Points, exponents: NDArray[np.int64], angles: in
             )
         ]
     )
-
-
-def _check_sample_rate(sample_rate: float) -> None:
-    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(f"sample_rate {sample_rate!r} is not a positive number of hertz")
 
 
 def _check_confidence(confidence: float) -> None:

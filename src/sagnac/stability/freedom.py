@@ -20,13 +20,14 @@ from typing import Final
 import numpy as np
 
 from sagnac.arrays import FloatArray
-from sagnac.stability.total import THEO1_EFFECTIVE
 
 # ---- laws --------------------------------------------------------------------------
 
 # Given noise type, cluster, angles and windows.
 FreedomLaw = Callable[[int, int, int, int], float]
 
+# Effective cluster time of Theo1 as a share of its span.
+THEO1_EFFECTIVE: Final = 0.75
 _SMALLEST_EDF: Final = 0.5
 # Lags beyond which Greenhall and Riley let the filter factor grow to infinity.
 _LONGEST_FILTERED: Final = 100
@@ -58,7 +59,10 @@ def finite_difference_freedom(
 def greenhall_riley_freedom(
     noise_type: int, cluster: int, windows: int, *, order: int, overlapping: bool, modified: bool
 ) -> float:
-    """Exact degrees of freedom of `windows` squared differences in a row.
+    """Exact degrees of freedom of M = `windows` squared differences in a row, S to a cluster.
+
+    ``1/edf = (1/M) (1 + 2 sum_j (1 - j/M) (s_z(j/S)/s_z(0))**2)`` over j < min(M, (d+1) S), d being
+    the order.
 
     The filter factor F is 1 for modified variances, m for plain ones, and infinite for long
     clusters of rate noise, as in the paper.
@@ -87,9 +91,13 @@ def greenhall_riley_freedom(
         filter_factor = math.inf
     else:
         filter_factor = float(cluster)
-    return 1.0 / inverse_freedom(
-        windows, cluster if overlapping else 1, filter_factor, noise_type, order
-    )
+    steps = cluster if overlapping else 1
+    lags, weights = _lags(min(windows, (order + 1) * steps), steps)
+    places = np.append(0.0, lags / steps)
+    shares = difference_covariance(places, filter_factor, noise_type, order)
+    shares /= shares[0]
+    total = float(np.sum(weights * (1.0 - lags / windows) * shares[1:] ** 2))
+    return 1.0 / ((1.0 + 2.0 * total) / windows)
 
 
 def total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> float:
@@ -172,29 +180,6 @@ _BINOMIALS: Final = {
     2: np.array([1.0, -4.0, 6.0, -4.0, 1.0]),
     3: np.array([-1.0, 6.0, -15.0, 20.0, -15.0, 6.0, -1.0]),
 }
-
-
-def inverse_freedom(terms: int, steps: int, filter_factor: float, alpha: int, order: int) -> float:
-    """1/edf of a mean of `terms` squared differences, `steps` of them to one cluster.
-
-    ``(1/M) (1 + 2 sum_j (1 - j/M) (s_z(j/S)/s_z(0))**2)`` over j < min(M, (d+1) S).
-
-    Parameters
-    ----------
-    terms, steps
-        M and S.
-    filter_factor
-        F, which may be infinite for alpha <= 0.
-    alpha
-        Power law of the rate noise, 2 to -4.
-    order
-        d of the differences, 2 or 3.
-    """
-    lags, weights = _lags(min(terms, (order + 1) * steps), steps)
-    shares = difference_covariance(np.append(0.0, lags / steps), filter_factor, alpha, order)
-    shares /= shares[0]
-    total = float(np.sum(weights * (1.0 - lags / terms) * shares[1:] ** 2))
-    return (1.0 + 2.0 * total) / terms
 
 
 def _lags(stop: int, steps: int) -> tuple[FloatArray, FloatArray]:

@@ -9,8 +9,8 @@ from scipy.special import gammaincinv
 
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note
+from sagnac.stability import Estimator
 from sagnac.stability.estimators import Properties, properties_of
-from sagnac.stability.names import Estimator
 from sagnac.stability.sums import Track
 
 # ---- clusters ----------------------------------------------------------------------

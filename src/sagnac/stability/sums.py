@@ -1,8 +1,8 @@
 """How the finite-difference estimators of the Allan family sum their differences.
 
 The accumulated angle is made in one pass, with gaps or without; windows are skipped if taking every
-one would cost too much. An estimator's `sums` takes the track and the clusters and gives `Points`:
-plain, overlapping and modified variances here, the total family and Theo1 in `total`.
+one would cost too much. Plain, overlapping and modified variances are summed here, the total family
+and Theo1 in `estimators`.
 """
 
 import math
@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.arrays import FloatArray, blocks, elementwise, empty, every, mean
+from sagnac.arrays import FloatArray, IntegerArray, blocks, elementwise, empty, every, mean
 from sagnac.errors import Note, RecordingError, rounded
 from sagnac.recording.model import Kind
-from sagnac.recording.stamps import Places
-from sagnac.stability import _kernels
-from sagnac.stability.names import Estimator, Gaps
+from sagnac.recording.stamps import Places, Tally
+from sagnac.stability import Estimator, Gaps, _kernels
 
 # ---- accumulate --------------------------------------------------------------------
 
@@ -42,8 +40,8 @@ class Track:
     """
 
     angle: FloatArray
-    starts: NDArray[np.int64]
-    lengths: NDArray[np.int64]
+    starts: IntegerArray
+    lengths: IntegerArray
     missing: int = 0
     broken: bool = False
 
@@ -132,7 +130,7 @@ def mirrored_values(angle: FloatArray) -> FloatArray:
     return mirrored
 
 
-def _whole_stretches(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _whole_stretches(samples: FloatArray) -> tuple[IntegerArray, IntegerArray]:
     """Where samples begin and cease to be present."""
     present = np.zeros(samples.size + 2, dtype=np.bool_)
     for block in blocks(samples.size):
@@ -171,28 +169,26 @@ def _count_gaps(
     """How many samples are missing, if none is infinite and missing ones are allowed."""
     infinite = Places(values=samples, test=np.isinf).tally()
     if infinite.count:
-        first = infinite.first
-        raise RecordingError(
-            f"sample {first} ({first / sample_rate:g} s) is infinite, {infinite.count} in all",
-            channel="values",
-            remedy="mark bad samples as NaN and use gaps='omit'",
-        )
-    tally = Places(values=samples, test=np.isnan).tally()
-    missing, first = tally.count, tally.first
-    if missing and gaps == "reject":
-        raise RecordingError(
-            f"sample {first} ({first / sample_rate:g} s) is missing, {missing} in all",
-            channel="values",
-            remedy="use gaps='omit' or fill them first",
-        )
-    if missing and only_whole is not None:
-        raise RecordingError(
-            f"sample {first} ({first / sample_rate:g} s) is missing and "
-            f"{only_whole} needs a whole record",
-            channel="values",
-            remedy="gaps='omit' works with oadev, mdev and ohdev",
-        )
-    return missing
+        what = f"infinite, {infinite.count} in all"
+        remedy = "mark bad samples as NaN and use gaps='omit'"
+        raise _refused(infinite, sample_rate, what, remedy)
+    missing = Places(values=samples, test=np.isnan).tally()
+    if missing.count and gaps == "reject":
+        what, remedy = f"missing, {missing.count} in all", "use gaps='omit' or fill them first"
+        raise _refused(missing, sample_rate, what, remedy)
+    if missing.count and only_whole is not None:
+        what = f"missing and {only_whole} needs a whole record"
+        remedy = "gaps='omit' works with oadev, mdev and ohdev"
+        raise _refused(missing, sample_rate, what, remedy)
+    return missing.count
+
+
+def _refused(samples: Tally, sample_rate: float, what: str, remedy: str) -> RecordingError:
+    return RecordingError(
+        f"sample {samples.first} ({samples.first / sample_rate:g} s) is {what}",
+        channel="values",
+        remedy=remedy,
+    )
 
 
 def _exact_slope(slope: float, samples: int) -> float:
@@ -230,7 +226,7 @@ def window_stride(windows: int, squares: int, cluster: int) -> int:
 
 
 def stride_notes(
-    name: Estimator, strides: Sequence[int], clusters: NDArray[np.int64]
+    name: Estimator, strides: Sequence[int], clusters: IntegerArray
 ) -> tuple[Note, ...]:
     """Note on windows that are skipped, if any are."""
     skipped = [(int(m), stride) for m, stride in zip(clusters, strides, strict=True) if stride > 1]
@@ -282,74 +278,42 @@ class Points:
 
     tau_samples: FloatArray
     variance: FloatArray
-    terms: NDArray[np.int64]
-    windows: NDArray[np.int64]
-    clusters: NDArray[np.int64]
+    terms: IntegerArray
+    windows: IntegerArray
+    clusters: IntegerArray
     rules: tuple[Estimator, ...]
     notes: tuple[Note, ...] = ()
 
 
-# Given the track, the clusters, and how many outer averages of each a whole record has.
-Sums = Callable[[Track, NDArray[np.int64], NDArray[np.int64]], Points]
-Windows = Callable[[int, int], int]
+def plain_sums(track: Track, clusters: IntegerArray, order: int) -> tuple[FloatArray, IntegerArray]:
+    """Sums and numbers of squared differences of `order` from every m-th start."""
+    # Plain clusters are overlapping ones of one sample on every m-th angle.
+    columns = [overlapping_sums(track.every(int(m)), _ONE, order) for m in clusters]
+    sums, terms = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return sums, terms
 
 
-def overlapping_points(name: Estimator, *, order: int, divisor: float) -> Sums:
-    """Means of squared differences of `order` from every start, over `divisor` m^2."""
-
-    def points(track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
-        sums, terms = _overlapping_sums(track, clusters, order)
-        return averaged(name, track, clusters, sums=sums, terms=terms, whole=whole, divisor=divisor)
-
-    return points
-
-
-def plain_points(name: Estimator, *, order: int, divisor: float) -> Sums:
-    """Means of squared differences of `order` from every m-th start, over `divisor` m^2."""
-
-    def points(track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
-        # Plain clusters are overlapping ones of one sample on every m-th angle.
-        columns = [_overlapping_sums(track.every(int(m)), _ONE, order) for m in clusters]
-        sums = np.array([column[0] for column, _ in columns])
-        terms = np.array([column[0] for _, column in columns])
-        return averaged(name, track, clusters, sums=sums, terms=terms, whole=whole, divisor=divisor)
-
-    return points
-
-
-def modified_points(name: Estimator) -> Sums:
-    """Modified Allan variance: squares of second differences of means over a cluster."""
-
-    def points(track: Track, clusters: NDArray[np.int64], whole: NDArray[np.int64]) -> Points:
-        sums = _stretch_sums(
-            track,
-            clusters.size,
-            lambda stretch: _window_sums(stretch, clusters),
-            lambda starts, lengths: _kernels.sum_squared_window_differences_in_stretches(
-                track.angle, starts, lengths, clusters
-            ),
-        )
-        return averaged(
-            name,
-            track,
-            clusters,
-            sums=sums / clusters.astype(np.float64) ** 2,
-            terms=_counts(track, 3 * clusters - 1),
-            whole=whole,
-            divisor=2.0,
-        )
-
-    return points
+def modified_sums(track: Track, clusters: IntegerArray) -> tuple[FloatArray, IntegerArray]:
+    """Sums and numbers of squared second differences of means over a cluster."""
+    sums = _stretch_sums(
+        track,
+        clusters.size,
+        lambda stretch: _window_sums(stretch, clusters),
+        lambda starts, lengths: _kernels.sum_squared_window_differences_in_stretches(
+            track.angle, starts, lengths, clusters
+        ),
+    )
+    return sums / clusters.astype(np.float64) ** 2, _counts(track, 3 * clusters - 1)
 
 
 def averaged(
     name: Estimator,
     track: Track,
-    clusters: NDArray[np.int64],
+    clusters: IntegerArray,
     *,
     sums: FloatArray,
-    terms: NDArray[np.int64],
-    whole: NDArray[np.int64],
+    terms: IntegerArray,
+    whole: IntegerArray,
     divisor: float,
 ) -> Points:
     """Means of squared differences over `divisor` m^2, less what gaps took.
@@ -391,7 +355,7 @@ def averaged(
     )
 
 
-def _gap_notes(whole: NDArray[np.int64], terms: NDArray[np.int64]) -> tuple[Note, ...]:
+def _gap_notes(whole: IntegerArray, terms: IntegerArray) -> tuple[Note, ...]:
     lost = whole - terms
     note = Note(
         text=f"gaps left out {int(lost.sum())} of {int(whole.sum())} terms, "
@@ -403,7 +367,7 @@ def _gap_notes(whole: NDArray[np.int64], terms: NDArray[np.int64]) -> tuple[Note
     return note, Note(text=f"{empty} taus have no term free of gaps and are left out")
 
 
-def difference_sums(angle: FloatArray, clusters: NDArray[np.int64], order: int = 2) -> FloatArray:
+def difference_sums(angle: FloatArray, clusters: IntegerArray, order: int = 2) -> FloatArray:
     """Sums over every start of squared differences of `order` 2 or 3, for each cluster."""
     sums = np.zeros(clusters.size)
     for block in blocks(angle.size, STARTS):
@@ -413,10 +377,10 @@ def difference_sums(angle: FloatArray, clusters: NDArray[np.int64], order: int =
     return sums
 
 
-def _overlapping_sums(
-    track: Track, clusters: NDArray[np.int64], order: int
-) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Sums and numbers of squared differences that touch no gap."""
+def overlapping_sums(
+    track: Track, clusters: IntegerArray, order: int
+) -> tuple[FloatArray, IntegerArray]:
+    """Sums and numbers of squared differences of `order`, from every start, that touch no gap."""
     if track.missing and not track.broken:
         # Angles on both sides of a gap belong together.
         return _sums_across_gaps(track.angle, clusters, order)
@@ -431,8 +395,8 @@ def _overlapping_sums(
 
 
 def _sums_across_gaps(
-    angle: FloatArray, clusters: NDArray[np.int64], order: int
-) -> tuple[FloatArray, NDArray[np.int64]]:
+    angle: FloatArray, clusters: IntegerArray, order: int
+) -> tuple[FloatArray, IntegerArray]:
     """Sums and numbers of squared differences none of whose angles is missing."""
     sums, counts = np.zeros(clusters.size), np.zeros(clusters.size, dtype=np.int64)
     for block in blocks(angle.size, STARTS):
@@ -445,7 +409,7 @@ def _sums_across_gaps(
     return sums, counts
 
 
-def _counts(track: Track, reaches: NDArray[np.int64]) -> NDArray[np.int64]:
+def _counts(track: Track, reaches: IntegerArray) -> IntegerArray:
     """Terms that lie in one stretch each, by how far on the last angle of a term is."""
     return np.array(
         [np.maximum(track.lengths - reach, 0).sum() for reach in reaches], dtype=np.int64
@@ -456,7 +420,7 @@ def _stretch_sums(
     track: Track,
     clusters: int,
     of_long: Callable[[FloatArray], FloatArray],
-    of_short: Callable[[NDArray[np.int64], NDArray[np.int64]], FloatArray],
+    of_short: Callable[[IntegerArray, IntegerArray], FloatArray],
 ) -> FloatArray:
     """Sums over all stretches, the long ones one by one, the short ones many at a time."""
     angle = track.angle
@@ -472,19 +436,18 @@ def _stretch_sums(
     return sums
 
 
-def _window_sums(angle: FloatArray, clusters: NDArray[np.int64]) -> FloatArray:
+def _window_sums(angle: FloatArray, clusters: IntegerArray) -> FloatArray:
     """Sums of squared second differences of sums over a cluster, from every start."""
-    windows = np.array([_first_window(angle, int(m)) for m in clusters])
+    fits = (3 * m <= angle.size for m in clusters.tolist())
+    windows = np.array(
+        [
+            _kernels.window_difference(angle, m, 0, m, 0.0) if fit else 0.0
+            for m, fit in zip(clusters.tolist(), fits, strict=True)
+        ]
+    )
     sums = windows**2
     for block in blocks(angle.size, STARTS):
         sums, windows = _kernels.sum_squared_window_differences(
             angle, clusters, block.start, block.stop, sums, windows
         )
     return sums
-
-
-def _first_window(angle: FloatArray, cluster: int) -> float:
-    """Sum of the first `cluster` second differences, or zero if they do not fit."""
-    if 3 * cluster > angle.size:
-        return 0.0
-    return float(_kernels.window_difference(angle, cluster, 0, cluster, 0.0))
