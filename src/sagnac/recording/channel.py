@@ -101,11 +101,6 @@ def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     return column
 
 
-def converted(values: ArrayLike, unit: Unit, argument: str) -> FloatArray:
-    """A column in SI, a new array; see `numbers`."""
-    return elementwise(np.multiply, numbers(values, argument), unit.size)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Channel:
     """One measured column, in SI.
@@ -163,15 +158,10 @@ class Channel:
             raise ValueError(
                 f"channel {self.name} of kind {self.kind}: shown_in: {error}"
             ) from None
-        values = self.values
-        if not isinstance(values, np.ndarray) or values.dtype != np.float64 or values.ndim != 1:
-            what = (
-                f"{values.dtype} of shape {values.shape}"
-                if isinstance(values, np.ndarray)
-                else f"a {type(values).__name__}"
-            )
+        held = _no_series(self.values)
+        if held:
             raise ValueError(
-                f"channel {self.name}: values are {what}; give float64 of shape (samples,) in SI, "
+                f"channel {self.name}: values are {held}; give float64 of shape (samples,) in SI, "
                 "or use Channel.from_values"
             )
 
@@ -204,8 +194,8 @@ class Channel:
             stated = unit_of(unit, quantity_of(kind, sensor))
         except ValueError as error:
             raise ValueError(f"channel {name} of kind {kind}: {error}") from None
-        taken = converted(values, stated, name)
-        return cls(name=name, kind=kind, values=taken, shown_in=unit, sensor=sensor)
+        in_si = elementwise(np.multiply, numbers(values, name), stated.size)
+        return cls(name=name, kind=kind, values=in_si, shown_in=unit, sensor=sensor)
 
     @property
     def plain_unit(self) -> Unit:
@@ -228,12 +218,9 @@ class Channel:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Channel):
             return NotImplemented
-        return (self.name, self.kind, self.shown_in, self.sensor) == (
-            other.name,
-            other.kind,
-            other.shown_in,
-            other.sensor,
-        ) and same_values(self.values, other.values)
+        stated = ("name", "kind", "shown_in", "sensor")
+        alike = all(getattr(self, one) == getattr(other, one) for one in stated)
+        return alike and same_values(self.values, other.values)
 
     # Equal channels may be changed in place, sample by sample.
     __hash__: ClassVar[None] = None  # type: ignore[assignment]
@@ -241,6 +228,14 @@ class Channel:
     def __repr__(self) -> str:
         samples = self.values.size
         return f"Channel({self.name}: {samples} samples, {self.kind}, shown in {self.shown_in})"
+
+
+def _no_series(values: object) -> str:
+    """What is held in the place of (samples,) float64; empty if it is that."""
+    if not isinstance(values, np.ndarray):
+        return f"a {type(values).__name__}"
+    held = f"{values.dtype} of shape {values.shape}"
+    return "" if values.dtype == np.float64 and values.ndim == 1 else held
 
 
 def same_values(one: FloatArray | None, other: FloatArray | None) -> bool:
@@ -291,8 +286,7 @@ class Pickoff:
     values: FloatArray
 
     def __post_init__(self) -> None:
-        values = self.values
-        if not isinstance(values, np.ndarray) or values.dtype != np.float64 or values.ndim != 1:
+        if _no_series(self.values):
             raise ValueError(f"pick-off of gyro {self.gyro}: give a series of float64")
 
     @property

@@ -122,11 +122,9 @@ def stated_for(name: str, stated: _Text | Mapping[str, _Text], argument: str) ->
 
 def _unit_for(name: str, unit: str | Mapping[str, str] | None, in_header: str | None) -> str:
     """Unit of a gyro: as stated, else as its header says."""
-    if unit is not None:
-        return stated_for(name, unit, "unit")
-    if in_header is None:
+    if unit is None and in_header is None:
         raise ValueError(f"the unit of gyro {name} is not stated; state unit, deg/s for one")
-    return in_header
+    return in_header or "" if unit is None else stated_for(name, unit, "unit")
 
 
 def _headers(frame: Any) -> list[str]:
@@ -162,14 +160,11 @@ def _named_columns(
             raise ValueError(
                 f"{', '.join(alike)} may each be {name}; name one with columns={{{name!r}: NAME}}"
             )
-        if alike and (name not in ACCELEROMETER_NAMES or _has_unit(name, alike[0], unit)):
+        named = isinstance(unit, Mapping) and name in unit
+        is_gyro = name not in ACCELEROMETER_NAMES
+        if alike and (is_gyro or named or split_header(alike[0])[1] is not None):
             found[name] = alike[0]
     return found
-
-
-def _has_unit(name: str, header: str, unit: str | Mapping[str, str] | None) -> bool:
-    """Whether the unit of a column is stated by its own name or in its header."""
-    return split_header(header)[1] is not None or (isinstance(unit, Mapping) and name in unit)
 
 
 # ---- columns -----------------------------------------------------------------------
@@ -223,7 +218,6 @@ def gyro_of(
         )
     if not 0.0 < period < np.inf:
         raise ValueError(f"period is {period}; give the reading at which the counter starts over")
-    size = unit_of(unit, "angle").size
     readings = np.asarray(numbers(values, name), dtype=np.float64)
     extent = finite_extent(readings)
     if extent >= period:
@@ -233,16 +227,10 @@ def gyro_of(
             remedy="state the right {period}",
         )
     running, wraps = unwrapped(readings, period)
-    notes = (
-        (Note(text=f"the counter rolled over {counted(wraps, 'time')}: unwrapped", channel=name),)
-        if wraps
-        else ()
-    )
-    angle = elementwise(np.multiply, running, size)
-    return Taken(
-        channel=Channel(name=name, kind=kind, values=angle, shown_in=unit),
-        notes=notes,
-    )
+    note = Note(text=f"the counter rolled over {counted(wraps, 'time')}: unwrapped", channel=name)
+    angle = elementwise(np.multiply, running, unit_of(unit, "angle").size)
+    channel = Channel(name=name, kind=kind, values=angle, shown_in=unit)
+    return Taken(channel=channel, notes=(note,) if wraps else ())
 
 
 def table_of(values: ArrayLike, *, unit: str) -> Taken:
@@ -256,10 +244,8 @@ def table_of(values: ArrayLike, *, unit: str) -> Taken:
     stated = unit_of(unit, "angle")
     readings = np.array(numbers(values, "table"), dtype=np.float64)
     taken = angle_of_readings(readings, stated)
-    return Taken(
-        channel=Channel(name="table", kind="angle", values=taken.angle, shown_in=unit),
-        notes=taken.notes,
-    )
+    channel = Channel(name="table", kind="angle", values=taken.angle, shown_in=unit)
+    return Taken(channel=channel, notes=taken.notes)
 
 
 def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:

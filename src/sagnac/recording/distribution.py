@@ -86,22 +86,6 @@ def shape_of(changes: FloatArray) -> Shape:
     )
 
 
-def distribution_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """A soft limit, with what it does to N, or noise that is full of spikes: a warning."""
-    shape = _shape_in(profile)
-    return _flat(profile.channel, shape) or _heavy(profile.channel, shape)
-
-
-def heavy_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """Noise that is full of spikes alone."""
-    return _heavy(profile.channel, _shape_in(profile))
-
-
-def flat_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """A soft limit alone, with what it does to N."""
-    return _flat(profile.channel, _shape_in(profile))
-
-
 def _shape_in(profile: Profile) -> Shape | None:
     """The distribution of a gyro's noise; None if there are too few samples or coarse steps."""
     changes = profile.changes[:_CHANGES_LOOKED_AT]
@@ -111,14 +95,17 @@ def _shape_in(profile: Profile) -> Shape | None:
     return None if _FINE_STEPS * profile.step > shape.innovation else shape
 
 
-def _flat(gyro: Channel, shape: Shape | None) -> tuple[Note, ...]:
+def flat_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+    """A soft limit, with what it does to N."""
+    shape = _shape_in(profile)
     if shape is None or not shape.is_flat:
         return ()
     text = (
         f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}), as if it came "
         "near the end of its range: a soft saturation; take a wider range"
     )
-    return (finding("clipping", gyro.name, text, effect=_bent_scatter(shape.kurtosis)),)
+    effect = _bent_scatter(shape.kurtosis)
+    return (finding("clipping", profile.channel.name, text, effect=effect),)
 
 
 def _bent_scatter(kurtosis: float) -> float:
@@ -131,7 +118,9 @@ def _bent_scatter(kurtosis: float) -> float:
     return 1.0 + kurtosis / 8.0 - 0.075 * kurtosis**2
 
 
-def _heavy(gyro: Channel, shape: Shape | None) -> tuple[Note, ...]:
+def heavy_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+    """Noise that is full of spikes: a warning."""
+    shape = _shape_in(profile)
     if shape is None or not shape.is_heavy:
         return ()
     text = (
@@ -139,7 +128,7 @@ def _heavy(gyro: Channel, shape: Shape | None) -> tuple[Note, ...]:
         f"{shape.kurtosis:.2g}): spikes or bursts are a part of it, and of its angle random "
         "walk"
     )
-    return (Note(name="spikes", channel=gyro.name, text=text, level="warning"),)
+    return (Note(name="spikes", channel=profile.channel.name, text=text, level="warning"),)
 
 
 # ---- unsteady ----------------------------------------------------------------------

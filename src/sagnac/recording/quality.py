@@ -9,7 +9,6 @@ from sagnac.arrays import FloatArray, extent
 from sagnac.errors import Note, ranked
 from sagnac.recording.channel import Channel
 from sagnac.recording.distribution import (
-    distribution_notes,
     dropout_notes,
     flat_notes,
     heavy_notes,
@@ -134,8 +133,10 @@ def _of_samples(recording: Recording, profile: Profile, *, standing: bool) -> tu
         return found + flat_notes(recording, profile)
     changing = unsteady_notes(recording, profile)
     stepping = () if changing else step_notes(recording, profile)
-    shape = () if stepping else distribution_notes(recording, profile)
-    return found + changing + stepping + shape
+    if stepping:
+        return found + changing + stepping
+    shape = flat_notes(recording, profile) or heavy_notes(recording, profile)
+    return found + changing + shape
 
 
 def _wrapped(recording: Recording, profile: Profile) -> tuple[Note, ...]:
