@@ -49,8 +49,6 @@ def test_an_estimate_in_any_unit_of_its_coefficient():
     one = estimate().to("deg/sqrt(h)")
     assert (one.value, one.low, one.high) == pytest.approx((2e-3, 1e-3, 4e-3))
     assert float(estimate().to("deg/h/sqrt(Hz)")) == pytest.approx(0.12)
-    time = estimate(name="markov_correlation_time", value=7200.0, low=60.0, high=9000.0)
-    assert float(time.to("h")) == pytest.approx(2.0)
     with pytest.raises(ValueError, match="unit 'deg/h' is not one of angle_random_walk; use one"):
         estimate().to("deg/h")
     with pytest.raises(ValueError, match="has no name"):
@@ -79,7 +77,7 @@ def test_estimates_print_in_the_unit_of_the_field():
         ({"low": 1.0}, "give low <= value <= high"),
         ({"value": math.nan}, "give low <= value <= high"),
         ({"status": "not observable"}, "has NaN for all three"),
-        ({"name": "drift"}, "name 'drift' is not a coefficient; use one of quantization"),
+        ({"name": "drift"}, "name 'drift' is not known; use one of quantization"),
     ],
 )
 def test_an_estimate_checks_what_it_is_given(change, words):

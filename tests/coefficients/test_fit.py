@@ -2,9 +2,7 @@
 
 import math
 
-import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.fit import fit_coefficients
@@ -51,57 +49,6 @@ def test_confidence_widens_every_interval():
     for narrow, wide in zip(widths(0.683), widths(0.99), strict=True):
         # A bound may be lost altogether where few degrees of freedom stand behind it.
         assert math.isnan(wide) or narrow < wide
-
-
-def markov_rates(samples, driving, correlation, generator):
-    """Means over 1 s of a Markov rate stepped ten times as fast."""
-    decay = math.exp(-0.1 / correlation)
-    size = driving * math.sqrt(0.5 * correlation)
-    steps = size * math.sqrt(1.0 - decay**2) * generator.standard_normal(10 * samples)
-    steps[0] = size * generator.standard_normal()
-    return lfilter([1.0], [1.0, -decay], steps).reshape(samples, 10).mean(axis=1)
-
-
-def test_markov_and_sinusoid_are_found_where_they_are():
-    generator = np.random.default_rng(21)
-    time = np.arange(20_000)
-    rate = 0.3 * generator.standard_normal(time.size)
-    rate += markov_rates(time.size, 0.05, 60.0, generator)
-    rate += 0.1 * np.cos(2.0 * np.pi * 0.0731 * time + 1.0)
-    truths = {
-        "markov_driving_noise": 0.05,
-        "markov_correlation_time": 60.0,
-        "sinusoid_amplitude": 0.1,
-    }
-    taus = np.unique(np.round(np.geomspace(1.0, 5000.0, 30)))
-    curve = stability_curve(rate, kind="rate", sample_rate=1.0, taus=taus)
-    for fit in (
-        likelihood_fit(rate, kind="rate", sample_rate=1.0, markov=True, sinusoid=0.0731),
-        weighted_fit(curve, markov=True, sinusoid=0.0731),
-    ):
-        assert set(fit.optional) == set(truths)
-        for name, truth in truths.items():
-            estimate = fit.optional[name]
-            assert estimate.status == "estimated", (fit.method, name)
-            # 99.9 %: three intervals of two fits at once.
-            assert truth * (estimate.low / estimate.value) ** 1.7 < estimate.value
-            assert estimate.value < truth * (estimate.high / estimate.value) ** 1.7
-        walk = fit.coefficients["angle_random_walk"]
-        assert 0.9 * walk.low < 0.3 < 1.1 * walk.high
-
-
-def test_markov_and_sinusoid_are_not_invented():
-    rate = white(5000, 22)
-    fit = likelihood_fit(rate, kind="rate", sample_rate=1.0, markov=True, sinusoid=0.21)
-    assert fit.optional["markov_driving_noise"].status == "not observable"
-    assert fit.optional["markov_correlation_time"].status == "not observable"
-    assert fit.optional["sinusoid_amplitude"].status == "upper bound"
-    assert fit.optional["sinusoid_amplitude"].high < 0.1
-    plain = likelihood_fit(rate, kind="rate", sample_rate=1.0)
-    assert plain.optional == {}
-    assert fit.coefficients["angle_random_walk"].value == pytest.approx(
-        plain.coefficients["angle_random_walk"].value, rel=2e-3
-    )
 
 
 def test_one_way_in_to_every_method():

@@ -228,24 +228,6 @@ def test_markov_terms_against_dense_matrices(correlation):
     assert measured[:60] == pytest.approx(expected[:60], rel=1e-3)
     assert measured == pytest.approx(expected, rel=2e-2)
 
-    # The covariance of the overlapped variances.
-    factors = [1, 3, 20, 80]
-    angle = toeplitz(structure(lags))
-    operators = []
-    for factor in factors:
-        operator = np.zeros((lags.size - 2 * factor, lags.size))
-        for row in range(operator.shape[0]):
-            operator[row, [row, row + factor, row + 2 * factor]] = (1.0, -2.0, 1.0)
-        operators.append(operator / (factor * interval))
-    expected = np.array(
-        [[0.5 * np.mean((one @ angle @ other.T) ** 2) for other in operators] for one in operators]
-    )
-    measured = overlapped_allan_covariance(
-        factors, {}, angles=lags.size, interval=interval, markov=(1.0, correlation)
-    )
-    scale = np.sqrt(np.diag(expected))
-    assert np.abs((measured - expected) / np.outer(scale, scale)).max() < 1e-3
-
 
 @pytest.mark.parametrize(("first", "second"), [(1, 1), (1, 21_000_000), (3_000_001, 40), (7, 9)])
 def test_covariance_of_a_day_of_samples_keeps_its_digits(first, second):
@@ -260,8 +242,8 @@ def test_covariance_of_a_day_of_samples_keeps_its_digits(first, second):
                 t = abs(Decimal(lag) + p * first - q * second)
                 flicker += weight * (t * t * t.ln() / (2 * pi) if t else 0)
                 walk += weight * t**3 / 12
-            found = np.empty(6)
-            _kernels.second_difference_covariances(lag, first, second, 0.0, found)
+            found = np.empty(5)
+            _kernels.second_difference_covariances(lag, first, second, found)
             size = min(first, second) ** 2
             assert found[2] == pytest.approx(float(flicker), rel=1e-9, abs=1e-12 * size)
             largest = size * max(first, second)
@@ -281,7 +263,7 @@ def test_covariance_of_a_day_of_samples_is_one():
 
 def test_compiled_covariance_is_the_interpreted_one(monkeypatch):
     nodes, weights = np.polynomial.legendre.leggauss(8)
-    arguments = (np.array([1, 9, 130], dtype=np.int64), 601, 12.5, nodes, weights)
+    arguments = (np.array([1, 9, 130], dtype=np.int64), 601, nodes, weights)
     compiled = _kernels.overlapped_covariances(*arguments)
     for name in dir(_kernels):
         loop = getattr(_kernels, name)

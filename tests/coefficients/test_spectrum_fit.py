@@ -174,31 +174,6 @@ def test_a_dead_channel_and_a_short_one_are_refused():
         likelihood_fit(white(5, 1), kind="rate", sample_rate=1.0)
 
 
-def test_sinusoid_intervals_hold_the_truth():
-    generator = np.random.default_rng(23)
-    inside = 0
-    for _ in range(200):
-        rate = generator.standard_normal(500)
-        rate += 0.3 * np.cos(1.3 * np.arange(500) + generator.uniform(0.0, 6.0))
-        estimate = likelihood_fit(
-            rate,
-            kind="rate",
-            sample_rate=1.0,
-            terms=("angle_random_walk",),
-            sinusoid=1.3 / (2.0 * np.pi),
-        ).optional["sinusoid_amplitude"]
-        # The averaging over an interval takes sinc off; 0.3 is after it.
-        truth = 0.3 / np.sinc(1.3 / (2.0 * np.pi))
-        inside += estimate.low <= truth <= estimate.high
-    assert 181 <= inside <= 198
-
-
-@pytest.mark.parametrize("frequency", [0.0, 0.5, -1.0])
-def test_a_sinusoid_out_of_range_is_refused(frequency):
-    with pytest.raises(ValueError, match="below one half"):
-        likelihood_fit(white(100, 1), kind="rate", sample_rate=1.0, sinusoid=frequency)
-
-
 def test_a_fit_states_the_band_that_it_used() -> None:
     rates = np.random.default_rng(3).standard_normal(4000)
     whole = likelihood_fit(rates, kind="rate", sample_rate=10.0, masked=[(1.0, 1.1)]).band

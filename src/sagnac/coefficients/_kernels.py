@@ -19,22 +19,6 @@ _FARTHER = 2.0 ** np.arange(1, 8) - 1.0
 
 
 @compiled()
-def _markov_structure(t: float, correlation: float, near: bool) -> float:
-    """Generalized autocovariance of the angle for a Markov rate of q_c = 1.
-
-    -(T^3/2) (e^-x + x - 1), x = t/T; `near` takes off a parabola, which no second difference
-    sees and which would cost the digits where all of x is small.
-    """
-    x = t / correlation
-    if not near:
-        return float(-0.5 * correlation**3 * (np.expm1(-x) + x))
-    series = 1.0
-    for k in range(18, 3, -1):
-        series = 1.0 - series * x / k
-    return correlation**3 * series * x * x * x / 12.0
-
-
-@compiled()
 def _flicker_difference(t: float, step: float) -> float:
     """Second difference of ``t^2 ln|t|`` at t, t + step and t + 2 step."""
     middle = abs(t + step)
@@ -62,17 +46,14 @@ def _cubic_difference(t: float, step: float) -> float:
 
 
 @compiled()
-def second_difference_covariances(
-    lag: float, first: int, second: int, correlation: float, out: FloatArray
-) -> None:
+def second_difference_covariances(lag: float, first: int, second: int, out: FloatArray) -> None:
     """Covariance at `lag` of second angle differences over `first` and `second` samples.
 
     From the generalized autocovariance of the angle: a delta, -|t|/2, t^2 ln|t|/(2 pi) and
-    |t|^3/12 for Q, N, B and K at one and a sample interval of one; then a Markov rate.
+    |t|^3/12 for Q, N, B and K at one and a sample interval of one.
     """
-    for p in range(5):
+    for p in range(4):
         out[p] = 0.0
-    near = abs(lag) + 2.0 * (first + second) < correlation
     for p in range(3):
         for q in range(3):
             weight = (-2.0 if p == 1 else 1.0) * (-2.0 if q == 1 else 1.0)
@@ -81,8 +62,6 @@ def second_difference_covariances(
                 out[0] += weight
             else:
                 out[1] -= weight * 0.5 * t
-                if correlation > 0.0:
-                    out[4] += weight * _markov_structure(t, correlation, near)
     # The shorter of the two first: the cube of a lag of a day at 500 Hz has no digits left for it.
     short, long = min(first, second), max(first, second)
     start = lag if first <= second else lag - 2.0 * second
@@ -100,20 +79,19 @@ def add_products(
     counts: FloatArray,
     first: int,
     second: IntegerArray,
-    correlation: float,
     covariance: FloatArray,
     totals: FloatArray,
 ) -> None:
     """Add products of the terms' covariances at each lag, times its count, to those of its pair.
 
-    A pair is that of `first` and one of `second`; `covariance` (6,) is room to work in.
+    A pair is that of `first` and one of `second`; `covariance` (5,) is room to work in.
     """
     for n in range(lags.size):
         other = second[pairs[n]]
-        second_difference_covariances(lags[n], first, other, correlation, covariance)
-        covariance[5] = 1.0 * first * first * other * other
-        for a in range(6):
-            for b in range(6):
+        second_difference_covariances(lags[n], first, other, covariance)
+        covariance[4] = 1.0 * first * first * other * other
+        for a in range(5):
+            for b in range(5):
                 totals[pairs[n], a, b] += counts[n] * covariance[a] * covariance[b]
 
 
@@ -168,25 +146,20 @@ def counted_lags(
 
 
 def overlapped_covariances(
-    factors: IntegerArray,
-    angles: int,
-    correlation: float,
-    nodes: FloatArray,
-    weights: FloatArray,
+    factors: IntegerArray, angles: int, nodes: FloatArray, weights: FloatArray
 ) -> FloatArray:
     """Covariance of overlapped Allan variances by pairs of terms, for a sample interval of one.
 
-    ``(terms, terms, points, points)`` with the terms Q, N, B, K, a Markov rate of time
-    `correlation` in samples (0: none) and the ramp R: contracted twice with the squared
-    coefficients it is the covariance.
+    ``(terms, terms, points, points)`` with the terms Q, N, B, K and the ramp R: contracted twice
+    with the squared coefficients it is the covariance.
     """
-    out = np.zeros((6, 6, factors.size, factors.size))
+    out = np.zeros((5, 5, factors.size, factors.size))
     for i in range(factors.size):
         first, second = int(factors[i]), factors[i:]
-        totals = np.zeros((second.size, 6, 6))
+        totals = np.zeros((second.size, 5, 5))
         points = counted_lags(first, second, angles, nodes, weights)
-        add_products(*points, first, second, float(correlation), np.empty(6), totals)
-        totals[:, 5, 5] = 0.0  # a ramp does not vary
+        add_products(*points, first, second, np.empty(5), totals)
+        totals[:, 4, 4] = 0.0  # a ramp does not vary
         squares = 1.0 * first * first * second * second
         totals *= (0.5 / (squares * (angles - 2 * first) * (angles - 2 * second)))[:, None, None]
         out[:, :, i, i:] = out[:, :, i:, i] = np.moveaxis(totals, 0, -1)

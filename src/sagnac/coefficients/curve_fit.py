@@ -3,30 +3,21 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Final, cast
+from typing import Final
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.curve_model import CurveModel, CurvePoints, Metric, curve_points
 from sagnac.coefficients.estimates import (
-    Estimate,
     Fit,
     FitName,
-    OptionalName,
     SquaredEstimate,
     require_confidence,
     unobserved,
 )
-from sagnac.coefficients.laws import (
-    COEFFICIENT_NAMES,
-    CoefficientName,
-    allan_variance_basis,
-    markov_allan_variance,
-    sinusoid_allan_variance,
-)
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName, allan_variance_basis
 from sagnac.coefficients.limits import PRESENCE, crossing, typical_square
 from sagnac.coefficients.readings import SHORT, Squares
 from sagnac.errors import Note, RecordingError, rounded
@@ -97,7 +88,7 @@ def paper_squares(curve: StabilityCurve, *, squares: Squares) -> float:
         If the curve is of another estimator.
     """
     points, terms, metric = _as_read(curve, squares)
-    model, _ = _first_model(points, terms, None)
+    model, _ = _first_model(points, terms)
     solution = model.plain() if metric == "plain" else model.relative()
     return math.sqrt(float(solution[model.names.index("angle_random_walk")]))
 
@@ -123,13 +114,7 @@ def within_cut(points: CurvePoints) -> BooleanArray:
     return np.array(within, dtype=np.bool_)
 
 
-def weighted_fit(
-    curve: StabilityCurve,
-    *,
-    confidence: float = 0.95,
-    markov: bool = False,
-    sinusoid: float | None = None,
-) -> Fit:
+def weighted_fit(curve: StabilityCurve, *, confidence: float = 0.95) -> Fit:
     """Fit Q, N, B, K, R to the overlapped Allan variance by generalized least squares.
 
     The weights are the full covariance between the points, from the fitted terms
@@ -153,36 +138,20 @@ def weighted_fit(
         Overlapping Allan deviation, SI.
     confidence
         Of every interval and bound.
-    markov
-        Fit a first-order Markov rate besides. Its time is the most likely one of the
-        curve; what is unknown of it is in the errors of all.
-    sinusoid
-        Frequency in Hz of a sinusoidal rate to fit besides: of Eq. 3's kind, but its
-        beating with the noise is not in the covariance.
 
     Returns
     -------
     Fit
-        With all five names, and the optional terms asked for.
+        With all five names.
 
     Raises
     ------
     RecordingError
         If the curve has fewer than two points.
     ValueError
-        If the curve is of another estimator, or `sinusoid` is not above zero.
+        If the curve is of another estimator.
     """
-    points = curve_points(curve, ("oadev",))
-    if sinusoid is not None and not sinusoid > 0.0:
-        raise ValueError(f"sinusoid is {sinusoid}; give its frequency in Hz, above zero")
-    return _curve_fit(
-        "weighted",
-        points,
-        confidence,
-        metric="covariance",
-        markov=markov,
-        sinusoid=sinusoid,
-    )
+    return _curve_fit("weighted", curve_points(curve, ("oadev",)), confidence, metric="covariance")
 
 
 def _curve_fit(
@@ -192,14 +161,10 @@ def _curve_fit(
     *,
     metric: Metric,
     terms: tuple[CoefficientName, ...] = _FIRST_TERMS,
-    markov: bool = False,
-    sinusoid: float | None = None,
 ) -> Fit:
     """Fit of Eq. 3 to points of a curve, with squares in a metric."""
     require_confidence(confidence)
-    model, notes = _first_model(points, terms, sinusoid)
-    if markov:
-        model = _with_curve_markov(model)
+    model, notes = _first_model(points, terms)
     weighed = _weighed(model, metric)
     squares = weighed.own
     if weighed.model.departure > 0.0:
@@ -214,28 +179,19 @@ def _curve_fit(
         ).root(name, confidence)
         for column, name in enumerate(weighed.model.names)
     }
-    if markov:
-        estimates["markov_correlation_time"] = _curve_markov_time(
-            weighed, estimates["markov_driving_noise"], confidence
-        )
     return Fit(
         method=method,
         coefficients={
             name: estimates.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES
         },
         notes=notes,
-        optional={
-            cast(OptionalName, name): estimate
-            for name, estimate in estimates.items()
-            if name not in COEFFICIENT_NAMES
-        },
     )
 
 
 def _first_model(
-    points: CurvePoints, terms: tuple[CoefficientName, ...], sinusoid: float | None
+    points: CurvePoints, terms: tuple[CoefficientName, ...]
 ) -> tuple[CurveModel, tuple[Note, ...]]:
-    """As many of the terms as there are points for, and a sinusoid besides if asked."""
+    """As many of the terms as there are points for."""
     size = points.factors.size
     if size < 2:
         raise RecordingError(
@@ -243,9 +199,7 @@ def _first_model(
             remedy="record longer",
         )
     chosen = terms[: max(1, size - 1)]
-    names: tuple[CoefficientName | OptionalName, ...] = tuple(
-        name for name in COEFFICIENT_NAMES if name in chosen
-    )
+    names = tuple(name for name in COEFFICIENT_NAMES if name in chosen)
     notes: tuple[Note, ...] = ()
     if len(names) < len(terms):
         few = f"{size} points of the curve are enough for {', '.join(names)} only"
@@ -253,9 +207,6 @@ def _first_model(
     basis = allan_variance_basis(points.tau)[
         :, [column for column, name in enumerate(COEFFICIENT_NAMES) if name in names]
     ]
-    if sinusoid is not None:
-        names = (*names, "sinusoid_amplitude")
-        basis = np.column_stack([basis, sinusoid_allan_variance(points.tau, 1.0, sinusoid)])
     return CurveModel(points=points, names=names, basis=basis), notes
 
 
@@ -301,48 +252,6 @@ def _departure_note(method: FitName, departure: float) -> Note:
     return Note(
         text=f"the curve departs from the fitted terms by {rounded(100.0 * departure)} % of the "
         f"variance at a point; the {method} intervals allow for it",
-    )
-
-
-def _with_curve_markov(model: CurveModel) -> CurveModel:
-    """`model` with a Markov rate of the most likely correlation time besides."""
-    tau = model.points.tau
-
-    def deviance(logarithm: float) -> float:
-        trial = model.with_markov(math.exp(logarithm))
-        return sum(trial.residual(trial.generalized(trial.relative())))
-
-    grid = np.log(np.geomspace(tau[0], tau[-1], 17))
-    at = int(np.argmin([deviance(float(logarithm)) for logarithm in grid]))
-    refined = minimize_scalar(
-        deviance,
-        bounds=(grid[max(at - 1, 0)], grid[min(at + 1, grid.size - 1)]),
-        method="bounded",
-        options={"xatol": 0.01},
-    )
-    time = math.exp(float(refined.x))
-    model = model.with_markov(time)
-    square = model.generalized(model.relative())[-1]
-    change = markov_allan_variance(tau, 1.0, 1.01 * time) - markov_allan_variance(
-        tau, 1.0, time / 1.01
-    )
-    return replace(model, nuisance=square * change / (2.0 * math.log(1.01)))
-
-
-def _curve_markov_time(weighed: _Weighed, driving: Estimate, confidence: float) -> Estimate:
-    """Correlation time of a Markov rate, if its driving noise is seen."""
-    if driving.status != "estimated":
-        return unobserved("markov_correlation_time", confidence)
-    squares, time = weighed.squares, weighed.model.correlation_time
-    _, error = weighed.model.unlimited("covariance", squares, squares.size)
-    spread = math.exp(error * float(ndtri(0.5 + 0.5 * confidence)))
-    return Estimate(
-        name="markov_correlation_time",
-        value=time,
-        low=time / spread,
-        high=time * spread,
-        confidence=confidence,
-        status="estimated",
     )
 
 

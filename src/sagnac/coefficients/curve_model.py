@@ -11,11 +11,9 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import OptionalName
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     CoefficientName,
-    markov_allan_variance,
     overlapped_allan_covariance,
 )
 from sagnac.stability.curve import StabilityCurve
@@ -103,19 +101,12 @@ class CurveModel:
         Of the terms; (points, terms) their Allan variances with the coefficients at one.
     departure
         Common relative departure of the points from the terms, which the errors allow for.
-    correlation_time
-        Of a Markov rate among the terms, s.
-    nuisance
-        (points,) a direction, of either sign, that the errors allow for: how the curve changes
-        with the logarithm of a Markov rate's time.
     """
 
     points: CurvePoints
-    names: tuple[CoefficientName | OptionalName, ...]
+    names: tuple[CoefficientName, ...]
     basis: FloatArray
     departure: float = 0.0
-    correlation_time: float = 0.0
-    nuisance: FloatArray | None = None
 
     def covariance(self, squares: FloatArray) -> FloatArray:
         """Covariance of the points if `squares` were true, (points, points)."""
@@ -126,7 +117,6 @@ class CurveModel:
             {name: sizes.get(name, 0.0) for name in COEFFICIENT_NAMES},
             angles=points.angles,
             interval=points.interval,
-            markov=(sizes.get("markov_driving_noise", 0.0), self.correlation_time),
         )
         # Points that overlap less, or not at all, have the same correlation and a spread of
         # their own.
@@ -200,23 +190,11 @@ class CurveModel:
             # The residuals are weighed like this whatever their errors.
             size = self.points.factors.size
             root = np.diag(self.basis @ squares) if metric == "relative" else np.eye(size)
-        basis = self.basis
-        if self.nuisance is not None:
-            basis = np.column_stack([basis, self.nuisance])
-        whitened = solve_triangular(root, basis, lower=True)
+        whitened = solve_triangular(root, self.basis, lower=True)
         scale = 1.0 / np.maximum(np.linalg.norm(whitened, axis=0), 1e-300)
         inverse = np.linalg.pinv(whitened * scale, rcond=1e-10)[column] * scale[column]
         row = solve_triangular(root, inverse, lower=True, trans="T")
         return float(row @ self.points.variance), math.sqrt(float(row @ covariance @ row))
-
-    def with_markov(self, time: float) -> "CurveModel":
-        """The same model with a Markov rate of that correlation time for one more term."""
-        return replace(
-            self,
-            names=(*self.names, "markov_driving_noise"),
-            basis=np.column_stack([self.basis, markov_allan_variance(self.points.tau, 1.0, time)]),
-            correlation_time=time,
-        )
 
     def residual(self, squares: FloatArray) -> tuple[float, float]:
         """Chi-square of the points, and the log determinant of their covariance."""

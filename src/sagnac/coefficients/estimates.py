@@ -4,49 +4,27 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
-from typing import Final, Literal, get_args
+from typing import Final, Literal
 
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.coefficients.laws import CoefficientName
 from sagnac.errors import Note, quoted
 from sagnac.stability import check_choice
-from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, TIME_UNITS, Sensor
+from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
-OptionalName = Literal["markov_driving_noise", "markov_correlation_time", "sinusoid_amplitude"]
-
-_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
-    **COEFFICIENT_UNITS,
-    "markov_driving_noise": COEFFICIENT_UNITS["rate_random_walk"],
-    "markov_correlation_time": {unit: TIME_UNITS[unit] for unit in ("s", "min", "h")},
-    "sinusoid_amplitude": COEFFICIENT_UNITS["bias_instability"],
-}
 
 
-# The same of an accelerometer.
-_FORCE_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
-    **FORCE_COEFFICIENT_UNITS,
-    "markov_driving_noise": FORCE_COEFFICIENT_UNITS["rate_random_walk"],
-    "markov_correlation_time": _UNITS["markov_correlation_time"],
-    "sinusoid_amplitude": FORCE_COEFFICIENT_UNITS["bias_instability"],
-}
-
-
-def estimate_units(
-    name: CoefficientName | OptionalName, sensor: Sensor = "gyro"
-) -> Mapping[str, float]:
-    """Units that a coefficient or optional term is written in: the size of one in SI.
+def estimate_units(name: CoefficientName, sensor: Sensor = "gyro") -> Mapping[str, float]:
+    """Units that a coefficient is written in: the size of one in SI.
 
     Raises
     ------
     ValueError
         If there is no such coefficient.
     """
-    units = (_FORCE_UNITS if sensor == "accelerometer" else _UNITS).get(name)
-    if units is None:
-        known = ", ".join((*COEFFICIENT_NAMES, *get_args(OptionalName)))
-        raise ValueError(f"name {name!r} is not a coefficient; use one of {known}")
-    return units
+    check_choice("name", name, CoefficientName)
+    return (FORCE_COEFFICIENT_UNITS if sensor == "accelerometer" else COEFFICIENT_UNITS)[name]
 
 
 # Part of its whole band that a fit may lack at the upper edge by rounding.
@@ -136,7 +114,7 @@ class Estimate:
     high: float
     confidence: float
     status: Status
-    name: CoefficientName | OptionalName | None = None
+    name: CoefficientName | None = None
     sensor: Sensor = "gyro"
 
     def __post_init__(self) -> None:
@@ -223,7 +201,7 @@ class Estimate:
         return f"<span><b>{escape(name)}</b> {escape(self._worded())}</span>"
 
 
-def unobserved(name: CoefficientName | OptionalName, confidence: float) -> Estimate:
+def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     """A coefficient of which nothing is known."""
     return Estimate(
         value=math.nan,
@@ -260,7 +238,7 @@ class SquaredEstimate:
         """A square that cannot be observed."""
         return cls(value=math.nan, low=math.nan, high=math.nan, status="not observable")
 
-    def root(self, name: CoefficientName | OptionalName, confidence: float) -> Estimate:
+    def root(self, name: CoefficientName, confidence: float) -> Estimate:
         """Estimate of the coefficient; a bound if its interval begins at 0."""
         bounded = self.status == "estimated" and not self.low > 0.0
         return Estimate(
@@ -322,9 +300,6 @@ class Fit:
         By name.
     notes
         What was noticed.
-    optional
-        Terms beside the five that were asked for: q_c in rad/s/sqrt(s) and T_c in s of a
-        Markov rate, the peak rate of a sinusoid in rad/s.
     departure
         Of a likelihood fit: relative departure of the spectrum from the terms that chance does
         not explain, 1 or more if bins had to be left out; 0 if the terms suffice.
@@ -354,7 +329,6 @@ class Fit:
     coefficients: Mapping[CoefficientName, Estimate]
     notes: tuple[Note, ...] = ()
     departure: float = 0.0
-    optional: Mapping[OptionalName, Estimate] = field(default_factory=dict)
     band: FitBand | None = None
     squares: Mapping[CoefficientName, float] = field(default_factory=dict)
 
@@ -362,8 +336,6 @@ class Fit:
         check_choice("method", self.method, FitName)
         for name in self.coefficients:
             check_choice("coefficients: name", name, CoefficientName)
-        for other in self.optional:
-            check_choice("optional: name", other, OptionalName)
         if not self.departure >= 0.0:
             raise ValueError(f"departure is {quoted(self.departure)}; give zero or more")
 

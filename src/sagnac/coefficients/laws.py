@@ -319,16 +319,14 @@ def markov_density(frequency: FloatArray, interval: float, correlation_time: flo
 
 @lru_cache(maxsize=8)
 def _overlapped_covariance_tensor(
-    factors: tuple[int, ...], angles: int, interval: float, correlation_time: float
+    factors: tuple[int, ...], angles: int, interval: float
 ) -> FloatArray:
     nodes, weights = np.polynomial.legendre.leggauss(8)
     tensor = np.asarray(
-        _kernels.overlapped_covariances(
-            np.array(factors, dtype=np.int64), angles, correlation_time / interval, nodes, weights
-        )
+        _kernels.overlapped_covariances(np.array(factors, dtype=np.int64), angles, nodes, weights)
     )
     # From a sample interval of one: each Allan variance is a covariance over interval^2.
-    unit = interval ** np.array([-2.0, -1.0, 0.0, 1.0, 1.0, 2.0])
+    unit = interval ** np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
     tensor *= (unit[:, np.newaxis] * unit)[:, :, np.newaxis, np.newaxis]
     tensor.setflags(write=False)
     return tensor
@@ -340,7 +338,6 @@ def overlapped_allan_covariance(
     *,
     angles: int,
     interval: float,
-    markov: tuple[float, float] = (0.0, 0.0),
 ) -> FloatArray:
     """Covariance between the points of an overlapped Allan variance, for Gaussian noise.
 
@@ -359,8 +356,6 @@ def overlapped_allan_covariance(
         Number of angle samples (increments plus one).
     interval
         Sample interval, s.
-    markov
-        q_c in rad/s/sqrt(s) and T_c in s of a Markov rate besides; (0, 0) for none.
 
     Returns
     -------
@@ -378,8 +373,7 @@ def overlapped_allan_covariance(
             f"factors run from {min(whole)} to {max(whole)}; give 1 to {(angles - 1) // 2} for "
             f"{angles} angles"
         )
-    tensor = _overlapped_covariance_tensor(whole, angles, interval, markov[1])
+    tensor = _overlapped_covariance_tensor(whole, angles, interval)
     squares = np.array([coefficients.get(name, 0.0) ** 2 for name in COEFFICIENT_NAMES])
-    squares = np.insert(squares, 4, markov[0] ** 2)
     products = np.outer(squares, squares).ravel() @ tensor.reshape(squares.size**2, -1)
     return np.asarray(products.reshape(tensor.shape[2:]))

@@ -30,7 +30,6 @@ from sagnac.coefficients.estimates import (
     Estimate,
     Fit,
     FitName,
-    OptionalName,
     estimate_units,
 )
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
@@ -453,9 +452,7 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
-def _stored_estimate(
-    name: CoefficientName | OptionalName, stated: Document, sensor: Sensor = "gyro"
-) -> Estimate:
+def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "gyro") -> Estimate:
     size = estimate_units(name, sensor)[stated["unit"]]
     return Estimate(
         value=_number(stated["value"]) * size,
