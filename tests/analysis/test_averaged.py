@@ -15,14 +15,11 @@ from benchmarks.gallery import (
     warming,
 )
 
-from sagnac.analysis import averaged
-from sagnac.analysis.curves import Points
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.plain import choice_data, covariance_data, parts_data
 from sagnac.analysis.result import headline_coefficients
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.still_bench import at_rest
-from sagnac.coefficients.whole_band import WholeBand
 from sagnac.recording.model import Recording
 from sagnac.report.document import analysis_document
 
@@ -189,33 +186,22 @@ def test_the_answer_is_among_the_coefficients():
     assert headline_coefficients(found)["angle_random_walk"] == found.angle_random_walk
 
 
-@pytest.mark.parametrize("member", ["both", "whole band"])
-@pytest.mark.parametrize("reach", [0.5, 1.0])
-def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(monkeypatch, reach, member):
-    """The levels of fewer angles bear it out, or neither that nor reject it."""
-    noise = UNIT * np.random.default_rng(3).standard_normal(SAMPLES) / np.sqrt(RATE)
-    basis = averaged.basis_of(averaged.Cleaned(increments=noise, rate=RATE), (), 0.95, None)
-    walk = basis.average.angle_random_walk
-    unsure = replace(basis.average, rests_on=replace(basis.average.rests_on, member=member))
-    won = replace(basis, average=replace(unsure, rests_on=replace(unsure.rests_on, terms=())))
-    monkeypatch.setattr(averaged, "basis_of", lambda *_: won)
-    fit = replace(
-        walk,
-        low=walk.value - reach * (walk.value - walk.low),
-        high=walk.value + 1.2 * (walk.high - walk.value),
-    )
-    whole_band = WholeBand(
-        coefficients={**basis.average.coefficients, "angle_random_walk": fit},
-        band_hz=(0.0, 5.0),
-        describes=True,
-    )
-    fine = Points(angle=np.cumsum(noise)[::5], rate=10.0)
-    found = averaged.by_whole_band(basis, fine, (), 0.95, whole_band)
-    if reach == 1.0:
-        assert found is basis
-    elif member == "whole band":
-        assert found is won
+@pytest.mark.parametrize(("seed", "member"), [(1, "average"), (6, "both"), (12, "whole band")])
+def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(seed, member):
+    """A low-pass at a fifth of the rate: five terms describe angles at 5 Hz, but not every sample.
+
+    The levels of the fewer angles bear all three fits out, or neither that nor reject them.
+    """
+    gyro = low_passed(np.random.default_rng(seed), 20_000, RATE, gyro=Gyro(), corner=0.2, order=2)
+    found = analyze(recording_of(x=gyro), Settings(method="none", interval=2.0))
+    walk, fitted = found.angle_random_walk, found.fits["likelihood"].coefficients
+    fit = fitted["angle_random_walk"]
+    assert found.average.member == member
+    assert ("of 2000 angles of x at 0.2 s" in found.source) is (member != "average")
+    # The relative width of the answer is that of every sample unless the fit is narrower.
+    if member == "average":
+        assert walk.high / walk.low < fit.high / fit.low
+    elif member == "both":
+        assert (walk.value, walk.low <= fit.low, fit.high <= walk.high) == (fit.value, True, True)
     else:
-        both = found.average.angle_random_walk
-        assert found.average.rests_on.member == "both"
-        assert (both.value, both.low, both.high) == (walk.value, walk.low, fit.high)
+        assert walk == fit

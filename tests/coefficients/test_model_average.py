@@ -10,11 +10,11 @@ from scipy.signal import iirpeak, lfilter
 
 from sagnac.coefficients import model_average
 from sagnac.coefficients.band_models import BandModels
-from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.estimates import Estimate, Fit, FitBand
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.coefficients.model_average import average, with_slow_terms
+from sagnac.coefficients.model_average import average
 from sagnac.coefficients.spectrum_fit import likelihood_fit
-from sagnac.coefficients.whole_band import WholeBand
+from sagnac.coefficients.whole_band import with_slow_terms, with_whole_band
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 
@@ -31,15 +31,15 @@ def levels_of(increments, every=1):
 def whole_band(value, low, high):
     unseen = {"value": math.nan, "low": math.nan, "high": math.nan, "status": "not observable"}
     found = {"value": value, "low": low, "high": high, "status": "estimated"}
-    return WholeBand(
+    return Fit(
+        method="likelihood",
         coefficients={
             name: Estimate(
                 name=name, confidence=0.95, **(found if name == "angle_random_walk" else unseen)
             )
             for name in COEFFICIENT_NAMES
         },
-        band_hz=(0.0, 50.0),
-        describes=True,
+        band=FitBand(low=0.0, high=50.0, interval=0.01),
     )
 
 
@@ -67,12 +67,12 @@ def test_whole_band_wins_only_if_the_levels_bear_it_out():
     gyro = five_terms(np.random.default_rng(12), 40_000, RATE, gyro=Gyro())
     levels = levels_of(gyro.increments)
     right = whole_band(1.0, 0.99, 1.01)
-    assert average(levels, whole_band=right).rests_on.member == "whole band"
+    assert with_whole_band(levels, average(levels), right).rests_on.member == "whole band"
     filtered = low_passed(
         np.random.default_rng(12), 40_000, RATE, gyro=Gyro(), corner=0.05, order=2
     )
     levels = levels_of(filtered.increments)
-    assert average(levels, whole_band=right).rests_on.member == "average"
+    assert with_whole_band(levels, average(levels), right).rests_on.member == "average"
 
 
 def test_a_fit_that_is_a_little_off_the_average_has_an_interval_that_holds_both():
@@ -83,7 +83,7 @@ def test_a_fit_that_is_a_little_off_the_average_has_an_interval_that_holds_both(
     # 1.96 standard errors above the average lies its end.
     value = walk.value * (walk.high / walk.value) ** (1.7 / 1.96)
     narrow = whole_band(value, 0.999 * value, 1.02 * walk.high)
-    result = average(levels, whole_band=narrow)
+    result = with_whole_band(levels, alone, narrow)
     both = result.angle_random_walk
     assert result.rests_on.member == "both"
     assert (both.value, both.low, both.high) == (value, walk.low, 1.02 * walk.high)
@@ -96,7 +96,7 @@ def test_a_fit_that_is_a_little_off_the_average_has_an_interval_that_holds_both(
     )
     np.testing.assert_allclose(after, before, atol=1e-12)
     beyond = walk.value * (walk.high / walk.value) ** (4.5 / 1.96)
-    far = average(levels, whole_band=whole_band(beyond, 0.999 * beyond, 1.001 * beyond))
+    far = with_whole_band(levels, alone, whole_band(beyond, 0.999 * beyond, 1.001 * beyond))
     assert far.rests_on.member == "average"
     assert far.angle_random_walk == walk
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.coefficients.band_models import band_models
-from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, rate_density_basis
+from sagnac.coefficients.estimates import Estimate, Fit, FitBand
+from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.coefficients.model_average import average
 from sagnac.coefficients.spectrum_fit import likelihood_fit
-from sagnac.coefficients.whole_band import WholeBand, borne_out, levels_bear_out
+from sagnac.coefficients.whole_band import levels_bear_out, with_whole_band
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 
@@ -20,23 +20,30 @@ def estimate(value, low, high, name="angle_random_walk"):
 
 @pytest.mark.parametrize(
     ("value", "found"),
-    [(1.0, True), (1.5, True), (0.97, True), (0.9, False), (0.5, None), (3.5, False)],
+    [
+        (1.0, "whole band"),
+        (1.5, "whole band"),
+        (0.97, "whole band"),
+        (0.9, "both"),
+        (0.5, "average"),
+        (3.5, "both"),
+    ],
 )
 def test_a_fit_is_compared_with_the_side_of_a_lopsided_interval_where_it_lies(value, found):
     noise = np.random.default_rng(3).standard_normal(20_000)
     levels = robust_levels(tapered_spectrum(noise, sample_rate=1.0))
-    laws = levels.law(lambda frequency: rate_density_basis(frequency, 1.0))
     # One standard error is 5 % below and a factor of 1.76 above.
     walk = estimate(1.0, np.exp(-0.05 * 1.96), np.exp(0.567 * 1.96))
-    fit = WholeBand(
+    alone = average(levels)
+    alone = alone.with_coefficients({**alone.coefficients, "angle_random_walk": walk})
+    fit = Fit(
+        method="likelihood",
         coefficients={
             name: estimate(value, 0.99 * value, 1.01 * value, name) for name in COEFFICIENT_NAMES
         },
-        band_hz=(0.0, 0.5),
-        describes=True,
+        band=FitBand(low=0.0, high=0.5, interval=1.0),
     )
-    result = borne_out(levels, laws, band_models(levels), fit, walk)
-    assert (None if result is None else result.surely) is found
+    assert with_whole_band(levels, alone, fit).rests_on.member == found
 
 
 def test_levels_bear_out_a_fit_that_describes_them():

@@ -1,4 +1,4 @@
-"""The average over bands and terms of what removal leaves, and what else is in the record."""
+"""The spectrum of what removal leaves: its average over bands and terms, and what else is in it."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,29 +12,18 @@ from sagnac.analysis.corrections import (
     find_warm_up,
     without_warm_up,
 )
-from sagnac.analysis.curves import Points, points_at
-from sagnac.analysis.fits import Coefficients, with_likelihood_of
-from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.curves import Points
+from sagnac.analysis.fits import Coefficients
 from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
-from sagnac.analysis.removal import Remainder
-from sagnac.analysis.settings import Settings
 from sagnac.arrays import FloatArray, differences, extent
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import SLOW_NAMES
-from sagnac.coefficients.model_average import (
-    Average,
-    ModelChoice,
-    average,
-    with_both,
-    with_slow_terms,
-)
+from sagnac.coefficients.model_average import Average, ModelChoice, average
 from sagnac.coefficients.ramp import rate_ramp
 from sagnac.coefficients.spectrum_fit import likelihood_fit
-from sagnac.coefficients.whole_band import WholeBand, levels_bear_out
+from sagnac.coefficients.whole_band import levels_bear_out, with_slow_terms
 from sagnac.errors import RecordingError
-from sagnac.recording.model import Recording
-from sagnac.recording.readout import joint_readout
 from sagnac.recording.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
@@ -79,15 +68,44 @@ class Cleaned:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Basis:
+    """Increments, the levels of their spectrum, and the average of these.
+
+    Attributes
+    ----------
+    cleaned, levels, average
+        One made of the other.
+    coefficients
+        The fits that stand beside the average.
+    masked
+        (low, high) bands that are left out, Hz.
+    confidence
+        Of the intervals.
+    """
+
+    cleaned: Cleaned
+    levels: Levels
+    average: Average
+    coefficients: Coefficients
+    masked: Bands
+    confidence: float
+
+    @property
+    def roll_off(self) -> RollOff:
+        """Where the spectrum begins to be lowered."""
+        return roll_off(self.levels)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Averaged:
-    """The average of one measurement.
+    """The spectrum that an answer is read from.
 
     Attributes
     ----------
     average
         Coefficients and what they rest on.
     roll_off
-        Where the spectrum begins to be lowered.
+        Where the spectrum of every sample begins to be lowered.
     hump
         Above the band of the answer, with less behind it.
     parts
@@ -97,7 +115,7 @@ class Averaged:
     levels
         Of their spectrum.
     coefficients
-        The fits, by likelihood of the angles of which it is a member.
+        The fits that stand beside the average.
     """
 
     average: Average
@@ -109,85 +127,29 @@ class Averaged:
     coefficients: Coefficients
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Basis:
-    """Increments, their levels, and the average of these."""
-
-    cleaned: Cleaned
-    levels: Levels
-    average: Average
-
-
-def averaged(
-    recording: Recording,
-    settings: Settings,
-    *,
-    measured: Measurement,
-    gyros: tuple[str, ...],
-    left: Remainder,
-    coefficients: Coefficients,
-) -> Averaged | None:
-    """The average over bands and terms of what removal left.
-
-    It uses every sample. If nothing dithers the readout from one sample to the next, it uses
-    samples farther apart. The likelihood fit of them is a member, and is the answer if their levels
-    bear it out. Else that of fewer angles is a member of the average of those, and is the answer if
-    their levels bear it out, the average of every sample allows its value, and its interval is the
-    narrower one. Else B and K are of a likelihood fit to the lowest frequencies if the levels bear
-    it out.
+def completed(basis: Basis, found: RollOff) -> Averaged:
+    """The spectrum with B and K of the lowest frequencies, N over parts, and a hump.
 
     Parameters
     ----------
-    recording, settings
-        For the readout, and the confidence asked for.
-    measured, left
-        What is measured, and what removal left of it.
-    gyros
-        Names: one, two or three.
-    coefficients
-        The fits.
-
-    Returns
-    -------
-    Averaged or None
-        None if the search for lines did not come to an end, or too little is left.
+    basis
+        With the average, or the fit in its place, that is chosen.
+    found
+        Roll-off of every sample.
     """
-    if left.removal.unfinished is not None or coefficients.readout.every is None:
-        return None
-    masked = left.removal.masked
-    fine = coefficients.points
-    # The average leaves out the frequencies of an encoder's error that the angles of the fit do
-    # not see; one that they see is slow.
-    slow = coefficients.readout.every > 1
-    full = fine if left.once_a_turn else _every_sample(recording, gyros, left, fine, slow)
-    cleaned, confidence = clean(full), settings.confidence
-    every: Coefficients | None = coefficients
-    if full.rate > fine.rate:
-        every = with_likelihood_of(coefficients, full, confidence=confidence, masked=masked)
-    member = None if every is None or cleaned.is_changed else _whole_band(every)
-    basis = basis_of(cleaned, masked, confidence, member)
-    if basis is None:
-        return None
-    found = roll_off(basis.levels)
-    if every is not None and basis.average.rests_on.member != "average":
-        coefficients = every
-    elif full.rate > fine.rate and not cleaned.is_changed:
-        whole_band = _whole_band(coefficients)
-        if whole_band is not None:
-            basis = by_whole_band(basis, fine, masked, confidence, whole_band)
-    basis = _with_slow_terms(basis, masked, confidence)
+    basis = _with_slow_terms(basis)
     return Averaged(
         average=basis.average,
         roll_off=found,
         hump=_hump(basis),
-        parts=_parts(basis, masked, confidence),
+        parts=_parts(basis),
         cleaned=basis.cleaned,
         levels=basis.levels,
-        coefficients=coefficients,
+        coefficients=basis.coefficients,
     )
 
 
-def _hump(basis: _Basis) -> Hump | None:
+def _hump(basis: Basis) -> Hump | None:
     """The hump above the band of an estimate."""
     walk, choice = basis.average.angle_random_walk, basis.average.rests_on
     if walk.status != "estimated" or not choice.terms:
@@ -195,9 +157,9 @@ def _hump(basis: _Basis) -> Hump | None:
     return hump_above(basis.levels, choice.band_hz, walk.value)
 
 
-def roll_off_of(points: Points, masked: Bands) -> RollOff:
+def roll_off_of(points: Points) -> RollOff:
     """Where the spectrum of some angles begins to be lowered; nowhere if there are too few."""
-    levels = levels_of(differences(points.angle), points.rate, masked)
+    levels = levels_of(differences(points.angle), points.rate, ())
     return RollOff() if levels is None else roll_off(levels)
 
 
@@ -228,82 +190,48 @@ def clean(points: Points) -> Cleaned:
     return Cleaned(increments=increments, rate=rate, spikes=spikes, warm_up=warm_up)
 
 
-def _every_sample(
-    recording: Recording, gyros: tuple[str, ...], left: Remainder, fine: Points, slow: bool
-) -> Points:
-    """Angles as often as the readout is dithered, at least as often as those of the fit.
-
-    The encoder's steps count if they are `slow`: not dithered between the angles of the fit.
-    """
-    readout = joint_readout(recording, gyros, left.rate, with_encoder=slow)
-    if readout.every is None or left.rate / readout.every <= fine.rate:
-        return fine
-    return points_at(left.removal.residual, left.rate, readout.every / left.rate)
-
-
-def _whole_band(coefficients: Coefficients) -> WholeBand | None:
-    """The likelihood fit of what was measured, if it used the whole band."""
-    fit = coefficients.fits["likelihood"]
-    if fit.band is None or not fit.band.is_whole:
-        return None
-    return WholeBand(
-        coefficients=fit.coefficients,
-        band_hz=(fit.band.low, fit.band.high),
-        describes=fit.departure == 0.0,
-    )
+def uncleaned(points: Points) -> Cleaned:
+    """Increments of some angles as they are."""
+    return Cleaned(increments=differences(points.angle), rate=points.rate)
 
 
 def basis_of(
-    cleaned: Cleaned, masked: Bands, confidence: float, member: WholeBand | None
-) -> _Basis | None:
-    """Levels of increments and their average; None if there is nothing to level."""
+    cleaned: Cleaned, coefficients: Coefficients, *, masked: Bands, confidence: float
+) -> Basis | None:
+    """Levels of increments and their average; None if there is nothing to level.
+
+    Parameters
+    ----------
+    cleaned
+        Increments.
+    coefficients
+        The fits beside them.
+    masked
+        (low, high) bands to leave out, Hz.
+    confidence
+        Of the intervals.
+    """
     levels = levels_of(cleaned.increments, cleaned.rate, masked)
     if levels is None:
         return None
-    result = average(
-        levels,
+    ramp = rate_ramp(
+        cleaned.increments,
+        sample_rate=cleaned.rate,
+        masked=masked,
+        settling=None if cleaned.warm_up is None else cleaned.warm_up.time,
         confidence=confidence,
-        ramp=rate_ramp(
-            cleaned.increments,
-            sample_rate=cleaned.rate,
-            masked=masked,
-            settling=None if cleaned.warm_up is None else cleaned.warm_up.time,
-            confidence=confidence,
-        ),
-        whole_band=member,
     )
-    return _Basis(cleaned=cleaned, levels=levels, average=result)
+    return Basis(
+        cleaned=cleaned,
+        levels=levels,
+        average=average(levels, confidence=confidence, ramp=ramp),
+        coefficients=coefficients,
+        masked=masked,
+        confidence=confidence,
+    )
 
 
-def by_whole_band(
-    basis: _Basis, fine: Points, masked: Bands, confidence: float, whole_band: WholeBand
-) -> _Basis:
-    """Basis with a fit of fewer angles beside the average of every sample.
-
-    If their levels bear it out and its interval is narrower, it is the answer. If they neither
-    bear it out nor reject it, and it is narrower, the interval holds both. Of fewer angles what
-    lies above half their rate folds into the band: if the terms do not describe every sample up to
-    there, they do not describe what folds.
-    """
-    walk, fit = basis.average.angle_random_walk, whole_band.angle_random_walk
-    if not reaches(basis.average.rests_on, 0.5 * fine.rate):
-        return basis
-    if walk.status != "not observable" and not walk.low <= fit.value <= walk.high:
-        return basis
-    few = Cleaned(increments=differences(fine.angle), rate=fine.rate)
-    other = basis_of(few, masked, confidence, whole_band)
-    if other is None or other.average.rests_on.member == "average":
-        return basis
-    borne_out = other.average.rests_on.member == "whole band"
-    if walk.status != "estimated":
-        return other if borne_out else basis
-    if walk.high * fit.low <= fit.high * walk.low:
-        # Every sample tells more of N.
-        return basis
-    return other if borne_out else replace(basis, average=with_both(basis.average, whole_band))
-
-
-def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
+def _with_slow_terms(basis: Basis) -> Basis:
     """B and K of an average by the likelihood of angles farther apart.
 
     The average of every sample sees the lowest frequencies in a few levels only, and its band ends
@@ -325,8 +253,8 @@ def _with_slow_terms(basis: _Basis, masked: Bands, confidence: float) -> _Basis:
             sums,
             kind="increment",
             sample_rate=rate / step,
-            confidence=confidence,
-            masked=masked,
+            confidence=basis.confidence,
+            masked=basis.masked,
             band=(0.0, 0.25 * rate / step),
             terms=(*quantization, "angle_random_walk", *SLOW_NAMES),
         )
@@ -342,15 +270,15 @@ def reaches(choice: ModelChoice, highest: float) -> bool:
     return choice.band_hz[1] >= _REACHED * highest
 
 
-def _parts(basis: _Basis, masked: Bands, confidence: float) -> Parts | None:
+def _parts(basis: Basis) -> Parts | None:
     """N over parts, by the band and terms that the average rests on."""
     choice, walk = basis.average.rests_on, basis.average.angle_random_walk
     if walk.status != "estimated":
         return None
-    rate = basis.cleaned.rate
+    rate, confidence = basis.cleaned.rate, basis.confidence
 
     def read(increments: FloatArray) -> Reading | None:
-        levels = levels_of(increments, rate, masked)
+        levels = levels_of(increments, rate, basis.masked)
         if levels is None:
             return None
         # A part does not reach as low as the whole: if the whole read over the frequencies of the

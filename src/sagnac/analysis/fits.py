@@ -52,9 +52,9 @@ class Coefficients:
     notes: tuple[Note, ...]
 
     @property
-    def highest(self) -> float:
-        """Upper edge of the band of the likelihood fit, Hz; 0 if there is none."""
-        return _highest(self.fits["likelihood"])
+    def likelihood(self) -> Fit:
+        """The fit of the spectrum."""
+        return self.fits["likelihood"]
 
 
 def coefficients_of(
@@ -110,7 +110,7 @@ def coefficients_of(
             left=left,
             second=second,
             fine=fine,
-            highest=_highest(likelihood),
+            highest=0.0 if likelihood.band is None else likelihood.band.high,
         )
     return Coefficients(
         fits=fits,
@@ -148,8 +148,7 @@ def with_likelihood_of(
         return None
     if fit.departure != 0.0:
         return None
-    former = coefficients.fits["likelihood"]
-    others = (note for note in coefficients.notes if note not in former.notes)
+    others = (note for note in coefficients.notes if note not in coefficients.likelihood.notes)
     return replace(
         coefficients,
         fits={**coefficients.fits, "likelihood": fit},
@@ -165,10 +164,6 @@ def nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
         coefficients={name: unobserved(name, confidence) for name in COEFFICIENT_NAMES},
         notes=notes,
     )
-
-
-def _highest(fit: Fit) -> float:
-    return 0.0 if fit.band is None else fit.band.high
 
 
 def _fit_likelihood(

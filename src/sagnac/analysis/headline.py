@@ -1,23 +1,55 @@
-"""Basis of the headline: the average over bands and terms, or a bound."""
+"""Why N is what it is: every candidate in one list, and the one rule that chooses among them.
+
+The rule: **the first candidate of the list that the data bear out is the answer.**
+
+==  ============================  ==================================================================
+    candidate                     it is borne out if
+==  ============================  ==================================================================
+1   Step 4 of the paper           the method is the paper's, and the fit of the curve shows N
+2   whole band, every sample      the levels of the spectrum bear out a likelihood of five terms
+3   whole band, fewer angles      the same by the levels of the angles of the curve's fit; every
+                                  sample is described up to half their rate, allows the value, and
+                                  tells less of it
+4   average over bands and terms  N rules three bins or more
+5   likelihood fit alone          too little is left for levels, and the curve allows the value
+6   lowest point of the curve     a cluster time is left that no low-pass lowers: an upper bound
+7   levels below a roll-off       two bins or more lie there: an upper bound
+==  ============================  ==================================================================
+
+If the levels neither bear out 2 or 3 nor reject it, it is the answer, and its interval holds that
+of 4, too. The paper's methods know 1 and 6 alone, and a search for lines that did not come to an
+end leaves 6 alone, with the lines in. If nothing is borne out, N is not observable.
+
+What happens to the answer then: the interval holds N of the parts if these disagree (here), what
+the encoder of a table adds or hides (`encoder`), and what two gyros share (`sharing`); findings of
+the data divide it or withhold it (`trust`).
+"""
 
 from dataclasses import dataclass, replace
 from typing import Final
 
-import numpy as np
-from scipy.special import gammaincinv
-
-from sagnac.analysis.averaged import Averaged, roll_off_of
+from sagnac.analysis.averaged import (
+    Averaged,
+    Basis,
+    basis_of,
+    clean,
+    completed,
+    reaches,
+    roll_off_of,
+    uncleaned,
+)
 from sagnac.analysis.curves import Points, allan_curve, points_at
-from sagnac.analysis.fits import Coefficients
+from sagnac.analysis.fits import Coefficients, with_likelihood_of
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
-from sagnac.coefficients.bounds import RollOff
+from sagnac.coefficients.curve_limits import CurveBound, highest_walk
 from sagnac.coefficients.estimates import Estimate, unobserved
+from sagnac.coefficients.whole_band import with_both, with_whole_band
 from sagnac.errors import Note
-from sagnac.recording.readout import JointReadout
+from sagnac.recording.model import Recording
+from sagnac.recording.readout import joint_readout
 from sagnac.stability.curve import StabilityCurve
-from sagnac.stability.noise_type import equivalent_degrees_of_freedom
 
 # Chance at which the curve, against a sound likelihood fit, calls it impossible.
 _VETO: Final = 1e-4
@@ -48,264 +80,291 @@ class Headline:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CurveBound:
-    """Largest N of one gyro that a curve allows, rad/sqrt(s), and the cluster time of it, s."""
+class Evidence:
+    """All that a candidate is read from and judged by.
 
-    value: float
-    tau: float
-
-
-def headline_of(
-    measured: Measurement,
-    left: Remainder,
-    *,
-    curve: StabilityCurve,
-    coefficients: Coefficients,
-    found: Averaged | None,
-    settings: Settings,
-) -> Headline:
-    """The average where it shows N, else a bound.
-
-    The paper's methods answer by their own Step 4, the fit of the Allan curve. Without an
-    average, since too little is left for a spectrum, the likelihood fit is the answer
-    if the curve allows what it says.
-
-    Parameters
+    Attributes
     ----------
+    recording, settings
+        With the gyros by name in the settings.
     measured, left
         The angle, and what removal left of it.
     curve
         After removal.
     coefficients
         The fits.
-    found
-        The average; None if there is none.
-    settings
-        Confidence and interval.
     """
-    if settings.method in PUBLISHED:
-        return _of_allan_fit(measured, left, curve, coefficients, settings)
-    if found is not None and found.average.angle_random_walk.status == "estimated":
-        return _of_average(measured, found, coefficients)
-    fit = coefficients.fits["likelihood"].coefficients["angle_random_walk"]
-    bounding = _bounding(
-        measured, left, curve=curve, coefficients=coefficients, found=found, settings=settings
+
+    recording: Recording
+    settings: Settings
+    measured: Measurement
+    left: Remainder
+    curve: StabilityCurve
+    coefficients: Coefficients
+
+    @property
+    def is_published(self) -> bool:
+        """Whether the method is the paper's."""
+        return self.settings.method in PUBLISHED
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the search for lines came to an end."""
+        return self.left.removal.unfinished is None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """The answer, the spectrum that was read for it, and the fits beside it.
+
+    `found` is None if no spectrum was read.
+    """
+
+    headline: Headline
+    found: Averaged | None
+    coefficients: Coefficients
+
+
+def decide(evidence: Evidence) -> Decision:
+    """The answer by the rule: the first candidate that the data bear out."""
+    found = _spectrum(evidence)
+    if found is not None:
+        evidence = replace(evidence, coefficients=found.coefficients)
+    notes: tuple[Note, ...] = ()
+    for candidate in (_step_4, _by_spectrum, _likelihood_alone, _curve, _levels):
+        read = candidate(evidence, found)
+        notes += read.notes
+        if read.estimate is not None:
+            break
+    estimate = read.estimate or unobserved("angle_random_walk", evidence.settings.confidence)
+    headline = Headline(estimate=estimate, source=read.source, notes=notes)
+    return Decision(headline=headline, found=found, coefficients=evidence.coefficients)
+
+
+# ---- 2 to 4: what the spectrum says ------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Spectra:
+    """What is left as every sample shows it, with the fit of all of them, and the fewer angles."""
+
+    every: Basis
+    fitted: Coefficients | None
+    fewer: Coefficients
+
+
+def _spectrum(evidence: Evidence) -> Averaged | None:
+    """The first of the candidates 2 to 4; None if too little is left for levels."""
+    fewer = evidence.coefficients
+    fine, readout = fewer.points, fewer.readout
+    if evidence.is_published or not evidence.is_finished or readout.every is None:
+        return None
+    points = _every_sample(evidence)
+    confidence, masked = evidence.settings.confidence, evidence.left.removal.masked
+    fitted: Coefficients | None = fewer
+    if points.rate > fine.rate:
+        fitted = with_likelihood_of(fewer, points, confidence=confidence, masked=masked)
+    every = basis_of(clean(points), fewer, masked=masked, confidence=confidence)
+    if every is None:
+        return None
+    spectra = _Spectra(every=every, fitted=fitted, fewer=fewer)
+    chosen = _whole_band_of_every_sample(spectra) or _whole_band_of_fewer_angles(spectra) or every
+    return completed(chosen, every.roll_off)
+
+
+def _every_sample(evidence: Evidence) -> Points:
+    """Angles as often as the readout is dithered, at least as often as those of the fit.
+
+    The frequencies of an encoder's error that the angles of the fit do not see are left out; if
+    they see one, it is slow, and its steps count.
+    """
+    left, fine, readout = evidence.left, evidence.coefficients.points, evidence.coefficients.readout
+    if left.once_a_turn:
+        return fine
+    slow = readout.every is not None and readout.every > 1
+    finer = joint_readout(
+        evidence.recording, evidence.settings.gyros, left.rate, with_encoder=slow
+    ).every
+    if finer is None or left.rate / finer <= fine.rate:
+        return fine
+    return points_at(left.removal.residual, left.rate, finer / left.rate)
+
+
+def _whole_band_of_every_sample(spectra: _Spectra) -> Basis | None:
+    basis, fitted = spectra.every, spectra.fitted
+    if fitted is None or basis.cleaned.is_changed:
+        return None
+    average = with_whole_band(basis.levels, basis.average, fitted.likelihood)
+    if average.rests_on.member == "average":
+        return None
+    return replace(basis, average=average, coefficients=fitted)
+
+
+def _whole_band_of_fewer_angles(spectra: _Spectra) -> Basis | None:
+    """What lies above half the rate of fewer angles folds into their band.
+
+    If the terms do not describe every sample up to there, they do not describe what folds.
+    """
+    every, fine, fit = spectra.every, spectra.fewer.points, spectra.fewer.likelihood
+    walk, fitted = every.average.angle_random_walk, fit.coefficients["angle_random_walk"]
+    if every.cleaned.is_changed or every.cleaned.rate <= fine.rate:
+        return None
+    allowed = walk.status == "not observable" or walk.low <= fitted.value <= walk.high
+    # Every sample may tell more of N.
+    narrower = walk.status != "estimated" or walk.high * fitted.low > fitted.high * walk.low
+    if not (allowed and narrower and reaches(every.average.rests_on, 0.5 * fine.rate)):
+        return None
+    few = basis_of(uncleaned(fine), spectra.fewer, masked=every.masked, confidence=every.confidence)
+    if few is None:
+        return None
+    average = with_whole_band(few.levels, few.average, fit)
+    if average.rests_on.member == "whole band":
+        return replace(few, average=average)
+    if average.rests_on.member == "both" and walk.status == "estimated":
+        return replace(every, average=with_both(every.average, fit))
+    return None
+
+
+# ---- each candidate as an answer ---------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Read:
+    """N as a candidate reads it and what it rests on, or no N and why."""
+
+    estimate: Estimate | None = None
+    source: str = ""
+    notes: tuple[Note, ...] = ()
+
+
+def _step_4(evidence: Evidence, _: Averaged | None) -> _Read:
+    """Step 4 of the paper. A fit whose interval begins at 0 shows no N, whatever its value."""
+    if not evidence.is_published:
+        return _Read()
+    fitted = evidence.coefficients.fits["paper"].coefficients["angle_random_walk"]
+    channel, reading = evidence.measured.channel, evidence.settings.step_4.in_words
+    if fitted.status != "estimated" or not fitted.low > 0.0:
+        text = (
+            f"Step 4 of the paper ({reading}) shows no angle random walk of {channel}: only an "
+            "upper bound is given"
+        )
+        return _Read(notes=(Note(text=text),))
+    source = (
+        f"least squares on the Allan variance of {channel} at "
+        f"{1.0 / evidence.curve.sample_rate:.4g} s (Step 4 of the paper): {reading}"
     )
-    if left.removal.unfinished is not None:
-        notes: tuple[Note, ...] = (_search_without_end(measured.channel),)
-    elif found is None and fit.status != "not observable":
-        # A fit that is known not to describe its spectrum yields to the curve much sooner.
-        sound = coefficients.fits["likelihood"].departure == 0.0
-        veto = bounding.highest(_VETO if sound else 1.0 - settings.confidence)
-        if veto is None or fit.low <= veto.value:
-            return Headline(estimate=fit, source=_likelihood_source(measured.channel, coefficients))
-        notes = (_asks_for_too_much(measured.channel, veto.tau),)
-    elif found is not None:
-        notes = (_no_plateau(measured.channel),)
-    else:
-        notes = ()
-    return _bound(bounding, found, settings, notes)
+    return _Read(estimate=fitted, source=source)
 
 
-def _of_average(measured: Measurement, found: Averaged, coefficients: Coefficients) -> Headline:
-    """The average, its interval widened to the parts if these disagree."""
+def _by_spectrum(evidence: Evidence, found: Averaged | None) -> _Read:
+    """The chosen one of 2 to 4, its interval widened to the parts if these disagree."""
+    if found is None:
+        return _Read()
     estimate, choice = found.average.angle_random_walk, found.average.rests_on
+    channel = evidence.measured.channel
+    if estimate.status != "estimated":
+        text = (
+            f"the spectrum of {channel} shows no band in which the angle random walk rules: no "
+            "estimate is given"
+        )
+        return _Read(notes=(Note(text=text),))
     if found.parts is not None and not found.parts.agree:
         estimate = replace(
             estimate,
             low=min(estimate.low, found.parts.smallest),
             high=max(estimate.high, found.parts.largest),
         )
-    fitted = _likelihood_source(measured.channel, coefficients)
-    if choice.member == "whole band":
-        source = f"{fitted}; averages over narrow bands agree"
-    elif choice.member == "both":
-        source = (
-            f"{fitted}; averages over narrow bands do not decide, so that the interval also holds "
-            "the average over bands and terms "
-            f"(heaviest: {replace(choice, member='average').in_words()})"
-        )
-    else:
-        source = (
-            f"average over bands and terms of the spectrum of {measured.channel}, "
-            f"most on {choice.in_words()}"
-        )
+    source = {
+        "whole band": f"{_likelihood_source(evidence)}; averages over narrow bands agree",
+        "both": f"{_likelihood_source(evidence)}; averages over narrow bands do not decide, so "
+        "that the interval also holds the average over bands and terms "
+        f"(heaviest: {replace(choice, member='average').in_words()})",
+        "average": f"average over bands and terms of the spectrum of {channel}, "
+        f"most on {choice.in_words()}",
+    }[choice.member]
     if choice.slow_terms == "low band":
         source += f"; B and K: likelihood fit of the spectrum to {choice.low_band_hz:.3g} Hz"
-    return Headline(estimate=estimate, source=source)
+    return _Read(estimate=estimate, source=source)
 
 
-def _of_allan_fit(
-    measured: Measurement,
-    left: Remainder,
-    curve: StabilityCurve,
-    coefficients: Coefficients,
-    settings: Settings,
-) -> Headline:
-    """Step 4 of the paper by the reading chosen.
-
-    A fit whose interval begins at 0 shows no N, whatever value its squares have.
-    """
-    fitted = coefficients.fits["paper"].coefficients["angle_random_walk"]
-    reading = settings.step_4.in_words
-    if fitted.status == "estimated" and fitted.low > 0.0:
-        return Headline(
-            estimate=fitted,
-            source=f"least squares on the Allan variance of {measured.channel} at "
-            f"{1.0 / curve.sample_rate:.4g} s (Step 4 of the paper): {reading}",
-        )
-    bounding = _bounding(
-        measured, left, curve=curve, coefficients=coefficients, found=None, settings=settings
-    )
-    note = Note(
-        text=f"Step 4 of the paper ({reading}) shows no angle random walk of {measured.channel}: "
-        "only an upper bound is given"
-    )
-    return _bound(bounding, None, settings, (note,))
-
-
-def _likelihood_source(channel: str, coefficients: Coefficients) -> str:
-    points = coefficients.points
+def _likelihood_source(evidence: Evidence) -> str:
+    points, band = evidence.coefficients.points, evidence.coefficients.likelihood.band
     return (
-        f"likelihood fit of the spectrum of {points.angle.size} angles of {channel} "
-        f"at {1.0 / points.rate:.4g} s, to {coefficients.highest:.4g} Hz"
+        f"likelihood fit of the spectrum of {points.angle.size} angles of "
+        f"{evidence.measured.channel} at {1.0 / points.rate:.4g} s, to "
+        f"{0.0 if band is None else band.high:.4g} Hz"
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Bounding:
-    """The curve that bounds N, and from which cluster time on.
+def _likelihood_alone(evidence: Evidence, found: Averaged | None) -> _Read:
+    fit = evidence.coefficients.likelihood
+    walk, channel = fit.coefficients["angle_random_walk"], evidence.measured.channel
+    if evidence.is_published or found is not None:
+        return _Read()
+    if not evidence.is_finished:
+        text = (
+            f"the search for the lines of {channel} did not come to an end, and the noise that "
+            "it leaves is not to be trusted: no estimate is given, and a bound is with all lines "
+            "in; take a stretch on which the table turns evenly ({slice})"
+        )
+        return _Read(notes=(Note(level="warning", text=text),))
+    if walk.status == "not observable":
+        return _Read()
+    # A fit that is known not to describe its spectrum yields to the curve much sooner.
+    chance = _VETO if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
+    veto = _highest(evidence, found, chance)
+    if veto is None or walk.low <= veto.value:
+        return _Read(estimate=walk, source=_likelihood_source(evidence))
+    text = (
+        f"the likelihood fit of {channel} asks for more angle random walk than the curve shows at "
+        f"{veto.tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
+    )
+    return _Read(notes=(Note(level="warning", text=text),))
 
-    Attributes
-    ----------
-    curve
-        With its lines in if the search for them did not come to an end.
-    channel
-        Its name in words.
-    readout
-        What raises the bound.
-    shortest
-        Cluster times below this, s, are lowered by a low-pass of the sensor.
-    sample_rate
-        Of what is measured, Hz.
+
+def _curve(evidence: Evidence, found: Averaged | None) -> _Read:
+    confidence = evidence.settings.confidence
+    bound = _highest(evidence, found, 1.0 - confidence)
+    if bound is None:
+        return _Read()
+    estimate = Estimate(
+        value=bound.value,
+        low=0.0,
+        high=bound.value,
+        confidence=confidence,
+        status="upper bound",
+        name="angle_random_walk",
+    )
+    source = f"lowest point of the curve of {_bounded(evidence)} against the slope of the ARW"
+    return _Read(estimate=estimate, source=source)
+
+
+def _levels(evidence: Evidence, found: Averaged | None) -> _Read:
+    estimate = None if found is None else found.average.angle_random_walk
+    source = f"the spectrum of {_bounded(evidence)} below its roll-off"
+    return _Read(estimate=estimate, source=source)
+
+
+def _bounded(evidence: Evidence) -> str:
+    """Name of what a bound is of."""
+    return evidence.measured.channel + ("" if evidence.is_finished else " with its lines in")
+
+
+def _highest(evidence: Evidence, found: Averaged | None, chance: float) -> CurveBound | None:
+    """Largest N that the curve allows except with a probability.
+
+    Of a search that did not come to an end, the curve with all lines in: lines only raise a curve,
+    and half of a search can lower it. A gyro's own low-pass lowers the shortest cluster times:
+    those below ten samples, and those that the spectrum shows, are left out.
     """
-
-    curve: StabilityCurve
-    channel: str
-    readout: JointReadout
-    shortest: float
-    sample_rate: float
-
-    def highest(self, chance: float) -> CurveBound | None:
-        """Largest N that the curve allows except with probability `chance`.
-
-        Every other term only adds to N^2 / tau, so N lies below the curve at every point. A gyro's
-        own low-pass filter lowers the shortest cluster times, which are left out: those below
-        `shortest` and below ten samples. If none is left there is no bound, and the result is None.
-        If nothing dithers the readout within a cluster, its steps hide up to two steps of each
-        second difference: the deviation is raised by the root of their mean square. If something
-        does, a mean of few may still come out as zero: the deviation is raised by half a step in
-        square.
-        """
-        curve = self.curve
-        angles = curve.samples + (curve.kind != "angle")
-        # One limit for the lowest of many points: each at its share of the chance (Bonferroni).
-        share = chance / curve.tau.size
-        # The point asks what N could be if it ruled there, so the degrees of freedom are those of
-        # white rate, whatever noise was identified.
-        edf = np.array(
-            [
-                equivalent_degrees_of_freedom(
-                    curve.estimator, 0, round(tau * curve.sample_rate), angles
-                )
-                for tau in curve.tau
-            ]
-        )
-        step = self.readout.step / (np.sqrt(2.0) * curve.tau)
-        raised = np.where(
-            curve.tau < self.readout.time,
-            curve.deviation + 2.0 * step,
-            np.hypot(curve.deviation, 0.5 * step),
-        )
-        # Lower limit of chi-squared; importing scipy.stats for it would take a second.
-        high = raised * np.sqrt(edf / (2.0 * gammaincinv(0.5 * edf, share)))
-        lowered = (curve.tau * self.sample_rate < _FILTERED) | (curve.tau < self.shortest)
-        highest = np.where(lowered, np.inf, high * np.sqrt(curve.tau))
-        if not np.isfinite(highest).any():
-            return None
-        index = int(np.nanargmin(highest))
-        return CurveBound(value=float(highest[index]), tau=float(curve.tau[index]))
-
-
-def _bounding(
-    measured: Measurement,
-    left: Remainder,
-    *,
-    curve: StabilityCurve,
-    coefficients: Coefficients,
-    found: Averaged | None,
-    settings: Settings,
-) -> _Bounding:
-    channel, rate = measured.channel, measured.sample_rate
-    if left.removal.unfinished is not None:
-        # Lines only raise a curve; half of a search can lower it.
-        every = Points(angle=left.removal.unfinished, rate=rate)
-        curve = allan_curve(points_at(every.angle, rate, settings.interval), settings.confidence)
-        lowered, channel = roll_off_of(every, ()), f"{channel} with its lines in"
-    else:
-        lowered = RollOff() if found is None else found.roll_off
-    return _Bounding(
-        curve=curve,
-        channel=channel,
-        readout=coefficients.readout,
-        shortest=lowered.cluster_time(),
-        sample_rate=rate,
-    )
-
-
-def _bound(
-    bounding: _Bounding, found: Averaged | None, settings: Settings, notes: tuple[Note, ...]
-) -> Headline:
-    """By the curve; by the levels if a low-pass lowers all of the curve; else nothing."""
-    bound = bounding.highest(1.0 - settings.confidence)
-    if bound is not None:
-        estimate = Estimate(
-            value=bound.value,
-            low=0.0,
-            high=bound.value,
-            confidence=settings.confidence,
-            status="upper bound",
-            name="angle_random_walk",
-        )
-        source = f"lowest point of the curve of {bounding.channel} against the slope of the ARW"
-        return Headline(estimate=estimate, source=source, notes=notes)
-    source = f"the spectrum of {bounding.channel} below its roll-off"
-    if found is not None:
-        return Headline(estimate=found.average.angle_random_walk, source=source, notes=notes)
-    unseen = unobserved("angle_random_walk", settings.confidence)
-    return Headline(estimate=unseen, source=source, notes=notes)
-
-
-def _no_plateau(channel: str) -> Note:
-    return Note(
-        text=f"the spectrum of {channel} shows no band in which the angle random walk rules: no "
-        "estimate is given",
-    )
-
-
-def _search_without_end(channel: str) -> Note:
-    return Note(
-        level="warning",
-        text=f"the search for the lines of {channel} did not come to an end, and the noise that "
-        "it leaves is not to be trusted: no estimate is given, and a bound is with all lines in; "
-        "take a stretch on which the table turns evenly ({slice})",
-    )
-
-
-def _asks_for_too_much(channel: str, tau: float) -> Note:
-    return Note(
-        level="warning",
-        text=f"the likelihood fit of {channel} asks for more angle random walk than the curve "
-        f"shows at {tau:.4g} s: the five terms do not describe this spectrum, and no estimate is "
-        "given",
-    )
+    curve, rate = evidence.curve, evidence.measured.sample_rate
+    roll_off = None if found is None else found.roll_off
+    unfinished = evidence.left.removal.unfinished
+    if unfinished is not None:
+        points = points_at(unfinished, rate, evidence.settings.interval)
+        curve = allan_curve(points, evidence.settings.confidence)
+        roll_off = roll_off_of(Points(angle=unfinished, rate=rate))
+    used = curve.tau * rate >= _FILTERED
+    if roll_off is not None:
+        used &= curve.tau >= roll_off.cluster_time()
+    return highest_walk(curve, evidence.coefficients.readout, chance=chance, used=used)

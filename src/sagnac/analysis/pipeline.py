@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from sagnac.analysis.alone import Run, each_alone, gyros_alone
-from sagnac.analysis.averaged import Averaged, averaged
+from sagnac.analysis.averaged import Averaged
 from sagnac.analysis.corrections import Undithered, without_dither, without_temperature
 from sagnac.analysis.curves import (
     Curves,
@@ -18,7 +18,7 @@ from sagnac.analysis.curves import (
 )
 from sagnac.analysis.encoder import answer_of_one, of_both_alike, with_latch_note
 from sagnac.analysis.fits import Coefficients, coefficients_of
-from sagnac.analysis.headline import Headline, headline_of
+from sagnac.analysis.headline import Decision, Evidence, Headline, decide
 from sagnac.analysis.measurement import (
     Measurement,
     measure,
@@ -28,7 +28,7 @@ from sagnac.analysis.measurement import (
 from sagnac.analysis.noticed import markov_text, noticed
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
-from sagnac.analysis.settings import MOST_GYROS, PUBLISHED, Progress, Settings
+from sagnac.analysis.settings import MOST_GYROS, Progress, Settings
 from sagnac.analysis.shares import TableShares, table_shares
 from sagnac.analysis.sharing import Sharing, sharing_of
 from sagnac.analysis.spectra import (
@@ -317,26 +317,18 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
             points=removed.points,
             curve=curves.after,
         )
-        found = None
-        if settings.method not in PUBLISHED:
-            found = averaged(
-                prepared.recording,
-                settings,
+        decision = decide(
+            Evidence(
+                recording=prepared.recording,
+                settings=settings,
                 measured=followed,
-                gyros=settings.gyros,
                 left=left,
+                curve=curves.after,
                 coefficients=coefficients,
             )
-            coefficients = coefficients if found is None else found.coefficients
-        coefficients, found = _within_curve(prepared, curves, coefficients, found)
-        headline = headline_of(
-            followed,
-            left,
-            curve=curves.after,
-            coefficients=coefficients,
-            found=found,
-            settings=settings,
         )
+        coefficients, found = _within_curve(prepared, curves, decision)
+        headline = decision.headline
         if prepared.table.estimate is not None and not followed.is_pair:
             headline = answer_of_one(
                 headline,
@@ -383,16 +375,17 @@ def _of_pair(prepared: _Prepared, other: str) -> Estimate:
 
 
 def _within_curve(
-    prepared: _Prepared, curves: Curves, coefficients: Coefficients, found: Averaged | None
+    prepared: _Prepared, curves: Curves, decision: Decision
 ) -> tuple[Coefficients, Averaged | None]:
     """The fit of the spectrum and the average without what contradicts the curve."""
+    coefficients, found = decision.coefficients, decision.found
     lowered = 0.0 if found is None else found.roll_off.cluster_time()
     highest = highest_terms(
         curves.after,
         confidence=prepared.settings.confidence,
         shortest=max(lowered, coefficients.readout.time),
     )
-    likelihood = coefficients.fits["likelihood"]
+    likelihood = coefficients.likelihood
     kept = replace(likelihood, coefficients=within_curve(likelihood.coefficients, highest))
     coefficients = replace(coefficients, fits={**coefficients.fits, "likelihood": kept})
     if found is not None:

@@ -1,4 +1,4 @@
-"""Limits that the Allan curve sets on Q, B, K and R, and slow noise in it that no term has.
+"""Limits that the Allan curve sets on Q, N, B, K and R, and slow noise in it that no term has.
 
 Every noise adds to the Allan variance, so that no term can make more than the curve shows at any
 cluster time. A fit of a spectrum that its terms do not describe may ask for more.
@@ -20,6 +20,7 @@ from sagnac.coefficients.laws import (
     CoefficientName,
     allan_variance_basis,
 )
+from sagnac.recording.readout import JointReadout
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import equivalent_degrees_of_freedom
 
@@ -36,6 +37,62 @@ _CHANCE: Final = 0.01
 _ABOVE: Final = 1.2
 # Fewest degrees of freedom of a point that shows a rise.
 _LEAST: Final = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurveBound:
+    """Largest N that a curve allows, rad/sqrt(s), and the cluster time of it, s."""
+
+    value: float
+    tau: float
+
+
+def highest_walk(
+    curve: StabilityCurve, readout: JointReadout, *, chance: float, used: BooleanArray
+) -> CurveBound | None:
+    """Largest N that a curve allows.
+
+    Every other term only adds to N^2 / tau, so N lies below the curve at every point. If nothing
+    dithers the readout within a cluster, its steps hide up to two steps of each second difference:
+    the deviation is raised by the root of their mean square. If something does, a mean of few may
+    still come out as zero: the deviation is raised by half a step in square.
+
+    Parameters
+    ----------
+    curve
+        Allan deviation.
+    readout
+        Of what the curve is of.
+    chance
+        That N lies above, shared by the points (Bonferroni).
+    used
+        (points,) those that no low-pass of the sensor lowers.
+
+    Returns
+    -------
+    CurveBound or None
+        None if no point is used.
+    """
+    if not used.any():
+        return None
+    step = readout.step / (np.sqrt(2.0) * curve.tau)
+    raised = np.where(
+        curve.tau < readout.time,
+        curve.deviation + 2.0 * step,
+        np.hypot(curve.deviation, 0.5 * step),
+    )
+    # The point asks what N could be if it ruled there, so the degrees of freedom are those of
+    # white rate, whatever noise was identified.
+    factor = _limit_of_variance(_freedom(curve, 0), chance / curve.tau.size)
+    highest = np.where(used, raised * np.sqrt(factor * curve.tau), np.inf)
+    index = int(np.nanargmin(highest))
+    return CurveBound(value=float(highest[index]), tau=float(curve.tau[index]))
+
+
+def _limit_of_variance(freedom: FloatArray, chance: float) -> FloatArray:
+    """(points,) factor on a variance that it exceeds with a chance, by its chi-square law."""
+    # Importing scipy.stats for it would take a second.
+    return np.asarray(freedom / (2.0 * gammaincinv(0.5 * freedom, chance)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,8 +141,7 @@ def highest_terms(
     share = (1.0 - confidence) / np.count_nonzero(used)
     found: dict[CoefficientName, float] = {}
     for name, noise_type in _NOISE_TYPES.items():
-        edf = _freedom(curve, noise_type)
-        high = curve.deviation**2 * edf / (2.0 * gammaincinv(0.5 * edf, share))
+        high = curve.deviation**2 * _limit_of_variance(_freedom(curve, noise_type), share)
         square = float((high / basis[:, COEFFICIENT_NAMES.index(name)])[used].min())
         found[name] = math.sqrt(square)
     return found
@@ -157,7 +213,7 @@ def slow_noise(
     if not behind.any() or not squares.any():
         return None
     share = 1.0 - _CHANCE / np.count_nonzero(behind)
-    low = curve.deviation**2 * freedom / (2.0 * gammaincinv(0.5 * freedom, share))
+    low = curve.deviation**2 * _limit_of_variance(freedom, share)
     excess = np.where(behind, low / terms, 0.0)
     most = int(np.argmax(excess))
     if excess[most] < _ABOVE**2:

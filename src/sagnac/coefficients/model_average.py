@@ -2,8 +2,7 @@
 
 The answer averages the models in which N rules three bins or more (`band_models` fits and weights
 them); its variance is the mean of the variances plus the scatter of the means, and its interval is
-of quantiles of the mixture. A likelihood fit of the whole band is a member that wins if the levels
-bear it out. If they neither bear it out nor reject it, its value stands in an interval of both.
+of quantiles of the mixture. How a likelihood fit stands beside it, `whole_band` says.
 """
 
 import math
@@ -19,7 +18,6 @@ from sagnac.coefficients.band_models import LIGHT, BandModel, BandModels, band_m
 from sagnac.coefficients.bounds import highest_coefficient
 from sagnac.coefficients.estimates import (
     Estimate,
-    Fit,
     SquaredEstimate,
     Status,
     require_confidence,
@@ -33,7 +31,6 @@ from sagnac.coefficients.laws import (
     level_laws,
 )
 from sagnac.coefficients.mixture import error_of_bins, mixture, with_error_of_bins
-from sagnac.coefficients.whole_band import WholeBand, borne_out
 from sagnac.spectrum.levels import Levels
 
 # Bins in which N has to be half of the spectrum or more.
@@ -46,8 +43,6 @@ _NEEDED: Final = 0.95
 # that of one tail of an interval.
 _ANOTHER: Final = 2.0
 _TOLD: Final = 0.02
-# What a fit to the lowest frequencies may say beside an average.
-_LOW_BAND: Final = ("bias_instability", "rate_random_walk")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,12 +137,18 @@ class Average:
         Band, terms, share.
     names, covariance
         Terms that are estimated and the covariance of their values, SI.
+    models
+        All that matter.
+    relied
+        Those that N is read by, else all, the heaviest first.
     """
 
     coefficients: Mapping[CoefficientName, Estimate]
     rests_on: ModelChoice
     names: tuple[CoefficientName, ...]
     covariance: FloatArray
+    models: BandModels
+    relied: BandModels
 
     def __post_init__(self) -> None:
         if set(self.coefficients) != set(COEFFICIENT_NAMES):
@@ -214,7 +215,6 @@ def average(
     *,
     confidence: float = 0.95,
     ramp: SquaredEstimate | None = None,
-    whole_band: WholeBand | None = None,
 ) -> Average:
     """Average N and the other coefficients over all models.
 
@@ -226,8 +226,6 @@ def average(
         Of every interval and bound.
     ramp
         Square of the rate ramp, (rad/s^2)^2; None if it was not looked for.
-    whole_band
-        The whole-band likelihood. It is the answer if the levels bear it out.
 
     Returns
     -------
@@ -249,7 +247,6 @@ def average(
     )
     ruling = (evidence.models.ruled >= RULED) & _unrivalled(evidence.models, levels.level.size)
     answering = evidence.models.kept(ruling).heaviest()
-    choice = _choice(answering, levels)
     relied = answering if answering.count else evidence.models.heaviest()
     coefficients = {name: _term(evidence, name) for name in STOCHASTIC_NAMES}
     coefficients["angle_random_walk"] = (
@@ -258,107 +255,22 @@ def average(
         else evidence.bounded("angle_random_walk")
     )
     coefficients["rate_ramp"] = (ramp or SquaredEstimate.unseen()).root("rate_ramp", confidence)
-    borne = None
-    if whole_band is not None:
-        walk = coefficients["angle_random_walk"]
-        borne = borne_out(levels, evidence.laws, evidence.models, whole_band, walk)
-    if whole_band is not None and borne is not None and borne.surely:
-        coefficients = dict(whole_band.coefficients)
-        interval = levels.spectrum.interval
-        choice = _choice_of_whole_band(choice, evidence.models, borne.row, whole_band, interval)
-    names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
-    result = Average(
+    names = estimated_names(coefficients)
+    return Average(
         coefficients={name: coefficients[name] for name in COEFFICIENT_NAMES},
-        rests_on=choice,
+        rests_on=_choice(answering, levels),
         names=names,
-        covariance=_covariance(relied, coefficients, names),
-    )
-    if whole_band is not None and borne is not None and not borne.surely:
-        return with_both(result, whole_band)
-    return result
-
-
-def with_both(average: Average, whole_band: WholeBand) -> Average:
-    """The value of the likelihood of the whole band, and an interval that holds both.
-
-    Parameters
-    ----------
-    average
-        With an estimate of N.
-    whole_band
-        Of which the levels do not say whether it is right.
-    """
-    ours, fitted = average.angle_random_walk, whole_band.angle_random_walk
-    both = replace(
-        ours,
-        value=fitted.value,
-        low=min(ours.low, fitted.low),
-        high=max(ours.high, fitted.high),
-    )
-    covariance = average.covariance.copy()
-    place = average.names.index("angle_random_walk")
-    wider = _deviation(both) / _deviation(ours)
-    covariance[place] *= wider
-    covariance[:, place] *= wider
-    return replace(
-        average,
-        coefficients={**average.coefficients, "angle_random_walk": both},
-        rests_on=replace(average.rests_on, member="both"),
-        covariance=covariance,
+        covariance=covariance_of(relied, coefficients, names),
+        models=evidence.models,
+        relied=relied,
     )
 
 
-def with_slow_terms(average: Average, fit: Fit) -> Average:
-    """B and K of a fit to the lowest frequencies; the others stay, uncorrelated with these.
-
-    Parameters
-    ----------
-    average
-        With an estimate of N.
-    fit
-        By likelihood, of what the average is of.
-    """
-    coefficients = {
-        name: (fit if name in _LOW_BAND else average).coefficients[name]
-        for name in COEFFICIENT_NAMES
-    }
-    names = tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
-    covariance = np.zeros((len(names), len(names)))
-    kept = [name for name in names if name not in _LOW_BAND]
-    to, of = [names.index(name) for name in kept], [average.names.index(name) for name in kept]
-    covariance[np.ix_(to, to)] = average.covariance[np.ix_(of, of)]
-    for place, name in enumerate(names):
-        if name in _LOW_BAND:
-            covariance[place, place] = _deviation(coefficients[name]) ** 2
-    highest = math.nan if fit.band is None else fit.band.high
-    return replace(
-        average,
-        coefficients=coefficients,
-        rests_on=replace(average.rests_on, slow_terms="low band", low_band_hz=highest),
-        names=names,
-        covariance=covariance,
-    )
-
-
-def _choice_of_whole_band(
-    choice: ModelChoice, models: BandModels, row: int, whole_band: WholeBand, interval: float
-) -> ModelChoice:
-    return replace(
-        choice,
-        band_hz=whole_band.band_hz,
-        terms=models.terms(row),
-        mask=int(models.mask[row]),
-        slow_terms="whole band",
-        member="whole band",
-        elsewhere=None,
-        law=BandModel(
-            squares=tuple(
-                each.value**2 if each.status == "estimated" else 0.0
-                for each in (whole_band.coefficients[name] for name in STOCHASTIC_NAMES)
-            ),
-            interval=interval,
-        ),
-    )
+def estimated_names(
+    coefficients: Mapping[CoefficientName, Estimate],
+) -> tuple[CoefficientName, ...]:
+    """Names of the coefficients that are estimated."""
+    return tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
 
 
 def _unrivalled(models: BandModels, bins: int) -> BooleanArray:
@@ -440,7 +352,7 @@ def other_walk(models: BandModels, levels: Levels) -> Elsewhere | None:
     )
 
 
-def _covariance(
+def covariance_of(
     models: BandModels,
     coefficients: Mapping[CoefficientName, Estimate],
     names: tuple[CoefficientName, ...],
@@ -461,7 +373,7 @@ def _covariance(
         values = np.sqrt(models.squares[:, columns])
         apart = values - weight @ values
         result[:size, :size] = within + (apart.T * weight) @ apart
-    deviation = np.array([_deviation(coefficients[name]) for name in names])
+    deviation = np.array([deviation_of(coefficients[name]) for name in names])
     own = np.sqrt(np.diagonal(result))
     scale = np.divide(deviation, own, out=np.zeros(len(names)), where=own > 0.0)
     result = result * scale * scale[:, np.newaxis]
@@ -469,7 +381,7 @@ def _covariance(
     return np.asarray(result)
 
 
-def _deviation(estimate: Estimate) -> float:
+def deviation_of(estimate: Estimate) -> float:
     """Standard deviation that an interval says."""
     reach = float(ndtri(0.5 + 0.5 * estimate.confidence))
     return 0.5 * (estimate.high - estimate.low) / reach

@@ -1,22 +1,17 @@
-"""A likelihood fit of five terms to a band, and whether the levels bear it out."""
+"""A likelihood fit beside the average over bands: whether the levels bear it out, and what then."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from scipy.special import gammainc, gammaincc, gammaincinv, ndtri
 
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.band_models import FALL, WALK, BandModels
-from sagnac.coefficients.estimates import Estimate, Fit
-from sagnac.coefficients.laws import (
-    COEFFICIENT_NAMES,
-    STOCHASTIC_NAMES,
-    CoefficientName,
-    level_laws,
-)
+from sagnac.coefficients.band_models import FALL, WALK, BandModel
+from sagnac.coefficients.estimates import Estimate, Fit, FitBand
+from sagnac.coefficients.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES, level_laws
+from sagnac.coefficients.model_average import Average, covariance_of, deviation_of, estimated_names
 from sagnac.spectrum.levels import Levels
 
 
@@ -43,64 +38,12 @@ class _Strictness:
 _SURELY: Final = _Strictness(chance=0.02, outdone=3.0, apart=1.3)
 # Hardly one in a hundred recordings of five terms goes beyond these.
 _BARELY: Final = _Strictness(chance=0.001, outdone=6.0, apart=4.0)
+# Terms that a fit to the lowest frequencies may give beside an average.
+_LOW_BAND: Final = ("bias_instability", "rate_random_walk")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WholeBand:
-    """A fit of all five terms to the whole band, made elsewhere, as one member of the average.
-
-    Attributes
-    ----------
-    coefficients
-        All five at the confidence of the average, of the values whose levels are averaged.
-    band_hz
-        Lowest and highest frequency it used, Hz.
-    describes
-        Whether it found its own spectrum described up to chance.
-
-    Raises
-    ------
-    ValueError
-        If a coefficient is missing or the frequencies are not in order.
-    """
-
-    coefficients: Mapping[CoefficientName, Estimate]
-    band_hz: tuple[float, float]
-    describes: bool
-
-    def __post_init__(self) -> None:
-        if set(self.coefficients) != set(COEFFICIENT_NAMES):
-            raise ValueError(f"coefficients has {', '.join(self.coefficients)}; give all five")
-        if not 0.0 <= self.band_hz[0] < self.band_hz[1]:
-            raise ValueError(f"band_hz is {self.band_hz}; give two frequencies, low then high")
-
-    @property
-    def angle_random_walk(self) -> Estimate:
-        """N."""
-        return self.coefficients["angle_random_walk"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BorneOut:
-    """How far the levels bear out a fit of five terms to the whole band.
-
-    Attributes
-    ----------
-    row
-        The heaviest model of all bins.
-    surely
-        Whether the fit is the answer. If not, the levels neither bear it out nor reject it: the
-        average may be right as well.
-    """
-
-    row: int
-    surely: bool
-
-
-def borne_out(
-    levels: Levels, laws: FloatArray, models: BandModels, whole_band: WholeBand, walk: Estimate
-) -> BorneOut | None:
-    """Whether the levels bear out a fit of five terms to the whole band.
+def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
+    """An average beside a likelihood fit of five terms to the whole band.
 
     The heaviest model of all bins has to pass two tests at a chance of 0.02 each, without any
     floor of the errors: its deviance, and the largest mean departure over any run of bins,
@@ -111,33 +54,31 @@ def borne_out(
 
     Parameters
     ----------
-    levels, laws
-        The levels and the laws of Q, N, B, K as they show them.
-    models
-        Of these levels.
-    whole_band
-        The fit. It has to use every bin: what it leaves out it does not describe.
-    walk
-        N of the average.
+    levels, average
+        Of the values that the fit is of.
+    fit
+        All five terms, at the confidence of the average. It has to use every bin: what it leaves
+        out it does not describe.
 
     Returns
     -------
-    BorneOut or None
-        None if the levels reject the fit, or it cannot be compared with them.
+    Average
+        Its member says which: the fit if the levels bear it out, `with_both` if they neither bear
+        it out nor reject it, else the average as it is.
     """
-    low, high = whole_band.band_hz
-    fitted = whole_band.angle_random_walk
-    if not whole_band.describes or fitted.status != "estimated":
-        return None
-    if not (low <= levels.frequency[0] and levels.frequency[-1] <= high):
-        return None
+    fitted, walk = fit.coefficients["angle_random_walk"], average.angle_random_walk
+    models, band = average.models, fit.band
+    if band is None or not band.is_whole or fit.departure != 0.0 or fitted.status != "estimated":
+        return average
+    if not (band.low <= levels.frequency[0] and levels.frequency[-1] <= band.high):
+        return average
     complete = (models.first == 0) & (models.last == levels.level.size)
     complete &= models.holding(WALK) & ~models.falling
     if not complete.any():
-        return None
+        return average
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
-    ratio = levels.level / (laws @ models.squares[row, :FALL])
+    ratio = levels.level / (level_laws(levels) @ models.squares[row, :FALL])
     freedom = ratio.size - int(models.sizes[row])
 
     def passes(test: _Strictness) -> bool:
@@ -148,17 +89,102 @@ def borne_out(
         )
 
     if passes(_SURELY):
-        return BorneOut(row=row, surely=True)
+        return _of_whole_band(average, fit, band, row)
     if walk.status == "estimated" and passes(_BARELY):
-        return BorneOut(row=row, surely=False)
-    return None
+        return with_both(average, fit)
+    return average
+
+
+def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Average:
+    """The fit, with the correlations of the average."""
+    names, models = estimated_names(fit.coefficients), average.models
+    stochastic = (fit.coefficients[name] for name in STOCHASTIC_NAMES)
+    choice = replace(
+        average.rests_on,
+        band_hz=(band.low, band.high),
+        terms=models.terms(row),
+        mask=int(models.mask[row]),
+        slow_terms="whole band",
+        member="whole band",
+        elsewhere=None,
+        law=BandModel(
+            squares=tuple(one.value**2 if one.status == "estimated" else 0.0 for one in stochastic),
+            interval=band.interval,
+        ),
+    )
+    return replace(
+        average,
+        coefficients={name: fit.coefficients[name] for name in COEFFICIENT_NAMES},
+        rests_on=choice,
+        names=names,
+        covariance=covariance_of(average.relied, fit.coefficients, names),
+    )
+
+
+def with_both(average: Average, fit: Fit) -> Average:
+    """The value of a likelihood fit of the whole band, and an interval that holds both.
+
+    Parameters
+    ----------
+    average
+        With an estimate of N.
+    fit
+        Of which the levels do not say whether it is right.
+    """
+    ours, fitted = average.angle_random_walk, fit.coefficients["angle_random_walk"]
+    both = replace(
+        ours,
+        value=fitted.value,
+        low=min(ours.low, fitted.low),
+        high=max(ours.high, fitted.high),
+    )
+    covariance = average.covariance.copy()
+    place = average.names.index("angle_random_walk")
+    wider = deviation_of(both) / deviation_of(ours)
+    covariance[place] *= wider
+    covariance[:, place] *= wider
+    return replace(
+        average,
+        coefficients={**average.coefficients, "angle_random_walk": both},
+        rests_on=replace(average.rests_on, member="both"),
+        covariance=covariance,
+    )
+
+
+def with_slow_terms(average: Average, fit: Fit) -> Average:
+    """B and K of a fit to the lowest frequencies; the others stay, uncorrelated with these.
+
+    Parameters
+    ----------
+    average
+        With an estimate of N.
+    fit
+        By likelihood, of what the average is of.
+    """
+    coefficients = {
+        name: (fit if name in _LOW_BAND else average).coefficients[name]
+        for name in COEFFICIENT_NAMES
+    }
+    names = estimated_names(coefficients)
+    covariance = np.diag([deviation_of(coefficients[name]) ** 2 for name in names])
+    kept = [name for name in names if name not in _LOW_BAND]
+    to, of = [names.index(name) for name in kept], [average.names.index(name) for name in kept]
+    covariance[np.ix_(to, to)] = average.covariance[np.ix_(of, of)]
+    highest = math.nan if fit.band is None else fit.band.high
+    return replace(
+        average,
+        coefficients=coefficients,
+        rests_on=replace(average.rests_on, slow_terms="low band", low_band_hz=highest),
+        names=names,
+        covariance=covariance,
+    )
 
 
 def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
     """Whether the levels bear out a fit to the lowest frequencies.
 
     N of both, interval or bound, has to overlap, and the levels in the band of the fit have to pass
-    both tests of `borne_out` against its squares at a chance of 0.02.
+    both tests of `with_whole_band` against its squares at a chance of 0.02.
 
     Parameters
     ----------
