@@ -14,7 +14,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Final, Literal, get_args
 
 import numpy as np
@@ -316,11 +316,6 @@ class Prediction:
         N: quantum limit, lock-in and, if the table is not followed, the jitter's walk.
     quantization
         Q: the gyros' readout, and the encoder or, if the table is not followed, the jitter.
-
-    Raises
-    ------
-    ValueError
-        If a part has not the shape of `rates`.
     """
 
     rates: FloatArray
@@ -331,15 +326,6 @@ class Prediction:
     jitter: FloatArray
     total: FloatArray
     quantization: FloatArray
-
-    def __post_init__(self) -> None:
-        for part in fields(self):
-            values = getattr(self, part.name)
-            if values.shape != self.rates.shape:
-                raise ValueError(
-                    f"{part.name} has shape {values.shape}; give that of rates, {self.rates.shape}"
-                )
-            values.flags.writeable = False
 
     def corner(self, sample_rate: float) -> FloatArray:
         """(rates,) frequency in Hz at which N and Q are equally strong in the spectrum.

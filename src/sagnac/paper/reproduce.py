@@ -97,11 +97,6 @@ class Outcome:
     low_curve: tuple[float, ...]
     high_curve: tuple[float, ...]
 
-    def __post_init__(self) -> None:
-        points = {len(self.tau_s), len(self.deviation), len(self.low_curve), len(self.high_curve)}
-        if len(points) != 1:
-            raise ValueError(f"the curve of {self.name} has columns of {sorted(points)} points")
-
 
 def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     """Analyze the recording of a run, and set the estimate beside its truth."""

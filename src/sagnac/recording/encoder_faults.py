@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import BLOCK, BooleanArray, FloatArray, IntegerArray, blocks, every
+from sagnac.arrays import BLOCK, FloatArray, IntegerArray, blocks, every
 from sagnac.errors import Level, Note, RecordingError, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
@@ -160,8 +160,8 @@ def _encoder_error(recording: Recording, gyro: Channel) -> Note | None:
     limit = max(TURNING_RATE, 0.2 * abs(share) * usual)
     disagree = np.flatnonzero(np.abs(gyro_rate - share * table_rate) > limit)
     if disagree.size > max(2.0, 0.01 * gyro_rate.size):
-        at = second_of(recording, int(starts[disagree[0]]))
         first = disagree[0]
+        at = second_of(recording, int(starts[first]))
         text = (
             f"the encoder does not follow gyro {gyro.name} in "
             f"{100.0 * disagree.size / gyro_rate.size:.0f} % of the record, first at {at:.1f} s "
@@ -295,23 +295,19 @@ def _likely_unit(gyro: Channel, share: float, sample_rate: float) -> str:
     said = "" if factor == 1.0 else f"{factor:g}"
     units = _UNITS_OF_RATE if gyro.kind == "rate" else _UNITS_OF_ANGLE
     found = [
-        (
-            share * UNITS[unit].size / UNITS[stated].size,
-            f"in {said}{unit}",
-            f"{{unit {said}{unit}}}",
-        )
+        (share * UNITS[unit].size / UNITS[stated].size, f"{said}{unit}", f"{{unit {said}{unit}}}")
         for unit in units
         if unit != stated and stated in UNITS
     ]
     if gyro.kind == "rate":
         # The table's rate has the unit of time, and that of the gyro has its own.
-        for times, which in ((1e-3, "larger"), (1e3, "smaller")):
-            found.append(
-                (share * times, f"in a unit of time a thousand times {which}", "{time COLUMN:UNIT}")
-            )
+        found += [
+            (share * times, f"a unit of time a thousand times {which}", "{time COLUMN:UNIT}")
+            for times, which in ((1e-3, "larger"), (1e3, "smaller"))
+        ]
     for other, where, statement in found:
         if _SENSES < abs(other) < LARGEST_SHARE:
-            return f"{where} it would sense {100.0 * other:.3g} %; state {statement}"
+            return f"in {where} it would sense {100.0 * other:.3g} %; state {statement}"
     return ""
 
 
@@ -323,6 +319,7 @@ _STARTS_OVER: Final = (0.0, 0.5)
 # that tell the rate.
 _REACH: Final = 2
 _STEPS: Final = 2 * _REACH + 1
+_OUTER: Final = _REACH + _STEPS + 1
 # Fewest starts, other places that tell the scatter, and its multiple that the median lies off by.
 _FEWEST: Final = 4
 _PLACES: Final = 4001
@@ -348,41 +345,34 @@ def turn_notes(recording: Recording) -> tuple[Note, ...]:
         if at.size < _FEWEST:
             continue
         at = at[:: max(1, at.size // _PLACES)]
-        other = np.linspace(_reach(), table.values.size - 1 - _reach(), _PLACES).astype(np.int64)
+        other = np.linspace(_OUTER, table.values.size - 1 - _OUTER, _PLACES).astype(np.int64)
         usual = _excess(table.values, other)
         scatter = _DEVIATION * float(np.median(np.abs(usual - np.median(usual))))
         leap = float(np.median(_excess(table.values, at)))
         if abs(leap) < max(_CLOSES, _SIGMAS * _MEDIAN * scatter / math.sqrt(at.size)):
             continue
-        return (_note(table.shown_in, leap, int(at.size)),)
+        factor, unit = split_factor(table.shown_in)
+        right = f"{factor * 2.0 * math.pi / (2.0 * math.pi - leap):.8g}{unit}"
+        where = "short of" if leap > 0.0 else "beyond"
+        text = (
+            f"its readings start over {abs(leap) / DEGREE:.3g} deg {where} a full turn, "
+            f"{counted(int(at.size), 'time')}: if that is one turn, state "
+            f"{{table COLUMN:{right}}}; a pair of gyros is free of it, and one alone has only an "
+            "upper bound"
+        )
+        return (Note(name="encoder", level="warning", channel="table", text=text),)
     return ()
-
-
-def _note(shown_in: str, leap: float, times: int) -> Note:
-    factor, unit = split_factor(shown_in)
-    right = f"{factor * 2.0 * math.pi / (2.0 * math.pi - leap):.8g}{unit}"
-    size = abs(leap) / UNITS["deg"].size
-    where = "short of" if leap > 0.0 else "beyond"
-    text = (
-        f"its readings start over {size:.3g} deg {where} a full turn, {counted(times, 'time')}: if "
-        f"that is one turn, state {{table COLUMN:{right}}}; a pair of gyros is free of it, and one "
-        "alone has only an upper bound"
-    )
-    return Note(name="encoder", level="warning", channel="table", text=text)
-
-
-def _reach() -> int:
-    return _REACH + _STEPS + 1
 
 
 def _starts(angle: FloatArray, start: float) -> IntegerArray:
     """Samples before the angle passes a whole number of turns and `start` of one."""
-
-    def passes(some: FloatArray) -> BooleanArray:
-        return np.asarray(np.diff(np.floor(some / (2.0 * math.pi) - start)) != 0.0)
-
-    found = Places(values=angle, test=passes, following=1).all()
-    return found[(found >= _reach()) & (found < angle.size - _reach())]
+    turn = 2.0 * math.pi
+    found = Places(
+        values=angle,
+        test=lambda some: np.diff(np.floor(some / turn - start)) != 0.0,
+        following=1,
+    ).all()
+    return found[(found >= _OUTER) & (found < angle.size - _OUTER)]
 
 
 def _excess(angle: FloatArray, at: IntegerArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """A recording: gyro channels, the table encoder, sample times, and where they came from."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Final, Self, overload
 
@@ -21,7 +21,6 @@ from sagnac.recording.channel import (
 )
 from sagnac.recording.columns import (
     NULL_PULSE_NAME,
-    Taken,
     columns_of,
     gyro_of,
     pulses_of,
@@ -131,10 +130,8 @@ class Recording:
     temperature: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "gyros", tuple(self.gyros))
-        object.__setattr__(self, "accelerometers", tuple(self.accelerometers))
-        object.__setattr__(self, "notes", tuple(self.notes))
-        object.__setattr__(self, "pickoffs", tuple(self.pickoffs))
+        for several in ("gyros", "accelerometers", "notes", "pickoffs"):
+            object.__setattr__(self, several, tuple(getattr(self, several)))
         if not self.gyros:
             raise ValueError("gyros is empty; give one channel or more")
         names = [channel.name for channel in (*self.gyros, *self.accelerometers)]
@@ -238,7 +235,18 @@ class Recording:
         >>> Recording.from_arrays(x=[0, 1], ax=[1, 1], kind="rate", unit=unit, sample_rate=2.0)
         Recording(x (rate, deg/s); ax (rate, g); 2 samples at 2 Hz, 1 s)
         """
-        taken = _gyros_of(gyros, kind, unit, period)
+        if not gyros:
+            raise ValueError("no gyro is given; give one or more by name, x=values for one")
+        taken = [
+            gyro_of(
+                name,
+                values,
+                kind=stated_for(name, kind, "kind"),
+                unit=stated_for(name, unit, "unit"),
+                period=period,
+            )
+            for name, values in gyros.items()
+        ]
         of_table = None if table is None else table_of(table, unit=table_unit)
         pulses = None if null_pulse is None else pulses_of(null_pulse)
         when = _sampled(sample_rate, times, time_unit, taken[0].channel.values.size)
@@ -334,13 +342,12 @@ class Recording:
         pandas = pandas_for("a recording as a data frame")
         times = np.arange(self.samples) / self.sample_rate if self.times is None else self.times
         columns: dict[str, Any] = {"time[s]": times}
-        sensors = (*self.gyros, *self.accelerometers)
-        for channel in (*sensors, *([self.table] if self.table else [])):
+        for channel in self._channels:
             columns[f"{channel.name}[{channel.plain_unit}]"] = channel.values_in()
         if self.null_pulse is not None:
             columns[NULL_PULSE_NAME] = self.null_pulse
         frame = pandas.DataFrame(columns)
-        frame.attrs["kind"] = {sensor.name: sensor.kind for sensor in sensors}
+        frame.attrs["kind"] = {one.name: one.kind for one in (*self.gyros, *self.accelerometers)}
         return frame
 
     def __len__(self) -> int:
@@ -361,11 +368,10 @@ class Recording:
             If the stretch is empty, or takes not every sample.
         """
         if isinstance(which, str):
-            channels = (*self.gyros, *self.accelerometers, *([self.table] if self.table else []))
-            for channel in channels:
+            for channel in self._channels:
                 if channel.name == which:
                     return channel
-            raise KeyError(f"{which}; there are {', '.join(one.name for one in channels)}")
+            raise KeyError(f"{which}; there are {', '.join(one.name for one in self._channels)}")
         start, stop, step = which.indices(self.samples)
         if step != 1 or not start < stop:
             raise ValueError(f"{which} is no stretch; give the first sample and the one after it")
@@ -389,6 +395,10 @@ class Recording:
             temperature=None if self.temperature is None else change(self.temperature),
             **others,
         )
+
+    @property
+    def _channels(self) -> tuple[Channel, ...]:
+        return (*self.gyros, *self.accelerometers, *([self.table] if self.table else []))
 
     @property
     def samples(self) -> int:
@@ -415,13 +425,14 @@ class Recording:
         RecordingError
             If there is none; the message lists those there are.
         """
-        for channel in self.gyros:
+        return self._named(name, self.gyros, "gyro", "{gyros}, {columns}")
+
+    def _named(self, name: str, channels: Sequence[Channel], what: str, inputs: str) -> Channel:
+        for channel in channels:
             if channel.name == name:
                 return channel
-        present = ", ".join(channel.name for channel in self.gyros)
-        raise RecordingError(
-            f"no gyro {name!r}; it has {present} ({{gyros}}, {{columns}})", path=self.path
-        )
+        present = ", ".join(channel.name for channel in channels) or "none"
+        raise RecordingError(f"no {what} {name!r}; it has {present} ({inputs})", path=self.path)
 
     def of_accelerometer(self, name: str) -> Self:
         """The recording of one accelerometer alone, in the place of a gyro at rest.
@@ -431,19 +442,9 @@ class Recording:
         RecordingError
             If there is none of that name.
         """
-        for channel in self.accelerometers:
-            if channel.name == name:
-                return replace(
-                    self,
-                    gyros=(channel,),
-                    accelerometers=(),
-                    pickoffs=(),
-                    table=None,
-                    null_pulse=None,
-                )
-        present = ", ".join(channel.name for channel in self.accelerometers) or "none"
-        raise RecordingError(
-            f"no accelerometer {name!r}; it has {present} ({{accelerometers}})", path=self.path
+        channel = self._named(name, self.accelerometers, "accelerometer", "{accelerometers}")
+        return replace(
+            self, gyros=(channel,), accelerometers=(), pickoffs=(), table=None, null_pulse=None
         )
 
     def __eq__(self, other: object) -> bool:
@@ -461,8 +462,7 @@ class Recording:
     __hash__: ClassVar[None] = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        channels = (*self.gyros, *self.accelerometers, *([self.table] if self.table else []))
-        parts = [f"{one.name} ({one.kind}, {one.shown_in})" for one in channels]
+        parts = [f"{one.name} ({one.kind}, {one.shown_in})" for one in self._channels]
         size = f"{self.samples} samples at {self.sample_rate:g} Hz"
         parts.append(f"{size}, {self.duration:g} s" if self.samples else size)
         return f"Recording({'; '.join([*parts, *([self.path] if self.path else [])])})"
@@ -490,27 +490,6 @@ def second_of(recording: Recording, index: int) -> float:
     if recording.times is not None and math.isfinite(recording.times[index]):
         return offset + float(recording.times[index])
     return offset + index / recording.sample_rate
-
-
-def _gyros_of(
-    gyros: Mapping[str, ArrayLike],
-    kind: Kind | Mapping[str, Kind],
-    unit: str | Mapping[str, str],
-    period: float | None,
-) -> tuple[Taken, ...]:
-    """A channel a column, converted."""
-    if not gyros:
-        raise ValueError("no gyro is given; give one or more by name, x=values for one")
-    return tuple(
-        gyro_of(
-            name,
-            values,
-            kind=stated_for(name, kind, "kind"),
-            unit=stated_for(name, unit, "unit"),
-            period=period,
-        )
-        for name, values in gyros.items()
-    )
 
 
 def _sampled(

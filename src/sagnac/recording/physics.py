@@ -1,7 +1,7 @@
 """Gravity and Earth rate, which sensors have to show and which tell a wrong unit by name.
 
-Rates that no gyro has tell of a wrong unit, too; gyros that move while nothing tells how stand on
-no bench.
+Rates that no gyro has tell of a wrong unit, too, and values at the two ends of a counter's range of
+signed counts that were read as unsigned; gyros that move while nothing tells how stand on no bench.
 """
 
 import math
@@ -9,13 +9,14 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray, every
-from sagnac.errors import Level, Note
+from sagnac.arrays import FloatArray, blocks, every, extent
+from sagnac.errors import Level, Note, counted
 from sagnac.recording.channel import Channel, angle_of
+from sagnac.recording.effects import finding
 from sagnac.recording.encoder_faults import TURNING_RATE, block_rates
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.profile import Profile, remedy_of
-from sagnac.recording.stamps import longest_between
+from sagnac.recording.stamps import Places, longest_between
 from sagnac.units import (
     ACCELERATION_UNITS,
     DEGREE,
@@ -156,49 +157,45 @@ def earth_notes(recording: Recording) -> tuple[Note, ...]:
     if found is None:
         return ()
     size = float(np.linalg.norm(found))
-    return _as_gravity(gyros, size) or _as_earth_rate(recording, gyros, size)
+    text = _as_gravity(gyros[0], size) or _as_earth_rate(gyros, size)
+    names = ", ".join(one.name for one in gyros)
+    return (Note(name="units", level="warning", channel=names, text=text),) if text else ()
 
 
-def _as_gravity(gyros: tuple[Channel, ...], size: float) -> tuple[Note, ...]:
-    gyro = gyros[0]
-    if gyro.kind != "rate":
-        return ()
+def _as_gravity(gyro: Channel, size: float) -> str:
+    """Sentence on a mean that is gravity, in numbers called rates; empty if it is not."""
     factor, stated = split_factor(gyro.shown_in)
-    number = size / (factor * UNITS[stated].size)
+    if gyro.kind != "rate" or factor != 1.0:
+        return ""
+    number = size / UNITS[stated].size
     for gravity, unit in ((1.0, "g"), (STANDARD_GRAVITY, "m/s^2")):
-        if factor == 1.0 and _is_near(number, gravity, _AS_RATES):
-            names = ", ".join(one.name for one in gyros)
-            text = (
+        if _is_near(number, gravity, _AS_RATES):
+            return (
                 f"their mean is {number:.4g}, which is gravity in {unit}: they look like "
                 "accelerometers; name the gyros ({columns}), and these with {accelerometers}"
             )
-            return (Note(name="units", level="warning", channel=names, text=text),)
-    return ()
+    return ""
 
 
-def _as_earth_rate(
-    recording: Recording, gyros: tuple[Channel, ...], size: float
-) -> tuple[Note, ...]:
+def _as_earth_rate(gyros: tuple[Channel, ...], size: float) -> str:
+    """Sentence on a mean that is Earth's rate in another unit; empty if it is not."""
     if len(gyros) < _TRIAD or EARTH_RATE / _BIASED < size < EARTH_RATE * _BIASED:
-        return ()
-    stated = {gyro.shown_in for gyro in gyros}
-    kinds = {gyro.kind for gyro in gyros}
-    if len(stated) > 1 or len(kinds) > 1:
-        return ()
-    factor, name = split_factor(stated.pop())
-    others = _RATES if kinds == {"rate"} else _ANGLES
+        return ""
+    stated = {(gyro.shown_in, gyro.kind) for gyro in gyros}
+    if len(stated) > 1:
+        return ""
+    factor, name = split_factor(gyros[0].shown_in)
+    others = _RATES if gyros[0].kind == "rate" else _ANGLES
     for unit in others:
         other = size / UNITS[name].size * UNITS[unit].size
         if unit != name and _is_near(other, EARTH_RATE, _EARTH):
             said = unit if factor == 1.0 else f"{factor:g}{unit}"
-            text = (
+            return (
                 f"their mean rate is {size / DEGREE_PER_HOUR:.4g} deg/h, and in {said} it would be "
                 f"{other / DEGREE_PER_HOUR:.4g} deg/h, that of the Earth (15.04): unless "
                 f"biases make that by chance, the unit is wrong; state {{unit {said}}}"
             )
-            names = ", ".join(one.name for one in gyros)
-            return (Note(name="units", level="warning", channel=names, text=text),)
-    return ()
+    return ""
 
 
 def _mean_of(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray | None:
@@ -247,7 +244,8 @@ def earth_on_table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...
     if not abs(share) < _ALONG:
         return ()
     across = math.hypot(cosine, sine) * turned / recording.duration / math.sqrt(1.0 - share**2)
-    if not (across < _ACROSS[0] * EARTH_RATE and _is_across(across * factor)):
+    least, most = (EARTH_RATE * one for one in _ACROSS)
+    if not (across < least < across * factor < most):
         return ()
     text = (
         f"shows {across / DEGREE_PER_HOUR:.3g} deg/h of Earth rate across a table at "
@@ -256,10 +254,6 @@ def earth_on_table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...
         f"{{time COLUMN:UNIT}} or {{rate {recording.sample_rate * factor:.6g}}}"
     )
     return (Note(name="units", level="error", channel=gyro.name, text=text),)
-
-
-def _is_across(rate: float) -> bool:
-    return _ACROSS[0] * EARTH_RATE < rate < _ACROSS[1] * EARTH_RATE
 
 
 # ---- motion ------------------------------------------------------------------------
@@ -321,3 +315,142 @@ def _turns_steadily(
     )
     level: Level = "error" if abs(rate) >= largest else "warning"
     return (Note(name="motion", level=level, channel=gyro.name, text=text),)
+
+
+# ---- counts that start over ----------------------------------------------------------
+
+_BINS: Final = 64
+# Share of the range that is empty between the values near its two ends.
+_EMPTY: Final = 0.5
+# Delays, in samples, at which the ends must differ as often as chance makes them, and how nearly:
+# neither a line nor a motion does that.
+_DELAYS: Final = (1, 2, 3)
+_BY_CHANCE: Final = 0.1
+# Share of the samples at either end below which a spike makes it as well.
+_LEAST_SHARE: Final = 0.01
+# Widths of counters, and how near to one the range has to lie.
+_BITS: Final = (8, 12, 16, 18, 20, 24, 32)
+_NEAR: Final = 0.02
+# An angle falls by this part of all that it covers, which is this many usual steps or more; it
+# covers half of that between two falls, and falls are rare.
+_FALL: Final = 0.8
+_FALL_STEPS: Final = 50.0
+_COVERS: Final = 0.5
+_MOST_FALLS: Final = 0.1
+_LOOKED_AT: Final = 20_000
+
+
+def wrap_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+    """Values at the two ends of a counter's range and none between; an angle that falls by it."""
+    gyro = profile.channel
+    if gyro.kind == "angle":
+        return _falls_of_an_angle(recording, gyro)
+    values = gyro.values
+    lowest, highest = extent(values)
+    middle = _middle_of_gap(values, lowest, highest)
+    if middle is None:
+        return ()
+    bits = _counter_bits(gyro, highest - lowest)
+    if bits is None and (_is_one_value(values, middle) or not _is_by_chance(values, middle)):
+        return ()
+    width = f"a counter of {bits} bits has" if bits else "a counter has"
+    text = (
+        f"takes values at the two ends of its range and none between, as {width} if signed counts "
+        "are read as unsigned; read them as signed, or state the width with {counter-bits}"
+    )
+    return (finding("wraps", gyro.name, text, effect=_effect(values, middle), level="error"),)
+
+
+def _falls_of_an_angle(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+    """Steps of an angle, all against its motion, by nearly all that it ever covers."""
+    values = gyro.values
+    lowest, highest = extent(values)
+    covered = highest - lowest
+    usual = np.diff(values[: _LOOKED_AT + 1])
+    if covered <= _FALL_STEPS * float(np.median(np.abs(usual))):
+        return ()
+    falls = Places(
+        values=values, test=lambda some: np.abs(np.diff(some)) > _FALL * covered, following=1
+    )
+    found = falls.tally()
+    if not 0 < found.count <= _MOST_FALLS * values.size:
+        return ()
+    at = falls.all()
+    steps = values[at + 1] - values[at]
+    motion = float(values[-1] - values[0] - steps.sum())
+    if not (np.all(steps * motion < 0.0) and abs(motion) > _COVERS * found.count * covered):
+        return ()
+    text = (
+        f"{counted(found.count, 'fall')} by all of the angle that it covers, the first at "
+        f"{second_of(recording, found.first + 1):.3f} s, as of a counter that starts over; state "
+        "the width of the counter with {counter-bits}, or make the angle continuous"
+    )
+    return (finding("wraps", gyro.name, text, effect=None),)
+
+
+def _middle_of_gap(values: FloatArray, lowest: float, highest: float) -> float | None:
+    """The middle of an empty half of the range that has many values at both ends."""
+    if not highest > lowest:
+        return None
+    edges = np.linspace(lowest, highest, _BINS + 1)
+    counts = np.zeros(_BINS, dtype=np.int64)
+    for block in blocks(values.size):
+        counts += np.histogram(values[block], edges)[0]
+    filled = np.flatnonzero(counts)
+    gaps = np.diff(filled) - 1
+    if gaps.size == 0 or gaps.max() < _EMPTY * _BINS:
+        return None
+    at = int(np.argmax(gaps))
+    return 0.5 * float(edges[filled[at] + 1] + edges[filled[at + 1]])
+
+
+def _is_one_value(values: FloatArray, middle: float) -> bool:
+    """Whether all samples at one end are equal, as those are that a logger wrote for lost ones."""
+    ends: list[FloatArray] = []
+    for block in blocks(values.size):
+        low, high = values[block][values[block] < middle], values[block][values[block] > middle]
+        # Largest and smallest of either end.
+        ends.append(np.array([part.max(initial=-math.inf) for part in (low, -low, high, -high)]))
+    most = np.max(ends, axis=0)
+    return bool(most[0] == -most[1] or most[2] == -most[3])
+
+
+def _is_by_chance(values: FloatArray, middle: float) -> bool:
+    """Whether samples lie at either end independently of those before."""
+    longest = max(_DELAYS)
+    size = values.size - longest
+    counts = np.zeros(1 + len(_DELAYS))
+    for block in blocks(size):
+        high = values[block.start : block.stop + longest] > middle
+        here = high[: block.stop - block.start]
+        counts[0] += np.count_nonzero(here)
+        for number, delay in enumerate(_DELAYS, start=1):
+            counts[number] += np.count_nonzero(here != high[delay : delay + here.size])
+    above, *shares = counts / size
+    expected = 2.0 * above * (1.0 - above)
+    if not _LEAST_SHARE < above < 1.0 - _LEAST_SHARE:
+        return False
+    return bool(np.all(np.abs(np.array(shares) - expected) < _BY_CHANCE * expected))
+
+
+def _counter_bits(gyro: Channel, covered: float) -> int | None:
+    """Width of a counter whose range the values fill, in counts of the unit they came in."""
+    factor, name = split_factor(gyro.shown_in)
+    counts = covered / (factor * UNITS[name].size)
+    near = [bits for bits in _BITS if abs(counts / 2.0**bits - 1.0) < _NEAR]
+    return near[0] if near else None
+
+
+def _effect(values: FloatArray, middle: float) -> float | None:
+    """Scatter of all values over that with the upper end brought down beside the lower."""
+    moments = np.zeros(6)
+    for block in blocks(values.size):
+        part = values[block]
+        low, high = part[part <= middle], part[part > middle]
+        moments += [low.size, low.sum(), low @ low, high.size, high.sum(), high @ high]
+    n, s, q, m, t, r = moments
+    inside = (q - s * s / n + r - t * t / m) / (n + m)
+    whole = (q + r) / (n + m) - ((s + t) / (n + m)) ** 2
+    # Two halves of one bell: together they are about 1/(1 - 2/pi) as scattered as each.
+    together = inside / (1.0 - 2.0 / math.pi)
+    return math.sqrt(whole / together) if together > 0.0 else None

@@ -25,13 +25,13 @@ from sagnac.recording.physics import (
     gravity_notes,
     motion_notes,
     rate_doubts,
+    wrap_notes,
     wrong_unit_notes,
 )
 from sagnac.recording.profile import Profile, profile_of
 from sagnac.recording.readout import resolution_notes, saturation_notes
 from sagnac.recording.repeats import pair_notes, repeat_notes, twice_notes
 from sagnac.recording.spikes import lost_rows, slip_notes, spike_notes
-from sagnac.recording.wraps import wrap_notes
 
 # A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
 _AT_REST: Final = math.radians(1.0)

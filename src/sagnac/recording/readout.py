@@ -63,18 +63,10 @@ class Readout:
     every
         The error is white if one in `every` samples is taken, a power of two: 1 if the angle is
         dithered as it is. None if too few samples are left before that.
-
-    Raises
-    ------
-    ValueError
-        If the step is negative or `every` is below 1.
     """
 
     step: float
     every: int | None
-
-    def __post_init__(self) -> None:
-        _require_readout(self.step, self.every)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,29 +84,12 @@ class JointReadout:
         Time between angles so taken, s; 0 if all are, infinite if they are dithered at no time.
     notes
         What a reader of the figures has to know of it.
-
-    Raises
-    ------
-    ValueError
-        If the step or the time is negative or `every` is below 1.
     """
 
     step: float = 0.0
     every: int | None = 1
     time: float = 0.0
     notes: tuple[Note, ...] = ()
-
-    def __post_init__(self) -> None:
-        _require_readout(self.step, self.every)
-        if not self.time >= 0.0:
-            raise ValueError(f"time is {self.time}; give s, 0 or more")
-
-
-def _require_readout(step: float, every: int | None) -> None:
-    if not step >= 0.0:
-        raise ValueError(f"step is {step}; give rad, 0 or more")
-    if every is not None and every < 1:
-        raise ValueError(f"every is {every}; give 1 or more, or None")
 
 
 def readout_of(angle: ArrayLike) -> Readout:

@@ -285,16 +285,14 @@ class Phases:
         Samples of a part.
     latest
         Longest delay looked at, samples.
+    length
+        Of the transforms, padded by these delays, so that nothing comes round.
     """
 
     factors: NDArray[np.complex64]
     size: int
     latest: int
-
-    @property
-    def length(self) -> int:
-        """Padded by the delays that are looked at, so that nothing comes round."""
-        return _padded(self.size, self.latest)
+    length: int
 
 
 def phases_of(values: FloatArray) -> Phases:
@@ -303,10 +301,12 @@ def phases_of(values: FloatArray) -> Phases:
     latest = min(_LATEST, size // 2)
     parts = values[: _PARTS * size].reshape(_PARTS, size)
     tapered = (parts - parts.mean(axis=1, keepdims=True)) * np.hanning(size)
-    found = rfft(tapered, _padded(size, latest))
+    length = int(next_fast_len(size + latest, real=True))
+    found = rfft(tapered, length)
     power = np.abs(found)
     unit = np.divide(found, power, out=np.zeros_like(found), where=power > 0.0)
-    return Phases(factors=unit.astype(np.complex64), size=size, latest=latest)
+    factors = unit.astype(np.complex64)
+    return Phases(factors=factors, size=size, latest=latest, length=length)
 
 
 def likeness(first: Phases, second: Phases) -> Likeness:
@@ -338,10 +338,6 @@ def likeness(first: Phases, second: Phases) -> Likeness:
         together=float(mean[first.latest]),
         samples=_PARTS * first.size,
     )
-
-
-def _padded(size: int, latest: int) -> int:
-    return int(next_fast_len(size + latest, real=True))
 
 
 def _copied(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, empty
+from sagnac.arrays import FloatArray, IntegerArray, blocks, elementwise, empty
 from sagnac.errors import Note, counted
 from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel, angle_of
@@ -124,7 +124,11 @@ def _spikes_in(
     somewhat below it.
     """
     first, last = max(0, start - _AROUND), min(values.size, stop + _AROUND)
-    off = _off_neighbours(values[first:last])[start - first :][: stop - start]
+    padded = np.pad(values[first:last], _AROUND, mode="reflect")
+    # Each sample less the median of the two before and the two after.
+    off = np.empty(last - first)
+    _kernels.off_neighbours(padded, off)
+    off = off[start - first :][: stop - start]
     some = np.sort(off[:: max(1, off.size // _TELL)])
     quartiles = _quantile(some, 0.75) - _quantile(some, 0.25)
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
@@ -158,14 +162,6 @@ def _stays(values: FloatArray, place: int, height: float) -> bool:
     typical = np.median(values[max(0, place - _WIDE) : place + _WIDE + 1])
     net = float((values[place - _AROUND : place + _AROUND + 1] - typical).sum())
     return net / height > _KEPT
-
-
-def _off_neighbours(values: FloatArray) -> FloatArray:
-    """Each sample less the median of the two before and the two after."""
-    padded = np.pad(values, _AROUND, mode="reflect")
-    off = np.empty(values.size)
-    _kernels.off_neighbours(padded, off)
-    return off
 
 
 def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
@@ -211,14 +207,9 @@ def spike_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         f"at {second_of(recording, int(found.index[0])):.3f} s: an answer goes without them; left "
         "in"
     )
-    note = Note(
-        name="spikes",
-        channel=profile.channel.name,
-        text=f"{text}, {effect_words(effect)}",
-        level="warning",
-        effect=effect,
-    )
-    return (note,)
+    text = f"{text}, {effect_words(effect)}"
+    name = profile.channel.name
+    return (Note(name="spikes", channel=name, text=text, level="warning", effect=effect),)
 
 
 # ---- table leaps -------------------------------------------------------------------
@@ -337,7 +328,8 @@ def slip_notes(recording: Recording, gyros: Sequence[Channel]) -> tuple[Note, ..
         part = slice(block.start, block.stop + 1)
         steps[block] = np.diff(table.values[part]) - np.diff(angle[part]) / share
     found = find_spikes(steps, sample_rate=1.0)
-    far = (np.abs(found.height) > _SLIPS) & _inside(found.index, table.values.size)
+    inside = (found.index >= _SIDE) & (found.index < table.values.size - 1 - _SIDE)
+    far = (np.abs(found.height) > _SLIPS) & inside
     places, height = found.index[far], found.height[far]
     _, own = _steps_around(table.values, places)
     itself = np.abs(own - height) < _ITSELF * np.abs(height)
@@ -361,13 +353,10 @@ def _leaps(values: FloatArray) -> IntegerArray:
         usual, beyond, unlike = _around(np.diff(values[block.start : block.stop + 2 * _SIDE + 1]))
         steady = (np.abs(usual) > least) & (np.abs(unlike) < _UNLIKE * np.abs(usual))
         ratio = np.divide(beyond, usual, out=np.zeros_like(beyond), where=steady)
-        found.append(block.start + _SIDE + np.flatnonzero(_is_whole(ratio)))
+        number = np.rint(ratio)
+        whole = (number >= 1.0) & (np.abs(ratio - number) < _tolerance(number))
+        found.append(block.start + _SIDE + np.flatnonzero(whole))
     return np.concatenate(found)
-
-
-def _is_whole(ratio: FloatArray) -> BooleanArray:
-    number = np.rint(ratio)
-    return np.asarray((number >= 1.0) & (np.abs(ratio - number) < _tolerance(number)))
 
 
 def _tolerance(number: FloatArray | IntegerArray) -> FloatArray:
@@ -402,7 +391,3 @@ def _scatter(values: FloatArray) -> float:
     places = np.linspace(_SIDE, last, min(_LOOKED_AT, last)).astype(np.int64)
     _, beyond = _steps_around(values, places)
     return _DEVIATION * float(np.median(np.abs(beyond)))
-
-
-def _inside(places: IntegerArray, size: int) -> BooleanArray:
-    return np.asarray((places >= _SIDE) & (places < size - 1 - _SIDE))

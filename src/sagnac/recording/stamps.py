@@ -290,22 +290,11 @@ class Sampling:
         Mean samples per second.
     notes
         What was noticed of the stamps.
-
-    Raises
-    ------
-    ValueError
-        If the rate is not above zero.
     """
 
     times: FloatArray | None
     sample_rate: float
     notes: tuple[Note, ...] = ()
-
-    def __post_init__(self) -> None:
-        if not self.sample_rate > 0.0:
-            raise ValueError(
-                f"sample_rate is {self.sample_rate!r}; give samples per second, above zero"
-            )
 
 
 def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:

@@ -184,11 +184,6 @@ class Components:
     factors: Mapping[str, float]
     run: float
 
-    def __post_init__(self) -> None:
-        for name, variance in (*self.factors.items(), ("run", self.run)):
-            if not variance >= 0.0:
-                raise ValueError(f"{name} is {variance!r}; a variance is zero or more")
-
 
 def covariance_of(design: Design, components: Components) -> FloatArray:
     """(runs, runs) covariance of the values."""
@@ -299,14 +294,7 @@ def draws_of(
         Of the draws: the same runs always give the same intervals.
     bounded
         Factors, and ``run``, of which a bound is wanted.
-
-    Raises
-    ------
-    ValueError
-        If the runs leave no residual contrast.
     """
-    if design.residual_contrasts.shape[1] < 1:
-        raise ValueError("values leave no contrast free of all factors; measure more runs")
     random = np.random.default_rng(seed)
     run = _run_draws(design, random, count, bounded=False)
     factors = {

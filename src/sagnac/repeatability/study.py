@@ -87,22 +87,13 @@ class Outlook:
     Parameters
     ----------
     design
-        The runs.
+        The runs, with a residual degree of freedom or more.
     components
         Variances by which the runs are weighed.
-
-    Raises
-    ------
-    ValueError
-        If the runs leave no contrast free of all factors.
     """
 
     design: Design
     components: Components
-
-    def __post_init__(self) -> None:
-        if self.design.residual_contrasts.shape[1] < 1:
-            raise ValueError("values leave no contrast free of all factors; measure more runs")
 
     @cached_property
     def mean(self) -> Located:

@@ -70,14 +70,6 @@ class Levels:
     flat: FloatArray
     spectrum: TaperedSpectrum
 
-    def __post_init__(self) -> None:
-        size = self.level.size
-        arrays = (self.frequency, self.low, self.high, self.shape, self.outstanding)
-        if any(array.shape != (size,) for array in arrays) or len(self.members) != size:
-            raise ValueError("the arrays of levels must have one length")
-        if size and not (self.level.min() > 0.0 and self.shape.min() > 0.0):
-            raise ValueError("levels and their shapes must be above zero")
-
     def law(self, law: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """A law as these levels show it.
 

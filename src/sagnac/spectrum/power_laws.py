@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from scipy.optimize import nnls
 
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, empty, release
+from sagnac.arrays import FloatArray, IntegerArray, blocks, empty, release
 from sagnac.spectrum import _kernels
 
 # ---- median ------------------------------------------------------------------------
@@ -94,22 +94,11 @@ class PowerLaws:
         Usual power, in the unit of the spectrum.
     bins
         Bins of the spectrum from 1 to half a cycle a sample.
-
-    Raises
-    ------
-    ValueError
-        If there are not four coefficients, one is negative, or the level is not positive.
     """
 
     coefficients: FloatArray
     level: float
     bins: int
-
-    def __post_init__(self) -> None:
-        if self.coefficients.shape != (4,) or not (self.coefficients >= 0.0).all():
-            raise ValueError(f"coefficients is {self.coefficients}; give four, none negative")
-        if not self.level > 0.0:
-            raise ValueError(f"level is {self.level}; give a power above zero")
 
     def at(self, number: FloatArray) -> FloatArray:
         """Expected power at bins of these numbers, (numbers,)."""
@@ -208,12 +197,8 @@ def fit_levels(design: FloatArray, level: FloatArray, count: IntegerArray) -> Fl
             # harder than a line may. Left out at once, a law could never come in.
             target = np.minimum(level, highest)
         else:
-            target, keep = level, _below(level, highest)
+            target, keep = level, level < highest
     return np.asarray(solution / size)
-
-
-def _below(level: FloatArray, highest: FloatArray) -> BooleanArray:
-    return np.asarray(level < highest)
 
 
 # ---- floor -------------------------------------------------------------------------

@@ -112,12 +112,6 @@ class TaperedSpectrum:
     interval: float
     duration: float
 
-    def __post_init__(self) -> None:
-        if not (self.interval > 0.0 and self.duration > 0.0):
-            raise ValueError(
-                f"interval is {self.interval} and duration {self.duration}; give s above zero"
-            )
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Straight:

@@ -110,19 +110,10 @@ class Factors:
         Transforms in the first round, N1 (columns).
     size
         Length of each, N2.
-
-    Raises
-    ------
-    ValueError
-        If one of them is not positive.
     """
 
     count: int
     size: int
-
-    def __post_init__(self) -> None:
-        if self.count < 1 or self.size < 1:
-            raise ValueError(f"count and size are {self.count} and {self.size}; both count from 1")
 
     @property
     def length(self) -> int:

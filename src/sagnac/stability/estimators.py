@@ -113,11 +113,6 @@ class Properties:
     octaves: bool = False
     finished: Callable[[FloatArray, FloatArray], FloatArray] = _unchanged
 
-    def __post_init__(self) -> None:
-        check_choice("name", self.name, Estimator)
-        if self.order not in (2, 3):
-            raise ValueError(f"order is {self.order}; the kernels take differences of 2 or 3")
-
     def points(self, track: Track, clusters: IntegerArray) -> Points:
         """Its variance at each cluster."""
         whole = [self.windows(m, track.angle.size) for m in clusters.tolist()]
