@@ -9,9 +9,9 @@ from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Generic, TypeVar
+from typing import Final, TypeVar
 
 from sagnac.errors import quoted
 
@@ -121,26 +121,26 @@ def completed(
     """
     waiting = deque(jobs)
     idle = [_Worker() for _ in range(min(means.workers, len(jobs)))]
-    running: dict[Future[Made], _Running[Job]] = {}
+    running: dict[Future[Made], tuple[_Worker, Job, float]] = {}
     try:
         while waiting or running:
-            taken = sum(one.memory for one in running.values())
+            taken = sum(memory for _, _, memory in running.values())
             while waiting and idle:
                 memory = needed(waiting[0])
                 if running and taken + memory > means.memory:
                     break
                 worker, job = idle.pop(), waiting.popleft()
                 future = worker.submit(work, job)
-                running[future] = _Running(worker=worker, job=job, memory=memory)
+                running[future] = worker, job, memory
                 taken += memory
             for future in wait(running, return_when=FIRST_COMPLETED).done:
-                one = running.pop(future)
+                worker, job, _ = running.pop(future)
                 if isinstance(future.exception(), BrokenProcessPool):
-                    one.worker.renew()
-                idle.append(one.worker)
-                yield one.job, future
+                    worker.renew()
+                idle.append(worker)
+                yield job, future
     finally:
-        for worker in (*idle, *(one.worker for one in running.values())):
+        for worker in (*idle, *(one for one, _, _ in running.values())):
             worker.stop()
 
 
@@ -190,13 +190,6 @@ class _Worker:
                 os.kill(self.process, signal.SIGTERM)
         self.pool.shutdown(wait=True, cancel_futures=True)
         self.renew()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Running(Generic[Job]):
-    worker: _Worker
-    job: Job
-    memory: float = field(default=0.0)
 
 
 def _prepare() -> None:

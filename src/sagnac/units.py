@@ -35,6 +35,7 @@ ARCSECOND: Final = math.pi / 648_000.0
 DEGREE: Final = math.pi / 180.0
 HOUR: Final = 3600.0
 STANDARD_GRAVITY: Final = 9.80665  # m/s^2 in one g, by definition (CGPM 1901)
+_MILLI_G: Final = 1e-3 * STANDARD_GRAVITY
 
 # Size of one field unit in SI. A coefficient in SI divided by this is the field's figure.
 DEGREE_PER_ROOT_HOUR: Final = DEGREE / math.sqrt(HOUR)  # angle random walk, rad/sqrt(s)
@@ -119,19 +120,14 @@ _TABLE: Final[tuple[tuple[Quantity, str, str, float], ...]] = (
     ("velocity", "ug*s", "µg·s", 1e-6 * STANDARD_GRAVITY),
     ("acceleration", "m/s^2", "m/s²", 1.0),
     ("acceleration", "g", "g", STANDARD_GRAVITY),
-    ("acceleration", "mg", "mg", 1e-3 * STANDARD_GRAVITY),
+    ("acceleration", "mg", "mg", _MILLI_G),
     ("acceleration", "ug", "µg", 1e-6 * STANDARD_GRAVITY),
     ("velocity random walk", "m/s/sqrt(h)", "m/s/√h", 1.0 / math.sqrt(HOUR)),
     ("velocity random walk", "ug/sqrt(Hz)", "µg/√Hz", 1e-6 * STANDARD_GRAVITY),
     ("velocity random walk", "m/s^2/sqrt(Hz)", "m/s²/√Hz", 1.0),
-    (
-        "acceleration random walk",
-        "mg/sqrt(h)",
-        "mg/√h",
-        1e-3 * STANDARD_GRAVITY / math.sqrt(HOUR),
-    ),
+    ("acceleration random walk", "mg/sqrt(h)", "mg/√h", _MILLI_G / math.sqrt(HOUR)),
     ("acceleration random walk", "m/s^2/sqrt(s)", "m/s²/√s", 1.0),
-    ("acceleration ramp", "mg/h", "mg/h", 1e-3 * STANDARD_GRAVITY / HOUR),
+    ("acceleration ramp", "mg/h", "mg/h", _MILLI_G / HOUR),
     ("acceleration ramp", "m/s^3", "m/s³", 1.0),
 )
 UNITS: Final[dict[str, Unit]] = {
@@ -159,29 +155,33 @@ TIME_UNITS: Final = sizes("time")
 VELOCITY_UNITS: Final = sizes("velocity")
 ACCELERATION_UNITS: Final = sizes("acceleration")
 
-# Every unit a coefficient is written in, the field's own first: the size of one in SI.
-COEFFICIENT_UNITS: Final[dict[str, dict[str, float]]] = {
-    coefficient: {name: UNITS[name].size for name in names}
-    for coefficient, names in {
-        "quantization": ("arcsec", "deg", "rad"),
-        "angle_random_walk": tuple(sizes("angle random walk")),
-        "bias_instability": ("deg/h", "rad/s"),
-        "rate_random_walk": tuple(sizes("rate random walk")),
-        "rate_ramp": tuple(sizes("rate ramp")),
-    }.items()
-}
 
+def _sized(**units: tuple[str, ...] | Quantity) -> dict[str, dict[str, float]]:
+    """Coefficient -> unit -> size; a quantity stands for all of its units."""
+    return {
+        coefficient: {name: UNITS[name].size for name in names}
+        if isinstance(names, tuple)
+        else sizes(names)
+        for coefficient, names in units.items()
+    }
+
+
+# Every unit a coefficient is written in, the field's own first: the size of one in SI.
+COEFFICIENT_UNITS: Final = _sized(
+    quantization=("arcsec", "deg", "rad"),
+    angle_random_walk="angle random walk",
+    bias_instability=("deg/h", "rad/s"),
+    rate_random_walk="rate random walk",
+    rate_ramp="rate ramp",
+)
 # The same of an accelerometer: what is an angle of a gyro is a velocity of it.
-FORCE_COEFFICIENT_UNITS: Final[dict[str, dict[str, float]]] = {
-    coefficient: {name: UNITS[name].size for name in names}
-    for coefficient, names in {
-        "quantization": ("mm/s", "m/s"),
-        "angle_random_walk": tuple(sizes("velocity random walk")),
-        "bias_instability": ("mg", "ug", "m/s^2"),
-        "rate_random_walk": tuple(sizes("acceleration random walk")),
-        "rate_ramp": tuple(sizes("acceleration ramp")),
-    }.items()
-}
+FORCE_COEFFICIENT_UNITS: Final = _sized(
+    quantization=("mm/s", "m/s"),
+    angle_random_walk="velocity random walk",
+    bias_instability=("mg", "ug", "m/s^2"),
+    rate_random_walk="acceleration random walk",
+    rate_ramp="acceleration ramp",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -240,58 +240,32 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
 }
 
 _ALIASES: Final[dict[str, str]] = {
-    '"': "arcsec",
-    "as": "arcsec",
-    "arcseconds": "arcsec",
-    "degree": "deg",
-    "degrees": "deg",
-    "radian": "rad",
-    "radians": "rad",
-    "dps": "deg/s",
-    "mdps": "mdeg/s",
-    "deg/sec": "deg/s",
-    "deg s^-1": "deg/s",
-    "°/sec": "deg/s",
-    "°/sek": "deg/s",
-    "grad/s": "deg/s",
-    "rad/sec": "rad/s",
-    "rad s^-1": "rad/s",
-    "rad*s^-1": "rad/s",
-    "°/hr": "deg/h",
-    "m s^-2": "m/s^2",
-    "m/s2": "m/s^2",
-    "m/s**2": "m/s^2",
-    "m/s/s": "m/s^2",
-    "m*s^-2": "m/s^2",
-    "milli-g": "mg",
-    "micro-g": "ug",
-    "deg/hr": "deg/h",
-    "dph": "deg/h",
-    "sec": "s",
-    "second": "s",
-    "seconds": "s",
-    "milliseconds": "ms",
-    "microseconds": "us",
-    "nanoseconds": "ns",
-    "minutes": "min",
-    "hours": "h",
-    "sek": "s",
-    "msec": "ms",
-    "usec": "us",
-    "μs": "us",
-    "nsec": "ns",
-    "turn": "rev",
-    "hr": "h",
-    "deg/√h": "deg/sqrt(h)",
-    "deg/√hr": "deg/sqrt(h)",
-    "deg/sqrt(hr)": "deg/sqrt(h)",
-    "deg/s/√hz": "deg/s/sqrt(Hz)",
-    "deg/s/sqrt(hz)": "deg/s/sqrt(Hz)",
-    "dps/√hz": "deg/s/sqrt(Hz)",
-    "dps/sqrt(hz)": "deg/s/sqrt(Hz)",
-    "deg/h/√h": "deg/h/sqrt(h)",
-    "deg/h^1.5": "deg/h/sqrt(h)",
-    "deg/hr/sqrt(hr)": "deg/h/sqrt(h)",
+    **{
+        alias: name
+        for name, aliases in {
+            "arcsec": ('"', "as", "arcseconds"),
+            "deg": ("degree", "degrees"),
+            "rad": ("radian", "radians"),
+            "rev": ("turn",),
+            "deg/s": ("dps", "deg/sec", "deg s^-1", "°/sec", "°/sek", "grad/s"),
+            "mdeg/s": ("mdps",),
+            "rad/s": ("rad/sec", "rad s^-1", "rad*s^-1"),
+            "deg/h": ("deg/hr", "°/hr", "dph"),
+            "m/s^2": ("m s^-2", "m/s2", "m/s**2", "m/s/s", "m*s^-2"),
+            "mg": ("milli-g",),
+            "ug": ("micro-g",),
+            "s": ("sec", "sek", "second", "seconds"),
+            "ms": ("msec", "milliseconds"),
+            "us": ("usec", "microseconds", "μs"),
+            "ns": ("nsec", "nanoseconds"),
+            "min": ("minutes",),
+            "h": ("hr", "hours"),
+            "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)"),
+            "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)"),
+            "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr/sqrt(hr)"),
+        }.items()
+        for alias in aliases
+    },
     **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
 }
 _FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")

@@ -8,7 +8,7 @@ import pytest
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
-from sagnac.recording.readout import JointReadout, Readout, joint_readout, readout_of
+from sagnac.recording.readout import joint_readout, readout_of
 
 RATE = 10.0
 ARCSECOND = math.radians(1.0 / 3600.0)
@@ -67,12 +67,3 @@ def test_angles_may_be_taken_at_a_part_of_the_rate():
 def test_what_makes_no_sense_is_refused(arguments, error, words):
     with pytest.raises(error, match=words):
         joint_readout(recording(x=1.0), *arguments)
-
-
-@pytest.mark.parametrize("change", [{"step": -1.0}, {"step": math.nan}, {"every": 0}])
-def test_readouts_check_what_they_are_given(change):
-    for kind in (Readout, JointReadout):
-        with pytest.raises(ValueError, match=f"{next(iter(change))} is"):
-            kind(**{"step": 1.0, "every": 1, **change})
-    with pytest.raises(ValueError, match="time is"):
-        JointReadout(time=-1.0)

@@ -5,7 +5,7 @@ import pytest
 
 from sagnac import arrays
 from sagnac.errors import RecordingError
-from sagnac.recording.stamps import Sampling, median_step, sampling
+from sagnac.recording.stamps import median_step, sampling
 
 
 @pytest.mark.parametrize("size", [2, 3, 1000, 1001])
@@ -69,11 +69,6 @@ def test_stamps_that_do_not_run_forwards_need_a_rate():
     assert sampling(-np.arange(50.0), 3.0).sample_rate == 3.0
     # One stamp that jumps back leaves the usual interval.
     assert sampling(np.array([0.0, 0.5, 1.0, 1.5, -1.0])).sample_rate == 2.0
-
-
-def test_a_rate_is_above_zero():
-    with pytest.raises(ValueError, match=r"sample_rate is 0\.0"):
-        Sampling(times=None, sample_rate=0.0)
 
 
 @pytest.mark.parametrize(("clock", "shown"), [(0.01, "0.01"), (0.001, "0.001")])

@@ -3,7 +3,7 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
-from sagnac.repeatability.design import Components, Design, restricted_components
+from sagnac.repeatability.design import Design, restricted_components
 from tests.repeatability.examples import CELLS, DYESTUFF, Campaign
 
 TRUTH = {"unit": 0.3, "day": 0.2, "rate": 0.2, "run": 0.05}
@@ -54,8 +54,3 @@ def test_unbalanced_design_gives_the_most_likely_contrasts() -> None:
     found_roots = np.sqrt([*found.factors.values(), found.run])
     assert loss(found_roots) <= best.fun + 1e-6
     assert found_roots == pytest.approx(np.abs(best.x), rel=2e-3)
-
-
-def test_variance_below_zero_is_refused() -> None:
-    with pytest.raises(ValueError, match="day is -1"):
-        Components(factors={"day": -1.0}, run=1.0)

@@ -31,11 +31,6 @@ def test_the_divisor_nearest_the_usual_number_of_columns(length, count):
     assert factors(length).is_balanced == (128 <= count <= 512)
 
 
-def test_factors_that_cannot_be():
-    with pytest.raises(ValueError, match="count and size"):
-        Factors(count=0, size=5)
-
-
 def test_split_deals_samples_into_rows_and_ends_with_zeros():
     by = Factors(count=4, size=5)
     with scratch(4, 3, np.float64) as columns:

@@ -17,19 +17,6 @@ def test_laws_at_a_bin_are_those_of_its_frequency():
     assert law.at(np.array([100.0])) == pytest.approx(expected, rel=1e-14)
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"coefficients": np.ones(3)},
-        {"coefficients": np.array([1.0, -1.0, 0.0, 0.0])},
-        {"level": 0.0},
-    ],
-)
-def test_laws_that_cannot_be(wrong):
-    with pytest.raises(ValueError, match="|".join(wrong)):
-        PowerLaws(**{"coefficients": np.ones(4), "level": 1.0, "bins": 10, **wrong})
-
-
 @pytest.mark.parametrize("mapped", [False, True])
 def test_levels_of_bins_are_expected_powers_whatever_lines_there_are(monkeypatch, mapped):
     power = np.random.default_rng(5).exponential(size=BINS)

@@ -294,7 +294,14 @@ def draws_of(
         Of the draws: the same runs always give the same intervals.
     bounded
         Factors, and ``run``, of which a bound is wanted.
+
+    Raises
+    ------
+    ValueError
+        If the runs leave no residual contrast.
     """
+    if design.residual_contrasts.shape[1] < 1:
+        raise ValueError("values leave no contrast free of all factors; measure more runs")
     random = np.random.default_rng(seed)
     run = _run_draws(design, random, count, bounded=False)
     factors = {
