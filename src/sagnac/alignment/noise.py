@@ -260,13 +260,12 @@ def _errors(
     """Standard errors of N, B and K in SI by their intervals; zeros for what was not estimated."""
     errors = []
     for name in NAMES:
-        one = stated.get(name)
-        if one is None or name in unseen:
-            errors.append(0.0)
-            continue
-        reach = float(ndtri(0.5 + 0.5 * one["confidence"]))
-        size = units[name][one["unit"]]
-        errors.append(size * (one["high"] - (one["low"] or 0.0)) / (2.0 * reach))
+        one = None if name in unseen else stated.get(name)
+        error = 0.0
+        if one is not None:
+            width = units[name][one["unit"]] * (one["high"] - (one["low"] or 0.0))
+            error = width / (2.0 * float(ndtri(0.5 + 0.5 * one["confidence"])))
+        errors.append(error)
     return errors
 
 
@@ -280,15 +279,14 @@ def _covariance(
     if stated is None:
         return np.diag(np.square(errors))
     sensed, found = SENSED[sensor], np.zeros((3, 3))
-    places = {name: place for place, name in enumerate(stated["names"])}
-    for row, first in enumerate(NAMES):
-        for column, second in enumerate(NAMES):
-            titles = [sensed.titles[name].replace(" ", "_") for name in (first, second)]
-            if set(titles) <= set(places) and not {first, second} & set(unseen):
-                at, to = (places[title] for title in titles)
-                sizes = (
-                    sensed.coefficients[name][stated["units"][place]]
-                    for name, place in ((first, at), (second, to))
-                )
-                found[row, column] = stated["matrix"][at][to] * math.prod(sizes)
+    # Places of N, B and K here and there, and the size of the unit that each has there.
+    seen = [
+        (row, place, sensed.coefficients[name][stated["units"][place]])
+        for row, name in enumerate(NAMES)
+        for place, title in enumerate(stated["names"])
+        if title == sensed.titles[name].replace(" ", "_") and name not in unseen
+    ]
+    for row, at, size in seen:
+        for column, to, other in seen:
+            found[row, column] = stated["matrix"][at][to] * (size * other)
     return found

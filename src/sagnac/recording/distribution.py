@@ -303,11 +303,9 @@ def _zeros(gyro: Channel) -> Tally:
         part = values[block]
         next_up = float(part[part > 0.0].min(initial=next_up))
         next_down = float(part[part < 0.0].max(initial=next_down))
-    usual = max(
-        Places(values=values, test=lambda some: some == next_up).tally().count,
-        Places(values=values, test=lambda some: some == next_down).tally().count,
-    )
-    return zeros if zeros.count > _OFTENER * usual else _NONE
+    ups = Places(values=values, test=lambda some: some == next_up).tally().count
+    downs = Places(values=values, test=lambda some: some == next_down).tally().count
+    return zeros if zeros.count > _OFTENER * max(ups, downs) else _NONE
 
 
 def _falls(profile: Profile) -> Tally:

@@ -25,7 +25,7 @@ from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.effects import finding
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.profile import Profile, count_step, rounding_in, rounding_of
-from sagnac.recording.stamps import Places
+from sagnac.recording.stamps import Places, Tally
 from sagnac.units import ARCSECOND, UNITS, split_factor
 
 # ---- readout -----------------------------------------------------------------------
@@ -398,23 +398,7 @@ _ONE_COUNT: Final = 0.25
 # A clipped value has others right beside it; one that lies this many standard deviations beyond
 # the next is no limit of the range.
 _APART: Final = 0.5
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Limit:
-    """An end of the range that samples pile up at.
-
-    Attributes
-    ----------
-    side
-        ``upper`` or ``lower``.
-    count, first
-        Samples at it, and the first of them.
-    """
-
-    side: Literal["upper", "lower"]
-    count: int
-    first: int
+Side = Literal["upper", "lower"]
 
 
 def saturation_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
@@ -428,37 +412,29 @@ def saturation_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]
         return ()
     slack = max(rounding_of(profile.channel), _ONE_COUNT * profile.step)
     lowest, highest = extent(changes)
-    ends: tuple[tuple[Literal["upper", "lower"], float], ...] = (
-        ("upper", highest),
-        ("lower", lowest),
-    )
-    found = [
-        limit
-        for side, value in ends
-        if (limit := limit_of(changes, value, side, slack=slack, scale=profile.scale)) is not None
-    ]
+    ends: dict[Side, float] = {"upper": highest, "lower": lowest}
+    piles = {
+        side: pile_at(changes, value, side, slack=slack, scale=profile.scale)
+        for side, value in ends.items()
+    }
+    found = {side: pile for side, pile in piles.items() if pile is not None}
     if not found:
         return ()
-    shares = {limit.side: limit.count / changes.size for limit in found}
+    shares = {side: pile.count / changes.size for side, pile in found.items()}
     effect = clipped_scatter(shares.get("lower", 0.0), shares.get("upper", 0.0))
     where = " and ".join(
-        f"{limit.count} samples are at its {limit.side} limit, the first at "
-        f"{second_of(recording, limit.first):.3f} s"
-        for limit in found
+        f"{pile.count} samples are at its {side} limit, the first at "
+        f"{second_of(recording, pile.first):.3f} s"
+        for side, pile in found.items()
     )
     text = f"is saturated: {where}; take a stretch without with {{slice}}"
     return (finding("clipping", profile.channel.name, text, effect=effect),)
 
 
-def limit_of(
-    changes: FloatArray,
-    limit: float,
-    side: Literal["upper", "lower"],
-    *,
-    slack: float,
-    scale: float,
-) -> Limit | None:
-    """The extreme value `limit`, if samples pile up at it.
+def pile_at(
+    changes: FloatArray, limit: float, side: Side, *, slack: float, scale: float
+) -> Tally | None:
+    """Samples at an extreme value, if they pile up there.
 
     Parameters
     ----------
@@ -478,18 +454,15 @@ def limit_of(
         return None
     inner = next_inwards(changes, limit, side, slack=slack)
     following = Places(values=changes, test=lambda some: _equals(some, inner, slack)).tally()
-    if at_limit.count <= _OFTENER * following.count or abs(limit - inner) > _APART * scale:
-        return None
-    return Limit(side=side, count=at_limit.count, first=at_limit.first)
+    few = at_limit.count <= _OFTENER * following.count or abs(limit - inner) > _APART * scale
+    return None if few else at_limit
 
 
 def _equals(values: FloatArray, value: float, slack: float) -> BooleanArray:
     return np.asarray(np.abs(values - value) <= slack if slack else values == value)
 
 
-def next_inwards(
-    values: FloatArray, limit: float, side: Literal["upper", "lower"], *, slack: float = 0.0
-) -> float:
+def next_inwards(values: FloatArray, limit: float, side: Side, *, slack: float = 0.0) -> float:
     """The value next to an extreme one; infinite, away from it, if there is none."""
     sign = 1.0 if side == "upper" else -1.0
     inner = -math.inf

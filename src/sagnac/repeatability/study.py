@@ -433,9 +433,7 @@ class Repeatability:
     confidence: float
 
 
-def repeatability(
-    runs: Sequence[Run], *, confidence: float = 0.95, factors: Sequence[str] = FACTORS
-) -> Repeatability:
+def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatability:
     """How N scatters over units, days, rates and runs.
 
     The model is ``ln N = mean + unit + day + rate + run``, each effect normal, beside the known
@@ -447,8 +445,6 @@ def repeatability(
         Those that show N; leave bounds out.
     confidence
         Of every interval.
-    factors
-        Which labels of the runs to use; a factor that a run has no label for is left out.
 
     Raises
     ------
@@ -458,7 +454,7 @@ def repeatability(
         If `confidence` is not between 0 and 1.
     """
     require_confidence(confidence)
-    used = [name for name in factors if runs and all(name in run.labels for run in runs)]
+    used = [name for name in FACTORS if runs and all(name in run.labels for run in runs)]
     labels = {name: tuple(run.labels[name] for run in runs) for name in used}
     labels = {name: found for name, found in labels.items() if len(set(found)) < len(runs)}
     if len(runs) < 3:
@@ -552,9 +548,7 @@ def _of_logarithm(located: Located, confidence: float) -> Interval:
 
 
 def _drift(design: Design, confidence: float) -> Interval | None:
-    if "day" not in design.factors:
-        return None
-    days = _dates(design.levels("day"))
+    days = _dates(design.levels("day")) if "day" in design.factors else None
     if days is None:
         return None
     return slope_of_days(design, days, factor="day", confidence=confidence)

@@ -200,11 +200,9 @@ def _check_sampling(config: RigConfig) -> None:
     nyquist = config.sample_rate_hz / 2.0
     for frequency, _ in config.disturbances.time:
         if frequency > nyquist:
-            raise ConfigurationError(
-                f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz, half of "
-                "sample_rate_hz",
-                "give the frequency it folds to",
-            )
+            problem = f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz"
+            remedy = "give the frequency it folds to"
+            raise ConfigurationError(f"{problem}, half of sample_rate_hz", remedy)
     nutation = config.motion.nutation_hz
     if config.motion.nutation_rms_arcsec > 0.0 and nutation > 0.5 * nyquist:
         raise ConfigurationError(
@@ -221,10 +219,9 @@ def _check_sampling(config: RigConfig) -> None:
                 "lower it, or give 0 for no low-pass",
             )
     if config.samples < 1:
-        raise ConfigurationError(
-            f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz",
-            "make it longer",
-        )
+        rate = f"{config.sample_rate_hz:g} Hz"
+        problem = f"duration_s {config.duration_s:g} holds no sample at {rate}"
+        raise ConfigurationError(problem, "make it longer")
 
 
 def _check_table(table: TableConfig) -> None:
@@ -245,10 +242,8 @@ def _check_table(table: TableConfig) -> None:
         )
     ripple = sum(fraction for _, fraction in table.ripple)
     if ripple >= 1.0:
-        raise ConfigurationError(
-            f"table.ripple: fractions add up to {ripple:g}",
-            "keep them below 1 so that the table keeps its direction",
-        )
+        remedy = "keep them below 1 so that the table keeps its direction"
+        raise ConfigurationError(f"table.ripple: fractions add up to {ripple:g}", remedy)
 
 
 def _check_delay(encoder: EncoderConfig, duration: float) -> None:
@@ -276,10 +271,8 @@ def _check_modes(config: RigConfig) -> None:
             "set gyro.mode to 'dithered', or both to 0",
         )
     if config.gyro.dither_frequency_hz + min(config.dither.detuning_hz) <= 0.0:
-        raise ConfigurationError(
-            f"dither.detuning_hz {min(config.dither.detuning_hz):g} leaves no frequency",
-            "keep it above -gyro.dither_frequency_hz",
-        )
+        problem = f"dither.detuning_hz {min(config.dither.detuning_hz):g} leaves no frequency"
+        raise ConfigurationError(problem, "keep it above -gyro.dither_frequency_hz")
     slowest, fastest = _sensed_rates(config)
     if config.gyro.mode == "rate-biased":
         _check_clear_of_lock_in(config.gyro, slowest)
@@ -331,9 +324,8 @@ def preset(name: str) -> RigConfig:
     RigConfig(7200 s at 500 Hz, table at 40 deg/s, gyros ideal, seed 1)
     """
     if name not in PRESETS:
-        raise ConfigurationError(
-            f"preset {name!r} does not exist", f"use one of {', '.join(PRESETS)}"
-        )
+        remedy = f"use one of {', '.join(PRESETS)}"
+        raise ConfigurationError(f"preset {name!r} does not exist", remedy)
     return PRESETS[name]
 
 

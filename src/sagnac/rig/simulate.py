@@ -6,7 +6,7 @@ jitter, wander, ripple and wobble. Nothing here uses the closed forms that the e
 
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Self
@@ -58,8 +58,6 @@ from sagnac.rig.truth import Truth, truth_of
 from sagnac.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, UNITS, Sensor, Unit, unit_of
 
 BLOCK_SAMPLES: Final = 65_536
-# Units of gyros and accelerometers in a file, of angles and increments and of rates.
-_UNITS: Final = (("arcsec", "m/s"), ("deg/h", "m/s^2"))
 
 Progress = Callable[[float], None]
 Streams = tuple[np.random.Generator, ...]
@@ -157,53 +155,40 @@ class Rig:
                 streams=streams,
             )
             null_pulse = NullPulse.drawn(config.encoder, table.origin, way, streams)
-        lasers, dither = ring_lasers_of(config.gyro), dither_of(config.gyro)
+        dither, rate, force = dither_of(config.gyro), config.sample_rate_hz, config.accelerometer
+        lock_ins: list[LockIn | None] = [
+            LockIn(laser=laser, dither=dither, interval=interval)
+            for laser in ring_lasers_of(config.gyro)
+        ]
         sensors = _sensors(config, config.gyro, streams.white, streams.slow, streams.readout)
         axes = range(len(sensors))
+        mounts = [
+            Mount.drawn(config.motion, g, moving=moving, interval=interval, random=streams.mount[g])
+            for g in axes
+        ]
+        dithers = [
+            DitherMotion.drawn(
+                config.gyro, config.dither, g, sample_rate=rate, random=streams.dither[g]
+            )
+            for g in axes
+        ]
+        accelerometers = _sensors(
+            config, force, streams.force_white, streams.force_slow, streams.force_readout
+        )
         return cls(
             table=table,
             disturbances=Disturbances.drawn(config.disturbances, streams.disturbances),
             gyros=tuple(
-                replace(
-                    sensors[g],
-                    origin=table.origin,
-                    lock_in=LockIn(laser=lasers[g], dither=dither, interval=interval)
-                    if lasers
-                    else None,
-                    mount=Mount.drawn(
-                        config.motion,
-                        g,
-                        moving=moving,
-                        interval=interval,
-                        random=streams.mount[g],
-                    ),
+                replace(sensor, origin=table.origin, lock_in=lock_in, mount=mount)
+                for sensor, lock_in, mount in zip(
+                    sensors, lock_ins or [None] * len(sensors), mounts, strict=True
                 )
-                for g in axes
             ),
             encoder=encoder,
             null_pulse=null_pulse,
             nutation=nutation,
-            dithers=tuple(
-                DitherMotion.drawn(
-                    config.gyro,
-                    config.dither,
-                    g,
-                    sample_rate=config.sample_rate_hz,
-                    random=streams.dither[g],
-                )
-                for g in axes
-            )
-            if config.dither.is_left
-            else (),
-            accelerometers=_sensors(
-                config,
-                config.accelerometer,
-                streams.force_white,
-                streams.force_slow,
-                streams.force_readout,
-            )
-            if config.accelerometer.mode == "triad"
-            else (),
+            dithers=tuple(dithers) if config.dither.is_left else (),
+            accelerometers=accelerometers if force.mode == "triad" else (),
         )
 
     def advance(self, first: int, count: int) -> Block:
@@ -341,41 +326,66 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
 def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
     """The whole recording, its table angle as the encoder reads, unwrapped."""
     whole: dict[str, NDArray[Any]] = {}
+    for span, columns in _columns(config, progress):
+        for name, part in columns.items():
+            if name not in whole:
+                whole[name] = np.empty(config.samples, part.dtype)
+            whole[name][span] = part
+    sensors: dict[Sensor, tuple[Channel, ...]] = {
+        sensor: tuple(
+            Channel(name=name, kind=config.kind, shown_in=unit, values=whole[name], sensor=sensor)
+            for name, unit in units.items()
+        )
+        for sensor, units in _units(config).items()
+    }
+    pickoffs = [name for name in GYRO_NAMES if PICKOFF + name in whole]
+    table = None
+    if config.turning:
+        table = Channel(name="table", kind="angle", shown_in="deg", values=whole["table"])
+    return Recording(
+        gyros=sensors["gyro"],
+        accelerometers=sensors["accelerometer"],
+        sample_rate=config.sample_rate_hz,
+        table=table,
+        null_pulse=whole.get(NULL_PULSE_NAME),
+        pickoffs=tuple(Pickoff(gyro=name, values=whole[PICKOFF + name]) for name in pickoffs),
+    )
+
+
+def _columns(
+    config: RigConfig, progress: Progress | None
+) -> Iterator[tuple[slice, dict[str, NDArray[Any]]]]:
+    """Columns of each block, the table unwrapped, and where they lie in the recording."""
+    before: dict[Sensor, FloatArray] = {}
+    units, pickoffs = _units(config), [PICKOFF + name for name in GYRO_NAMES]
     for block in blocks(config):
-        for name in ("angles", "table", "null_pulse", "pickoffs", "velocities"):
-            part = getattr(block, name)
-            if part is not None:
-                if name not in whole:
-                    whole[name] = np.empty((*part.shape[:-1], config.samples), part.dtype)
-                whole[name][..., block.span] = part
+        columns: dict[str, NDArray[Any]] = {}
+        measured: dict[Sensor, FloatArray | None] = {
+            "gyro": block.angles,
+            "accelerometer": block.velocities,
+        }
+        for sensor, values in measured.items():
+            if values is not None:
+                shown = _as_kind(values, before.get(sensor), config.kind, config.sample_rate_hz)
+                columns.update(zip(units[sensor], shown, strict=True))
+                before[sensor] = values[:, -1]
+        if block.table is not None and block.null_pulse is not None:
+            columns |= {"table": block.table, NULL_PULSE_NAME: block.null_pulse}
+        if block.pickoffs is not None:
+            columns.update(zip(pickoffs, block.pickoffs, strict=True))
+        yield block.span, columns
         if progress is not None:
             progress(block.span.stop / config.samples)
-    units = _UNITS[config.kind == "rate"]
 
-    def channels(
-        names: tuple[str, ...], values: FloatArray, unit: str, sensor: Sensor
-    ) -> tuple[Channel, ...]:
-        samples = _as_kind(values, None, config.kind, config.sample_rate_hz)
-        return tuple(
-            Channel(name=name, kind=config.kind, shown_in=unit, values=own, sensor=sensor)
-            for name, own in zip(names, samples, strict=True)
-        )
 
-    none = np.empty((0, config.samples))
-    forces, table = _forces(config), whole.get("table")
-    return Recording(
-        gyros=channels(GYRO_NAMES, whole["angles"], units[0], "gyro"),
-        accelerometers=channels(forces, whole.get("velocities", none), units[1], "accelerometer"),
-        sample_rate=config.sample_rate_hz,
-        table=None
-        if table is None
-        else Channel(name="table", kind="angle", shown_in="deg", values=table),
-        null_pulse=whole.get("null_pulse"),
-        pickoffs=tuple(
-            Pickoff(gyro=name, values=own)
-            for name, own in zip(GYRO_NAMES, whole.get("pickoffs", ()), strict=False)
-        ),
-    )
+def _units(config: RigConfig) -> dict[Sensor, dict[str, str]]:
+    """Units of gyros and of accelerometers in a file, by name."""
+    of_gyro, of_force = ("deg/h", "m/s^2") if config.kind == "rate" else ("arcsec", "m/s")
+    forces = ACCELEROMETER_NAMES if config.accelerometer.mode == "triad" else ()
+    return {
+        "gyro": dict.fromkeys(GYRO_NAMES, of_gyro),
+        "accelerometer": dict.fromkeys(forces, of_force),
+    }
 
 
 def write(
@@ -411,7 +421,7 @@ def write(
     _require_config(config)
     path = Path(path)
     truth_path = path.with_name(path.name + ".truth.json")
-    forces = _forces(config)
+    forces = tuple(_units(config)["accelerometer"])
     known = format_to_write(
         path,
         dict.fromkeys((*GYRO_NAMES, *forces), config.kind),
@@ -441,66 +451,47 @@ def write(
     return path, truth_path
 
 
-def _forces(config: RigConfig) -> tuple[str, ...]:
-    """Names of the accelerometers that there are."""
-    return ACCELEROMETER_NAMES if config.accelerometer.mode == "triad" else ()
-
-
 def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
     """Largest white noise of a rate, that of its steps with it, and largest K, SI."""
+    rates = math.sqrt(12.0 * config.sample_rate_hz)
+
+    def largest(
+        own: GyroConfig | AccelerometerConfig, walks: Iterable[float] | None = None
+    ) -> tuple[float, float]:
+        errors = [SensorErrors.of(own, axis) for axis in range(len(GYRO_NAMES))]
+        noises = walks or [one.random_walk for one in errors]
+        white = (
+            math.hypot(noise, one.rate_quantum / rates)
+            for noise, one in zip(noises, errors, strict=True)
+        )
+        return max(white), max(one.rate_walk for one in errors)
+
     # Lock-in makes more of the random walk that a ring laser begins with.
     walks = [
         one.arw_deg_per_sqrt_h * DEGREE_PER_ROOT_HOUR for one in truth_of(config).gyros.values()
     ]
-    axes = range(len(GYRO_NAMES))
-    gyros = [SensorErrors.of(config.gyro, axis) for axis in axes]
-    forces = [SensorErrors.of(config.accelerometer, axis) for axis in axes]
-
-    def largest(noises: Sequence[float], errors: Sequence[SensorErrors]) -> tuple[float, float]:
-        steps = [one.rate_quantum / math.sqrt(12.0 * config.sample_rate_hz) for one in errors]
-        white = [math.hypot(*each) for each in zip(noises, steps, strict=True)]
-        return max(white), max(one.rate_walk for one in errors)
-
-    return {
-        "gyro": largest(walks, gyros),
-        "accelerometer": largest([one.random_walk for one in forces], forces),
-    }
+    return {"gyro": largest(config.gyro, walks), "accelerometer": largest(config.accelerometer)}
 
 
 def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> None:
-    forces = _forces(config)
-    units = _UNITS[config.kind == "rate"]
-    before: dict[tuple[str, ...], FloatArray] = {}
+    units = _units(config)
+    names = {**units["gyro"], **units["accelerometer"]}
     written_in: dict[str, Unit | None] = {
-        **dict.fromkeys(GYRO_NAMES, UNITS[units[0]]),
-        **dict.fromkeys(forces, UNITS[units[1]]),
+        **{name: UNITS[unit] for name, unit in names.items()},
         **({"table": UNITS["deg"], NULL_PULSE_NAME: None} if config.turning else {}),
         **({PICKOFF + name: None for name in GYRO_NAMES} if config.dither.is_left else {}),
     }
     with arrow.Writer(
         path,
         written_in,
-        kinds=dict.fromkeys((*GYRO_NAMES, *forces), config.kind),
-        accelerometers=forces,
+        kinds=dict.fromkeys(names, config.kind),
+        accelerometers=tuple(units["accelerometer"]),
         sample_rate=config.sample_rate_hz,
     ) as out:
-        for block in blocks(config):
-            columns: dict[str, NDArray[Any]] = {}
-            for names, values in ((GYRO_NAMES, block.angles), (forces, block.velocities)):
-                if values is None:
-                    continue
-                shown = _as_kind(values, before.get(names), config.kind, config.sample_rate_hz)
-                columns.update(zip(names, shown, strict=True))
-                before[names] = values[:, -1]
-            if block.table is not None and block.null_pulse is not None:
-                columns["table"] = within_turn(block.table, config.encoder.lines)
-                columns["null_pulse"] = block.null_pulse
-            if block.pickoffs is not None:
-                shown_by = (PICKOFF + name for name in GYRO_NAMES)
-                columns.update(zip(shown_by, block.pickoffs, strict=True))
+        for _, columns in _columns(config, progress):
+            if "table" in columns:
+                columns["table"] = within_turn(columns["table"], config.encoder.lines)
             out.append(columns)
-            if progress is not None:
-                progress(block.span.stop / config.samples)
 
 
 def _require_config(config: object) -> None:
