@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.rig.own_motion import Disturbances, DrawnLines
+from sagnac.rig.own_motion import Disturbances
 from sagnac.rig.sections import DisturbanceConfig
 from sagnac.rig.simulate import simulate
 from tests.rig.rigs import ARCSEC, configured, triad, true_table_angle
@@ -63,10 +63,3 @@ def test_lines_go_on_from_one_block_to_the_next(pieces):
     time = np.exp(2j * np.pi * 7.3 * 0.002 * np.arange(alpha.size))
     expected = (drawn.angle.phasor @ turns + drawn.time.phasor * time).real
     np.testing.assert_allclose(made, expected - expected[:, :1], atol=1e-12 * ARCSEC)
-
-
-def test_drawn_lines_that_cannot_be_are_refused():
-    with pytest.raises(ValueError, match=r"phasor has shape \(3, 1\); give \(3, 2\)"):
-        DrawnLines(position=np.array([1.0, 2.0]), phasor=np.zeros((3, 1), complex))
-    with pytest.raises(ValueError, match="give it ascending"):
-        DrawnLines(position=np.array([2.0, 1.0]), phasor=np.zeros((3, 2), complex))

@@ -9,8 +9,8 @@ from sagnac import arrays
 from sagnac.spectrum import power_laws as floors
 from sagnac.spectrum.periodogram import periodogram
 from sagnac.spectrum.power_laws import (
+    LevelTable,
     PowerLaws,
-    Tabulated,
     floor_scatter,
     floor_windows,
     noise_floor,
@@ -133,7 +133,7 @@ def naive_floor(power, law):
 def test_floor_by_spans_of_a_series_or_every_other_bin_of_one(monkeypatch, mapped, step):
     power = np.random.default_rng(4).exponential(size=90_000)
     # White noise has a law that is level; the floor is then the running median alone.
-    level = Tabulated(points=np.array([1.0, 2.0]), levels=np.ones(2))
+    level = LevelTable(points=np.array([1.0, 2.0]), levels=np.ones(2))
     monkeypatch.setattr(floors, "tabulated", lambda law: level)
     if mapped:
         monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
@@ -188,13 +188,13 @@ def test_between_the_points_of_a_table_the_level_is_linear_and_beyond_them_that_
 ):
     points = np.array([1.0, 2.0, 3.0, 3.5, 7.0, 20.25, 40.0])
     levels = np.array([5.0, 3.0, 3.0, 9.0, 1.0, 2.0, 0.5])
-    found = Tabulated(points=points, levels=levels).over(start, stop)
+    found = LevelTable(points=points, levels=levels).over(start, stop)
     assert found == pytest.approx(np.interp(np.arange(start, stop), points, levels), rel=1e-13)
 
 
 def test_ratios_are_medians_over_the_law_window_by_window():
     power = np.random.default_rng(1).exponential(size=400_000)
-    law = Tabulated(points=np.array([1.0, 400_000.0]), levels=np.array([1.0, 3.0]))
+    law = LevelTable(points=np.array([1.0, 400_000.0]), levels=np.array([1.0, 3.0]))
     windows = floor_windows(power.size)
     assert len(windows) > 64
     expected = [

@@ -15,7 +15,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Final, Literal, get_args
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -199,11 +199,6 @@ class Run:
     `preparation` ``rate`` takes one mean rate over 1 s in each interval instead of the angle.
     `by_curve` takes the fit of the Allan curve as the answer whatever the method: Step 4.
     `as_printed` takes Steps 1 to 3 in the paper's order, with no lowest frequency.
-
-    Raises
-    ------
-    ValueError
-        If there are not one or two gyros, or the preparation is not known.
     """
 
     name: str
@@ -214,13 +209,6 @@ class Run:
     preparation: Preparation = "angle"
     by_curve: bool = False
     as_printed: bool = False
-
-    def __post_init__(self) -> None:
-        if not 1 <= len(self.gyros) <= 2:
-            raise ValueError(f"gyros are {self.gyros!r}; give one, or two to be differenced")
-        if self.preparation not in get_args(Preparation):
-            choices = ", ".join(get_args(Preparation))
-            raise ValueError(f"preparation is {self.preparation!r}; use one of {choices}")
 
     @property
     def key(self) -> str:

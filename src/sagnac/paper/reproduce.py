@@ -377,7 +377,7 @@ class Cell(NamedTuple):
     as_printed: Outcome
 
     def by(self, order: Order) -> Outcome:
-        """What the paper's method gave in that order of its steps."""
+        """The outcome of the paper's method in that order of its steps."""
         return self.by_paper if order == "by_paper" else self.as_printed
 
 

@@ -231,7 +231,7 @@ class Channel:
 
 
 def _no_series(values: object) -> str:
-    """What is held in the place of (samples,) float64; empty if it is that."""
+    """Type and shape of values that are not (samples,) float64; empty if they are."""
     if not isinstance(values, np.ndarray):
         return f"a {type(values).__name__}"
     held = f"{values.dtype} of shape {values.shape}"

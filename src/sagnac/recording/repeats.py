@@ -122,7 +122,7 @@ _DISTANCES: Final = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Twice:
+class Repetition:
     """A block and its repetition.
 
     Attributes
@@ -151,7 +151,7 @@ def twice_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
     return (finding("repeats", profile.channel.name, text, effect=1.0),)
 
 
-def longest_twice(values: FloatArray) -> Twice | None:
+def longest_twice(values: FloatArray) -> Repetition | None:
     """The longest block that stands in a series twice, value by value; None if there is none.
 
     Parameters
@@ -194,7 +194,7 @@ def _windows(values: FloatArray, start: int) -> tuple[IntegerArray, IntegerArray
     return start + kept, mixed[kept].view(np.int64)
 
 
-def _at_distance(values: FloatArray, distance: int) -> Twice | None:
+def _at_distance(values: FloatArray, distance: int) -> Repetition | None:
     """The longest run of samples that equal those a fixed number of samples later."""
     differs = Places(
         values=values, test=lambda some: some[:-distance] != some[distance:], following=distance
@@ -205,7 +205,7 @@ def _at_distance(values: FloatArray, distance: int) -> Twice | None:
     length = min(longest.samples, distance)
     if length < _LEAST or np.unique(values[first : first + length]).size < _VALUES:
         return None
-    return Twice(first=first, again=first + distance, samples=length)
+    return Repetition(first=first, again=first + distance, samples=length)
 
 
 # ---- pairs -------------------------------------------------------------------------

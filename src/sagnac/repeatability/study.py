@@ -46,7 +46,7 @@ _OF_FURTHER_RUN: Final = (1.0, 1.0, 1.6, 1.8)  # by the number of factors that a
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Located:
+class Forecast:
     """A value with the standard deviation of its error and the degrees of freedom of that."""
 
     value: float
@@ -96,11 +96,11 @@ class Outlook:
     components: Components
 
     @cached_property
-    def mean(self) -> Located:
+    def mean(self) -> Forecast:
         """Generalized least-squares mean."""
         return self._located(self._mean_weights, {}, further=0.0)
 
-    def further_run(self, known: Mapping[str, str]) -> Located:
+    def further_run(self, known: Mapping[str, str]) -> Forecast:
         """One more run, measured as well as the others are.
 
         Parameters
@@ -111,7 +111,7 @@ class Outlook:
 
         Returns
         -------
-        Located
+        Forecast
             Best linear unbiased prediction and the standard deviation of its error.
 
         Raises
@@ -138,7 +138,7 @@ class Outlook:
         row = self._inverse.sum(axis=0)
         return np.asarray(row / row.sum())
 
-    def _located(self, weights: FloatArray, known: Mapping[str, str], further: float) -> Located:
+    def _located(self, weights: FloatArray, known: Mapping[str, str], further: float) -> Forecast:
         """Error of a sum of weights on the runs; of a `further` run (1) or of the mean (0)."""
         design, squares = self.design, self.mean_squares
         run = squares["run"]
@@ -168,7 +168,7 @@ class Outlook:
             abs(part / variance) ** power / squares[name].freedom for name, part in parts.items()
         )
         lowest = min(square.freedom for square in squares.values())
-        return Located(
+        return Forecast(
             value=float(weights @ design.values),
             error=math.sqrt(variance),
             freedom=min(max(1.0 / scatter if scatter > 0.0 else math.inf, float(lowest)), 1e6),
@@ -537,7 +537,7 @@ def _deviations(
     return seen
 
 
-def _of_logarithm(located: Located, confidence: float) -> Interval:
+def _of_logarithm(located: Forecast, confidence: float) -> Interval:
     reach = located.reach(confidence)
     # Three runs may leave an interval of hundreds of e-folds; exp must not overflow on it.
     return Interval(

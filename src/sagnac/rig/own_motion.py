@@ -190,7 +190,7 @@ def nutation_walk(config: MotionConfig, rate: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DrawnLines:
+class LineSet:
     """Periodic disturbances of one scale, with the amplitudes and phases drawn for each gyro.
 
     Attributes
@@ -203,13 +203,6 @@ class DrawnLines:
 
     position: FloatArray
     phasor: ComplexArray
-
-    def __post_init__(self) -> None:
-        expected = (len(GYRO_NAMES), self.position.size)
-        if self.phasor.shape != expected:
-            raise ValueError(f"phasor has shape {self.phasor.shape}; give {expected}")
-        if np.any(np.diff(self.position) < 0.0):
-            raise ValueError(f"position is {self.position.tolist()}; give it ascending")
 
     @property
     def in_phase(self) -> FloatArray:
@@ -226,8 +219,8 @@ class DrawnLines:
 class Disturbances:
     """All periodic disturbances of one recording."""
 
-    angle: DrawnLines
-    time: DrawnLines
+    angle: LineSet
+    time: LineSet
 
     @classmethod
     def drawn(cls, config: DisturbanceConfig, random: np.random.Generator) -> "Disturbances":
@@ -262,11 +255,11 @@ class Disturbances:
         return angles
 
 
-def _drawn(pairs: Pairs, random: np.random.Generator) -> DrawnLines:
+def _drawn(pairs: Pairs, random: np.random.Generator) -> LineSet:
     position = np.array([position for position, _ in pairs], dtype=np.float64)
     amplitude = np.array([amplitude for _, amplitude in pairs], dtype=np.float64) * ARCSECOND
     shape = (len(GYRO_NAMES), len(pairs))
     amplitudes = amplitude * random.uniform(0.5, 1.0, shape)
     phases = random.uniform(-np.pi, np.pi, shape)
     order = np.argsort(position, kind="stable")
-    return DrawnLines(position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order])
+    return LineSet(position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order])

@@ -69,25 +69,12 @@ class RingLaser:
         Angle random walk of spontaneous emission, rad/sqrt(s).
     backscatter_diffusion
         D of the backscatter phase, rad^2/s; its variance grows by 2 D t.
-
-    Raises
-    ------
-    ValueError
-        If the fringe is not positive or another value is negative.
     """
 
     lock_in: float
     fringe: float
     quantum_noise: float = 0.0
     backscatter_diffusion: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.fringe) and self.fringe > 0.0):
-            raise ValueError(f"fringe is {self.fringe!r}; it must be a positive angle, rad")
-        for name in ("lock_in", "quantum_noise", "backscatter_diffusion"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} is {value!r}; it must not be negative")
 
     @property
     def phase_per_angle(self) -> float:
@@ -107,24 +94,11 @@ class Dither:
         Peak rate, rad/s.
     amplitude_noise
         Standard deviation of the peak rate, as a part of it.
-
-    Raises
-    ------
-    ValueError
-        If frequency or rate are not positive, or the noise is not from 0 to 0.5.
     """
 
     frequency: float
     rate: float
     amplitude_noise: float
-
-    def __post_init__(self) -> None:
-        for name in ("frequency", "rate"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"dither {name} is {value!r}; it must be positive")
-        if not 0.0 <= self.amplitude_noise <= 0.5:
-            raise ValueError(f"amplitude_noise is {self.amplitude_noise!r}; give 0 to 0.5")
 
 
 def mean_rate(laser: RingLaser, rate: ArrayLike, dither: Dither | None = None) -> FloatArray:

@@ -11,7 +11,7 @@ from sagnac.arrays import ComplexArray, FloatArray
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import delay_growth, delay_walk
 from sagnac.rig.gyro import dither_of, ring_lasers_of
-from sagnac.rig.own_motion import Disturbances, DrawnLines, nutation_walk
+from sagnac.rig.own_motion import Disturbances, LineSet, nutation_walk
 from sagnac.rig.ring_laser import angle_random_walk, dither_frequency, folded, left_of
 from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
 from sagnac.rig.table import TableCommand, random_streams, table_command
@@ -230,7 +230,7 @@ def _sensed_rates(platform: PlatformConfig, table_rate: float | None) -> FloatAr
 
 def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
     drawn = Disturbances.drawn(config.disturbances, random_streams(config.seed).disturbances)
-    scales: tuple[tuple[Scale, DrawnLines], ...] = (("angle", drawn.angle), ("time", drawn.time))
+    scales: tuple[tuple[Scale, LineSet], ...] = (("angle", drawn.angle), ("time", drawn.time))
     return tuple(
         _line_truth(scale, float(position), lines.phasor[:, j])
         for scale, lines in scales

@@ -128,7 +128,7 @@ def fit_power_laws(power: FloatArray) -> PowerLaws:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Binned:
+class BinLevels:
     """Ordinates in some 160 bins, logarithmic from the tenth ordinate on.
 
     Attributes
@@ -146,7 +146,7 @@ class Binned:
     level: FloatArray
 
 
-def bin_levels(power: FloatArray) -> Binned:
+def bin_levels(power: FloatArray) -> BinLevels:
     """Ordinates at 1, 2, ... in bins; lines do not lift the level of a bin they are few in."""
     edges = np.unique(
         np.concatenate(
@@ -161,7 +161,7 @@ def bin_levels(power: FloatArray) -> Binned:
         release()
     # Median over mean of n exponential variates, to within 1 %: 1 at n = 1, ln 2 for many.
     level /= np.log(2.0) + (1.0 - np.log(2.0)) / count
-    return Binned(center=0.5 * (starts + stops + 1.0), count=count, level=level)
+    return BinLevels(center=0.5 * (starts + stops + 1.0), count=count, level=level)
 
 
 def fit_levels(design: FloatArray, level: FloatArray, count: IntegerArray) -> FloatArray:
@@ -247,7 +247,7 @@ def noise_floor(power: FloatArray) -> FloatArray:
 
     if middles.size == 1:
         middles, ratios = np.array([1.0, power.size]), np.repeat(ratios, 2)
-    ratio = Tabulated(points=middles, levels=ratios)
+    ratio = LevelTable(points=middles, levels=ratios)
     floor = empty(power.size)
     for block in blocks(power.size):
         floor[block] = law.over(block.start, block.stop)
@@ -257,7 +257,7 @@ def noise_floor(power: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Tabulated:
+class LevelTable:
     """Levels at some bins, and linear between them.
 
     A law tabulated every 0.5 % is accurate to 1 part in 1e5.
@@ -280,13 +280,13 @@ class Tabulated:
         return levels
 
 
-def tabulated(law: PowerLaws) -> Tabulated:
+def tabulated(law: PowerLaws) -> LevelTable:
     """The law at every bin of the first 400, and then at points half a percent apart."""
     bins = law.bins
     points = np.unique(
         np.concatenate([np.arange(1.0, min(bins + 1, 401)), np.geomspace(1.0, bins, 3000)])
     )
-    return Tabulated(points=points, levels=law.at(points))
+    return LevelTable(points=points, levels=law.at(points))
 
 
 def floor_windows(bins: int) -> list[slice]:
@@ -309,7 +309,7 @@ def floor_windows(bins: int) -> list[slice]:
     return windows
 
 
-def ratios_to_law(power: FloatArray, law: Tabulated, windows: list[slice]) -> FloatArray:
+def ratios_to_law(power: FloatArray, law: LevelTable, windows: list[slice]) -> FloatArray:
     """Ratio of mean power to the law in each window, from the median of exponential ordinates.
 
     Parameters

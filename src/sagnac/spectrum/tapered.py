@@ -278,7 +278,7 @@ def _joined(coarse: Cells, fine: Cells) -> Cells:
 
 
 def line_density(spectrum: TaperedSpectrum, frequency: float, amplitude: float) -> FloatArray:
-    """What a line of the angle adds to the cells of a spectrum, on average over its phase.
+    """Density that a line of the angle adds to the cells of a spectrum, on average over its phase.
 
     The increments of an angle ``A cos(2 pi f t)`` over an interval T have the mean rate amplitude
     ``2 A sin(pi f T) / T``; half its square stands at f, or where f folds, spread by the tapers.
