@@ -99,11 +99,6 @@ def test_runs_of_one_recording_stand_together_and_names_differ():
     assert names.index("figure2-day2") == place + 4
 
 
-def test_a_scope_or_run_that_cannot_be_is_refused():
+def test_a_scope_that_cannot_be_is_refused():
     with pytest.raises(ValueError, match=r"table_duration_s is 0\.0; it must be positive"):
         Scope(table_duration_s=0.0)
-    run = plan(SMALL)[0]
-    with pytest.raises(ValueError, match="give one, or two to be differenced"):
-        replace(run, gyros=())
-    with pytest.raises(ValueError, match="preparation is 'both'; use one of angle, rate"):
-        replace(run, preparation="both")

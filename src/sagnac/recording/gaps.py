@@ -5,15 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import (
-    BooleanArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    elementwise,
-    empty,
-    every,
-)
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, empty, every
 from sagnac.errors import Note, RecordingError, counted, ranked
 from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW

@@ -41,19 +41,8 @@ from sagnac.rig.gyro import (
 )
 from sagnac.rig.own_motion import Disturbances, Mount, Nutation
 from sagnac.rig.ring_laser import DitherMotion
-from sagnac.rig.sections import (
-    ACCELEROMETER_NAMES,
-    GYRO_NAMES,
-    AccelerometerConfig,
-    GyroConfig,
-)
-from sagnac.rig.table import (
-    Motion,
-    Table,
-    fastest_rate,
-    random_streams,
-    table_command,
-)
+from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES, AccelerometerConfig, GyroConfig
+from sagnac.rig.table import Motion, Table, fastest_rate, random_streams, table_command
 from sagnac.rig.truth import Truth, truth_of
 from sagnac.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, UNITS, Sensor, Unit, unit_of
 
