@@ -117,12 +117,28 @@ def test_a_tapered_power_spectrum_is_that_of_the_tapered_values():
     np.testing.assert_allclose(power_spectrum(values, 512, 0.3, 2), expected, rtol=1e-9, atol=1e-12)
 
 
-def test_cosine_length_is_the_next_balanced_one():
+def is_quick(length):
+    """Whether a length is balanced and has no prime factor above 31, by trial division."""
+    rest = length
+    for divisor in range(2, 32):
+        while rest % divisor == 0:
+            rest //= divisor
+    return rest == 1 and factors(length).is_balanced
+
+
+def test_cosine_length_is_the_next_quick_one():
     assert cosine_length(1000) == 1000
-    for samples in (131_072, 131_101, 1_299_709):
+    for samples in (131_072, 131_101, 1_299_709, 3_599_999):
         length = cosine_length(samples)
-        assert factors(length).is_balanced
-        assert not any(factors(more).is_balanced for more in range(length + 1, samples + 1))
+        assert is_quick(length)
+        assert not any(is_quick(more) for more in range(length + 1, samples + 1))
+
+
+def test_cosine_length_leaves_few_samples_out_if_no_length_near_is_quick(monkeypatch):
+    monkeypatch.setattr("sagnac.spectrum.transforms._SMALL_PRIMES", ())
+    length = cosine_length(1_299_709)
+    assert factors(length).is_balanced
+    assert not any(factors(more).is_balanced for more in range(length + 1, 1_299_710))
 
 
 def test_a_short_cosine_transform_is_that_of_scipy():

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from sagnac.arrays import ComplexArray, FloatArray, IntegerArray, blocks, every
+from sagnac.arrays import BLOCK, ComplexArray, FloatArray, IntegerArray, blocks, every
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS, Components, phase_multiples
 from sagnac.spectrum.sums import angle_sums
@@ -206,7 +206,8 @@ def order_products(table: FloatArray, fastest: float) -> OrderSums:
     reach = np.minimum(np.arange(highest + 1.0), 2.0 * np.pi / max(fastest, 1e-12))
     expansion = _half_cosines_expanded(low, high, reach)
     sums = np.zeros((expansion.shape[0], highest + 1), dtype=np.complex128)
-    for block in blocks(table.size - 1):
+    # Long blocks: see `joint_fit.order_sums`.
+    for block in blocks(table.size - 1, 4 * BLOCK):
         here = table[block.start : block.stop + 1]
         squares = np.minimum(np.diff(here) ** 2, high)
         middle = 0.5 * (here[1:] + here[:-1])

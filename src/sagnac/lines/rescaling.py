@@ -143,7 +143,8 @@ def _follows(mixed: ComplexArray, strays: Wander, order: float, level: float) ->
     """
     turned = mixed * np.exp(-1j * np.sign(strays.rate) * order * strays.phase[: mixed.size])
     gain = np.abs(turned.mean()) ** 2 - np.abs(mixed.mean()) ** 2
-    return bool(gain > _BETTER * max(level, _power_beside(turned)))
+    # What stands beside is asked last: it takes a transform.
+    return bool(gain > _BETTER * level and gain > _BETTER * _power_beside(turned))
 
 
 def _power_beside(mixed: ComplexArray) -> float:

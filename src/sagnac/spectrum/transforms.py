@@ -222,6 +222,7 @@ _FACTORED: Final = 2**17
 # Columns of the table of waves that products over samples are made with: 512 by a few hundred
 # frequencies stay in the last cache, and a block has as many rows.
 TONE_WIDTH: Final = 512
+_SMALL_PRIMES: Final = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31)
 
 
 def transform_length(samples: int) -> int:
@@ -318,6 +319,8 @@ def _powers(by: Factors, scale: float) -> Store:
 def cosine_length(samples: int) -> int:
     """The most samples, `samples` or a few less, that `cosine_transform` factors well.
 
+    A length with a large prime factor is not transformed as such but convolved: six times as long.
+
     Examples
     --------
     >>> cosine_length(1009)
@@ -325,9 +328,17 @@ def cosine_length(samples: int) -> int:
     """
     if samples < _FACTORED:
         return samples
-    while not factors(samples).is_balanced:
-        samples -= 1
-    return samples
+    near = range(samples, samples - 2 * _COLUMNS, -1)
+    quick = (one for one in near if _is_smooth(one) and factors(one).is_balanced)
+    return next(quick, next(one for one in near if factors(one).is_balanced))
+
+
+def _is_smooth(number: int) -> bool:
+    """Whether a number has no prime factor above 31."""
+    for prime in _SMALL_PRIMES:
+        while number % prime == 0:
+            number //= prime
+    return number == 1
 
 
 def cosine_transform(values: FloatArray) -> FloatArray:

@@ -287,8 +287,11 @@ def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stret
     middle = 0.5 * (known[1:] + known[:-1])[: length * stretches].reshape(stretches, length)
     parts = (np.arange(stretches) + 0.5) / stretches - 0.5
     values, weights = [], []
+    turn, turned = np.exp(-1j * middle), steps.astype(np.complex128)
     for order in orders:
-        phasor = np.sum(steps * np.exp(-1j * order * middle), axis=1)
+        # Orders follow one another from 1: a product is a tenth of an exponential.
+        turned *= turn
+        phasor = turned.sum(axis=1)
         mean = phasor.mean()
         phase = np.imag(phasor * np.conj(mean)) / max(abs(mean) ** 2, 1e-300) / order
         slope = float(parts @ phase) / float(parts @ parts)
@@ -539,9 +542,11 @@ def _columns(
     columns = np.empty((_FIRST_DELAY + 2, sensed.size))
     columns[0], columns[1:_FIRST_ORDER] = sensed, _hats(part)
     # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
-    for order in range(1, _ORDERS + 1):
-        np.cos(order * read, out=columns[_FIRST_ORDER + order - 1])
-        np.sin(order * read, out=columns[_FIRST_ORDER + _ORDERS + order - 1])
+    wave = turn = np.exp(1j * read)
+    for order in range(_ORDERS):
+        columns[_FIRST_ORDER + order] = wave.real
+        columns[_FIRST_ORDER + _ORDERS + order] = wave.imag
+        wave = wave * turn
     columns[_FIRST_DELAY - 2 : _FIRST_DELAY] = sine_cosine_integrals(read, interval)
     columns[_FIRST_DELAY] = np.gradient(sensed, interval)
     columns[_FIRST_DELAY + 1] = columns[_FIRST_DELAY] * (part - 0.5)

@@ -11,9 +11,10 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from scipy.fft import fft
 from scipy.optimize import nnls
 
-from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
+from sagnac.arrays import FloatArray, IntegerArray
 
 # Rounds in which noise and coefficients are fitted in turn.
 _ROUNDS: Final = 6
@@ -99,26 +100,46 @@ def whitened(
     if columns.shape[1:] != target.shape:
         raise ValueError(f"columns have shape {columns.shape} and the target {target.shape}")
     count = target.size - 1
-    # By what varies: beside its mean step the angle of a steady table hardly does. One column after
-    # another: those of a day, and all that is made of them on the way, take half a gigabyte.
-    scale, ready = np.ones(columns.shape[0]), np.empty((columns.shape[0], count // 2), complex)
-    for row, steps in enumerate(map(np.diff, columns)):
-        scale[row] = np.std(steps) or 1.0
-        ready[row] = np.fft.rfft(steps / scale[row])[1:]
-    wanted = np.fft.rfft(np.diff(target))[1:]
+    # By what varies: beside its mean step the angle of a steady table hardly does. Two columns at
+    # a time: those of a day, and all that is made of them on the way, take half a gigabyte.
+    scale, ready = np.ones(columns.shape[0]), np.empty((columns.shape[0], count // 2 * 2))
+    for first in range(0, scale.size, 2):
+        own = slice(first, first + 2)
+        steps = np.diff(columns[own])
+        spread = np.std(steps, axis=1)
+        scale[own] = np.where(spread > 0.0, spread, 1.0)
+        ready[own] = _ordinates(steps / scale[own, np.newaxis])
+    wanted = _ordinates(np.diff(target)[np.newaxis])[0]
     laws = _laws(count)
     left = wanted
     for _ in range(_ROUNDS):
-        power = np.abs(left) ** 2 / count
+        power = _squares(left) / count
         readings, walk = noises or _two_noises(power, laws)
         expected = np.maximum(np.array([readings, walk]) @ laws, 1e-300)
         # Each ordinate but the mean's stands for two.
         weight = 2.0 / (expected * count) / (1.0 + power / expected / _LINE)
         normals = _Normals.of(ready, wanted, weight, prior * scale)
         left = wanted - normals.solution @ ready
-    over = np.abs(left) ** 2 / count / expected / _LINE
+    over = _squares(left) / count / expected / _LINE
     deviance = 2.0 * float(np.sum(np.log(expected) + _LINE * np.log1p(over)))
     return Whitened(normals=normals, scale=scale, readings=readings, walk=walk, deviance=deviance)
+
+
+def _ordinates(rows: FloatArray) -> FloatArray:
+    """(rows, ordinates) of one or two rows about their mean, their complex parts side by side.
+
+    Two go into one transform as real and imaginary part: it takes long if their length is a prime.
+    """
+    half = rows.shape[1] // 2
+    packed = fft(rows[0] + 1j * rows[-1])
+    ahead, behind = packed[1 : half + 1], packed[: -half - 1 : -1].conj()
+    first, last = 0.5 * (ahead + behind), -0.5j * (ahead - behind)
+    return np.stack([first, last])[: rows.shape[0]].view(np.float64)
+
+
+def _squares(ordinates: FloatArray) -> FloatArray:
+    """(ordinates,) squares of complex ordinates, their parts side by side."""
+    return np.asarray(np.square(ordinates).reshape(-1, 2).sum(axis=1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,15 +161,20 @@ class _Normals:
 
     @classmethod
     def of(
-        cls, columns: ComplexArray, target: ComplexArray, weight: FloatArray, prior: FloatArray
+        cls, columns: FloatArray, target: FloatArray, weight: FloatArray, prior: FloatArray
     ) -> "_Normals":
-        """Normal equations of complex ordinates with real coefficients under a prior about zero."""
+        """Normal equations of real coefficients under a prior about zero.
+
+        Complex ordinates have their parts side by side, since no more than the real part of their
+        products counts: (columns, 2 ordinates) and (2 ordinates,), and (ordinates,) of weight.
+        """
         normals, rights = [], []
-        for low, high in pairwise(_edges(target.size, _GROUPS)):
+        weight = np.repeat(weight, 2)
+        for low, high in pairwise(2 * _edges(target.size // 2, _GROUPS)):
             own = columns[:, low:high]
-            weighted = (own * weight[low:high]).conj()
-            normals.append((weighted @ own.T).real)
-            rights.append((weighted @ target[low:high]).real)
+            weighted = own * weight[low:high]
+            normals.append(weighted @ own.T)
+            rights.append(weighted @ target[low:high])
         of_groups, stacked = np.stack(normals), np.stack(rights)
         normal = of_groups.sum(axis=0)
         # A column that lives in one group alone is undetermined without it.
