@@ -7,7 +7,6 @@ from sagnac.lines.components import Components, turning
 from sagnac.lines.detection import (
     LOWEST_CYCLES,
     detection_threshold,
-    floor_of,
     floor_of_orders,
     floors,
     significances,
@@ -49,7 +48,6 @@ def test_the_floor_is_that_of_the_whole_bins():
     power = np.abs(np.fft.rfft(steps)) ** 2 / steps.size
     assert found.power[::2][1:-1] == pytest.approx(power[1:-1])
     assert found.power.size == 2 * found.floor.size - 1
-    assert floor_of(steps) == pytest.approx(found.floor)
     assert found.floor == pytest.approx(np.ones(found.floor.size), rel=0.3)
 
 

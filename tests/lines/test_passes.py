@@ -62,19 +62,14 @@ def test_what_was_made_is_kept_until_another_source_is_asked_for():
 
     assert [make(1), make(1), make(2), make(1)] == [2, 2, 3, 2]
     assert made == [1, 2, 1]
-    assert kept.has("sum", 1)
-    assert not kept.has("sum", 2)
-    assert not kept.has("floor", 1)
 
 
 def test_states_that_know_the_same_share_their_increments():
     first = at_rest(walk(0))
     again = replace(first, components=replace(first.components), settled=True)
     assert again.increments is first.increments
-    assert again.is_seen
     with_line = replace(first, components=tones((7.3, 1e-8)))
     assert with_line.increments is not first.increments
-    assert not with_line.is_seen
 
 
 def test_increments_are_those_of_the_angle_without_lines():

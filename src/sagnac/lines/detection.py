@@ -50,14 +50,6 @@ def spectrum(steps: FloatArray) -> Spectrum:
     return Spectrum(power=power, floor=noise_floor(power[::2]))
 
 
-def floor_of(steps: FloatArray) -> FloatArray:
-    """(bins,) `floor` of the `Spectrum` of increments, (samples - 1,) rad, and nothing else of it.
-
-    The whole bins by themselves are half the transform.
-    """
-    return noise_floor(periodogram(steps))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Residue:
     """Increments of an angle in which lines are looked for.

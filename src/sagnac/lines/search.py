@@ -22,7 +22,6 @@ from sagnac.lines.detection import (
     Peaks,
     bands_of_peaks,
     crowded_bands,
-    floor_of,
     joined_bands,
     peaks_in_frequency,
 )
@@ -300,7 +299,10 @@ def final_fit(state: State) -> State:
 def _removal(ended: State, channel: str) -> Removal:
     """Notes of a search that is over."""
     state = final_fit(ended)
-    known = state.lineup(_final_floor(state))
+    # The last fit moves lines by less than their errors: the floor is that of the last look, whose
+    # power is not asked for any more.
+    state.record.kept.made.pop("spectrum", None)
+    known = state.lineup(state.floor)
     residual = state.residual()
     lines = describe_lines(known, channel)
     finished = ended.end in {"nothing stands", "nothing new stood"}
@@ -317,15 +319,6 @@ def _removal(ended: State, channel: str) -> Removal:
         ),
         unfinished=None if finished else state.with_all_lines().residual(),
     )
-
-
-def _final_floor(state: State) -> FloatArray:
-    """(bins,) noise floor of what is left in the end, rad^2."""
-    if state.is_seen:
-        return state.floor
-    # The last power is not asked for any more.
-    state.record.kept.made.pop("spectrum", None)
-    return floor_of(state.increments.steps)
 
 
 def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:

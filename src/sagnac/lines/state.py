@@ -61,10 +61,6 @@ class Kept:
         result: _Made = self.made[kind][1]
         return result
 
-    def has(self, kind: str, source: Hashable) -> bool:
-        """Whether what was made last is of this source."""
-        return kind in self.made and self.made[kind][0] == source
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Record:
@@ -267,11 +263,6 @@ class State:
         if self.seen is None:
             raise ValueError("floor of a state that was never looked at; look first")
         return self.seen
-
-    @property
-    def is_seen(self) -> bool:
-        """Whether the increments as they are now were looked at last."""
-        return self.record.kept.has("spectrum", self._key)
 
     def look(self) -> Spectrum:
         """Power of the increments as they are now, and its floor."""

@@ -233,13 +233,16 @@ def _variance_beside(gyro: FloatArray, table: FloatArray, share: float) -> float
 def _variance_of_steps(values: FloatArray) -> float:
     """Mean variance of `_STEADY` steps in a row, the largest hundredth of them left out."""
     count = (values.size - 1) // _STEADY
-    found = np.empty(count)
+    found, mean = np.empty(count), np.full(_STEADY, 1.0 / _STEADY)
     for block in blocks(count * _STEADY, multiple=_STEADY):
         steps = np.diff(values[block.start : block.stop + 1])
         # What all of them share is no variance, and would leave it to rounding.
         steps -= steps.mean()
         rows = steps.reshape(-1, _STEADY)
-        found[block.start // _STEADY : block.stop // _STEADY] = rows.var(axis=1, ddof=1)
+        # As numpy's var, which takes three times as long over so few.
+        off = rows - (rows @ mean)[:, np.newaxis]
+        squares = np.einsum("ij,ij->i", off, off) / (_STEADY - 1)
+        found[block.start // _STEADY : block.stop // _STEADY] = squares
     kept = max(1, math.ceil(_COUNT * count))
     if kept < count:
         found.partition(kept - 1)

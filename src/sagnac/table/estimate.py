@@ -24,6 +24,7 @@ from sagnac.table.kinematics import (
     KINEMATIC_RATE,
     LARGEST_EARTH_RATE,
     averages_of,
+    harmonics_of,
     sine_cosine_integrals,
 )
 from sagnac.table.whitened import Whitened, whitened
@@ -542,11 +543,9 @@ def _columns(
     columns = np.empty((_FIRST_DELAY + 2, sensed.size))
     columns[0], columns[1:_FIRST_ORDER] = sensed, _hats(part)
     # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
-    wave = turn = np.exp(1j * read)
-    for order in range(_ORDERS):
-        columns[_FIRST_ORDER + order] = wave.real
-        columns[_FIRST_ORDER + _ORDERS + order] = wave.imag
-        wave = wave * turn
+    waves = harmonics_of(read, _ORDERS)[1:]
+    columns[_FIRST_ORDER : _FIRST_ORDER + _ORDERS] = waves.real
+    columns[_FIRST_ORDER + _ORDERS : _FIRST_ORDER + 2 * _ORDERS] = waves.imag
     columns[_FIRST_DELAY - 2 : _FIRST_DELAY] = sine_cosine_integrals(read, interval)
     columns[_FIRST_DELAY] = np.gradient(sensed, interval)
     columns[_FIRST_DELAY + 1] = columns[_FIRST_DELAY] * (part - 0.5)
