@@ -9,9 +9,6 @@ import numpy as np
 from sagnac.arrays import ComplexArray, FloatArray, blocks
 from sagnac.lines.components import MIX_BLOCK, mixed_down
 
-SHORTEST_MEAN: Final = MIX_BLOCK
-"""Samples in the mean that one value of a baseband is, at least."""
-
 NEAR: Final = 30.0
 """Cycles a record between the lines that drift makes of one: they thin out as they grow weak."""
 
@@ -85,12 +82,18 @@ class SteadyLines:
     cost: float
 
 
+def mean_length(samples: int) -> int:
+    """Samples in the mean that one value of a baseband of so long a record is."""
+    return MIX_BLOCK * -(-samples // (MIX_BLOCK * _MOST_VALUES))
+
+
 def baseband(
     steps: FloatArray,
     frequency: float,
     floor_level: float,
     *,
     center: float,
+    length: int,
     taken: Callable[[int, int], FloatArray] | None = None,
 ) -> Baseband:
     """Increments about a frequency, mixed down and averaged.
@@ -105,22 +108,21 @@ def baseband(
         Noise power of the increments about `frequency`, rad^2.
     center
         Sample number of the phase origin.
+    length
+        Samples in the mean that a value is.
     taken
         Gives the angle, rad, that is taken away first, for a first sample and a number of samples.
     """
-    merged = -(-steps.size // (SHORTEST_MEAN * _MOST_VALUES))
-    length = merged * SHORTEST_MEAN
     mixed = []
     for block in blocks(steps.size, multiple=length):
         rest = steps[block]
         if taken is not None:
             rest = rest - np.diff(taken(block.start, rest.size + 1))
-        mixed.append(mixed_down(rest, frequency, center - block.start))
+        mixed.append(mixed_down(rest, frequency, center - block.start, length))
     means = np.concatenate(mixed)
-    means = means[: means.size // merged * merged].reshape(-1, merged).mean(axis=1)
     return Baseband(
         target=2.0 * means,
-        middles=np.arange(means.size) * length + 0.5 * (length - 1),
+        middles=np.arange(means.size, dtype=np.float64) * length + 0.5 * (length - 1),
         length=length,
         variance=2.0 * floor_level / length,
         frequency=frequency,

@@ -255,7 +255,9 @@ MIX_BLOCK: Final = 50
 """Samples in each mean of `mixed_down`."""
 
 
-def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexArray:
+def mixed_down(
+    values: FloatArray, frequency: float, center: float, length: int = MIX_BLOCK
+) -> ComplexArray:
     """Means over blocks of ``values * exp(-2j pi frequency (n - center))``.
 
     Parameters
@@ -266,14 +268,16 @@ def mixed_down(values: FloatArray, frequency: float, center: float) -> ComplexAr
         Cycles per sample.
     center
         Sample number at which the phase is zero.
+    length
+        Samples in each mean.
 
     Returns
     -------
-    (samples // `MIX_BLOCK`,) in the unit of the values.
+    (samples // `length`,) in the unit of the values.
     """
-    blocks = values.size // MIX_BLOCK
-    fine = 2.0 * np.pi * frequency * np.arange(MIX_BLOCK)
-    waves = np.stack([np.cos(fine), -np.sin(fine)], axis=1) / MIX_BLOCK
-    means = values[: blocks * MIX_BLOCK].reshape(blocks, MIX_BLOCK) @ waves
-    turns = frequency * (np.arange(blocks) * MIX_BLOCK - center)
+    blocks = values.size // length
+    fine = 2.0 * np.pi * frequency * np.arange(length)
+    waves = np.stack([np.cos(fine), -np.sin(fine)], axis=1) / length
+    means = values[: blocks * length].reshape(blocks, length) @ waves
+    turns = frequency * (np.arange(blocks) * length - center)
     return np.asarray(means.view(np.complex128)[:, 0] * np.exp(-2j * np.pi * (turns % 1.0)))

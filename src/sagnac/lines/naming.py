@@ -217,13 +217,15 @@ _SEEN_SHARE: Final = 1e-3
 
 
 def masked_bands(lines: tuple[Line, ...], known: Lineup) -> tuple[tuple[float, float], ...]:
-    """(low, high) bands in Hz in which the fit took the noise with the line."""
+    """(low, high) bands in Hz in which the fit took the noise with the line, or left some of it."""
     rate = known.sample_rate
     cell = rate / known.samples
     width, spread = TAKEN_BINS * cell, WIDEST_BINS * cell
-    bands = [
-        (found.band[0] * rate - width, found.band[1] * rate + width) for found in known.drifting
+    # What wanders faster than its blocks stays beside a line, lower than a search would see it.
+    drifts = [
+        (np.array(found.band) * rate, width + np.ptp(found.band) * rate) for found in known.drifting
     ]
+    bands = [(float(low - skirt), float(high + skirt)) for (low, high), skirt in drifts]
     for line in lines:
         if line.scale == "time":
             bands.append((line.frequency - width, line.frequency + width))

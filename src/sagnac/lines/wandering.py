@@ -16,9 +16,9 @@ from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
 from sagnac.lines.baseband import (
     NEAR,
-    SHORTEST_MEAN,
     Baseband,
     baseband,
+    mean_length,
     peak,
     steady_lines,
     sum_of_tones,
@@ -36,6 +36,9 @@ from sagnac.lines.envelopes import (
 
 # Values of the baseband a block: fewer, and the mean over each would round the envelope off.
 _VALUES_A_BLOCK: Final = 16
+# Samples in the finest mean, and the most of such means.
+_FINEST_MEAN: Final = 10
+_FINE_MEANS: Final = 72_000
 # Cycles of the carrier a block: fewer, and the envelope could not be told from its own mirror
 # image at the negative frequency.
 _CYCLES_A_BLOCK: Final = 2
@@ -190,28 +193,38 @@ def fit_drifting(
         the two arrays of steady lines is given.
     """
     known, removed = _steady_given(frequency, floor_level, steady_frequencies, steady_amplitudes)
-    most = min(
-        _MOST_BLOCKS,
-        steps.size // (SHORTEST_MEAN * _VALUES_A_BLOCK),
-        int(min(frequency, 0.5 - frequency) * steps.size / _CYCLES_A_BLOCK),
-    )
-    if most < 1:
-        return None
-    mixed = partial(baseband, steps, floor_level=floor_level, center=center)
     phasors = removed * (np.exp(2j * np.pi * known) - 1.0)
-    # The first carrier may be a side line's; the second is the mean frequency, about which the
-    # envelope turns least.
-    base = _with_lines_back(mixed(frequency), known, phasors)
-    best = best_description(base, steady_lines(base, known if known.size else peak(base)), most)
-    if best is None:
-        return None
-    line = _described(best, known.size)
-    # The line's mirror image at the negative frequency goes with the line.
-    base = mixed(line.frequency, taken=partial(values, line))
-    target = base.target + sum_of_tones(base, known, phasors)
-    base = replace(base, target=target + best.shown_by(base))
-    best = best_description(base, steady_lines(base, known if known.size else peak(base)), most)
-    return None if best is None else _described(best, known.size)
+    most = min(_MOST_BLOCKS, int(min(frequency, 0.5 - frequency) * steps.size / _CYCLES_A_BLOCK))
+
+    def fitted(length: int) -> DriftingLine | None:
+        mixed = partial(baseband, steps, floor_level=floor_level, center=center, length=length)
+        blocks = min(most, steps.size // (length * _VALUES_A_BLOCK))
+        if blocks < 1:
+            return None
+        # The first carrier may be a side line's; the second is the mean frequency, about which the
+        # envelope turns least.
+        base = _with_lines_back(mixed(frequency), known, phasors)
+        tones = steady_lines(base, known if known.size else peak(base))
+        best = best_description(base, tones, blocks)
+        if best is None:
+            return None
+        line = _described(best, known.size)
+        # The line's mirror image at the negative frequency goes with the line.
+        base = mixed(line.frequency, taken=partial(values, line))
+        target = base.target + sum_of_tones(base, known, phasors)
+        base = replace(base, target=target + best.shown_by(base))
+        tones = steady_lines(base, known if known.size else peak(base))
+        best = best_description(base, tones, blocks)
+        return None if best is None else _described(best, known.size)
+
+    length = mean_length(steps.size)
+    finer = max(_FINEST_MEAN, -(-steps.size // _FINE_MEANS))
+    line = fitted(length)
+    # A line that takes all the blocks that such means allow is looked at more finely. Another is
+    # not: what lies near it would be described with it.
+    if line and finer < length and steps.size // (length * _VALUES_A_BLOCK) < 2 * line.blocks:
+        line = fitted(finer) or line
+    return line
 
 
 def values(line: DriftingLine, start: int, count: int) -> FloatArray:
