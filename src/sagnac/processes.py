@@ -98,10 +98,7 @@ def means_of(workers: int | None = None, memory: float | None = None) -> Means:
 
 
 def completed(
-    jobs: Sequence[Job],
-    work: Callable[[Job], Made],
-    means: Means,
-    needed: Callable[[Job], float],
+    jobs: Sequence[Job], work: Callable[[Job], Made], means: Means, needed: Callable[[Job], float]
 ) -> Generator[tuple[Job, Future[Made]], None, None]:
     """Jobs with their futures, which are done, in the order in which they end.
 
@@ -168,9 +165,7 @@ class _Worker:
     def _started(self) -> ProcessPoolExecutor:
         # Spawned, not forked: a fork would copy threads of the libraries in mid-step.
         self.pool = ProcessPoolExecutor(
-            max_workers=1,
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=_prepare,
+            max_workers=1, mp_context=multiprocessing.get_context("spawn"), initializer=_prepare
         )
         self.process = self.pool.submit(os.getpid).result()
         return self.pool

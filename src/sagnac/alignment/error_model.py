@@ -304,12 +304,7 @@ class PositionError:
 
 
 def position_error(
-    noise: GyroNoise,
-    *,
-    latitude: float,
-    covariance: FloatArray,
-    seconds: float,
-    steps: int = 240,
+    noise: GyroNoise, *, latitude: float, covariance: FloatArray, seconds: float, steps: int = 240
 ) -> PositionError:
     """Position error that gyros and alignment make without any further measurement.
 

@@ -39,7 +39,7 @@ from sagnac.formats.suspicions import (
     table_counter_notes,
 )
 from sagnac.recording.channel import Pickoff
-from sagnac.recording.columns import GYRO_NAMES, Taken, pulses_of, with_lost_readings
+from sagnac.recording.columns import GYRO_NAMES, Conversion, pulses_of, with_lost_readings
 from sagnac.recording.model import Provenance, Recording
 from sagnac.recording.quality import integrity
 from sagnac.units import TIME_UNITS, canonical
@@ -450,7 +450,7 @@ def recording_of(
 
 def _gyro(
     name: str, raw: FloatArray, scale: Scale, counter_period: float | None, sample_rate: float
-) -> Taken:
+) -> Conversion:
     """A gyro, with what its numbers speak against."""
     # The channel is made in place: what the raw numbers tell has to be asked before.
     doubts = counter_notes(name, raw, scale) if counter_period is None else ()

@@ -13,7 +13,7 @@ from sagnac.formats.choice import Choice, Placed
 from sagnac.formats.source import Column, Stored
 from sagnac.formats.statement import Statements, of_name, parsed_unit
 from sagnac.recording.channel import KINDS, Channel, Kind, finite_extent, unwrapped
-from sagnac.recording.columns import Taken
+from sagnac.recording.columns import Conversion
 from sagnac.recording.encoder_readings import angle_of_readings
 from sagnac.recording.stamps import Sampling, sampling
 from sagnac.units import (
@@ -428,7 +428,9 @@ def time_unit(time: Placed, statements: Statements) -> float:
 # ---- channels ----------------------------------------------------------------------
 
 
-def gyro_channel(name: str, raw: FloatArray, scale: Scale, counter_period: float | None) -> Taken:
+def gyro_channel(
+    name: str, raw: FloatArray, scale: Scale, counter_period: float | None
+) -> Conversion:
     """A gyro.
 
     Parameters
@@ -471,16 +473,16 @@ def gyro_channel(name: str, raw: FloatArray, scale: Scale, counter_period: float
     return _in_si(name, scale, continuous, Note(channel=name, text=text))
 
 
-def _in_si(name: str, scale: Scale, readings: FloatArray, *notes: Note) -> Taken:
+def _in_si(name: str, scale: Scale, readings: FloatArray, *notes: Note) -> Conversion:
     """The channel of these readings, which become SI in place."""
     values = elementwise(np.multiply, readings, scale.factor, out=readings)
     channel = Channel(
         name=name, kind=scale.kind, shown_in=scale.unit, values=values, sensor=scale.sensor
     )
-    return Taken(channel=channel, notes=notes)
+    return Conversion(channel=channel, notes=notes)
 
 
-def table_channel(raw: FloatArray, scale: Scale, counter_period: float | None) -> Taken:
+def table_channel(raw: FloatArray, scale: Scale, counter_period: float | None) -> Conversion:
     """The table angle: missing samples filled in where they can be, and unwrapped.
 
     Parameters
@@ -499,4 +501,4 @@ def table_channel(raw: FloatArray, scale: Scale, counter_period: float | None) -
         counter_period=None if parsed_unit(scale.unit).is_plain else counter_period,
     )
     channel = Channel(name="table", kind="angle", shown_in=scale.unit, values=taken.angle)
-    return Taken(channel=channel, notes=taken.notes)
+    return Conversion(channel=channel, notes=taken.notes)

@@ -171,7 +171,7 @@ def _named_columns(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Taken:
+class Conversion:
     """A channel made of a column, and what was noticed on the way."""
 
     channel: Channel
@@ -188,7 +188,7 @@ class Pulses:
 
 def gyro_of(
     name: str, values: ArrayLike, *, kind: Kind, unit: str, period: float | None = None
-) -> Taken:
+) -> Conversion:
     """A gyro of a column in a unit of the field; an accelerometer if the unit is one of force.
 
     Parameters
@@ -210,7 +210,9 @@ def gyro_of(
     """
     sensor = sensor_of(unit)
     if period is None or sensor == "accelerometer":
-        return Taken(channel=Channel.from_values(name, values, kind=kind, unit=unit, sensor=sensor))
+        return Conversion(
+            channel=Channel.from_values(name, values, kind=kind, unit=unit, sensor=sensor)
+        )
     if kind != "angle":
         raise ValueError(
             f"period is {period:g} and gyro {name} of kind {kind}; only a counter of kind angle "
@@ -230,10 +232,10 @@ def gyro_of(
     note = Note(text=f"the counter rolled over {counted(wraps, 'time')}: unwrapped", channel=name)
     angle = elementwise(np.multiply, running, unit_of(unit, "angle").size)
     channel = Channel(name=name, kind=kind, values=angle, shown_in=unit)
-    return Taken(channel=channel, notes=(note,) if wraps else ())
+    return Conversion(channel=channel, notes=(note,) if wraps else ())
 
 
-def table_of(values: ArrayLike, *, unit: str) -> Taken:
+def table_of(values: ArrayLike, *, unit: str) -> Conversion:
     """The table of a column of encoder readings: missing ones filled, unwrapped.
 
     Raises
@@ -245,7 +247,7 @@ def table_of(values: ArrayLike, *, unit: str) -> Taken:
     readings = np.array(numbers(values, "table"), dtype=np.float64)
     taken = angle_of_readings(readings, stated)
     channel = Channel(name="table", kind="angle", values=taken.angle, shown_in=unit)
-    return Taken(channel=channel, notes=taken.notes)
+    return Conversion(channel=channel, notes=taken.notes)
 
 
 def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
@@ -317,7 +319,9 @@ _AT_LEAST: Final = 0.1 * DEGREE
 _TURN: Final = 2.0 * math.pi
 
 
-def with_lost_readings(table: Taken, gyros: Sequence[Channel], sample_rate: float) -> Taken:
+def with_lost_readings(
+    table: Conversion, gyros: Sequence[Channel], sample_rate: float
+) -> Conversion:
     """The table with missing readings taken from the gyro that senses it most.
 
     Parameters
@@ -331,7 +335,7 @@ def with_lost_readings(table: Taken, gyros: Sequence[Channel], sample_rate: floa
 
     Returns
     -------
-    Taken
+    Conversion
         As it was if more than `LARGEST_SHARE_MISSING` are missing, if some are at either end, or
         if no gyro agrees with the readings on both sides.
     """
@@ -381,11 +385,7 @@ def _share(angle: FloatArray, table: FloatArray, sample_rate: float) -> float:
 
 
 def _bridged(
-    values: FloatArray,
-    firsts: IntegerArray,
-    afters: IntegerArray,
-    turned: FloatArray,
-    share: float,
+    values: FloatArray, firsts: IntegerArray, afters: IntegerArray, turned: FloatArray, share: float
 ) -> FloatArray | None:
     """The table angle with its gaps bridged; None if a gyro does not agree with one."""
     filled = elementwise(np.add, values, 0.0)

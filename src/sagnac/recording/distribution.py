@@ -316,9 +316,7 @@ def _falls(profile: Profile) -> Tally:
     if not fall:
         return _NONE
     falls = Places(
-        values=values,
-        test=lambda some: (some[1:] == 0.0) & (np.abs(some[:-1]) > fall),
-        following=1,
+        values=values, test=lambda some: (some[1:] == 0.0) & (np.abs(some[:-1]) > fall), following=1
     ).tally()
     return Tally(count=falls.count, first=falls.first + 1)
 

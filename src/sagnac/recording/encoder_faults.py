@@ -368,9 +368,7 @@ def _starts(angle: FloatArray, start: float) -> IntegerArray:
     """Samples before the angle passes a whole number of turns and `start` of one."""
     turn = 2.0 * math.pi
     found = Places(
-        values=angle,
-        test=lambda some: np.diff(np.floor(some / turn - start)) != 0.0,
-        following=1,
+        values=angle, test=lambda some: np.diff(np.floor(some / turn - start)) != 0.0, following=1
     ).all()
     return found[(found >= _OUTER) & (found < angle.size - _OUTER)]
 

@@ -330,10 +330,7 @@ def preset(name: str) -> RigConfig:
 
 
 _PAPER = RigConfig(
-    table=TableConfig(
-        jitter_rms_deg_per_s=0.004,
-        ripple=((12.0, 5e-4), (36.0, 2e-4)),
-    ),
+    table=TableConfig(jitter_rms_deg_per_s=0.004, ripple=((12.0, 5e-4), (36.0, 2e-4))),
     encoder=EncoderConfig(periodic_error=((1.0, 1.0),), latch_jitter_s=20e-6),
     platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
     disturbances=DisturbanceConfig(

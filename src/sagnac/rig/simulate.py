@@ -24,7 +24,7 @@ from sagnac.formats.read_write import format_to_write
 from sagnac.formats.registry import EUROC, PARQUET
 from sagnac.formats.source import outgoing
 from sagnac.recording.channel import PICKOFF, Pickoff
-from sagnac.recording.columns import NULL_PULSE_NAME, Taken, with_lost_readings
+from sagnac.recording.columns import NULL_PULSE_NAME, Conversion, with_lost_readings
 from sagnac.recording.encoder_readings import angle_of_readings
 from sagnac.recording.model import Channel, Kind, Recording
 from sagnac.rig.config import RigConfig
@@ -306,7 +306,9 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
         taken = angle_of_readings(recording.table.values, unit_of("rad", "angle"))
         table = replace(recording.table, values=taken.angle)
         known = with_lost_readings(
-            Taken(channel=table, notes=taken.notes), recording.gyros, recording.sample_rate
+            Conversion(channel=table, notes=taken.notes),
+            recording.gyros,
+            recording.sample_rate,
         )
         recording = replace(recording, table=known.channel, notes=known.notes)
     return Simulation(recording=recording, truth=truth_of(config))
@@ -423,8 +425,7 @@ def write(
     with replacing_set(path) as folder:
         temporary = folder / path.name
         (folder / truth_path.name).write_text(
-            json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False) + "\n",
-            encoding="utf-8",
+            json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False) + "\n", encoding="utf-8"
         )
         if known is PARQUET:
             _write_parquet(config, temporary, progress)

@@ -475,12 +475,7 @@ def stability_curve(
         sample_rate=float(sample_rate),
         confidence=float(confidence),
         samples=int(samples.size),
-        notes=(
-            *((missing,) if track.missing else ()),
-            *of_clusters,
-            *points.notes,
-            *of_noise,
-        ),
+        notes=(*((missing,) if track.missing else ()), *of_clusters, *points.notes, *of_noise),
     )
 
 

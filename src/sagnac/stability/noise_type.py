@@ -136,7 +136,7 @@ def identified_noise_types(
     if not found:
         note = Note(
             text="noise type taken as 0 (angle random walk) for the intervals: "
-            f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from",
+            f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from"
         )
         return np.zeros(clusters.size, dtype=np.int64), (note,)
     ladder = ladder[: len(found)]
@@ -182,11 +182,7 @@ def _read_noise(track: Track, cluster: int, order: int) -> _Reading:
 
 
 def lag_one_order(
-    angle: FloatArray,
-    first: NDArray[np.int64],
-    count: NDArray[np.int64],
-    cluster: int,
-    order: int,
+    angle: FloatArray, first: NDArray[np.int64], count: NDArray[np.int64], cluster: int, order: int
 ) -> float:
     """Differences needed plus fractional order, from pooled lag-1 autocorrelation.
 
