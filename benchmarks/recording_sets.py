@@ -18,7 +18,7 @@ from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.ring_laser import dither_frequency, folded
 from sagnac.rig.sections import (
     GYRO_NAMES,
-    DisturbanceConfig,
+    DisturbancesConfig,
     DitherConfig,
     EncoderConfig,
     MotionConfig,
@@ -155,7 +155,7 @@ def plain_config(number: int) -> RigConfig:
             heading_deg=float(random.uniform(-180.0, 180.0)),
         ),
         gyro=replace(base.gyro, arw_deg_per_sqrt_h=_triple(random, RANDOM_WALKS)),
-        disturbances=DisturbanceConfig(
+        disturbances=DisturbancesConfig(
             angle=_pairs(orders, _between(random, AMPLITUDES, orders.size)),
             time=_pairs(_between(random, band, tones), _between(random, AMPLITUDES, tones)),
         ),

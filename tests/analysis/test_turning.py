@@ -12,7 +12,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.formats import Statement, read, write
 from sagnac.lines.model import Line
 from sagnac.rig.config import RigConfig
-from sagnac.rig.sections import DisturbanceConfig, EncoderConfig, PlatformConfig, TableConfig
+from sagnac.rig.sections import DisturbancesConfig, EncoderConfig, PlatformConfig, TableConfig
 from sagnac.rig.simulate import Simulation, simulate
 from sagnac.rig.truth import LineTruth, Truth
 
@@ -97,7 +97,7 @@ def turned(
             table=replace(table, jitter_rms_deg_per_s=0.004, ripple=((12.0, 5e-4), (36.0, 2e-4))),
             encoder=EncoderConfig(periodic_error=((1.0, 1.0),)),
             platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
-            disturbances=DisturbanceConfig(angle=orders, time=TONES),
+            disturbances=DisturbancesConfig(angle=orders, time=TONES),
         )
     )
 

@@ -10,7 +10,7 @@ from sagnac.lines import search
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.published import AS_PRINTED, remove_lines_as_published
 from sagnac.lines.search import remove_lines
-from sagnac.rig.config import DisturbanceConfig, preset
+from sagnac.rig.config import DisturbancesConfig, preset
 from sagnac.rig.simulate import simulate
 
 ARCSECOND = np.pi / 648_000
@@ -451,7 +451,7 @@ def test_ripple_beating_with_earth_rate_makes_no_lines():
     # Ripple of 12 and 36 a turn puts Earth rate into orders 11, 13, 35 and 37.
     difference, encoder, _ = recorded(
         table={"wander_fraction": 0.01, "wander_time_s": 60.0, "ripple": ((12, 5e-3), (36, 2e-3))},
-        disturbances=DisturbanceConfig(),
+        disturbances=DisturbancesConfig(),
     )
     lines = remove_lines(difference, encoder, RATE, channel="x-z").lines
     assert {line.frequency for line in lines} <= {1.0}

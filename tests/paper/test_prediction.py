@@ -12,7 +12,7 @@ from sagnac.lines.search import remove_lines
 from sagnac.paper.prediction import adequate_rate, predicted_angle_random_walk
 from sagnac.rig.config import preset
 from sagnac.rig.ring_laser import RingLaser, angle_random_walk
-from sagnac.rig.sections import DisturbanceConfig, EncoderConfig
+from sagnac.rig.sections import DisturbancesConfig, EncoderConfig
 from sagnac.rig.simulate import simulate
 from sagnac.rig.truth import truth_of
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
@@ -93,7 +93,7 @@ def test_a_rig_with_latch_jitter_reads_as_predicted():
         sample_rate_hz=100.0,
         gyro=replace(base.gyro, mode="rate-biased"),
         encoder=EncoderConfig(latch_jitter_s=2e-5),
-        disturbances=DisturbanceConfig(),
+        disturbances=DisturbancesConfig(),
     )
     prediction = predicted_angle_random_walk([40.0 * DEGREE], config=config)
     recording = simulate(config).recording

@@ -12,7 +12,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.rig.config import preset
-from sagnac.rig.sections import DisturbanceConfig
+from sagnac.rig.sections import DisturbancesConfig
 from sagnac.rig.simulate import simulate
 from sagnac.rig.truth import truth_of
 from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
@@ -101,7 +101,7 @@ def test_recordings_of_the_rig_give_its_quantum_limit_and_fall():
         duration_s=300.0,
         sample_rate_hz=100.0,
         gyro=replace(base.gyro, mode="rate-biased"),
-        disturbances=DisturbanceConfig(),
+        disturbances=DisturbancesConfig(),
     )
     analyses, truths = [], []
     for number, rate in enumerate((8.0, 20.0, 60.0)):

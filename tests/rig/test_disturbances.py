@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sagnac.rig.own_motion import Disturbances
-from sagnac.rig.sections import DisturbanceConfig
+from sagnac.rig.sections import DisturbancesConfig
 from sagnac.rig.simulate import simulate
 from tests.rig.rigs import ARCSEC, configured, triad, true_table_angle
 
@@ -15,12 +15,12 @@ from tests.rig.rigs import ARCSEC, configured, triad, true_table_angle
 def test_disturbances_are_those_of_the_truth():
     config = configured(
         duration_s=200.0,
-        disturbances=DisturbanceConfig(
+        disturbances=DisturbancesConfig(
             angle=((1.0, 0.6), (7.0, 0.2), (2.5, 0.1)), time=((1.37, 0.05), (50.0, 0.02))
         ),
     )
     simulation = simulate(config)
-    quiet = triad(replace(config, disturbances=DisturbanceConfig()))
+    quiet = triad(replace(config, disturbances=DisturbancesConfig()))
     gyros = np.array([gyro.values for gyro in simulation.recording.gyros])
     left = (gyros - quiet) / ARCSEC
     alpha = true_table_angle(config)
@@ -52,7 +52,7 @@ def test_disturbances_are_those_of_the_truth():
 
 @pytest.mark.parametrize("pieces", [1, 2, 9])
 def test_lines_go_on_from_one_block_to_the_next(pieces):
-    config = DisturbanceConfig(angle=((3.0, 1.0), (2.5, 1.0)), time=((7.3, 1.0),))
+    config = DisturbancesConfig(angle=((3.0, 1.0), (2.5, 1.0)), time=((7.3, 1.0),))
     drawn = Disturbances.drawn(config, np.random.default_rng(3))
     assert drawn.angle.position.tolist() == [2.5, 3.0]
     alpha = np.linspace(0.0, 20.0, 5000)

@@ -10,7 +10,7 @@ from benchmarks.rate_sweep import quantum_limit
 from sagnac.paper.prediction import TABLE_2
 from sagnac.rig.config import preset
 from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
-from sagnac.rig.sections import DisturbanceConfig
+from sagnac.rig.sections import DisturbancesConfig
 from sagnac.rig.simulate import simulate
 from sagnac.stability.curve import stability_curve
 from sagnac.units import DEGREE_PER_ROOT_HOUR
@@ -188,7 +188,7 @@ def test_scale_factor_nonlinearity_adds_no_random_walk_to_speak_of(rate):
         sample_rate_hz=100.0,
         table=replace(base.table, rate_deg_per_s=rate),
         gyro=gyro,
-        disturbances=DisturbanceConfig(),
+        disturbances=DisturbancesConfig(),
     )
     pulled = replace(config, gyro=replace(gyro, mode="rate-biased"))
     x, z = (

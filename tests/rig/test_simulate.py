@@ -16,7 +16,7 @@ import sagnac
 from sagnac import formats
 from sagnac.errors import MissingExtra, RecordingError
 from sagnac.rig.config import RigConfig, preset
-from sagnac.rig.sections import AccelerometerConfig, DisturbanceConfig, GyroConfig, TableConfig
+from sagnac.rig.sections import AccelerometerConfig, DisturbancesConfig, GyroConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate, write
 from tests.rig.rigs import HARSH, from_first, triad
 
@@ -34,7 +34,7 @@ def test_blocks_are_the_recording_whatever_their_size(block_samples, mode):
     config = replace(
         HARSH,
         sample_rate_hz=100.0,
-        disturbances=DisturbanceConfig(angle=((1.0, 0.5), (3.5, 0.2)), time=((7.3, 0.1),)),
+        disturbances=DisturbancesConfig(angle=((1.0, 0.5), (3.5, 0.2)), time=((7.3, 0.1),)),
         gyro=gyro,
     )
     recording = simulate(config).recording

@@ -6,11 +6,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import BLOCK, FloatArray, IntegerArray, blocks, every
+from sagnac.arrays import BLOCK, FloatArray, IntegerArray, blocks
 from sagnac.errors import Level, Note, RecordingError, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.profile import remedy_of
+from sagnac.recording.profile import remedy_of, scatter_of, some_steps
 from sagnac.recording.stamps import Places, longest_between
 from sagnac.units import ARCSECOND, DEGREE, UNITS, split_factor
 
@@ -32,8 +32,7 @@ def jump_notes(recording: Recording, channel: Channel) -> tuple[Note, ...]:
     steady meets the steps of a readout so.
     """
     values = channel.values
-    apart = max(1, (values.size - 1) // _LOOKED_AT)
-    steps = every(values[1:], apart) - every(values[:-1], apart)
+    steps = some_steps(values, _LOOKED_AT)
     middle = float(np.median(steps))
     limit = 20.0 * float(np.quantile(np.abs(steps - middle), 0.99))
     if limit <= 0.0:
@@ -206,8 +205,7 @@ def _unfollowed_jump(
 
 def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
     """Samples before steps of `LEAST_JUMP` that are `JUMP_RATIO` times the usual ones."""
-    apart = max(1, (angle.size - 1) // 100_000)
-    steps = np.abs(every(angle[1:], apart) - every(angle[:-1], apart))
+    steps = np.abs(some_steps(angle, 100_000))
     limit = max(LEAST_JUMP, JUMP_RATIO * float(np.quantile(steps, 0.99)))
     return Places(values=angle, test=lambda some: np.abs(np.diff(some)) > limit, following=1).all()
 
@@ -326,9 +324,8 @@ _PLACES: Final = 4001
 _SIGMAS: Final = 8.0
 # An excess below this is that of a sound encoder where its scale closes.
 _CLOSES: Final = 10.0 * ARCSECOND
-# A normal median is this much wider than the mean, and its scatter this many median deviations.
+# A normal median is this much wider than the mean.
 _MEDIAN: Final = 1.2533
-_DEVIATION: Final = 1.4826
 
 
 def turn_notes(recording: Recording) -> tuple[Note, ...]:
@@ -347,7 +344,7 @@ def turn_notes(recording: Recording) -> tuple[Note, ...]:
         at = at[:: max(1, at.size // _PLACES)]
         other = np.linspace(_OUTER, table.values.size - 1 - _OUTER, _PLACES).astype(np.int64)
         usual = _excess(table.values, other)
-        scatter = _DEVIATION * float(np.median(np.abs(usual - np.median(usual))))
+        scatter = scatter_of(usual - np.median(usual))
         leap = float(np.median(_excess(table.values, at)))
         if abs(leap) < max(_CLOSES, _SIGMAS * _MEDIAN * scatter / math.sqrt(at.size)):
             continue

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from sagnac.arrays import FloatArray, IntegerArray, blocks, differences, extent
+from sagnac.arrays import FloatArray, IntegerArray, blocks, differences, every, extent
 from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
@@ -308,6 +308,23 @@ def _noise_of(rows: FloatArray) -> FloatArray:
     np.clip(off, -farthest, farthest, out=off)
     spread = np.einsum("ij,ij->i", off, off) / rows.shape[1]
     return np.stack([level, 0.5 * whole / count, 0.5 * typical, spread], axis=1)
+
+
+# ---- robust ------------------------------------------------------------------------
+
+# Standard deviation of a normal number, of the median of its size.
+_DEVIATION: Final = 1.4826
+
+
+def scatter_of(values: FloatArray) -> float:
+    """Standard deviation of normal numbers about zero, by the median of their size."""
+    return _DEVIATION * float(np.median(np.abs(values)))
+
+
+def some_steps(values: FloatArray, most: int) -> FloatArray:
+    """Steps from a sample to the next at even distances, about `most` of them."""
+    apart = max(1, (values.size - 1) // most)
+    return every(values[1:], apart) - every(values[:-1], apart)
 
 
 # ---- soundness ---------------------------------------------------------------------

@@ -19,7 +19,7 @@ from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.effects import effect_words
 from sagnac.recording.encoder_faults import LEAST_SHARE, jump_notes, table_share
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.profile import Profile, remedy_of
+from sagnac.recording.profile import Profile, remedy_of, scatter_of
 from sagnac.recording.stamps import longest_between
 from sagnac.units import ARCSECOND, DEGREE
 
@@ -222,7 +222,6 @@ _UNLIKE: Final = 0.3
 _WHOLE: Final = 0.15
 _OF_NUMBER: Final = 0.01
 _SCATTERS: Final = 8.0
-_DEVIATION: Final = 1.4826
 _LOOKED_AT: Final = 20_000
 # A slip below this is that of a sound encoder; and the encoder itself leaps by as much, to this.
 _SLIPS: Final = 10.0 * ARCSECOND
@@ -390,4 +389,4 @@ def _scatter(values: FloatArray) -> float:
     last = values.size - 2 - _SIDE
     places = np.linspace(_SIDE, last, min(_LOOKED_AT, last)).astype(np.int64)
     _, beyond = _steps_around(values, places)
-    return _DEVIATION * float(np.median(np.abs(beyond)))
+    return scatter_of(beyond)

@@ -24,7 +24,7 @@ from sagnac.rig.sections import (
     AccelerometerConfig,
     Choice,
     ConfigurationError,
-    DisturbanceConfig,
+    DisturbancesConfig,
     DitherConfig,
     EncoderConfig,
     GyroConfig,
@@ -89,7 +89,7 @@ class RigConfig:
     gyro: GyroConfig = GyroConfig()
     accelerometer: AccelerometerConfig = AccelerometerConfig()
     dither: DitherConfig = DitherConfig()
-    disturbances: DisturbanceConfig = DisturbanceConfig()
+    disturbances: DisturbancesConfig = DisturbancesConfig()
 
     def __post_init__(self) -> None:
         check(self)
@@ -333,7 +333,7 @@ _PAPER = RigConfig(
     table=TableConfig(jitter_rms_deg_per_s=0.004, ripple=((12.0, 5e-4), (36.0, 2e-4))),
     encoder=EncoderConfig(periodic_error=((1.0, 1.0),), latch_jitter_s=20e-6),
     platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
-    disturbances=DisturbanceConfig(
+    disturbances=DisturbancesConfig(
         angle=(
             (1.0, 0.6),
             (2.0, 0.45),

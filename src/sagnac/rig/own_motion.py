@@ -14,7 +14,7 @@ import numpy as np
 
 from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
 from sagnac.rig import _kernels
-from sagnac.rig.sections import GYRO_NAMES, DisturbanceConfig, MotionConfig, Pairs
+from sagnac.rig.sections import GYRO_NAMES, DisturbancesConfig, MotionConfig, Pairs
 from sagnac.rig.table import Motion, Oscillator
 from sagnac.units import ARCSECOND
 
@@ -223,7 +223,7 @@ class Disturbances:
     time: LineSet
 
     @classmethod
-    def drawn(cls, config: DisturbanceConfig, random: np.random.Generator) -> "Disturbances":
+    def drawn(cls, config: DisturbancesConfig, random: np.random.Generator) -> "Disturbances":
         """Draw them once for a recording: those in table angle, then those in time."""
         angle = _drawn(config.angle, random)
         return cls(angle=angle, time=_drawn(config.time, random))

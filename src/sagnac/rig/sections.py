@@ -172,8 +172,17 @@ _NONE: Final = (0.0, 0.0, 0.0)
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
 
 
+class Section:
+    """A table of the configuration, which checks its keys when it is made (see `check`)."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        check(self, f"{self.__class__.__name__.removesuffix('Config').lower()}.")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TableConfig:
+class TableConfig(Section):
     """The turntable: commanded motion and what its servo and bearing add.
 
     Attributes
@@ -242,9 +251,6 @@ class TableConfig:
     ripple: Annotated[Pairs, PairsOf(_ORDER, Number(0.0, 0.2, "fraction"))] = ()
     wobble: Annotated[Pairs, PairsOf(Number(0.01, 100.0, "order"), _ARCSECONDS)] = ()
 
-    def __post_init__(self) -> None:
-        check(self, "table.")
-
     @property
     def turning(self) -> bool:
         """Whether the table is commanded to move at all."""
@@ -254,7 +260,7 @@ class TableConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EncoderConfig:
+class EncoderConfig(Section):
     """The angle encoder and its null pulse.
 
     Attributes
@@ -295,12 +301,9 @@ class EncoderConfig:
     lost_fraction: Annotated[float, Number(0.0, 0.9)] = 0.0
     missing_null_fraction: Annotated[float, Number(0.0, 1.0)] = 0.0
 
-    def __post_init__(self) -> None:
-        check(self, "encoder.")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MotionConfig:
+class MotionConfig(Section):
     """Random motion that gyros do not share, while the table turns (`sagnac.rig.own_motion`).
 
     Attributes
@@ -326,12 +329,9 @@ class MotionConfig:
     nutation_hz: Annotated[float, Number(0.1, 1e4)] = 10.0
     nutation_quality: Annotated[float, Number(0.5, 1000.0)] = 5.0
 
-    def __post_init__(self) -> None:
-        check(self, "motion.")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlatformConfig:
+class PlatformConfig(Section):
     """How the triad sits on the table and where the table stands.
 
     Attributes
@@ -347,9 +347,6 @@ class PlatformConfig:
     share_deviation: Annotated[Triple, PerGyro(-0.05, 0.05)] = _NONE
     latitude_deg: Annotated[float, Number(-90.0, 90.0)] = 28.2
     heading_deg: Annotated[float, Number(-360.0, 360.0)] = 0.0
-
-    def __post_init__(self) -> None:
-        check(self, "platform.")
 
     @property
     def shares(self) -> FloatArray:
@@ -368,7 +365,7 @@ class PlatformConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GyroConfig:
+class GyroConfig(Section):
     """The three gyros: one number for all of them, or a list for x, y, z.
 
     Attributes
@@ -452,12 +449,9 @@ class GyroConfig:
     low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
     low_pass_order: Annotated[int, Whole(1, 2)] = 1
 
-    def __post_init__(self) -> None:
-        check(self, "gyro.")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AccelerometerConfig:
+class AccelerometerConfig(Section):
     """Three accelerometers along the axes of the gyros, with gravity: one number, or three.
 
     Attributes
@@ -513,12 +507,9 @@ class AccelerometerConfig:
     low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
     low_pass_order: Annotated[int, Whole(1, 2)] = 1
 
-    def __post_init__(self) -> None:
-        check(self, "accelerometer.")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DitherConfig:
+class DitherConfig(Section):
     """Dither left in the angles of a dithered gyro, and how its pick-off shows it.
 
     Its frequency, rate and randomisation stand in `GyroConfig`. With nothing left there is no
@@ -544,9 +535,6 @@ class DitherConfig:
     ring_down_s: Annotated[float, Number(0.01, 1e4)] = 0.5
     pickoff_noise_arcsec: Annotated[float, Number(0.0, 3600.0)] = 0.01
 
-    def __post_init__(self) -> None:
-        check(self, "dither.")
-
     @property
     def is_left(self) -> bool:
         """Whether any gyro has dither in its angle."""
@@ -554,7 +542,7 @@ class DitherConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DisturbanceConfig:
+class DisturbancesConfig(Section):
     """Periodic disturbances of the gyro angles, Eqs. 10 and 11.
 
     Each gyro takes between half and all of each amplitude, at a phase of its own.
@@ -569,6 +557,3 @@ class DisturbanceConfig:
 
     angle: Annotated[Pairs, PairsOf(_ORDER, _ARCSECONDS)] = ()
     time: Annotated[Pairs, PairsOf(Number(1e-6, 1e5, "frequency Hz"), _ARCSECONDS)] = ()
-
-    def __post_init__(self) -> None:
-        check(self, "disturbances.")
