@@ -198,12 +198,8 @@ def align(
     noises, accelerometers = _unit(source)
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
     loudest = max(noises, key=lambda one: one.angle_random_walk)
-    begun = Start()
-    start = Start(
-        azimuth=begun.azimuth if azimuth is None else azimuth,
-        tilt=begun.tilt if tilt is None else tilt,
-        drift=bias or 0.0,
-    )
+    stated = {"azimuth": azimuth, "tilt": tilt, "drift": bias}
+    start = Start(**{name: value for name, value in stated.items() if value is not None})
     priors = Priors(tilt=start.tilt, azimuth=start.azimuth, rest=rest, bias=bias)
     place = _LATITUDE if latitude is None else latitude
     asked, along = (

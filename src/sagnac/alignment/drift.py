@@ -30,7 +30,7 @@ from sagnac.alignment.error_model import (
     moments_of,
     system_matrix,
 )
-from sagnac.alignment.noise import GyroNoise
+from sagnac.alignment.noise import GyroNoise, require_not_negative
 from sagnac.arrays import FloatArray
 from sagnac.errors import quoted
 
@@ -79,10 +79,7 @@ class Priors:
     bias: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("tilt", "azimuth", "bias"):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
+        require_not_negative(self, ("tilt", "azimuth", *(() if self.bias is None else ("bias",))))
         if not (math.isfinite(self.rest) and self.rest > 0.0):
             raise ValueError(f"rest is {quoted(self.rest)}; give a time above zero")
 

@@ -31,7 +31,7 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.special import ndtri
 
-from sagnac.alignment.noise import GyroNoise
+from sagnac.alignment.noise import GyroNoise, require_not_negative
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import allan_variance_basis
 from sagnac.errors import quoted
@@ -186,8 +186,7 @@ class Start:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
-        if not self.drift >= 0.0:
-            raise ValueError(f"drift is {quoted(self.drift)}; give zero or more")
+        require_not_negative(self, ("drift",))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -44,7 +44,7 @@ class MarkovNoise:
     error: float = 0.0
 
     def __post_init__(self) -> None:
-        _require_finite(self, ("deviation", "time", "error"))
+        require_not_negative(self, ("deviation", "time", "error"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,7 +80,7 @@ class GyroNoise:
     bounds: Mapping[CoefficientName, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        _require_finite(self, NAMES)
+        require_not_negative(self, NAMES)
         if self.covariance.shape != (3, 3):
             raise ValueError(f"covariance has shape {self.covariance.shape}; give (3, 3)")
 
@@ -224,9 +224,16 @@ Unit = tuple[tuple[GyroNoise, GyroNoise, GyroNoise], tuple[GyroNoise, ...]]
 """Gyros about north, east and down, and accelerometers along north and east or none."""
 
 
-def _require_finite(noise: object, names: Iterable[str]) -> None:
+def require_not_negative(of: object, names: Iterable[str]) -> None:
+    """Refuse attributes of an object that are no numbers of zero or more.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite.
+    """
     for name in names:
-        value = getattr(noise, name)
+        value = getattr(of, name)
         if not (math.isfinite(value) and value >= 0.0):
             raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
 
