@@ -30,7 +30,7 @@ from typing import Final
 import numpy as np
 from scipy.stats import binomtest
 
-from sagnac.fleet.measure import result_path
+from sagnac.fleet.tasks import result_path
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.simulate import write
 from sagnac.rig.truth import truth_of

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sagnac.app.pyramid import Pyramid
+from sagnac.app.looks import Pyramid
 
 
 def naive(values, first, stop):

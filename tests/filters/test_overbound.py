@@ -6,7 +6,7 @@ from scipy import stats
 
 from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.errors import RecordingError
-from sagnac.filters.overbound import (
+from sagnac.filters.models import (
     UpperLimit,
     common_time,
     overbound,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.filters.state_space import FilterModel, Markov
+from sagnac.filters.models import FilterModel, Markov
 
 
 def test_a_markov_rate_in_steps_is_stationary():

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from sagnac.coefficients.laws import markov_allan_variance
-from sagnac.filters.overbound import overbound, upper_limit
+from sagnac.filters.models import overbound, upper_limit
 from sagnac.stability.curve import stability_curve
 
 RUNS = 250

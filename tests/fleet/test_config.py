@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from sagnac.errors import RecordingError
-from sagnac.fleet.config import Choices, tasks_of
+from sagnac.fleet.tasks import Choices, tasks_of
 
 
 def written(folder: Path, text: str) -> Path:

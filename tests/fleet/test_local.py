@@ -8,9 +8,8 @@ import time
 
 from sagnac.analysis.settings import Settings
 from sagnac.fleet import runner
-from sagnac.fleet.config import Task
-from sagnac.fleet.measure import result_path
 from sagnac.fleet.runner import run
+from sagnac.fleet.tasks import Task, result_path
 from sagnac.processes import GIBIBYTE, Means
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from sagnac.fleet.measure import Result, read_result, result_path, write_result
+from sagnac.fleet.tasks import Result, read_result, result_path, write_result
 
 
 def test_result_is_kept_and_read(tmp_path) -> None:

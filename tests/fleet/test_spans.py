@@ -1,7 +1,6 @@
 import pytest
 
-from sagnac.fleet.config import Task
-from sagnac.fleet.measure import Result, span_of, span_tasks
+from sagnac.fleet.tasks import Result, Task, span_of, span_tasks
 from sagnac.formats.statement import Statement
 
 

@@ -9,10 +9,10 @@ import pytest
 
 from sagnac.analysis.settings import Settings
 from sagnac.fleet import runner
-from sagnac.fleet.config import Task
 from sagnac.fleet.page import control_chart, write_overview
 from sagnac.fleet.runner import run
 from sagnac.fleet.table import groups_of, lines_of, read_table, write_tables
+from sagnac.fleet.tasks import Task
 from sagnac.formats import read, write
 from sagnac.processes import GIBIBYTE, Means
 from sagnac.recording.effects import finding

@@ -4,7 +4,7 @@ import pytest
 
 from sagnac.analysis.settings import Settings
 from sagnac.errors import RecordingError
-from sagnac.fleet.config import Task, require_same_file, with_digest
+from sagnac.fleet.tasks import Task, require_same_file, with_digest
 from sagnac.formats.statement import Statement
 
 

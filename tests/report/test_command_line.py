@@ -3,7 +3,7 @@
 import pytest
 
 from sagnac.errors import Note, RecordingError
-from sagnac.report.command_line import as_typed, error_text, note_text
+from sagnac.report import as_typed, error_text, note_text
 
 
 @pytest.mark.parametrize(

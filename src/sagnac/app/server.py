@@ -26,8 +26,7 @@ import numpy as np
 
 import sagnac
 from sagnac.app import looks, stated
-from sagnac.app.runs import Task
-from sagnac.app.sessions import Room, Session, Sessions, campaign_table
+from sagnac.app.sessions import Room, Session, Sessions, Task, campaign_table
 
 try:
     from tornado import web

@@ -52,7 +52,7 @@ def explain(error: Exception) -> int:
     """
     # Not before something has gone wrong: --help and a wrong option need none of it.
     from sagnac.errors import MissingExtra, RecordingError, WouldOverwrite
-    from sagnac.report.command_line import as_typed, error_text
+    from sagnac.report import as_typed, error_text
 
     status = DATA_ERROR
     if isinstance(error, RecordingError):

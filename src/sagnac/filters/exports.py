@@ -10,9 +10,8 @@ import numpy as np
 
 from sagnac.errors import RecordingError, one_line, quoted
 from sagnac.filters.definitions import definition_of
-from sagnac.filters.overbound import common_time
-from sagnac.filters.plain import plain, toml_table
-from sagnac.filters.settings import FilterSetting, by_name, worst
+from sagnac.filters.models import common_time
+from sagnac.filters.settings import FilterSetting, by_name, plain, toml_table, worst
 from sagnac.units import (
     DEGREE_PER_HOUR,
     DEGREE_PER_ROOT_HOUR,

@@ -8,10 +8,10 @@ from typing import Any
 
 from sagnac.analysis.settings import Settings
 from sagnac.arrays import pandas_for
-from sagnac.fleet.config import Choices, Task, tasks_of
 from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
 from sagnac.fleet.table import Line, lines_of, walk_limits, write_tables
+from sagnac.fleet.tasks import Choices, Task, tasks_of
 from sagnac.formats.statement import Statement
 from sagnac.overwriting import of_campaign, require_free
 from sagnac.processes import Standing, means_of

@@ -20,8 +20,7 @@ from typing import Any, Final
 
 from sagnac import processes
 from sagnac.errors import MissingExtra, RecordingError
-from sagnac.fleet.config import Task, with_digest
-from sagnac.fleet.measure import Result, lost, measure, read_result, span_tasks
+from sagnac.fleet.tasks import Result, Task, lost, measure, read_result, span_tasks, with_digest
 from sagnac.processes import GIBIBYTE, Means, Standing, means_of, nobody
 from sagnac.version import __version__
 

@@ -16,9 +16,8 @@ from sagnac.alignment.noise import GyroNoise
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import SYMBOLS
 from sagnac.errors import RecordingError, counted
-from sagnac.fleet.config import Task
-from sagnac.fleet.measure import span_of
 from sagnac.fleet.runner import Campaign, Row
+from sagnac.fleet.tasks import Task, span_of
 from sagnac.formats.files import replacing
 from sagnac.repeatability.study import Repeatability, Run, repeatability
 from sagnac.report.files import write_text

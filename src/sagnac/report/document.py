@@ -38,7 +38,7 @@ from sagnac.coefficients.self_noise import SelfNoise
 from sagnac.documents import ANALYSES, ANALYSIS, finite, read_analyses
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
-from sagnac.report.command_line import error_text, findings_data, note_text
+from sagnac.report import error_text, findings_data, note_text
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
 from sagnac.report.sections import overall_decision, verdict_data
 from sagnac.stability.curve import StabilityCurve

@@ -18,8 +18,8 @@ from sagnac.analysis.result import (
 from sagnac.coefficients.estimates import Estimate, Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.errors import ranked
+from sagnac.report import error_text, note_text
 from sagnac.report.alignment import compass_figure
-from sagnac.report.command_line import error_text, note_text
 from sagnac.report.document import analysis_document
 from sagnac.report.figures import (
     ReportFigures,

@@ -16,7 +16,7 @@ from sagnac.analysis.shares import Share
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import one_line, rounded
-from sagnac.report.command_line import note_text
+from sagnac.report import note_text
 from sagnac.report.quantities import (
     curve_columns,
     curve_unit,

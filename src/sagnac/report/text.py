@@ -19,7 +19,7 @@ from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.coefficients.self_noise import SelfNoise
 from sagnac.errors import Note, counted, ranked
 from sagnac.recording.model import Recording
-from sagnac.report.command_line import as_typed, error_text, note_text
+from sagnac.report import as_typed, error_text, note_text
 from sagnac.report.files import placed_notes
 from sagnac.report.quantities import (
     FIT_TITLES,

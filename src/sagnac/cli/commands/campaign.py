@@ -24,9 +24,9 @@ from sagnac.cli.output import DATA_ERROR, DONE, UsageError, complain, standings
 from sagnac.errors import counted, one_line
 
 if TYPE_CHECKING:
-    from sagnac.fleet.config import Choices, Task
     from sagnac.fleet.runner import Completed
     from sagnac.fleet.table import Line
+    from sagnac.fleet.tasks import Choices, Task
 
 _WORK = Group("Work", sort_key=2)
 # Rows with a reason that a terminal shows.
@@ -65,9 +65,9 @@ def campaign(
         Of a Dask cluster, tcp://host:8786, to work on.
     """
     from sagnac.fleet.campaign import title_of
-    from sagnac.fleet.config import Choices, tasks_of
     from sagnac.fleet.page import reason_text
     from sagnac.fleet.table import yield_of
+    from sagnac.fleet.tasks import Choices, tasks_of
 
     if options.as_json:
         raise UsageError("--json is not for a campaign; its table is campaign.csv")

@@ -87,7 +87,7 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     errors = [finding for finding in findings if finding.level in refused]
     if not errors:
         return DONE
-    from sagnac.report.command_line import note_text
+    from sagnac.report import note_text
 
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     complain(f"{file}: {note_text(errors[0])}{more}")
@@ -122,7 +122,7 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
 
 def _outcome(file: Path, statement: "sagnac.Statement", lacking: Mapping[str, str]) -> str:
     """Outcome for a file once what is lacking is stated, in words."""
-    from sagnac.report.command_line import error_text
+    from sagnac.report import error_text
 
     parsed: dict[str, Any] = {
         name: one_or_by_name(value) if name in ("columns", "kind", "unit") else value
@@ -141,7 +141,7 @@ def _check_document(
     file: Path, recording: "sagnac.Recording", findings: "Sequence[sagnac.Note]"
 ) -> dict[str, Any]:
     """Findings in the schema ``sagnac.check/1``."""
-    from sagnac.report.command_line import findings_data, note_text
+    from sagnac.report import findings_data, note_text
 
     return {
         "schema": CHECK_SCHEMA,
@@ -240,7 +240,7 @@ def plan(
 
 
 def _texts(refused: "Mapping[str, sagnac.RecordingError]") -> dict[str, str]:
-    from sagnac.report.command_line import error_text
+    from sagnac.report import error_text
 
     return {name: error_text(error) for name, error in refused.items()}
 

@@ -438,7 +438,7 @@ def _compared(
     read: ReadFile, settings: "sagnac.Settings", methods: "Sequence[Method]", progress: Progress
 ) -> Comparison:
     """Each method; its refusal is an error only if no method gives anything."""
-    from sagnac.report.command_line import error_text
+    from sagnac.report import error_text
 
     analyses: dict[str, sagnac.Analysis] = {}
     errors: dict[str, sagnac.RecordingError] = {}
