@@ -49,6 +49,7 @@ NAMES = {
     "fast_orthogonal_search",
     "fit_coefficients",
     "judge",
+    "keywords",
     "missing",
     "plan",
     "plot",

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from sagnac.specification.limits import Specification
     from sagnac.specification.verdict import Verdict
     from sagnac.stability.curve import StabilityCurve, deviation_at_every_tau, stability_curve
+    from sagnac.texts import keywords
 
 __all__ = [
     "Analysis", "CampaignReport", "Channel", "Estimate", "Exported", "Fit", "Foresight", "Line",
@@ -65,8 +66,8 @@ __all__ = [
     "Removal", "Report", "RigConfig", "SelfNoise", "Settings", "Specification",
     "StabilityCurve", "Statement", "Trial", "Verdict", "__version__", "align", "analyze",
     "campaign", "check", "columns", "deviation_at_every_tau", "export",
-    "fast_orthogonal_search", "fit_coefficients", "judge", "missing", "plan", "plot", "read",
-    "remove_lines", "self_noise", "simulate", "stability_curve", "trial", "write",
+    "fast_orthogonal_search", "fit_coefficients", "judge", "keywords", "missing", "plan", "plot",
+    "read", "remove_lines", "self_noise", "simulate", "stability_curve", "trial", "write",
     "write_report",
 ]  # fmt: skip
 
@@ -98,6 +99,7 @@ _HOME: Final = {
         "specification.limits": "Specification",
         "specification.verdict": "Verdict",
         "stability.curve": "StabilityCurve deviation_at_every_tau stability_curve",
+        "texts": "keywords",
     }.items()
     for name in names.split()
 }

@@ -4,19 +4,9 @@ import dataclasses
 
 import pytest
 
-from sagnac.cli.options import (
-    NO_OPTIONS,
-    Options,
-    by_name,
-    estimators_of,
-    names,
-    one_or_by_name,
-    seconds,
-    settings_of,
-    span,
-    statement_of,
-)
+from sagnac.cli.options import NO_OPTIONS, Options, estimators_of, settings_of, statement_of
 from sagnac.cli.output import UsageError
+from sagnac.texts import by_name, names, one_or_by_name, seconds, span
 
 
 @pytest.mark.parametrize(

@@ -23,11 +23,6 @@ ANALYSIS: Final = (
 
 Texts = Mapping[str, str]
 
-# What the library calls otherwise than the command line does.
-_LIBRARY: Final = {"rate": "sample_rate", "slice": "span", "accept": "accepted"}
-_SEVERAL: Final = ("gyros", "accelerometers", "covariates", "accept")
-_NUMBERS: Final = ("rate", "counter_period", "confidence", "interval")
-
 
 def cleaned(texts: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, str]:
     """The texts that are not empty.
@@ -45,7 +40,7 @@ def reads(reading: Texts, analysis: Texts) -> dict[str, Any]:
 
     ValueError if a text is none of its option.
     """
-    found = {_LIBRARY.get(name, name): _value(name, text) for name, text in reading.items()}
+    found = sagnac.keywords(reading)
     for one in choices(analysis).get("covariates", ()):
         found["columns"] = {one: one, **found.get("columns", {})}
     return found
@@ -56,43 +51,7 @@ def choices(texts: Texts) -> dict[str, Any]:
 
     ValueError if a value cannot be.
     """
-    return {
-        _LIBRARY.get(name, name): _value(name, text)
-        for name, text in texts.items()
-        if name != "spec"
-    }
-
-
-def _value(name: str, text: str) -> Any:
-    if name in _SEVERAL:
-        return tuple(one.strip() for one in text.split(","))
-    if name == "columns" or (name in ("kind", "unit") and "=" in text):
-        pairs = [one.partition("=") for one in text.split(",")]
-        if any(not key.strip() or not value.strip() for key, _, value in pairs):
-            raise ValueError(f"{name} is {text!r}; give NAME=VALUE with commas between")
-        return {key.strip(): value.strip() for key, _, value in pairs}
-    if name == "slice":
-        return _span(text)
-    if name == "counter_bits":
-        return int(_number(name, text))
-    return _number(name, text) if name in _NUMBERS else text
-
-
-def _span(text: str) -> tuple[float | None, float | None]:
-    start, colon, stop = text.partition(":")
-    try:
-        if not colon:
-            raise ValueError
-        return (float(start) if start.strip() else None, float(stop) if stop.strip() else None)
-    except ValueError:
-        raise ValueError(f"{text!r} is no span; give START:STOP, such as 630:930") from None
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        return float(text.removesuffix("s") if name == "interval" else text)
-    except ValueError:
-        raise ValueError(f"{name} is {text!r}; give a number") from None
+    return sagnac.keywords({name: text for name, text in texts.items() if name != "spec"})
 
 
 def line(error: BaseException) -> str:
@@ -153,16 +112,8 @@ def script(
 
 
 def toml(reading: Texts, analysis: Texts) -> str:
-    """The TOML that ``sagnac analyze FILE --settings`` takes."""
-    lines = []
-    for name, text in {**reading, **analysis}.items():
-        value = text if name in ("slice", "spec") else _value(name, text)
-        lines.append(f"{name} = {_written(value)}\n")
-    return "".join(lines)
-
-
-def _written(value: Any) -> str:
-    if isinstance(value, Mapping):
-        pairs = (f"{json.dumps(key)} = {json.dumps(item)}" for key, item in value.items())
-        return "{" + ", ".join(pairs) + "}"
-    return json.dumps(list(value) if isinstance(value, tuple) else value, ensure_ascii=False)
+    """The TOML that ``sagnac analyze FILE --settings`` takes: each option as it is typed."""
+    stated = {**reading, **analysis}
+    return "".join(
+        f"{name} = {json.dumps(text, ensure_ascii=False)}\n" for name, text in stated.items()
+    )

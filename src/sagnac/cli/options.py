@@ -2,14 +2,26 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
 
 from cyclopts import Group, Parameter, Token
 
 import sagnac
 from sagnac.cli.output import UsageError
+from sagnac.texts import (
+    OPTION_OF,
+    Span,
+    Value,
+    by_name,
+    giving,
+    is_bare,
+    names,
+    numbered,
+    one_or_by_name,
+    seconds,
+    span,
+)
 from sagnac.units import RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
@@ -17,15 +29,9 @@ if TYPE_CHECKING:
     from sagnac.report.files import TitleBlock
     from sagnac.stability import Estimator
 
-Value = TypeVar("Value")
-Span = tuple[float | None, float | None]
-
 READING: Final = Group("What the file does not say", sort_key=1)
 ANALYSIS: Final = Group("Analysis", sort_key=2)
 OUTPUT: Final = Group("Output", sort_key=3)
-
-# What the library calls otherwise than the command line does.
-_OPTION_OF: Final = {"sample_rate": "rate", "span": "slice", "accepted": "accept"}
 
 # Bytes in a unit of memory.
 _BYTES: Final = {
@@ -37,68 +43,6 @@ _BYTES: Final = {
 
 
 # ---- from what was typed: one argument -> one value ----------------------------------
-
-
-def names(text: str) -> tuple[str, ...]:
-    """``x,z`` as names.
-
-    Raises
-    ------
-    ValueError
-        If a name is empty.
-    """
-    found = tuple(name.strip() for name in text.split(","))
-    if "" in found:
-        raise ValueError(f"{text!r}; give names with commas between them, such as x,z")
-    return found
-
-
-def by_name(text: str) -> dict[str, str]:
-    """``x=A,z=B`` as a mapping.
-
-    Raises
-    ------
-    ValueError
-        If a name or a value is missing.
-    """
-    pairs = [item.partition("=") for item in text.split(",")]
-    if any(not name.strip() or not value.strip() for name, _, value in pairs):
-        raise ValueError(f"{text!r}; give NAME=VALUE with commas between, such as x=A,z=B")
-    return {name.strip(): value.strip() for name, _, value in pairs}
-
-
-def one_or_by_name(text: str) -> str | dict[str, str]:
-    """``rate`` for all gyros, or ``x=rate,z=angle`` one by one."""
-    return by_name(text) if "=" in text else text
-
-
-def giving(example: str) -> Callable[[Callable[[str], Value]], Callable[[str], Value]]:
-    """Has a function say what to give if it can make nothing of a text."""
-
-    def of(convert: Callable[[str], Value]) -> Callable[[str], Value]:
-        @wraps(convert)
-        def converted(text: str) -> Value:
-            try:
-                return convert(text)
-            except (KeyError, ValueError, OverflowError):
-                raise ValueError(f"{text!r}; give {example}") from None
-
-        return converted
-
-    return of
-
-
-@giving("START:STOP in s, such as 630:930")
-def span(text: str) -> Span:
-    """``START:STOP`` in s; either may be left out.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    start, stop = text.split(":")
-    return (float(start) if start.strip() else None, float(stop) if stop.strip() else None)
 
 
 @giving("LOW:HIGH in Hz, such as 0.1:5")
@@ -114,23 +58,6 @@ def band(text: str) -> tuple[float, float]:
     if not 0.0 <= low < high:
         raise ValueError
     return low, high
-
-
-@giving("a time above zero such as 1s, 100ms or 2h")
-def seconds(text: str) -> float:
-    """``1``, ``1s``, ``100ms`` or ``2h`` in s.
-
-    Raises
-    ------
-    ValueError
-        If it is no time above zero.
-    """
-    stripped = text.strip()
-    bare = stripped.replace(".", "", 1).isdigit()
-    value = float(stripped) if bare else unit_of(_numbered(stripped), "time").size
-    if not 0.0 < value < float("inf"):
-        raise ValueError
-    return value
 
 
 def several_seconds(text: str) -> tuple[float, ...]:
@@ -153,7 +80,7 @@ def angle(text: str) -> float:
     ValueError
         If it is no angle above zero with its unit.
     """
-    return unit_of(_numbered(text.strip()), "angle").size
+    return unit_of(numbered(text.strip()), "angle").size
 
 
 @giving("a rate, zero or more, such as 3deg/h")
@@ -165,9 +92,8 @@ def turn_rate(text: str) -> float:
     ValueError
         If it is no rate, zero or above.
     """
-    stripped = _numbered(text.strip())
-    bare = stripped.replace(".", "", 1).isdigit()
-    value, unit = (float(stripped), "deg/h") if bare else split_factor(stripped)
+    stripped = numbered(text.strip())
+    value, unit = (float(stripped), "deg/h") if is_bare(stripped) else split_factor(stripped)
     return value * RATE_UNITS[unit]
 
 
@@ -192,13 +118,6 @@ def memory_size(text: str) -> int:
     if found <= 0:
         raise ValueError
     return found
-
-
-def _numbered(text: str) -> str:
-    """A unit with a number before it; ``s`` alone would be one second."""
-    if not text[:1].isdigit() and not text.startswith("."):
-        raise ValueError(text)
-    return text
 
 
 def one_argument(convert: Callable[[str], Value], **more: Any) -> Parameter:
@@ -458,7 +377,7 @@ def statement_of(options: Reading) -> "sagnac.Statement":
         columns.setdefault(name, name)
     try:
         stated = {
-            field.name: getattr(options, _OPTION_OF.get(field.name, field.name))
+            field.name: getattr(options, OPTION_OF.get(field.name, field.name))
             for field in fields(sagnac.Statement)
         }
         return sagnac.Statement(**{**stated, "columns": columns})
@@ -567,7 +486,7 @@ def estimators_of(stated: Sequence[str] | None) -> "tuple[Estimator, ...]":
 def _of_option(error: ValueError) -> str:
     """An error in an argument of the library, worded for the option that gave it."""
     argument, space, said = str(error).partition(" ")
-    option = _OPTION_OF.get(argument, argument)
+    option = OPTION_OF.get(argument, argument)
     if option not in {field.name for field in fields(Options)}:
         return str(error)
     return f"--{option.replace('_', '-')}{space}{said}"

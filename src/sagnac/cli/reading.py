@@ -1,6 +1,5 @@
 """Reading a file for a command, and the options of a run as a TOML that repeats it."""
 
-import json
 import shlex
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -10,8 +9,9 @@ from pathlib import Path
 from typing import Any, Final
 
 import sagnac
-from sagnac.cli.options import NO_OPTIONS, Options, Reading, span
+from sagnac.cli.options import NO_OPTIONS, Options, Reading
 from sagnac.cli.output import Progress, UsageError
+from sagnac.texts import OPTION_OF, text_of, toml_table, value_of
 
 # ---- reading -----------------------------------------------------------------------
 
@@ -99,33 +99,12 @@ def _command(file: Path, options: Mapping[str, str]) -> str:
 
 def stated_options(statement: "sagnac.Statement") -> dict[str, str]:
     """Statements of a caller as options: name -> value."""
-    start, stop = statement.span or (None, None)
-    values: dict[str, Any] = {
-        "gyros": ",".join(statement.gyros) if statement.gyros else None,
-        "accelerometers": ",".join(statement.accelerometers) if statement.accelerometers else None,
-        "columns": statement.columns or None,
-        "kind": statement.kind,
-        "unit": statement.unit,
-        "scale": statement.scale,
-        "rate": None if statement.sample_rate is None else f"{statement.sample_rate:g}",
-        "time": statement.time,
-        "table": statement.table,
-        "slice": f"{start or ''}:{stop or ''}" if statement.span else None,
-        "counter-bits": statement.counter_bits,
-        "counter-period": (
-            None if statement.counter_period is None else f"{statement.counter_period:.12g}"
-        ),
-        "null-pulse": statement.null_pulse,
-        "layout": statement.layout,
+    stated = {field.name: getattr(statement, field.name) for field in fields(statement)}
+    return {
+        OPTION_OF.get(name, name).replace("_", "-"): text_of(value)
+        for name, value in stated.items()
+        if value is not None and value != {}
     }
-    return {name: _listed(value) for name, value in values.items() if value is not None}
-
-
-def _listed(value: Any) -> str:
-    """A value as it is typed: a mapping as ``x=A,z=B``."""
-    if isinstance(value, Mapping):
-        return ",".join(f"{name}={one}" for name, one in value.items())
-    return str(value)
 
 
 @contextmanager
@@ -169,16 +148,9 @@ def settings_text(options: Options) -> str:
     """Options that were typed, as TOML; empty if none was."""
     stated = {name: getattr(options, name) for name in _NAMES}
     typed = {name: value for name, value in stated.items() if value != getattr(NO_OPTIONS, name)}
-    return "".join(f"{name} = {_written(name, value)}\n" for name, value in typed.items())
-
-
-def _written(name: str, value: Any) -> str:
-    if name == "slice":
-        return json.dumps(":".join("" if end is None else f"{end:.17g}" for end in value))
-    if isinstance(value, Mapping):
-        inside = (f"{json.dumps(key)} = {json.dumps(item)}" for key, item in value.items())
-        return "{" + ", ".join(inside) + "}"
-    return json.dumps(list(value) if isinstance(value, tuple) else value, ensure_ascii=False)
+    if typed.get("slice"):
+        typed["slice"] = text_of(typed["slice"])
+    return toml_table(typed)
 
 
 def with_settings(options: Options) -> Options:
@@ -209,11 +181,11 @@ def with_settings(options: Options) -> Options:
 
 
 def _read(name: str, value: Any) -> Any:
-    if name == "slice":
+    if isinstance(value, str):
         try:
-            return span(str(value))
+            return value_of(name, value)
         except ValueError as error:
-            raise UsageError(f"--settings: slice is {error}") from None
+            raise UsageError(f"--settings: {error}") from None
     return tuple(value) if isinstance(value, list) else value
 
 

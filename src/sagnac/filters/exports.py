@@ -11,7 +11,8 @@ import numpy as np
 from sagnac.errors import RecordingError, one_line, quoted
 from sagnac.filters.definitions import definition_of
 from sagnac.filters.models import common_time
-from sagnac.filters.settings import FilterSetting, by_name, plain, toml_table, worst
+from sagnac.filters.settings import FilterSetting, by_name, plain, worst
+from sagnac.texts import toml_tables
 from sagnac.units import (
     DEGREE_PER_HOUR,
     DEGREE_PER_ROOT_HOUR,
@@ -500,7 +501,7 @@ def _json(name: str, wanted: Wanted) -> str:
 
 
 def _toml(name: str, wanted: Wanted) -> str:
-    return _heading(name, wanted, in_words=False) + toml_table(_plain(wanted))
+    return _heading(name, wanted, in_words=False) + toml_tables(_plain(wanted))
 
 
 def _plain(wanted: Wanted) -> dict[str, object]:

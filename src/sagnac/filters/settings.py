@@ -4,9 +4,7 @@ The sensors are those that an ``analysis.json`` states. The full models are plai
 and JSON of schema ``sagnac.filter/1``.
 """
 
-import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,7 +15,7 @@ import numpy as np
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.documents import documents_of, read_analyses
-from sagnac.errors import RecordingError, one_line
+from sagnac.errors import RecordingError
 from sagnac.filters.definitions import DEFINITIONS
 from sagnac.filters.models import (
     FilterModel,
@@ -422,8 +420,6 @@ def by_name(settings: Sequence[FilterSetting]) -> tuple[FilterSetting, ...]:
 
 # ---- plain data --------------------------------------------------------------------
 
-# Names that TOML takes without quotes.
-_BARE: Final = re.compile(r"[A-Za-z0-9_-]+")
 # By kind of sensor: the integral, a sample, and N and K in the field's units, as keys.
 _KEYS: Final[Mapping[SensorKind, tuple[str, str, str, str]]] = {
     "gyro": ("rad", "rad_per_s", "deg_per_sqrt_h", "deg_per_h_per_sqrt_h"),
@@ -511,33 +507,3 @@ def _model(setting: FilterSetting, model: FilterModel, rate: float) -> dict[str,
             ],
         },
     }
-
-
-def toml_table(table: Mapping[str, Any], path: str = "") -> str:
-    """A table as TOML: plain values first, then the tables below them."""
-    text = "".join(
-        f"{_key(key)} = {_value(value)}\n"
-        for key, value in table.items()
-        if not isinstance(value, Mapping)
-    )
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            below = f"{path}{_key(key)}."
-            text += f"\n[{below[:-1]}]\n{toml_table(value, below)}"
-    return text
-
-
-def _key(key: str) -> str:
-    return key if _BARE.fullmatch(key) else _value(key)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(_value(item) for item in value)}]"
-    if isinstance(value, Mapping):
-        items = (f"{_key(key)} = {_value(item)}" for key, item in value.items())
-        return "{" + ", ".join(items) + "}"
-    if isinstance(value, str):
-        # TOML escapes as JSON does, and the delete character as well.
-        return json.dumps(one_line(value), ensure_ascii=False)
-    return json.dumps(value)

@@ -16,6 +16,7 @@ from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.overwriting import Outputs
 from sagnac.recording.channel import KINDS, PICKOFF
 from sagnac.recording.columns import TEMPERATURE
+from sagnac.texts import names, one_or_by_name
 from sagnac.units import (
     ACCELERATION_UNITS,
     ANGLE_UNITS,
@@ -518,29 +519,18 @@ def by_attributes(attributes: Mapping[str, Any]) -> Statement:
 
 def _value(key: str, stated: Any) -> Any:
     """The value of a field of `Statement` from what stands in a TOML or an attribute."""
-    if key in ("kind", "unit", "columns") and isinstance(stated, str) and "=" in stated:
-        return dict(_pair(item) for item in stated.split(","))
-    named = key in ("gyros", "accelerometers")
-    if named and not isinstance(stated, str | list | tuple):
-        raise ValueError(f"{key} is {stated!r}; give names")
-    if named:
-        return tuple(
-            [name.strip() for name in stated.split(",")] if isinstance(stated, str) else stated
-        )
-    if key in ("sample_rate", "counter_period") and isinstance(stated, str):
+    if key in ("gyros", "accelerometers"):
+        if not isinstance(stated, str | list | tuple):
+            raise ValueError(f"{key} is {stated!r}; give names")
+        return names(stated) if isinstance(stated, str) else tuple(stated)
+    if not isinstance(stated, str):
+        is_whole = key == "counter_bits" and isinstance(stated, float) and stated.is_integer()
+        return int(stated) if is_whole else stated
+    if key in ("kind", "unit", "columns"):
+        return one_or_by_name(stated)
+    if key in ("sample_rate", "counter_period"):
         return float(stated)
-    if key == "counter_bits" and isinstance(stated, str):
-        return int(stated)
-    if key == "counter_bits" and isinstance(stated, float) and stated.is_integer():
-        return int(stated)
-    return stated
-
-
-def _pair(item: str) -> tuple[str, str]:
-    name, equals, value = item.partition("=")
-    if not equals:
-        raise ValueError(f"{item.strip()!r} is not NAME=VALUE")
-    return name.strip(), value.strip()
+    return int(stated) if key == "counter_bits" else stated
 
 
 def of_simulation(path: Path) -> Outputs:

@@ -16,12 +16,12 @@ from sagnac.cli.options import (
     Options,
     Workers,
     one_argument,
-    seconds,
     settings_of,
     statement_of,
 )
 from sagnac.cli.output import DATA_ERROR, DONE, UsageError, complain, standings
 from sagnac.errors import counted, one_line
+from sagnac.texts import seconds
 
 if TYPE_CHECKING:
     from sagnac.fleet.runner import Completed

@@ -22,8 +22,6 @@ from sagnac.cli.options import (
     Force,
     Options,
     Reading,
-    names,
-    one_or_by_name,
     settings_of,
     statement_of,
 )
@@ -37,6 +35,7 @@ from sagnac.cli.reading import (
     with_settings,
 )
 from sagnac.errors import rounded
+from sagnac.texts import names
 from sagnac.version import __version__
 
 if TYPE_CHECKING:
@@ -124,10 +123,7 @@ def _outcome(file: Path, statement: "sagnac.Statement", lacking: Mapping[str, st
     """Outcome for a file once what is lacking is stated, in words."""
     from sagnac.report import error_text
 
-    parsed: dict[str, Any] = {
-        name: one_or_by_name(value) if name in ("columns", "kind", "unit") else value
-        for name, value in lacking.items()
-    }
+    parsed = sagnac.keywords(lacking)
     if "columns" in lacking:
         parsed["gyros"] = None
     try:

@@ -14,15 +14,14 @@ from sagnac.cli.options import (
     Force,
     Json,
     angle,
-    names,
     one_argument,
-    seconds,
     several_seconds,
     turn_rate,
 )
 from sagnac.cli.output import DONE, UsageError, print_paths, require_writable
 from sagnac.errors import one_line
 from sagnac.filters.definitions import ToolName
+from sagnac.texts import names, seconds
 
 if TYPE_CHECKING:
     from sagnac.alignment.align import Prospect, Triad, Unaided
