@@ -6,7 +6,7 @@ if one of them, the mark, says what it is.
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -84,55 +84,47 @@ def require_free(outputs: Outputs, reads: Iterable[Path] = (), *, force: bool = 
         raise WouldOverwrite(there[0], "is there, and no such run made it, so it would be lost")
 
 
-def of_report(folder: Path) -> Outputs:
-    """The files of the report on one analysis."""
-    names = (
-        *("report.html", "report.pdf", "analysis.json", "settings.toml"),
-        *("stability.csv", "lines.csv", "family.csv", "psd.csv"),
-        *("stability.png", "spectrum.png", "parts.png", "self_noise.png"),
-    )
-    return _in(folder, names, "analysis.json", "analysis")
+# Files that go into a folder together: the mark, what it says, and all of them. Results and reports
+# of a campaign are named by their content.
+_FOLDERS: Final[Mapping[str, tuple[str, str, str]]] = {
+    "report": (
+        "analysis.json", "analysis",
+        "report.html report.pdf analysis.json settings.toml stability.csv lines.csv family.csv "
+        "psd.csv stability.png spectrum.png parts.png self_noise.png",
+    ),
+    "accelerometers": ("report.html", "page", "report.html report.pdf stability.png"),
+    "comparison": (
+        "comparison.json", "comparison", "comparison.html comparison.json comparison.png",
+    ),
+    "alignment": ("alignment.json", "alignment", "alignment.json alignment.png drift.png"),
+    "campaign": (
+        "index.html", "page", "campaign.csv campaign.parquet campaign.png index.html",
+    ),
+    "reproduction": (
+        "reproduction.html", "page",
+        "reproduction.html figure*.png table*.png figure*.csv table*.csv",
+    ),
+}  # fmt: skip
 
 
-def of_accelerometers(folder: Path) -> Outputs:
-    """The files of the page on the accelerometers of a recording."""
-    return _in(folder, ("report.html", "report.pdf", "stability.png"), "report.html", "page")
+def outputs_in(folder: Path, what: str) -> Outputs:
+    """The files that a run writes into a folder.
 
-
-def of_comparison(folder: Path) -> Outputs:
-    """The files of a comparison of methods."""
-    names = ("comparison.html", "comparison.json", "comparison.png")
-    return _in(folder, names, "comparison.json", "comparison")
-
-
-def of_alignment(folder: Path) -> Outputs:
-    """The files of an alignment."""
-    names = ("alignment.json", "alignment.png", "drift.png")
-    return _in(folder, names, "alignment.json", "alignment")
-
-
-def of_campaign(folder: Path) -> Outputs:
-    """Table, page and picture of a campaign; results and reports are named by their content."""
-    names = ("campaign.csv", "campaign.parquet", "campaign.png", "index.html")
-    return _in(folder, names, "index.html", "page")
-
-
-def of_reproduction(folder: Path) -> Outputs:
-    """The page of the paper's experiment, its pictures and tables."""
-    names = ["reproduction.html"]
-    if folder.is_dir():
-        names += sorted(
-            path.name
-            for pattern in ("figure*.png", "table*.png", "figure*.csv", "table*.csv")
-            for path in folder.glob(pattern)
-        )
-    return _in(folder, names, "reproduction.html", "page")
+    Parameters
+    ----------
+    folder
+        Of the run.
+    what
+        ``report`` on one analysis, page on its ``accelerometers``, ``comparison`` of methods,
+        ``alignment``, ``campaign`` or ``reproduction``.
+    """
+    mark, kind, listed = _FOLDERS[what]
+    paths: list[Path] = []
+    for name in listed.split():
+        paths += sorted(folder.glob(name)) if "*" in name else [folder / name]
+    return Outputs(paths=tuple(paths), mark=folder / mark, kind=kind)
 
 
 def of_export(path: Path, format_name: str) -> Outputs:
     """The settings of a filter."""
     return Outputs(paths=(path,), mark=path, kind="filter" if format_name == "json" else "settings")
-
-
-def _in(folder: Path, names: Iterable[str], mark: str, kind: str) -> Outputs:
-    return Outputs(paths=tuple(folder / name for name in names), mark=folder / mark, kind=kind)

@@ -13,7 +13,7 @@ from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_t
 from sagnac.fleet.table import Line, lines_of, walk_limits, write_tables
 from sagnac.fleet.tasks import Choices, Task, tasks_of
 from sagnac.formats.statement import Statement
-from sagnac.overwriting import of_campaign, require_free
+from sagnac.overwriting import outputs_in, require_free
 from sagnac.processes import Standing, means_of
 
 
@@ -171,7 +171,7 @@ def carried_out(
     WouldOverwrite
         As of `campaign`.
     """
-    require_free(of_campaign(folder), [Path(task.path) for task in tasks], force=force)
+    require_free(outputs_in(folder, "campaign"), [Path(task.path) for task in tasks], force=force)
     made = run(tasks, folder, completed, span=span, told=told)
     lines = tuple(lines_of(made.each))
     tables = write_tables(lines, folder)

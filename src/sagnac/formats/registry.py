@@ -59,6 +59,9 @@ CSV: Final = Format(
 PARQUET: Final = Format(
     name="Parquet", suffixes=(".parquet", ".pq"), module="arrow", beginning=b"PAR1"
 )
+FEATHER: Final = Format(
+    name="Feather", suffixes=(".feather", ".arrow"), module="arrow", beginning=b"ARROW1"
+)
 MATLAB: Final = Format(name="MATLAB", suffixes=(".mat",), module="matlab", beginning=b"MATLAB 5")
 NPZ: Final = Format(name="NumPy npz", suffixes=(".npz",), module="npz", beginning=b"PK\x03\x04")
 NPY: Final = Format(
@@ -66,40 +69,22 @@ NPY: Final = Format(
 )
 PSINS: Final = Format(name="PSINS imu", suffixes=(".imu",), module="psins", writes=False)
 HDF5: Final = Format(
-    name="HDF5",
-    suffixes=(".h5", ".hdf5", ".he5"),
-    module="hdf5",
+    name="HDF5", suffixes=(".h5", ".hdf5", ".he5"), module="hdf5", also=MATLAB.suffixes,
     beginning=b"\x89HDF\r\n\x1a\n",
-    also=MATLAB.suffixes,
-)
+)  # fmt: skip
 # Version 7.3 is HDF5 behind a header of MATLAB's.
 MATLAB_7_3: Final = Format(
-    name="MATLAB",
-    suffixes=MATLAB.suffixes,
-    module="hdf5",
-    writes=False,
+    name="MATLAB", suffixes=MATLAB.suffixes, module="hdf5", writes=False, also=HDF5.suffixes,
     beginning=b"MATLAB 7.3",
-    also=HDF5.suffixes,
-)
-
-FEATHER: Final = Format(
-    name="Feather", suffixes=(".feather", ".arrow"), module="arrow", beginning=b"ARROW1"
-)
+)  # fmt: skip
+# NetCDF 4 is HDF5 within.
 NETCDF: Final = Format(
-    name="NetCDF",
-    suffixes=(".nc", ".nc4"),
-    module="hdf5",
-    writes=False,
-    # NetCDF 4 is HDF5 within.
-    beginning=HDF5.beginning,
+    name="NetCDF", suffixes=(".nc", ".nc4"), module="hdf5", writes=False, beginning=HDF5.beginning
 )
 ROSBAG: Final = Format(
-    name="ROS bag",
-    suffixes=(".bag", ".mcap", ".db3"),
-    module="rosbag",
-    extra="ros",
+    name="ROS bag", suffixes=(".bag", ".mcap", ".db3"), module="rosbag", extra="ros",
     rates_of=(3, 6),
-)
+)  # fmt: skip
 EUROC: Final = Format(name="EuRoC", suffixes=(".euroc",), module="csv", rates_of=(6,))
 # Where a folder of EuRoC holds the samples of its IMU, and what it states of it.
 EUROC_DATA: Final = "mav0/imu0/data.csv"
@@ -108,43 +93,22 @@ TDMS: Final = Format(
     name="TDMS", suffixes=(".tdms",), module="tdms", writes=False, beginning=b"TDSm", extra="tdms"
 )
 ULOG: Final = Format(
-    name="ULog",
-    suffixes=(".ulg", ".ulog"),
-    module="ulog",
-    writes=False,
+    name="ULog", suffixes=(".ulg", ".ulog"), module="ulog", writes=False, extra="ulog",
     beginning=b"ULog\x01\x125",
-    extra="ulog",
-)
+)  # fmt: skip
 MINISEED: Final = Format(
-    name="miniSEED",
-    suffixes=(".mseed", ".miniseed", ".ms", ".msd"),
-    module="miniseed",
-    writes=False,
-    extra="miniseed",
-)
+    name="miniSEED", suffixes=(".mseed", ".miniseed", ".ms", ".msd"), module="miniseed",
+    writes=False, extra="miniseed",
+)  # fmt: skip
 BINARY: Final = Format(
     name="binary", suffixes=(".bin", ".ins", ".raw"), module="binary", writes=False
 )
 
 # A suffix that several have is that of the first.
 FORMATS: Final = (
-    CSV,
-    PARQUET,
-    MATLAB,
-    NPZ,
-    NPY,
-    PSINS,
-    HDF5,
-    MATLAB_7_3,
-    FEATHER,
-    NETCDF,
-    ROSBAG,
-    EUROC,
-    TDMS,
-    ULOG,
-    MINISEED,
-    BINARY,
-)
+    CSV, PARQUET, MATLAB, NPZ, NPY, PSINS, HDF5, MATLAB_7_3, FEATHER, NETCDF, ROSBAG, EUROC, TDMS,
+    ULOG, MINISEED, BINARY,
+)  # fmt: skip
 # Entry points of this group name a `Format` that another package reads.
 GROUP: Final = "sagnac.formats"
 

@@ -138,37 +138,27 @@ _forces = partial(_axes, names=ACCELEROMETER_NAMES)
 PRESETS: Final = (
     # The data sets' own descriptions: "EuRoC MAV" (ASL format), which TUM-VI follows.
     Preset(
-        name="EuRoC or TUM-VI",
-        gyros=_axes("w_RS_S_{} [rad s^-1]"),
-        accelerometers=_forces("a_RS_S_{} [m s^-2]"),
-        unit="rad/s",
-        time=("timestamp [ns]", "ns"),
+        name="EuRoC or TUM-VI", unit="rad/s", time=("timestamp [ns]", "ns"),
+        gyros=_axes("w_RS_S_{} [rad s^-1]"), accelerometers=_forces("a_RS_S_{} [m s^-2]"),
     ),
     # Kalibr, kalibr_bagextractor and kalibr_bagcreater: imu0.csv.
     Preset(
-        name="Kalibr",
-        gyros=_axes("omega_{}"),
-        accelerometers=_forces("alpha_{}"),
-        unit="rad/s",
-        time=("timestamp", "ns"),
+        name="Kalibr", unit="rad/s", time=("timestamp", "ns"),
+        gyros=_axes("omega_{}"), accelerometers=_forces("alpha_{}"),
     ),
     # ROS, rostopic echo -p: of a sensor_msgs/Imu, in SI.
     Preset(
-        name="rostopic echo",
+        name="rostopic echo", unit="rad/s", time=("field.header.stamp", "ns"),
         gyros=_axes("field.angular_velocity.{}"),
         accelerometers=_forces("field.linear_acceleration.{}"),
-        unit="rad/s",
-        time=("field.header.stamp", "ns"),
     ),
     # PX4, ulog2csv: sensor_combined.
     Preset(
-        name="ulog2csv",
+        name="ulog2csv", unit="rad/s", time=("timestamp", "us"),
         gyros=_axes("gyro_rad[{}]", "012"),
         accelerometers=_forces("accelerometer_m_s2[{}]", "012"),
-        unit="rad/s",
-        time=("timestamp", "us"),
     ),
-)
+)  # fmt: skip
 
 
 def preset_of(names: Sequence[str]) -> Preset | None:

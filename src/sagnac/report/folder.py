@@ -8,7 +8,7 @@ from urllib.parse import quote
 
 from sagnac.analysis.result import Analysis
 from sagnac.formats.files import replacing_folder
-from sagnac.overwriting import of_report, require_free
+from sagnac.overwriting import outputs_in, require_free
 from sagnac.report import document, figures, page, sections
 from sagnac.report.files import TitleBlock, folder_name, write_pdf, write_text
 
@@ -96,7 +96,7 @@ def write_report(
         )
     folder = Path(folder)
     for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
-        require_free(of_report(place), force=force)
+        require_free(outputs_in(place, "report"), force=force)
     sheet = _Sheet(block=block, settings=settings, pdf=pdf, with_forces=with_forces)
     # All of it or nothing: new figures beside an old document would be believed.
     with replacing_folder(folder) as new:

@@ -64,7 +64,7 @@ def analyze(
     for folder in folders:
         results.require_writable(folder)
         if folder is not None:
-            overwriting.require_free(overwriting.of_report(folder), reads, force=force)
+            overwriting.require_free(overwriting.outputs_in(folder, "report"), reads, force=force)
     several = len(files) > 1
     done: list[sagnac.Analysis] = []
     named: list[tuple[str, sagnac.Analysis]] = []
@@ -316,11 +316,11 @@ def _outputs(
     names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
     from sagnac.report.files import folder_name
 
-    made = [overwriting.of_report(output / folder_name(name)) for name in names]
+    made = [overwriting.outputs_in(output / folder_name(name), "report") for name in names]
     if len(names) > 1:
-        made.append(overwriting.of_report(output))
+        made.append(overwriting.outputs_in(output, "report"))
     if read.recording.accelerometers:
-        made.append(overwriting.of_accelerometers(output / _ACCELEROMETERS))
+        made.append(overwriting.outputs_in(output / _ACCELEROMETERS, "accelerometers"))
     return made
 
 
@@ -409,7 +409,7 @@ def compare(
     results.require_writable(output)
     if output is not None:
         reads = inputs([file], options)
-        overwriting.require_free(overwriting.of_comparison(output), reads, force=force)
+        overwriting.require_free(overwriting.outputs_in(output, "comparison"), reads, force=force)
     methods = (options.method,) if options.method else METHODS
     with results.progress_shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)

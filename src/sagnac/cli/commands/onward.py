@@ -190,7 +190,7 @@ def align(
         raise UsageError("--table-rate needs --latitude, since azimuth is found from Earth rate")
     results.require_writable(output)
     if output is not None:
-        overwriting.require_free(overwriting.of_alignment(output), [source], force=force)
+        overwriting.require_free(overwriting.outputs_in(output, "alignment"), [source], force=force)
     results.ready_to_draw()
     from sagnac.units import DEGREE
 

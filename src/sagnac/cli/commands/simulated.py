@@ -175,7 +175,7 @@ def demo(
         config = replace(config, duration_s=QUICK_S)
     folder = output or Path("demo")
     results.require_writable(folder)
-    for made in (of_simulation(folder / RECORDING), overwriting.of_report(folder)):
+    for made in (of_simulation(folder / RECORDING), overwriting.outputs_in(folder, "report")):
         overwriting.require_free(made, force=force)
     results.made(folder)
     began = time.perf_counter()
@@ -225,7 +225,7 @@ def reproduce(
     del debug
     folder = output or Path("reproduction")
     results.require_writable(folder)
-    overwriting.require_free(overwriting.of_reproduction(folder), force=force)
+    overwriting.require_free(overwriting.outputs_in(folder, "reproduction"), force=force)
     results.ready_to_draw()
     from sagnac.paper.prediction import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
