@@ -59,7 +59,7 @@ def read_toml(path: Path, schema: Schema = ANY) -> dict[str, Any]:
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise ValueError(f"is no TOML: {' '.join(str(error).split())}") from None
+        raise ValueError(f"is no TOML: {_reason(error)}") from None
     keep(schema, content)
     return content
 
@@ -188,7 +188,18 @@ def _json(path: Path) -> Any:
             f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
         ) from None
     except (ValueError, RecursionError) as error:
-        raise RecordingError(f"is no JSON: {error}", path=str(path), remedy=_REMEDY) from None
+        raise RecordingError(
+            f"is no JSON: {_reason(error)}", path=str(path), remedy=_REMEDY
+        ) from None
+
+
+def _reason(error: Exception) -> str:
+    """Why a text cannot be parsed, in one line; in words of our own if Python's are not plain."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start + 1} is none of UTF-8"
+    if isinstance(error, RecursionError):
+        return "it is nested too deep"
+    return " ".join(str(error).split())
 
 
 def _refused(name: str) -> float:

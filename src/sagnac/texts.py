@@ -152,7 +152,7 @@ def keywords(texts: Mapping[str, str]) -> dict[str, Any]:
 
 
 def value_of(option: str, text: str) -> Any:
-    """The value that a text states of an option.
+    """The value that a text states of an option, or of an input of the library.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def value_of(option: str, text: str) -> Any:
         If it is none of it.
     """
     try:
-        return _VALUES.get(option, str)(text)
+        return _VALUES.get(OPTION_OF.get(option, option), str)(text)
     except ValueError as error:
         raise ValueError(f"{option} is {error}") from None
 

@@ -149,6 +149,13 @@ def test_a_file_that_is_none_is_one_clear_line(server, name, content):
     assert "Traceback" not in error
 
 
+def test_a_folder_without_a_campaign_is_one_plain_line(server):
+    error = server.call("campaign", folder=".")["error"]
+    assert error.endswith("campaign.csv cannot be read (No such file or directory)")
+    (server.folder / "campaign.csv").write_bytes(b"\xff\xfe,")
+    assert server.call("campaign", folder=".")["error"].endswith("(it is no table of text)")
+
+
 @pytest.mark.parametrize(
     ("texts", "said"),
     [

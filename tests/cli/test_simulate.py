@@ -88,6 +88,26 @@ def test_a_unit_like_its_analysis(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--duration", "600", "-o", "again.xyz"], "no format to write has this suffix"),
+        (["--seed", "-1", "-o", "again.npz"], "--seed: seed is -1"),
+        (["-o", "kept.npz"], "no such run made it"),
+    ],
+)
+def test_a_refusal_stands_before_what_a_unit_like_its_analysis_leaves_out(
+    more, said, capsys, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    path = document(tmp_path, gyros=("x",), table_rate=None)
+    (tmp_path / "kept.npz").write_bytes(b"mine")
+    assert main(["simulate", "--like", str(path), *more]) in (1, 2)
+    shown = capsys.readouterr()
+    assert said in shown.err
+    assert not shown.out
+
+
+@pytest.mark.parametrize(
     ("given", "status", "said"),
     [("--preset", 2, "--preset and --like exclude each other"), ("rig.toml", 1, "remove preset")],
 )

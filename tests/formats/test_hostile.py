@@ -2,6 +2,7 @@
 
 import os
 import zipfile
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -208,6 +209,35 @@ def test_what_is_declared_is_held_against_memory_and_file(tmp_path):
 def test_only_regular_files_are_opened(tmp_path, suffix):
     os.mkfifo(tmp_path / f"run.{suffix}")
     refused(tmp_path / f"run.{suffix}", "no regular file")
+
+
+@pytest.mark.skipif(not Path("/proc/version").is_file(), reason="asks Linux for its files")
+@pytest.mark.parametrize("suffix", ["csv", "imu", "bin"])
+def test_a_file_that_the_system_makes_as_it_is_read_is_refused(tmp_path, suffix):
+    (tmp_path / f"run.{suffix}").symlink_to("/proc/version")
+    refused(tmp_path / f"run.{suffix}", "made by the system", "copy it")
+
+
+@pytest.mark.parametrize("name", ["unit.euroc", "folder"])
+def test_a_folder_that_lacks_what_it_should_hold_is_refused_by_that(tmp_path, name):
+    (tmp_path / name / "imu0").mkdir(parents=True)
+    refused(tmp_path / name, "is a folder without mav0/imu0/data.csv", "metadata.yaml")
+
+
+def test_what_cannot_be_parsed_is_said_in_words(tmp_path):
+    rows = "x\n" + "1\n2\n" * 200
+    for content, said in (
+        (b"kind = 3", "kind is 3; use one of angle"),
+        (b"sample_rate = 'fast'", "sample_rate is 'fast'; give a number"),
+        (b"counter_bits = '4.5'", "counter_bits is '4.5'; give a whole number"),
+        (b"\xff\xfe", "byte 1 is none of UTF-8"),
+    ):
+        (tmp_path / "run.csv").write_text(rows)
+        (tmp_path / "run.csv.toml").write_bytes(content)
+        refused(tmp_path / "run.csv", said)
+    (tmp_path / "run.bin").write_bytes(bytes(800))
+    layout = {"fields": [["x", "f8"]], "sync": "zz"}
+    refused(tmp_path / "run.bin", "'zz'; give bytes of sync", statement=Statement(layout=layout))
 
 
 def test_a_psins_log_without_its_header_is_refused(tmp_path):

@@ -395,7 +395,8 @@ def campaign_table(folder: Path) -> dict[str, Any]:
         with (folder / "campaign.csv").open(newline="", encoding="utf-8") as stream:
             rows = list(csv.reader(stream))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{folder}: campaign.csv cannot be read ({error})") from None
+        why = error.strerror if isinstance(error, OSError) else "it is no table of text"
+        raise ValueError(f"{folder}: campaign.csv cannot be read ({why})") from None
     if not rows:
         raise ValueError(f"{folder}: campaign.csv is empty")
     return {"head": rows[0], "rows": rows[1:2001], "left_out": max(0, len(rows) - 2001)}

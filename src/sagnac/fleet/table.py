@@ -199,8 +199,9 @@ def read_table(path: Path) -> list[Line]:
     try:
         return [_line_of_texts(row) for row in csv.DictReader(text.splitlines())]
     except (KeyError, ValueError, TypeError) as error:
+        why = f"it has no column {error.args[0]}" if isinstance(error, KeyError) else "a row is cut"
         raise RecordingError(
-            f"is no table of a campaign ({error})", path=str(file), remedy=remedy
+            f"is no table of a campaign ({why})", path=str(file), remedy=remedy
         ) from None
 
 

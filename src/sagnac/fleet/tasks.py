@@ -180,7 +180,9 @@ class Choices:
         try:
             groups = set(re.compile(self.pattern).groupindex)
         except re.error as error:
-            raise ValueError(f"pattern is {quoted(self.pattern)}; {error}") from None
+            raise ValueError(
+                f"pattern is {quoted(self.pattern)}; give a regular expression ({error})"
+            ) from None
         if self.pattern and (not groups or groups - set(LABELS)):
             raise ValueError(
                 f"pattern is {quoted(self.pattern)}; give it groups such as (?P<unit>…), of "

@@ -21,12 +21,14 @@ from sagnac.formats.registry import BINARY
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statement
 from sagnac.recording.columns import ACCELEROMETER_NAMES
+from sagnac.texts import giving
 
 # ---- binary layout -----------------------------------------------------------------
 
 _ORDERS: Final = {"little": "<", "big": ">"}
 # Name -> bytes at the end of a record; each is over what lies between sync bytes and itself.
 _CHECKSUM_BYTES: Final = {"xor8": 1, "sum8": 1, "sum16": 2, "crc16": 2, "crc32": 4}
+_SYNC: Final = giving("bytes of sync such as aa55")(bytes.fromhex)
 _BYTES: Final[Schema] = {"type": "integer", "minimum": 0, "description": "give 0 or more"}
 _FIELD: Final[Schema] = {
     "type": "array",
@@ -224,7 +226,7 @@ def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
         for name, kind, *unit in stated["fields"]
     )
     others = {key: value for key, value in stated.items() if key not in ("fields", "sync")}
-    sync = bytes.fromhex(str(stated.get("sync", "")))
+    sync = _SYNC(str(stated.get("sync", "")))
     return BinaryLayout(fields=fields, sync=sync, **others)
 
 

@@ -325,10 +325,14 @@ def _open(path: Path, statements: Statements) -> Source:
         # A bag of ROS 2 is a folder.
         source: Source = _module(ROSBAG, "reading").open_source(path)
         return source
+    if path.is_dir():
+        raise RecordingError(
+            f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)",
+            remedy="give a file, or a folder of one of these kinds",
+        )
     if path.exists() and not path.is_file():
         raise RecordingError(
-            f"cannot be opened: it is {'a folder' if path.is_dir() else 'no regular file'}",
-            remedy="give a file that is stored whole",
+            "cannot be opened: it is no regular file", remedy="give a file that is stored whole"
         )
     try:
         with path.open("rb") as stream:
@@ -339,6 +343,11 @@ def _open(path: Path, statements: Statements) -> Source:
         raise RecordingError(
             f"cannot be opened ({error.strerror})", remedy="check the path and its permissions"
         ) from None
+    if beginning and not path.stat().st_size:
+        raise RecordingError(
+            "is made by the system as it is read, and states no size",
+            remedy="copy it, and give the copy",
+        )
     layout = statements.layout
     if layout is not None and beginning:
         source = _module(BINARY, "reading").open_declared(path, layout)

@@ -16,7 +16,7 @@ from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.overwriting import Outputs
 from sagnac.recording.channel import KINDS, PICKOFF
 from sagnac.recording.columns import TEMPERATURE
-from sagnac.texts import names, one_or_by_name
+from sagnac.texts import value_of
 from sagnac.units import (
     ACCELERATION_UNITS,
     ANGLE_UNITS,
@@ -455,9 +455,8 @@ def beside(path: Path) -> Beside:
         try:
             content = read_toml(candidate)
         except (OSError, ValueError) as error:
-            raise RecordingError(
-                str(error), path=str(candidate), remedy="correct or remove it"
-            ) from None
+            why = f"cannot be read ({error.strerror})" if isinstance(error, OSError) else str(error)
+            raise RecordingError(why, path=str(candidate), remedy="correct or remove it") from None
         unknown = sorted(set(content) - VOCABULARY)
         if unknown and candidate.name != path.name + ".toml":
             text = f"{candidate.name} is not about this file ({unknown[0]}): ignored"
@@ -522,15 +521,11 @@ def _value(key: str, stated: Any) -> Any:
     if key in ("gyros", "accelerometers"):
         if not isinstance(stated, str | list | tuple):
             raise ValueError(f"{key} is {stated!r}; give names")
-        return names(stated) if isinstance(stated, str) else tuple(stated)
+        return value_of(key, stated) if isinstance(stated, str) else tuple(stated)
     if not isinstance(stated, str):
         is_whole = key == "counter_bits" and isinstance(stated, float) and stated.is_integer()
         return int(stated) if is_whole else stated
-    if key in ("kind", "unit", "columns"):
-        return one_or_by_name(stated)
-    if key in ("sample_rate", "counter_period"):
-        return float(stated)
-    return int(stated) if key == "counter_bits" else stated
+    return value_of(key, stated)
 
 
 def of_simulation(path: Path) -> Outputs:

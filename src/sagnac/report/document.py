@@ -354,8 +354,9 @@ def read_analysis(path: str | Path) -> Analysis:
     try:
         return analysis_from(documents[0])
     except (ValueError, KeyError, TypeError) as error:
+        why = f": {error}" if type(error) is ValueError else ""
         raise RecordingError(
-            f"states what cannot be: {error}",
+            f"states what cannot be{why}",
             path=str(path),
             remedy="give the analysis.json that an analysis wrote, as it wrote it",
         ) from None

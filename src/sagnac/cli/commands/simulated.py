@@ -13,6 +13,7 @@ from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import OUTPUT, Debug, Duration, Folder, Force, Workers
 from sagnac.cli.output import DONE, UsageError, complain, print_paths, standings
+from sagnac.errors import one_line
 
 # ---- simulate ----------------------------------------------------------------------
 
@@ -55,7 +56,11 @@ def simulate(
         raise UsageError("--preset and CONFIG.toml exclude each other; write preset in the TOML")
     if like is not None and preset is not None:
         raise UsageError("--preset and --like exclude each other; write what differs in a TOML")
-    chosen = _config(config, preset or "paper") if like is None else _like(like, config)
+    left_out: tuple[str, ...] = ()
+    if like is None:
+        chosen = _config(config, preset or "paper")
+    else:
+        chosen, left_out = _like(like, config)
     if table_rate is not None and chosen.table.profile:
         raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
     from sagnac.formats.statement import of_simulation
@@ -69,6 +74,9 @@ def simulate(
 
     with results.progress_shown() as progress:
         path, truth_path = write(chosen, output, lambda part: progress("simulate", part))
+    # Last: a refusal is not lost below a list.
+    for line in left_out:
+        print(one_line(line))
     print(f"{chosen.samples} samples at {chosen.sample_rate_hz:g} Hz, seed {chosen.seed}")
     print_paths([path, truth_path])
     return DONE
@@ -117,10 +125,10 @@ def _config(path: Path | None, preset: str) -> "sagnac.RigConfig":
         raise sagnac.RecordingError(str(error)) from None
 
 
-def _like(path: Path, config: Path | None) -> "sagnac.RigConfig":
-    """The unit that an analysis measured, a TOML over it; says what is left out."""
+def _like(path: Path, config: Path | None) -> "tuple[sagnac.RigConfig, tuple[str, ...]]":
+    """The unit that an analysis measured, a TOML over it; and what is left out, in words."""
     from sagnac.documents import read_analyses
-    from sagnac.errors import RecordingError, one_line
+    from sagnac.errors import RecordingError
     from sagnac.rig.config import RigConfig
     from sagnac.rig.measured import Measured
     from sagnac.rig.sections import ConfigurationError
@@ -135,9 +143,7 @@ def _like(path: Path, config: Path | None) -> "sagnac.RigConfig":
     except ConfigurationError as error:
         raise RecordingError(error.problem, path=str(path), remedy=error.remedy) from None
     chosen = base if config is None else RigConfig.from_toml(config, base)
-    for line in Measured.of_document(documents[0]).left_out():
-        print(one_line(line))
-    return chosen
+    return chosen, tuple(Measured.of_document(documents[0]).left_out())
 
 
 # ---- demo --------------------------------------------------------------------------
