@@ -1,10 +1,11 @@
 """What goes wrong in a recording: from what strength N moves, and from what it is noticed.
 
     python -m benchmarks.pathologies [SEEDS] [--workers N] [--only TEXT] [--results FILE]
+    python -m benchmarks.pathologies --words
 
 Each recording makes a line of FILE. What is there is not done again, so that a run goes on where
 it was ended; after a change of the code FILE has to go. The page is written from the seeds that
-are whole.
+are whole. With ``--words`` only its table of findings is written anew, from the code.
 """
 
 import argparse
@@ -26,8 +27,8 @@ import sagnac
 from benchmarks._faults import PATHOLOGIES, RATE, SAMPLES, SHARES, TABLE, WALK, Pathology
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.settings import Method
-from sagnac.errors import Note, RecordingError
-from sagnac.recording.effects import FINDINGS
+from sagnac.errors import Note, RecordingError, worded
+from sagnac.recording.effects import FAULTS, FINDINGS
 from sagnac.recording.quality import integrity, judged
 
 PAGE: Final = STABILITY_PAGE.parent / "pathologies.md"
@@ -264,6 +265,32 @@ def table(found: Iterable[Outcome], *, turning: bool) -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
 
 
+_WORDS: Final = "## What is found, and what to do"
+
+
+def words() -> str:
+    """The findings by name, as the package has them."""
+    lines = [
+        _WORDS,
+        "",
+        "`--accept NAME` takes a finding knowingly; the last three leave nothing to be read.",
+        "",
+        "| name | what is seen | what it does to N | what to do |",
+        "|---|---|---|---|",
+    ]
+    for name, fault in FAULTS.items():
+        remedy = worded(fault.remedy, lambda option, _: f"`--{option}`")
+        lines.append(f"| `{name}` | {fault.sees} | {fault.effect} | {remedy} |")
+    return "\n".join(lines) + "\n"
+
+
+def with_words(text: str) -> str:
+    """The page with its table of findings as the package has them."""
+    head, _, rest = text.partition(_WORDS)
+    _, title, tables = rest.partition("## At rest")
+    return f"{head}{words()}\n{title}{tables}"
+
+
 def page(found: Sequence[Outcome], seeds: int) -> str:
     """Both tables, and how to read them."""
     minutes = SAMPLES / RATE / 60.0
@@ -285,6 +312,8 @@ def page(found: Sequence[Outcome], seeds: int) -> str:
         "- A dash: at no strength tried.",
         "- Noise that grows has its N at the start for the truth; N over the record is higher by "
         "half of the growth.",
+        "",
+        words().rstrip(),
     ]
     for turning, title in (
         (False, "At rest"),
@@ -300,7 +329,11 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--only", default="", help="part of the names of the pathologies")
     parser.add_argument("--results", type=Path, default=RESULTS, help="JSON lines, added to")
+    parser.add_argument("--words", action="store_true", help="the table of findings alone")
     asked = parser.parse_args(arguments)
+    if asked.words:
+        PAGE.write_text(with_words(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+        return
     known = stored(asked.results)
     wanted = list(keys_of(range(asked.seeds), asked.only))
     missing = [key for key in wanted if key not in known]

@@ -13,7 +13,7 @@ from benchmarks._faults import PATHOLOGIES, Pathology
 import sagnac
 from sagnac.filters.definitions import DEFINITIONS
 from sagnac.formats.registry import FORMATS, Format
-from sagnac.recording.effects import FINDINGS
+from sagnac.recording.effects import FAULTS, FINDINGS
 from sagnac.stability.estimators import ESTIMATORS
 from sagnac.units import QUANTITIES, UNITS
 
@@ -225,8 +225,12 @@ def findings() -> str:
                 _, note = said(fault, turning=turning)
                 if note and note.name in made and fault.name not in made[note.name]:
                     made[note.name].append(fault.name)
-    rows = ((f"`{name}`", "; ".join(by) or "–") for name, by in made.items())
-    return _markdown(("`--accept`", "faults of the table below that make it"), rows)
+    rows = (
+        (f"`{name}`", FAULTS[name].sees, FAULTS[name].effect, "; ".join(by) or "–")
+        for name, by in made.items()
+    )
+    head = ("`--accept`", "what is seen", "what it does to N", "faults of the tables that make it")
+    return _markdown(head, rows)
 
 
 TABLES: Final[Mapping[str, Callable[[], str]]] = {

@@ -1,10 +1,16 @@
 """The judgement of a recording: every pathology by name and effect, and nothing of sound data."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
+from benchmarks.pathologies import with_words
 
+import sagnac
 from sagnac import arrays
-from sagnac.recording.effects import FINDINGS, effect_words, finding, level_of
+from sagnac.errors import worded
+from sagnac.recording.effects import FAULTS, FINDINGS, effect_words, finding, level_of
 from sagnac.recording.model import Recording
 from sagnac.recording.quality import accept, judged
 from tests.recording.pathologies import (
@@ -121,3 +127,26 @@ def test_an_accepted_finding_is_a_remark_that_says_so():
     assert note.level == "remark"
     assert note.text.startswith("accepted: is saturated")
     assert accept(found, ("copy",)) == found
+
+
+def test_the_table_of_faults_names_what_the_detectors_find():
+    """Every name that a note or a finding is given stands in the table, and no other."""
+    package = Path(sagnac.__file__).parent
+    named = set()
+    for room in ("recording", "analysis", "formats"):
+        for path in (package / room).glob("*.py"):
+            code = path.read_text(encoding="utf-8")
+            named.update(re.findall(r'finding\(\s*"([a-z-]+)"', code))
+            named.update(re.findall(r'Note\([^()]*?name="([a-z-]+)"', code))
+            named.update(re.findall(r'name="(wraps)" if', code))
+    assert named == set(FAULTS)
+    assert set(FAULTS) - set(FINDINGS) == {"gaps", "missing", "stuck"}
+
+
+def test_the_table_of_faults_stands_on_its_page():
+    page = Path(__file__).parents[2] / "docs" / "pathologies.md"
+    text = page.read_text(encoding="utf-8")
+    assert with_words(text) == text, "python -m benchmarks.pathologies --words"
+    for name, fault in FAULTS.items():
+        assert f"| `{name}` | {fault.sees} | {fault.effect} | " in text
+        assert "{" not in worded(fault.remedy)

@@ -99,7 +99,10 @@ def _command(file: Path, options: Mapping[str, str]) -> str:
 
 def stated_options(statement: "sagnac.Statement") -> dict[str, str]:
     """Statements of a caller as options: name -> value."""
-    stated = {field.name: getattr(statement, field.name) for field in fields(statement)}
+    # The channels first, then what they are.
+    inputs = dict.fromkeys(("gyros", "accelerometers", "columns"))
+    inputs |= {field.name: None for field in fields(statement)}
+    stated = {name: getattr(statement, name) for name in inputs}
     return {
         OPTION_OF.get(name, name).replace("_", "-"): text_of(value)
         for name, value in stated.items()
