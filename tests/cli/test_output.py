@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from sagnac.cli.output import folders_of, made, require_writable
+from sagnac.cli.output import folders_of, require_writable
 from sagnac.errors import RecordingError
+from sagnac.formats.files import made
 from sagnac.report.folder import write_report
 from tests import handmade
 
@@ -21,7 +22,7 @@ def test_a_folder_below_a_file_is_refused_and_nothing_is_made(tmp_path):
     (tmp_path / "file").write_text("mine")
     for folder in (tmp_path / "file", tmp_path / "file" / "deep"):
         for refuse in (require_writable, made):
-            with pytest.raises(RecordingError, match="choose another folder"):
+            with pytest.raises(RecordingError, match="choose another"):
                 refuse(folder)
     require_writable(tmp_path / "none" / "deep")
     assert [item.name for item in tmp_path.iterdir()] == ["file"]

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from rich.progress import TaskID
 
     from sagnac.processes import Standing
-    from sagnac.report.files import TitleBlock
     from sagnac.specification.verdict import Decision
 
 
@@ -228,48 +227,10 @@ def require_writable(folder: Path | None) -> None:
         )
 
 
-def made(folder: Path) -> Path:
-    """The folder, made if it was not there.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be made.
-    """
-    from sagnac.errors import RecordingError
-
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RecordingError(
-            f"cannot be made ({error.strerror})",
-            path=str(folder),
-            remedy="choose another folder (-o)",
-        ) from None
-    return folder
-
-
 def ready_to_draw() -> None:
     """Load what draws, from where no stray ``matplotlibrc`` lies, which would be believed."""
     with chdir(Path(__file__).parent):
         importlib.import_module("matplotlib")
-
-
-def report_writer(
-    block: "TitleBlock", settings: str, *, pdf: bool, force: bool
-) -> "Callable[..., sagnac.Report]":
-    """`sagnac.report.folder.write_report` with what a command states of every report."""
-
-    def write(
-        analysis: "sagnac.Analysis", folder: Path, *, with_forces: bool = True
-    ) -> "sagnac.Report":
-        ready_to_draw()
-        return sagnac.write_report(
-            analysis, folder, block=block, settings=settings, pdf=pdf, with_forces=with_forces,
-            force=force,
-        )  # fmt: skip
-
-    return write
 
 
 def verdict_status(analyses: "Sequence[sagnac.Analysis]") -> int:

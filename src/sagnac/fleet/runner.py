@@ -21,6 +21,7 @@ from typing import Any, Final
 from sagnac import processes
 from sagnac.errors import MissingExtra, RecordingError
 from sagnac.fleet.tasks import Result, Task, lost, measure, read_result, span_tasks, with_digest
+from sagnac.formats.files import made
 from sagnac.processes import GIBIBYTE, Means, Standing, means_of, nobody
 from sagnac.version import __version__
 
@@ -336,7 +337,7 @@ def run(
     RecordingError
         If the folder cannot be written to, or there are no workers.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    made(folder)
     work = completed or (lambda todo, place: completed_here(todo, place, means_of()))
     planned = [with_digest(task) for task in tasks]
     told = told or nobody

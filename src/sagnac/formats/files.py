@@ -296,15 +296,27 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
         If it cannot be written to, or the disk is full.
     """
     folder = folder.absolute()
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise _unwritable(folder, error) from None
+    made(folder.parent)
     with _folder_beside(folder) as temporary:
         with _named_as(temporary, folder):
             yield temporary
         _give_usual_rights(temporary, 0o777)
         _put(temporary, folder)
+
+
+def made(folder: Path) -> Path:
+    """The folder, made if it was not there.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+    return folder
 
 
 def _put(new: Path, place: Path) -> None:

@@ -6,7 +6,7 @@ curve before removal and the residual are not set, and asking for one of them sa
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,6 +26,7 @@ from sagnac.analysis.plain import (
 )
 from sagnac.analysis.result import Analysis, Covariance, answer_coefficients, headline_coefficients
 from sagnac.analysis.settings import Settings
+from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import (
     Estimate,
     Fit,
@@ -62,7 +63,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         at rest all is of the first, ``per_gyro`` holds N of each, and ``gyros`` the document of
         each; ``refused`` says why a channel has none.
     """
-    curve = analysis.curve
+    curve, verdict = analysis.curve, verdict_of(analysis)
     answer = _estimate("angle_random_walk", analysis.angle_random_walk)
     document = {
         "schema": ANALYSIS,
@@ -81,7 +82,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         **low_pass_data(analysis),
         **readout_data(analysis),
         **slow_noise_data(analysis),
-        **_verdict(analysis),
+        **({} if verdict is None else {"verdict": verdict_data(verdict)}),
         "parts": parts_data(analysis),
         "shares": shares_data(analysis),
         "triad": triad_data(analysis),
@@ -97,9 +98,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         },
         **_family(analysis),
         "findings": findings_data(analysis.findings),
-        **_gyros(analysis),
-        **_forces(analysis),
-        **_refused(analysis),
+        **_beside(analysis),
         "notes": [note_text(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
     }
@@ -124,7 +123,7 @@ def many_document(analyses: Iterable[Analysis], unit: Analysis | None = None) ->
         "version": __version__,
         **({} if decision is None else {"verdict": {"overall": decision}}),
         "analyses": [analysis_document(analysis) for analysis in analyses],
-        **({} if unit is None else {**_forces(unit), **_refused(unit)}),
+        **({} if unit is None else _beside(unit, gyros=False)),
     }
 
 
@@ -176,19 +175,18 @@ def to_json(document: Mapping[str, Any]) -> str:
     return json.dumps(document, allow_nan=False, ensure_ascii=False, indent=1)
 
 
-def _gyros(analysis: Analysis) -> dict[str, Any]:
-    """The document of each gyro that was taken alone beside others."""
-    if not analysis.gyros:
-        return {}
-    return {"gyros": {name: analysis_document(one) for name, one in analysis.gyros.items()}}
-
-
-def _forces(analysis: Analysis) -> dict[str, Any]:
-    """The accelerometers: coefficients, curve, lines and notes of each; nothing without one."""
-    if not analysis.accelerometers:
-        return {}
-    found = {name: _force_data(one) for name, one in analysis.accelerometers.items()}
-    return {"accelerometers": finite(found)}
+def _beside(analysis: Analysis, *, gyros: bool = True) -> dict[str, Any]:
+    """The document of each gyro that was taken alone beside others; the accelerometers, and why
+    there is no analysis of a channel. What there is none of is left out.
+    """
+    found = {
+        "gyros": {name: analysis_document(one) for name, one in analysis.gyros.items() if gyros},
+        "accelerometers": {
+            name: finite(_force_data(one)) for name, one in analysis.accelerometers.items()
+        },
+        "refused": {name: error_text(why) for name, why in analysis.refused.items()},
+    }
+    return {key: each for key, each in found.items() if each}
 
 
 def _force_data(analysis: Analysis) -> dict[str, Any]:
@@ -229,19 +227,6 @@ def _points(curve: StabilityCurve, unit: Unit, deviation: str = "deviation") -> 
         deviation: columns["deviation"],
         **{name: columns[name] for name in ("low", "high", "edf")},
     }
-
-
-def _refused(analysis: Analysis) -> dict[str, Any]:
-    """Why there is no analysis of a channel."""
-    if not analysis.refused:
-        return {}
-    return {"refused": {name: error_text(why) for name, why in analysis.refused.items()}}
-
-
-def _verdict(analysis: Analysis) -> dict[str, Any]:
-    """The verdict, if a specification was stated."""
-    verdict = verdict_of(analysis)
-    return {} if verdict is None else {"verdict": verdict_data(verdict)}
 
 
 def _input(analysis: Analysis) -> dict[str, Any]:
@@ -375,18 +360,13 @@ def analysis_from(document: Document) -> Analysis:
     ValueError, KeyError, TypeError
         If it breaks its schema.
     """
-    said, settings = document["input"], document["settings"]
+    said = document["input"]
     rate = said.get("table_rate_deg_per_s")
     stated = document["angle_random_walk"]
     alone = {name: analysis_from(one) for name, one in document.get("gyros", {}).items()}
     return Analysis.of_fields(
         stored=document,
-        settings=Settings(
-            gyros=tuple(said["gyros"]),
-            method=settings["method"],
-            interval=settings.get("interval_s"),
-            confidence=settings["confidence"],
-        ),
+        settings=_settings(document, tuple(said["gyros"]), document["settings"]["confidence"]),
         channel=document["channel"],
         table_rate=None if rate is None else rate * DEGREE,
         angle_random_walk=_stored_estimate("angle_random_walk", stated),
@@ -413,20 +393,24 @@ def analysis_from(document: Document) -> Analysis:
     )
 
 
+def _settings(document: Document, gyros: tuple[str, ...], confidence: float) -> Settings:
+    stated = document["settings"]
+    return Settings(
+        gyros=gyros,
+        method=stated["method"],
+        interval=stated.get("interval_s"),
+        confidence=confidence,
+    )
+
+
 def _force(channel: str, stated: Document, document: Document) -> Analysis:
     """An accelerometer of the document of its gyros."""
     titles = SENSED["accelerometer"].titles
     keys = {name: titles[name].replace(" ", "_") for name in COEFFICIENT_NAMES}
     walk = _stored_estimate("angle_random_walk", stated["velocity_random_walk"], "accelerometer")
-    settings = document["settings"]
     return Analysis.of_fields(
         stored=stated,
-        settings=Settings(
-            gyros=(channel,),
-            method=settings["method"],
-            interval=settings.get("interval_s"),
-            confidence=walk.confidence,
-        ),
+        settings=_settings(document, (channel,), walk.confidence),
         channel=channel,
         table_rate=None,
         angle_random_walk=walk,
@@ -438,10 +422,7 @@ def _force(channel: str, stated: Document, document: Document) -> Analysis:
         },
         fits={},
         per_gyro={},
-        lines=tuple(
-            _time_line(one["frequency_hz"], one["velocity_amplitude_m_per_s"], one, channel)
-            for one in stated["lines"]
-        ),
+        lines=tuple(_stored_line(one, channel) for one in stated["lines"]),
         curve=_curve(stated["curve"], "deviation", "accelerometer", document),
         notes=tuple(Note(text=text) for text in stated["notes"]),
         seconds={},
@@ -453,12 +434,19 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
+def _ends(stated: Document, size: float) -> dict[str, float]:
+    """Value and interval in SI."""
+    return {end: _number(stated[end]) * size for end in ("value", "low", "high")}
+
+
+def _numbers(stated: Sequence[float | None], size: float = 1.0) -> FloatArray:
+    return size * np.array([_number(one) for one in stated])
+
+
 def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "gyro") -> Estimate:
     size = estimate_units(name, sensor)[stated["unit"]]
     return Estimate(
-        value=_number(stated["value"]) * size,
-        low=_number(stated["low"]) * size,
-        high=_number(stated["high"]) * size,
+        **_ends(stated, size),
         confidence=stated["confidence"],
         status=stated["status"],
         name=name,
@@ -480,7 +468,7 @@ def _covariance(stated: Document | None) -> Covariance | None:
     if stated is None:
         return None
     sizes = np.array([field_unit(name).size for name in stated["names"]])
-    matrix = np.array([[_number(one) for one in row] for row in stated["matrix"]], dtype=float)
+    matrix = np.array([_numbers(row) for row in stated["matrix"]])
     return Covariance(names=tuple(stated["names"]), matrix=matrix * np.outer(sizes, sizes))
 
 
@@ -498,45 +486,29 @@ def _average(stated: Document) -> ModelChoice | None:
 
 
 def _part(stated: Document) -> Part:
-    size = field_unit("angle_random_walk").size
-    return Part(
-        start_s=stated["start_s"],
-        stop_s=stated["stop_s"],
-        value=_number(stated["value"]) * size,
-        low=_number(stated["low"]) * size,
-        high=_number(stated["high"]) * size,
-    )
+    ends = _ends(stated, field_unit("angle_random_walk").size)
+    return Part(start_s=stated["start_s"], stop_s=stated["stop_s"], **ends)
 
 
-def _stored_line(stated: Document) -> Line:
-    kind = "order" if stated["scale"] == "angle" else "frequency"
-    unit = "" if kind == "order" else "_hz"
+def _stored_line(stated: Document, channel: str = "") -> Line:
+    """A line; of an accelerometer the document states no phase and no errors."""
+
+    def read(key: str, size: float = 1.0) -> float:
+        return _number(stated.get(key)) * size
+
+    kind, unit = ("order", "") if stated.get("scale") == "angle" else ("frequency", "_hz")
+    of_force = "velocity_amplitude_m_per_s"
     return Line(
-        scale=stated["scale"],
-        frequency=_number(stated[f"{kind}{unit}"]),
-        frequency_error=_number(stated[f"{kind}_error{unit}"]),
-        amplitude=_number(stated["amplitude_arcsec"]) * ARCSECOND,
-        amplitude_error=_number(stated["amplitude_error_arcsec"]) * ARCSECOND,
-        phase=_number(stated["phase_deg"]) * DEGREE,
-        phase_error=_number(stated["phase_error_deg"]) * DEGREE,
-        significance=_number(stated["significance"]),
-        channel=stated["channel"],
-        name=stated["name"],
-    )
-
-
-def _time_line(frequency: float, amplitude: float, stated: Document, channel: str) -> Line:
-    """A line of which the document states no phase and no errors."""
-    return Line(
-        scale="time",
-        frequency=_number(frequency),
-        frequency_error=math.nan,
-        amplitude=_number(amplitude),
-        amplitude_error=math.nan,
-        phase=math.nan,
-        phase_error=math.nan,
-        significance=_number(stated["significance"]),
-        channel=channel,
+        scale=stated.get("scale", "time"),
+        frequency=read(f"{kind}{unit}"),
+        frequency_error=read(f"{kind}_error{unit}"),
+        amplitude=read(of_force) if of_force in stated else read("amplitude_arcsec", ARCSECOND),
+        amplitude_error=read("amplitude_error_arcsec", ARCSECOND),
+        phase=read("phase_deg", DEGREE),
+        phase_error=read("phase_error_deg", DEGREE),
+        significance=read("significance"),
+        channel=stated.get("channel", channel),
+        name=stated.get("name", ""),
     )
 
 
@@ -544,14 +516,13 @@ def _curve(stated: Document, of: str, sensor: Sensor, document: Document) -> Sta
     """The curve, per gyro. A document states neither terms nor noise types: both are 0."""
     size = UNITS[stated.get("unit", SENSED[sensor].rate_unit)].size
     tau = np.array(stated["tau_s"], dtype=float)
-    low, high = (np.array([_number(one) for one in stated[end]]) for end in ("low", "high"))
     return StabilityCurve(
         tau=tau,
-        deviation=np.array([_number(one) for one in stated[of]]) * size,
+        deviation=_numbers(stated[of], size),
         terms=np.zeros(tau.size, dtype=np.int64),
         edf=np.array(stated.get("edf", np.full(tau.size, np.nan)), dtype=float),
-        low=low * size,
-        high=high * size,
+        low=_numbers(stated["low"], size),
+        high=_numbers(stated["high"], size),
         noise_type=np.zeros(tau.size, dtype=np.int64),
         estimator=stated.get("estimator", "oadev"),
         kind="angle",

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -24,9 +25,7 @@ from sagnac.errors import counted, one_line
 from sagnac.texts import seconds
 
 if TYPE_CHECKING:
-    from sagnac.fleet.runner import Completed
     from sagnac.fleet.table import Line
-    from sagnac.fleet.tasks import Choices, Task
 
 _WORK = Group("Work", sort_key=2)
 # Rows with a reason that a terminal shows.
@@ -64,25 +63,29 @@ def campaign(
     scheduler
         Of a Dask cluster, tcp://host:8786, to work on.
     """
-    from sagnac.fleet.campaign import title_of
     from sagnac.fleet.page import reason_text
     from sagnac.fleet.table import yield_of
-    from sagnac.fleet.tasks import Choices, tasks_of
 
     if options.as_json:
         raise UsageError("--json is not for a campaign; its table is campaign.csv")
-    try:
-        choices = Choices(
-            settings=settings_of(options), statement=statement_of(options), pattern=pattern
-        )
-    except ValueError as error:
-        raise UsageError(f"--{error}") from error
-    tasks = tasks_of(sources, choices)
+    settings, statement = settings_of(options), statement_of(options)
+    stated = {one.name: getattr(statement, one.name) for one in fields(statement)}
     results.require_writable(output)
-    completed = _completed(scheduler, workers, options.memory)
-    folder, title = results.made(output).absolute(), title_of(sources, tasks)
-    made = _done(tasks, folder, completed, span, title, force=force)
-    _print(made, output, choices)
+    results.ready_to_draw()
+    try:
+        made = sagnac.campaign(
+            sources, output, settings, pattern=pattern, span=span, workers=workers,
+            memory=options.memory, scheduler=scheduler, told=standings(), force=force,
+            **{name: value for name, value in stated.items() if value},
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        complain(f"stopped; start the same campaign again, and it goes on ({output.absolute()})")
+        raise
+    except ValueError as error:
+        if type(error) is not ValueError:
+            raise
+        raise UsageError(f"--{error}") from error
+    _print(made, output, settings.confidence)
     failed = made.campaign.failed
     for row in failed:
         complain(reason_text(row.task.path, row.result.reason))
@@ -92,40 +95,7 @@ def campaign(
     return results.status_of(found.decision)
 
 
-def _completed(scheduler: str | None, workers: int | None, memory: float | None) -> "Completed":
-    """Where the work is done."""
-    from sagnac.fleet.campaign import workplace
-
-    if scheduler is not None and (workers is not None or memory is not None):
-        raise UsageError("--workers and --memory are of this machine; a cluster has its own")
-    try:
-        return workplace(scheduler, workers, memory)
-    except ValueError as error:
-        raise UsageError(f"--{error}") from error
-
-
-def _done(
-    tasks: "Sequence[Task]",
-    folder: Path,
-    completed: "Completed",
-    span: float | None,
-    title: str,
-    *,
-    force: bool,
-) -> "sagnac.CampaignReport":
-    results.ready_to_draw()
-    from sagnac.fleet.campaign import carried_out
-
-    try:
-        return carried_out(
-            tasks, folder, completed, title=title, span=span, told=standings(), force=force
-        )
-    except KeyboardInterrupt:
-        complain(f"stopped; start the same campaign again, and it goes on ({folder})")
-        raise
-
-
-def _print(report: "sagnac.CampaignReport", output: Path, choices: "Choices") -> None:
+def _print(report: "sagnac.CampaignReport", output: Path, confidence: float) -> None:
     from sagnac.fleet.page import deviation_words
     from sagnac.fleet.table import groups_of, scatter_of, specifications_of, yield_of
     from sagnac.report.quantities import number
@@ -135,7 +105,7 @@ def _print(report: "sagnac.CampaignReport", output: Path, choices: "Choices") ->
     several = len({method for method, _ in groups}) > 1
     for (method, gyros), group in groups.items():
         done = [line for line in group if line.state == "done"]
-        scatter = scatter_of(done, choices.settings.confidence)
+        scatter = scatter_of(done, confidence)
         by = f" by {method}" if several else ""
         print(f"{gyros or 'no gyro'}{by}: {len(done)} of {len(group)} recordings analyzed")
         if scatter.found is None:

@@ -1,9 +1,9 @@
 """``sagnac analyze``, ``avar``, ``compare`` and ``lines``: recordings in, answers out."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from cyclopts import Parameter
 
@@ -35,6 +35,7 @@ from sagnac.cli.reading import ReadFile, inputs, naming, read_file, settings_tex
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method
     from sagnac.analysis.still_bench import AtRest
+    from sagnac.report.files import TitleBlock
 
 
 # ---- analyze -----------------------------------------------------------------------
@@ -58,7 +59,7 @@ def analyze(
     options, block = with_settings(options), title_block_of(heading)
     statement = statement_of(options)
     settings = settings_of(options)
-    written = results.report_writer(block, settings_text(options), pdf=heading.pdf, force=force)
+    stated = _stated(block, options, heading, force=force)
     folders = results.folders_of(files, output, as_json=options.as_json)
     reads = inputs(files, options, heading.heading)
     for folder in folders:
@@ -73,7 +74,7 @@ def analyze(
         try:
             stage_of = file.name * several
             analysis = _analyzed(file, statement, settings, options.memory, stage_of=stage_of)
-            one = _analysis_reported(analysis, folder, written)
+            one = _analysis_reported(analysis, folder, stated)
         except Exception as error:
             if not several or options.debug:
                 raise
@@ -90,6 +91,15 @@ def analyze(
     if options.as_json and done:
         results.print_documents(done, single=not several)
     return failed or results.verdict_status(done)
+
+
+def _stated(
+    block: "TitleBlock", options: Options, heading: Heading, *, force: bool
+) -> dict[str, Any]:
+    """Keywords of `sagnac.write_report` that hold for every report of a run."""
+    return {
+        "block": block, "settings": settings_text(options), "pdf": heading.pdf, "force": force,
+    }  # fmt: skip
 
 
 def _analyzed(
@@ -110,7 +120,7 @@ def _analyzed(
 
 
 def _analysis_reported(
-    analysis: "sagnac.Analysis", folder: Path | None, written: "Callable[..., sagnac.Report]"
+    analysis: "sagnac.Analysis", folder: Path | None, stated: Mapping[str, Any]
 ) -> "sagnac.Report":
     """The analysis with its report in `folder`, unless that is None."""
     results.ready_to_draw()
@@ -118,7 +128,7 @@ def _analysis_reported(
         return sagnac.Report(analysis=analysis, paths=())
     with results.progress_shown() as progress:
         progress("report", 0.0)
-        return written(analysis, folder)
+        return sagnac.write_report(analysis, folder, **stated)
 
 
 def _print_analysis(one: "sagnac.Report", *, curve: bool, end: str) -> None:
@@ -196,10 +206,8 @@ def avar(
             made = _made(read, settings, progress, lines_in=options.method == "none")
             paths: list[Path] = []
             if output is not None:
-                written = results.report_writer(
-                    block, settings_text(options), pdf=heading.pdf, force=force
-                )
-                made, paths = _bench_reported(made, output, progress, written, pdf=heading.pdf)
+                stated = _stated(block, options, heading, force=force)
+                made, paths = _bench_reported(made, output, progress, stated)
                 if alone is not None:
                     paths.append(_drawn(alone, output))
     if options.as_json:
@@ -328,9 +336,7 @@ def _bench_reported(
     made: _Made,
     output: Path,
     progress: Progress,
-    written: "Callable[..., sagnac.Report]",
-    *,
-    pdf: bool,
+    stated: Mapping[str, Any],
 ) -> tuple[_Made, list[Path]]:
     """The benches with the time of their reports, and every file written.
 
@@ -343,11 +349,11 @@ def _bench_reported(
     analysis = made.analysis
     place = output if analysis.gyros else output / folder_name(analysis.channel)
     progress("report", 0.0)
-    report = written(analysis, place, with_forces=False)
+    report = sagnac.write_report(analysis, place, with_forces=False, **stated)
     paths = list(report.paths)
     if analysis.accelerometers:
         progress("accelerometers: report", 0.0)
-        paths += write_accelerometers(analysis, output / _ACCELEROMETERS, pdf=pdf)
+        paths += write_accelerometers(analysis, output / _ACCELEROMETERS, pdf=stated["pdf"])
     return replace(made, analysis=report.analysis), paths
 
 

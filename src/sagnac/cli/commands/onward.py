@@ -230,6 +230,7 @@ def _show(
     as_json: bool,
 ) -> None:
     """Prints the answer, and writes it into a folder if one is named."""
+    from sagnac.formats.files import made
     from sagnac.report import alignment as shown
     from sagnac.report.document import to_json
     from sagnac.report.figures import write_png
@@ -254,7 +255,7 @@ def _show(
             print(words)
         print(shown.drift_text(unaided))
     if output is not None:
-        folder = results.made(output)
+        folder = made(output)
         paths = [folder / "alignment.json", folder / "drift.png"]
         write_text(paths[0], text + "\n")
         write_png(shown.drift_figure(unaided), paths[1])

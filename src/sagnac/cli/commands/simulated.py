@@ -170,6 +170,7 @@ def demo(
         Of the simulation.
     """
     del debug
+    from sagnac.formats.files import made
     from sagnac.formats.statement import of_simulation
     from sagnac.report import text
     from sagnac.rig.config import preset
@@ -181,9 +182,9 @@ def demo(
         config = replace(config, duration_s=QUICK_S)
     folder = output or Path("demo")
     results.require_writable(folder)
-    for made in (of_simulation(folder / RECORDING), overwriting.outputs_in(folder, "report")):
-        overwriting.require_free(made, force=force)
-    results.made(folder)
+    for one in (of_simulation(folder / RECORDING), overwriting.outputs_in(folder, "report")):
+        overwriting.require_free(one, force=force)
+    made(folder)
     began = time.perf_counter()
     with results.progress_shown() as progress:
         path, truth_path = write(
@@ -233,6 +234,7 @@ def reproduce(
     results.require_writable(folder)
     overwriting.require_free(overwriting.outputs_in(folder, "reproduction"), force=force)
     results.ready_to_draw()
+    from sagnac.formats.files import made
     from sagnac.paper.prediction import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
     from sagnac.processes import means_of
@@ -244,9 +246,7 @@ def reproduce(
     except ValueError as error:
         raise UsageError(f"--{error}") from error
     try:
-        found = make(
-            results.made(folder), QUICK if quick else Scope(), means=means, told=standings()
-        )
+        found = make(made(folder), QUICK if quick else Scope(), means=means, told=standings())
     except KeyboardInterrupt:
         complain(f"stopped; start it again with the same folder, and it goes on ({folder})")
         raise
