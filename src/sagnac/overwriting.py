@@ -1,4 +1,4 @@
-"""What may be written over: nothing that a run reads, and nothing that this package did not make.
+"""Files that may be written over: none that a run reads, and none that this package did not make.
 
 What the package writes says so itself: a document by its schema, a page by its generator, a
 recording and the settings of a filter by a mark. Files that are written together are of one make
@@ -42,7 +42,7 @@ class Outputs:
 
 
 def kind_of(path: Path) -> str:
-    """What a file that this package made says of itself; empty for any other file."""
+    """The kind that a file of this package states of itself; empty for any other file."""
     try:
         with path.open("rb") as stream:
             head = stream.read(_HEAD)

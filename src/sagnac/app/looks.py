@@ -203,7 +203,7 @@ def _joined(moments: FloatArray) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Shown:
+class DrawnChannel:
     """A channel as it is drawn.
 
     Attributes
@@ -247,7 +247,7 @@ class Look:
     recording: sagnac.Recording
     lacking: dict[str, str] = field(default_factory=dict)
     refusal: str = ""
-    shown: tuple[Shown, ...] = ()
+    shown: tuple[DrawnChannel, ...] = ()
 
 
 def look(path: Path, texts: stated.Texts) -> Look:
@@ -317,7 +317,7 @@ def _as_written(
     raise refusal
 
 
-def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[Shown, ...]:
+def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[DrawnChannel, ...]:
     sensors = (*recording.gyros, *recording.accelerometers)
     channels: list[tuple[sagnac.Channel, str]] = [(one, one.sensor) for one in sensors]
     if recording.table is not None:
@@ -340,12 +340,12 @@ def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[Shown, ...]:
             unit, size = "", 1.0
         elif of == "accelerometer":
             unit, size = "m/s²", 1.0
-        shown.append(Shown(name=channel.name, unit=unit, pyramid=pyramid.times(size), of=of))
+        shown.append(DrawnChannel(name=channel.name, unit=unit, pyramid=pyramid.times(size), of=of))
     return tuple(shown)
 
 
 def facts(look: Look) -> dict[str, Any]:
-    """What is written beside a recording, as plain data; lines of it say what gives itself away."""
+    """Facts beside a recording, as plain data; lines of it say what gives itself away."""
     recording = look.recording
     return {
         "path": str(look.path),
@@ -361,14 +361,18 @@ def facts(look: Look) -> dict[str, Any]:
         "format": recording.provenance.format if recording.provenance else "",
         "channels": [
             {
-                "name": one.name, "unit": one.unit, "of": one.of,
-                "mean": _plain(one.pyramid.mean), "deviation": _plain(one.pyramid.deviation),
+                **_name(one), "mean": _plain(one.pyramid.mean),
+                "deviation": _plain(one.pyramid.deviation),
             }
             for one in look.shown
         ],
         "beside": _beside(look),
         "notes": [str(note) for note in recording.notes],
     }  # fmt: skip
+
+
+def _name(one: DrawnChannel) -> dict[str, str]:
+    return {"name": one.name, "unit": one.unit, "of": one.of}
 
 
 def _plain(value: float) -> float | None:
@@ -390,7 +394,7 @@ def _beside(look: Look) -> list[dict[str, str]]:
     turning = bool(np.ptp(angle) > _TURNED)
     swings = turning and bool(abs(angle[-1] - angle[0]) < 0.5 * np.ptp(angle))
 
-    def in_hours(one: Shown) -> float:
+    def in_hours(one: DrawnChannel) -> float:
         size = math.hypot(one.pyramid.mean, one.pyramid.deviation) if swings else one.pyramid.mean
         return size * (3600.0 if one.unit == "°/s" else 1.0)
 
@@ -448,26 +452,18 @@ def window(look: Look, start: float, stop: float, pixels: int) -> list[dict[str,
     for one in look.shown:
         found = one.pyramid.window(first, last, pixels)
         times = found.first / rate
-        drawn.append(
-            {
-                "name": one.name, "unit": one.unit, "of": one.of,
-                "time": numbers(times), "low": numbers(found.low), "high": numbers(found.high),
-            }
-        )  # fmt: skip
+        ends = {"low": numbers(found.low), "high": numbers(found.high)}
+        drawn.append({**_name(one), "time": numbers(times), **ends})
     return drawn
 
 
 def spectra_of(look: Look) -> dict[str, Any]:
     """Root density of each channel as it stands, and its histogram."""
-    spectra = [
-        {"name": one.name, "unit": one.unit, "of": one.of, **_spectrum(one, look)}
-        for one in look.shown
-        if one.of != "table"
-    ]
+    spectra = [{**_name(one), **_spectrum(one, look)} for one in look.shown if one.of != "table"]
     return {"spectra": spectra, "histograms": _histograms(look)}
 
 
-def _spectrum(one: Shown, look: Look) -> dict[str, Any]:
+def _spectrum(one: DrawnChannel, look: Look) -> dict[str, Any]:
     """Spectrum by Hann segments spread over the record: lowest and highest of each drawn bin."""
     size = one.pyramid.values.size
     length = min(_SEGMENT, 2 ** max(int(math.log2(max(size, 2))), 1))
@@ -511,12 +507,7 @@ def _histograms(look: Look) -> list[dict[str, Any]]:
         counts, edges = np.zeros(0, dtype=np.int64), np.zeros(1)
         if values.size:
             counts, edges = np.histogram(values, bins=_bars(values))
-        found.append(
-            {
-                "name": one.name, "unit": one.unit, "of": one.of,
-                "count": counts.tolist(), "edge": numbers(edges),
-            }
-        )  # fmt: skip
+        found.append({**_name(one), "count": counts.tolist(), "edge": numbers(edges)})
     return found
 
 
@@ -533,7 +524,7 @@ def _bars(values: FloatArray) -> FloatArray:
 
 
 def findings(look: Look) -> list[dict[str, Any]]:
-    """What `sagnac.check` finds, each with the spans that it names, s; nothing of bare numbers."""
+    """Findings of `sagnac.check`, each with the spans that it names, s; none of bare numbers."""
     return [] if look.refusal else [noted(note) for note in sagnac.check(look.recording)]
 
 

@@ -143,7 +143,7 @@ def figures(analysis: sagnac.Analysis) -> dict[str, Any]:
 
 
 def drawn(draw: Callable[..., Axes], *given: Any) -> dict[str, Any]:
-    """What a function of `sagnac.plot` draws, as lines, bands and texts.
+    """The picture of a function of `sagnac.plot`, as lines, bands and texts.
 
     Parameters
     ----------

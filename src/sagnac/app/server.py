@@ -60,7 +60,7 @@ _LARGEST_DROP: Final = 8 * 2**30
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class State:
-    """What all requests share.
+    """The state that all requests share.
 
     Attributes
     ----------
@@ -81,12 +81,12 @@ class State:
 
     @property
     def address(self) -> str:
-        """What is typed into the browser."""
+        """The address that is typed into the browser."""
         return f"http://{HOST}:{self.port}/{self.token}/"
 
 
 class _Handler(web.RequestHandler):
-    """What holds for every request."""
+    """A request, after the checks that hold for every one."""
 
     def initialize(self, state: State) -> None:
         self.state = state
@@ -168,7 +168,7 @@ def _guarded(
 
 
 class _Events(_Handler):
-    """What happens to the runs of a page, as it happens."""
+    """Events of the runs of a page, as they happen."""
 
     async def get(self, _token: str) -> None:
         try:

@@ -67,7 +67,7 @@ class Room:
         return found
 
     def listing(self, text: str) -> dict[str, Any]:
-        """What lies in a folder: folders first, then files that may be recordings.
+        """The content of a folder: folders first, then files that may be recordings.
 
         ValueError if it lies elsewhere. OSError If it cannot be read.
         """
@@ -108,7 +108,7 @@ Told = Callable[[dict[str, Any]], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What to analyze, and how.
+    """A recording to analyze, and how.
 
     Attributes
     ----------
@@ -219,7 +219,7 @@ def _analyzed(pipe: Connection, task: Task) -> None:
 
 
 def _answered(kept: tuple[Any, Any], task: Task, request: dict[str, Any]) -> dict[str, Any]:
-    """What is asked of an analysis: a verdict, a trial, or files."""
+    """The answer to a question on an analysis: a verdict, a trial, or files."""
     from sagnac.app import results  # noqa: PLC0415
 
     analysis, before = kept

@@ -1,4 +1,4 @@
-"""What is stated of a file, as the page holds it: option -> text, in the words of the command line.
+"""Statements on a file as the page holds them: option -> text, in words of the command line.
 
 The same texts become a `sagnac.Statement`, a command, lines of Python and a TOML.
 """
@@ -55,7 +55,7 @@ def choices(texts: Texts) -> dict[str, Any]:
 
 
 def line(error: BaseException) -> str:
-    """What is wrong, in one line."""
+    """An error in one line."""
     if isinstance(error, sagnac.RecordingError):
         return error.line(lambda name, value: f"{name} {value}".strip())
     if isinstance(error, KeyError):

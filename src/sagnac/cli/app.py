@@ -174,7 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _in_several_files(error: CycloptsError) -> str:
-    """What to do if a recording was given as several files; empty if it was not."""
+    """A remedy for a recording that was given as several files; empty if it was not."""
     if not isinstance(error, UnusedCliTokensError) or not error.unused_tokens:
         return ""
     from sagnac.formats.registry import MINISEED

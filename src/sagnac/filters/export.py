@@ -14,7 +14,7 @@ from sagnac.filters.definitions import ToolName, definition_of
 from sagnac.filters.exports import Wanted, exported, settings_in
 from sagnac.filters.models import FilterModel, Markov
 from sagnac.filters.settings import FilterSetting, sensors_in, sensors_of, setting_of
-from sagnac.formats.files import replacing
+from sagnac.formats.files import write_text
 from sagnac.overwriting import of_export, require_free
 from sagnac.stability import check_choice
 from sagnac.units import SENSED, SENSORS, TIME_UNITS, Sensor, sizes, split_factor
@@ -305,8 +305,7 @@ def export(
     text = exported(tool, wanted)
     if path is not None:
         require_free(of_export(Path(path), tool), _paths(source), force=force)
-        with replacing(Path(path)) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+        write_text(Path(path), text)
     return Exported(tool=tool, text=text, settings=settings_in(tool, wanted))
 
 

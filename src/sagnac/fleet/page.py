@@ -24,10 +24,11 @@ from sagnac.fleet.table import (
     walk_limits,
     yield_of,
 )
+from sagnac.formats.files import write_text
 from sagnac.plot.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
 from sagnac.repeatability.study import Repeatability
 from sagnac.report.figures import STYLE, PowersOfTen, legend_above, styled, svg, write_png
-from sagnac.report.files import rendered, write_text
+from sagnac.report.files import rendered
 from sagnac.report.quantities import number, typeset
 from sagnac.specification.limits import Specification
 from sagnac.units import HOUR

@@ -18,9 +18,8 @@ from sagnac.coefficients.laws import SYMBOLS
 from sagnac.errors import RecordingError, counted
 from sagnac.fleet.runner import Campaign, Row
 from sagnac.fleet.tasks import Task, span_of
-from sagnac.formats.files import replacing
+from sagnac.formats.files import replacing, write_text
 from sagnac.repeatability.study import Repeatability, Run, repeatability
-from sagnac.report.files import write_text
 from sagnac.report.sections import csv_text
 from sagnac.specification.limits import Specification
 from sagnac.specification.verdict import Decision, overall
@@ -238,7 +237,7 @@ def _rate(task: Task, table_rate: Any, *, measured: bool) -> float:
 
 
 def _reason(analysis: Mapping[str, Any]) -> str:
-    """What keeps a row from an estimate, and then what keeps it from passing; empty if nothing."""
+    """The reason why a row has no estimate, and then why it does not pass; empty if none."""
     answer, reasons = analysis.get("angle_random_walk", {}), []
     if answer and answer.get("status") != "estimated":
         spoilt = [one["text"] for one in analysis.get("findings", ()) if one["level"] == "error"]

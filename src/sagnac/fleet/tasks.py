@@ -18,12 +18,11 @@ from sagnac.analysis.settings import Settings
 from sagnac.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
 from sagnac.errors import RecordingError, quoted
 from sagnac.formats import read
-from sagnac.formats.files import replacing
+from sagnac.formats.files import write_text
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement, beside_paths, from_mapping
 from sagnac.report import error_text
 from sagnac.report.document import analysis_document, to_json
-from sagnac.report.files import write_text
 from sagnac.report.page import write_page
 from sagnac.specification.limits import Specification, specification_of
 from sagnac.version import __version__
@@ -432,8 +431,7 @@ def write_result(folder: Path, result: Result) -> None:
     path = result_path(folder, result.key)
     path.parent.mkdir(parents=True, exist_ok=True)
     content = {"schema": SCHEMA, "version": __version__, **asdict(result)}
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(content, ensure_ascii=False, indent=1), encoding="utf-8")
+    write_text(path, json.dumps(content, ensure_ascii=False, indent=1))
 
 
 def read_result(folder: Path, key: str) -> Result | None:

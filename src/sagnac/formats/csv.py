@@ -120,7 +120,7 @@ def columns_of(laid_out: Layout, units: Mapping[str, str]) -> tuple[Column, ...]
 
 
 def _known(laid_out: Layout) -> tuple[Statement, Mapping[str, str]]:
-    """What a known program states by header and preamble, and units by the names of columns."""
+    """Statements of a known program by header and preamble, and units by the names of columns."""
     preset = preset_of(laid_out.names)
     if preset is not None:
         return preset.statement(laid_out.names), preset.units

@@ -158,6 +158,30 @@ def replacing(path: Path) -> Iterator[Path]:
         os.replace(temporary, path)
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text, whole or not at all.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write bytes, whole or not at all.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
 def _file_made(**where: Any) -> Path:
     handle, name = tempfile.mkstemp(**where)
     os.close(handle)

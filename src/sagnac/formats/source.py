@@ -1,4 +1,4 @@
-"""What readers give and writers take: columns with their statements, and how to load them."""
+"""Columns with their statements, as readers give and writers take them, and how to load them."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from sagnac.arrays import IntegerArray, blocks
 from sagnac.errors import Note, one_line
-from sagnac.formats.files import replacing
 from sagnac.formats.statement import ROLES, VOCABULARY, Statement
 from sagnac.recording.channel import PICKOFF
 from sagnac.recording.columns import NULL_PULSE_NAME, TEMPERATURE
@@ -17,9 +16,6 @@ from sagnac.recording.model import Kind, Recording
 from sagnac.units import UNITS, Unit, split_header
 
 # ---- source ------------------------------------------------------------------------
-
-# `replacing` has its home in `files`; it stands here until no other room imports it from here.
-__all__ = ["Column", "Source", "Stored", "Vector", "column", "in_memory", "replacing", "vectors"]
 
 # A matrix of more columns than this is no recording.
 _MOST_COLUMNS: Final = 4096

@@ -41,7 +41,7 @@ from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.report import error_text, findings_data, note_text
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
-from sagnac.report.sections import overall_decision, verdict_data
+from sagnac.report.sections import line_data, overall_decision, verdict_data
 from sagnac.stability.curve import StabilityCurve
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Sensor, Unit, field_unit
 from sagnac.version import __version__
@@ -91,7 +91,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             name: _estimate("angle_random_walk", estimate)
             for name, estimate in analysis.per_gyro.items()
         },
-        "lines": [_line(line) for line in analysis.lines],
+        "lines": [line_data(line) for line in analysis.lines],
         "curve": {
             "estimator": curve.estimator,
             **_points(curve, UNITS["deg/h"], "deviation_deg_per_h"),
@@ -296,25 +296,6 @@ def _estimate(name: CoefficientName, estimate: Estimate, sensor: Sensor = "gyro"
         "unit": unit,
         "status": estimate.status,
         "units": units,
-    }
-
-
-def _line(line: Line) -> dict[str, Any]:
-    position = (
-        {"order": line.frequency, "order_error": line.frequency_error}
-        if line.scale == "angle"
-        else {"frequency_hz": line.frequency, "frequency_error_hz": line.frequency_error}
-    )
-    return {
-        "scale": line.scale,
-        **position,
-        "amplitude_arcsec": line.amplitude / ARCSECOND,
-        "amplitude_error_arcsec": line.amplitude_error / ARCSECOND,
-        "phase_deg": line.phase / DEGREE,
-        "phase_error_deg": line.phase_error / DEGREE,
-        "channel": line.channel,
-        "significance": line.significance,
-        "name": line.name,
     }
 
 

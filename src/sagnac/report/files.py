@@ -11,36 +11,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from sagnac.analysis.result import Analysis, headline_fit
 from sagnac.documents import ANY, read_toml, table
 from sagnac.errors import MissingExtra, Note, RecordingError, ranked
-from sagnac.formats.source import replacing
+from sagnac.formats.files import write_bytes
 
 # ---- files -------------------------------------------------------------------------
 
 # Characters that a file system takes in a name, with room for what is put before it.
 _LONGEST_NAME: Final = 180
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text, whole or not at all.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written to.
-    """
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write bytes, whole or not at all.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written to.
-    """
-    with replacing(path) as temporary:
-        temporary.write_bytes(content)
 
 
 def folder_name(name: str) -> str:

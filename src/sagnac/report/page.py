@@ -18,6 +18,7 @@ from sagnac.analysis.result import (
 from sagnac.coefficients.estimates import Estimate, Fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.errors import ranked
+from sagnac.formats.files import write_text
 from sagnac.report import error_text, note_text
 from sagnac.report.alignment import compass_figure
 from sagnac.report.document import analysis_document
@@ -29,7 +30,7 @@ from sagnac.report.figures import (
     svg,
     unit_figure,
 )
-from sagnac.report.files import TitleBlock, placed_notes, rendered, write_text
+from sagnac.report.files import TitleBlock, placed_notes, rendered
 from sagnac.report.quantities import (
     FIT_TITLES,
     TITLES,

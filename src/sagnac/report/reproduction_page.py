@@ -11,13 +11,13 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from sagnac.coefficients.readings import READINGS, ReadingName
-from sagnac.formats.files import replacing_folder
+from sagnac.formats.files import replacing_folder, write_text
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.paper.prediction import DRIVEN, FIGURE_2, FIGURE_3, TABLE_1, TABLE_2, adequate_rate
 from sagnac.paper.reproduce import Cell, Order, Outcome, Reproduction, outcomes_of_table
 from sagnac.paper.trials import FORM, FORMS, NEAREST_TRIAL, Trial
 from sagnac.report.figures import svg, write_png
-from sagnac.report.files import rendered, write_text
+from sagnac.report.files import rendered
 from sagnac.report.quantities import number
 from sagnac.report.reproduction_tables import (
     ORDERS,

@@ -6,6 +6,7 @@ How a number came about, shares of the table's rate, accelerometers, a verdict, 
 import csv
 import io
 import math
+import re
 from collections.abc import Iterable, Sequence
 from itertools import zip_longest
 from typing import Any, Final
@@ -16,6 +17,7 @@ from sagnac.analysis.shares import Share
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import one_line, rounded
+from sagnac.lines.model import Line
 from sagnac.report import note_text
 from sagnac.report.quantities import (
     curve_columns,
@@ -359,37 +361,44 @@ def density_table(analysis: Analysis) -> str:
     )
 
 
+def line_data(line: Line) -> dict[str, Any]:
+    """A line as plain data, in the field's units."""
+    position = (
+        {"order": line.frequency, "order_error": line.frequency_error}
+        if line.scale == "angle"
+        else {"frequency_hz": line.frequency, "frequency_error_hz": line.frequency_error}
+    )
+    return {
+        "scale": line.scale,
+        **position,
+        "amplitude_arcsec": line.amplitude / ARCSECOND,
+        "amplitude_error_arcsec": line.amplitude_error / ARCSECOND,
+        "phase_deg": line.phase / DEGREE,
+        "phase_error_deg": line.phase_error / DEGREE,
+        "channel": line.channel,
+        "significance": line.significance,
+        "name": line.name,
+    }
+
+
+_UNITS: Final = {"hz": "Hz", "arcsec": "arcsec", "deg": "deg"}
+# Keys of `line_data`, and what heads their columns.
+_LINE_COLUMNS: Final = {
+    key: re.sub(r"_(hz|arcsec|deg)$", lambda unit: f"[{_UNITS[unit[1]]}]", key)
+    for key in (
+        "scale", "order", "order_error", "frequency_hz", "frequency_error_hz", "amplitude_arcsec",
+        "amplitude_error_arcsec", "phase_deg", "phase_error_deg", "significance", "channel", "name",
+    )
+}  # fmt: skip
+
+
 def line_table(analysis: Analysis) -> str:
     """CSV of the lines, strongest first; units stand in the header."""
-    header = (
-        "scale",
-        "order",
-        "order_error",
-        "frequency[Hz]",
-        "frequency_error[Hz]",
-        "amplitude[arcsec]",
-        "amplitude_error[arcsec]",
-        "phase[deg]",
-        "phase_error[deg]",
-        "significance",
-        "channel",
-        "name",
-    )
-    rows = []
-    for line in analysis.lines:
-        position = [cell(line.frequency), cell(line.frequency_error)]
-        rows.append(
-            [
-                line.scale,
-                *(position if line.scale == "angle" else ["", ""]),
-                *(position if line.scale == "time" else ["", ""]),
-                cell(line.amplitude / ARCSECOND),
-                cell(line.amplitude_error / ARCSECOND),
-                cell(line.phase / DEGREE),
-                cell(line.phase_error / DEGREE),
-                cell(line.significance),
-                line.channel,
-                line.name,
-            ]
-        )
-    return csv_text(header, rows)
+    rows = [
+        [
+            value if isinstance(value := found.get(key, ""), str) else cell(value)
+            for key in _LINE_COLUMNS
+        ]
+        for found in map(line_data, analysis.lines)
+    ]
+    return csv_text(list(_LINE_COLUMNS.values()), rows)

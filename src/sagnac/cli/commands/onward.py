@@ -230,11 +230,10 @@ def _show(
     as_json: bool,
 ) -> None:
     """Prints the answer, and writes it into a folder if one is named."""
-    from sagnac.formats.files import made
+    from sagnac.formats.files import made, write_text
     from sagnac.report import alignment as shown
     from sagnac.report.document import to_json
     from sagnac.report.figures import write_png
-    from sagnac.report.files import write_text
 
     found = {} if prospect is None else shown.prospect_document(prospect)
     notes = [*found.pop("notes", [words] if words else []), *shown.drift_notes(unaided)]
