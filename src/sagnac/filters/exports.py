@@ -10,7 +10,7 @@ import numpy as np
 
 from sagnac.errors import RecordingError, one_line, quoted
 from sagnac.filters.definitions import definition_of
-from sagnac.filters.models import common_time
+from sagnac.filters.models import FilterModel, common_time
 from sagnac.filters.settings import FilterSetting, by_name, plain, worst
 from sagnac.texts import toml_tables
 from sagnac.units import (
@@ -378,8 +378,17 @@ def _markov_time(wanted: Wanted, settings: Sequence[FilterSetting]) -> float:
     return common_time(limits) if limits or not stated else stated[0]
 
 
+def _markov_models(name: str, wanted: Wanted) -> dict[Sensor, tuple[float, list[FilterModel]]]:
+    """Of each kind of sensor the correlation time, s, and the models about x, y and z with it."""
+    times = _markov_times(name, wanted)
+    return {
+        kind: (times[kind], [one.as_markov(times[kind]).simple for one in axes])
+        for kind, axes in _three(wanted).items()
+    }
+
+
 def _kf_gins(name: str, wanted: Wanted) -> str:
-    three, times = _three(wanted), _markov_times(name, wanted)
+    found = _markov_models(name, wanted)
     keys: Mapping[Sensor, tuple[tuple[str, float, str], tuple[str, float, str]]] = {
         "gyro": (
             ("arw", DEGREE_PER_ROOT_HOUR, "deg/sqrt(hr)"),
@@ -389,21 +398,21 @@ def _kf_gins(name: str, wanted: Wanted) -> str:
     }
     text = _heading(name, wanted) + "imunoise:\n"
     for kind, units in keys.items():
-        if kind not in three:
+        if kind not in found:
             text += "".join(
                 f"  # {key}:  # {unit}: not measured, add it\n" for key, _, unit in units
             )
             continue
-        models = [one.as_markov(times[kind]).simple for one in three[kind]]
+        _, models = found[kind]
         numbers = [one.white for one in models], [one.markov[0].deviation for one in models]
         for (key, size, unit), values in zip(units, numbers, strict=True):
             text += f"  {key}: {_listed([value / size for value in values])}  # {unit}\n"
-    text += f"  corrtime: {times['gyro'] / HOUR:.6e}  # hr\n"
+    text += f"  corrtime: {found['gyro'][0] / HOUR:.6e}  # hr\n"
     return text + "  # gsstd, asstd:  # ppm: not measured here, keep your own\n"
 
 
 def _psins(name: str, wanted: Wanted) -> str:
-    three, times = _three(wanted), _markov_times(name, wanted)
+    found = _markov_models(name, wanted)
     units: Mapping[Sensor, tuple[str, str, str, float, float]] = {
         "gyro": ("web", "sqrtR0G", "TauG", DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR),
         "accelerometer": ("wdb", "sqrtR0A", "TauA", _MICRO_G, _MICRO_G),
@@ -412,16 +421,16 @@ def _psins(name: str, wanted: Wanted) -> str:
     text += "% web deg/sqrt(h), wdb ug/sqrt(Hz), sqrtR0G deg/h, sqrtR0A ug, TauG and TauA s\n"
     text += "eb = 0; db = 0;  % constant biases, which no noise tells\n"
     for kind, (white, deviation, tau, size, rate_size) in units.items():
-        if kind not in three:
+        if kind not in found:
             text += f"{white} = 0; {deviation} = 0; {tau} = 1;  % not measured, set them\n"
             continue
-        models = [one.as_markov(times[kind]).simple for one in three[kind]]
+        time, models = found[kind]
         for key, values in (
             (white, [one.white / size for one in models]),
             (deviation, [one.markov[0].deviation / rate_size for one in models]),
         ):
             text += f"{key} = [{'; '.join(f'{value:.6e}' for value in values)}];\n"
-        text += f"{tau} = {times[kind]:.6e};\n"
+        text += f"{tau} = {time:.6e};\n"
     return text + "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);\n"
 
 
@@ -451,20 +460,19 @@ _SDF: Final[Mapping[Sensor, str]] = {
 
 
 def _gazebo(name: str, wanted: Wanted) -> str:
-    rate, three, times = wanted.update_rate, _three(wanted), _markov_times(name, wanted)
+    rate = wanted.update_rate
     # A comment of XML holds no two hyphens.
     said = _heading(name, wanted, mark=" ").replace("--", "- -")
     text = f"<!--\n{said}-->\n<sensor name='imu' type='imu'>\n  <update_rate>{rate:.9g}"
     text += "</update_rate>\n  <imu>\n"
-    for kind, axes in three.items():
+    for kind, (time, models) in _markov_models(name, wanted).items():
         text += f"    <{_SDF[kind]}>\n"
-        for axis, one in zip("xyz", axes, strict=True):
-            model = one.as_markov(times[kind]).simple
+        for axis, model in zip("xyz", models, strict=True):
             noise = {
                 "mean": 0.0,
                 "stddev": model.white_per_sample(1.0 / rate),
                 "dynamic_bias_stddev": model.markov[0].driving_noise,
-                "dynamic_bias_correlation_time": times[kind],
+                "dynamic_bias_correlation_time": time,
             }
             inside = "".join(f"<{key}>{value:.9e}</{key}>" for key, value in noise.items())
             text += f"      <{axis}><noise type='gaussian'>{inside}</noise></{axis}>\n"
@@ -473,7 +481,7 @@ def _gazebo(name: str, wanted: Wanted) -> str:
 
 
 def _gnss_ins_sim(name: str, wanted: Wanted) -> str:
-    three, times = _three(wanted), _markov_times(name, wanted)
+    found = _markov_models(name, wanted)
     units: Mapping[Sensor, tuple[str, str, float, float]] = {
         "gyro": ("gyro", "arw", DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR),
         "accelerometer": ("accel", "vrw", _VELOCITY_WALK, 1.0),
@@ -482,12 +490,12 @@ def _gnss_ins_sim(name: str, wanted: Wanted) -> str:
     text += "# deg/h, deg/sqrt(h), m/s^2, m/s/sqrt(h) and s; of x, y and z\nimu_err = {\n"
     for kind, (sensor, walk, white_size, bias_size) in units.items():
         values = {"b": [0.0] * 3, walk: [0.0] * 3, "b_stability": [0.0] * 3, "b_corr": [1.0] * 3}
-        if kind in three:
-            models = [one.as_markov(times[kind]).simple for one in three[kind]]
+        if kind in found:
+            time, models = found[kind]
             values[walk] = [one.white / white_size for one in models]
             values["b_stability"] = [one.markov[0].deviation / bias_size for one in models]
-            values["b_corr"] = [times[kind]] * 3
-        said = "" if kind in three else "  # not measured, set it"
+            values["b_corr"] = [time] * 3
+        said = "" if kind in found else "  # not measured, set it"
         text += "".join(
             f'    "{sensor}_{key}": numpy.array({_listed(value)}),{said}\n'
             for key, value in values.items()
