@@ -30,7 +30,6 @@ from sagnac.repeatability.study import Repeatability
 from sagnac.report.figures import STYLE, PowersOfTen, legend_above, styled, svg, write_png
 from sagnac.report.files import rendered
 from sagnac.report.quantities import number, typeset
-from sagnac.specification.limits import Specification
 from sagnac.units import HOUR
 from sagnac.version import __version__
 
@@ -275,7 +274,8 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
             for names, found in groups_of(lines).items()
             if any(line.state == "done" for line in found)
         ],
-        verdict=_verdict(campaign, specifications),
+        verdict=yield_of(campaign),
+        limits=[typeset(limit.in_words) for one in specifications for limit in one.limits],
         spans=_span_figures(lines),
         **_listed(lines),
         version=__version__,
@@ -283,19 +283,6 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     path = folder / "index.html"
     write_text(path, text)
     return path
-
-
-def _verdict(campaign: Campaign, specifications: Sequence[Specification]) -> dict[str, Any] | None:
-    """Limits, decisions and yield; None if nothing was stated."""
-    found = yield_of(campaign)
-    if found is None:
-        return None
-    return {
-        "decision": found.decision,
-        "limits": [typeset(limit.in_words) for one in specifications for limit in one.limits],
-        "counts": found.in_words(),
-        "share": found.share_in_words(),
-    }
 
 
 def reason_text(file: str, reason: str) -> str:

@@ -81,6 +81,33 @@ _ANSWERS: Final = {
 }
 
 
+def _cells(name: CoefficientName, estimate: Estimate) -> tuple[str, str, str]:
+    return reading_cells(name, estimate, plain=False)
+
+
+# Functions and words that templates write facts with.
+_WORDS: Final[Mapping[str, Any]] = {
+    "amplitude": line_amplitude,
+    "cells": _cells,
+    "decisions": DECISIONS,
+    "gyro_text": gyro_text,
+    "methods_in_words": _METHODS,
+    "number": number,
+    "peaks": residual_peaks,
+    "position": line_position,
+    "risk_text": risk_text,
+    "symbol": lambda name: field_unit(name).symbol,
+    "symbols": SYMBOLS,
+    "typeset": typeset,
+    "unit_cells": unit_cells,
+    "version": __version__,
+}
+
+
+def _rendered(template: str, **facts: Any) -> str:
+    return rendered(template, **_WORDS, **facts)
+
+
 def write_page(analysis: Analysis, path: Path) -> None:
     """Write ``report.html``: whole or not at all, and nothing in it is fetched.
 
@@ -113,7 +140,7 @@ def page(
         TOML that repeats the run.
     """
     placed = placed_notes(analysis)
-    return rendered(
+    return _rendered(
         "report.html",
         **_heading(analysis, block or TitleBlock()),
         **_headline(analysis),
@@ -136,19 +163,18 @@ def page(
             *_curve_facts(analysis),
             *(("Read", note_text(note)) for note in placed.reading),
         ],
-        seconds=[(stage, f"{spent:.2f}") for stage, spent in analysis.seconds.items()],
-        total=f"{sum(analysis.seconds.values()):.2f}",
-        version=__version__,
+        seconds=analysis.seconds,
     )
 
 
 def _heading(analysis: Analysis, block: TitleBlock) -> dict[str, Any]:
     """Heading of the page, and its citations."""
     methods, references = cited(sentences(analysis))
+    read = analysis.recording.provenance
     return {
         "title": block.title or f"Angle random walk, {subject(analysis)}",
         "heading": block.title,
-        "block": [*block.facts, *_origin(analysis)] if block.facts else [],
+        "block": [*block.facts, *_file_facts(analysis)[: 2 * bool(read)]] if block.facts else [],
         "methods": methods,
         "references": references,
     }
@@ -159,9 +185,9 @@ def _headline(analysis: Analysis) -> dict[str, Any]:
     return {
         "worst": worst_gyro(analysis),
         "answer": _answer(analysis),
-        "verdict": _verdict(analysis),
+        "verdict": verdict_of(analysis),
         "kalman": kalman_figures(analysis.angle_random_walk),
-        "per_gyro": _each_gyro(analysis),
+        "per_gyro": analysis.per_gyro,
         "fit": _fit_title(analysis),
         "band": analysis.average is not None
         and analysis.average.law is not None
@@ -193,13 +219,8 @@ def _tables(analysis: Analysis) -> dict[str, Any]:
             *((FIT_TITLES[one.method], one is headline_fit(analysis)) for one in fits),
         ],
         "coefficients": _coefficient_rows([*columns, *(fit.coefficients for fit in fits)]),
-        "units": [
-            (SYMBOLS[name], *cells)
-            for name, estimate in headline_estimates(analysis).items()
-            for cells in unit_cells(name, estimate)
-        ],
-        "lines": _line_rows(analysis),
-        "names": any(line.name for line in analysis.lines),
+        "units": headline_estimates(analysis),
+        "lines": analysis.lines,
     }
 
 
@@ -225,17 +246,16 @@ def unit_page(
     """
     heading = _heading(analysis, block or TitleBlock())
     title = f"Gyros {', '.join(analysis.settings.gyros)}"
-    return rendered(
+    return _rendered(
         "unit.html",
         **{**heading, "title": heading["heading"] or title},
         worst=worst_gyro(analysis),
         unit=field_unit("angle_random_walk").symbol,
         confidence=f"{100.0 * analysis.settings.confidence:g} %",
-        per_gyro=[
-            (name, cells, (links or {}).get(name, "")) for name, cells in _each_gyro(analysis)
-        ],
+        per_gyro=analysis.per_gyro,
+        links=links or {},
         refused=_refused(analysis),
-        verdict=_verdict(analysis),
+        verdict=verdict_of(analysis),
         notes=[(note.level, note_text(note)) for note in ranked(analysis.notes)],
         figure=Markup(
             svg(unit_figure(analysis), "unit", "Allan deviation of the gyros against cluster time")
@@ -245,15 +265,7 @@ def unit_page(
         forces=_forces(analysis),
         facts=[*_file_facts(analysis), *_gyro_facts(analysis), *_curve_facts(analysis)],
         settings=settings,
-        version=__version__,
     )
-
-
-def _each_gyro(analysis: Analysis) -> list[tuple[str, tuple[str, str, str]]]:
-    return [
-        (name, reading_cells("angle_random_walk", estimate, plain=False))
-        for name, estimate in analysis.per_gyro.items()
-    ]
 
 
 def _refused(analysis: Analysis) -> list[tuple[str, str]]:
@@ -291,23 +303,10 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     """
     one = next(iter(analyses.values()))
     by_gyro = methods_by_gyro(analyses)
-    several = len(by_gyro) > 1
-    return rendered(
+    return _rendered(
         "comparison.html",
-        title="Methods compared, " + (", ".join(by_gyro) if several else subject(one)),
-        rows=[
-            {
-                "method": f"{name}: {_METHODS[method]}" if several else _METHODS[method],
-                "reading": reading_cells(
-                    "angle_random_walk", analysis.angle_random_walk, plain=False
-                ),
-                "lines": len(analysis.lines),
-                "peaks": residual_peaks(analysis),
-                "seconds": f"{sum(analysis.seconds.values()):.1f}",
-            }
-            for name, each in by_gyro.items()
-            for method, analysis in each.items()
-        ],
+        title="Methods compared, " + (", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)),
+        by_gyro=by_gyro,
         unit=field_unit("angle_random_walk").symbol,
         refused=[(_METHODS[method], why) for method, why in refused.items()],
         figure=Markup("").join(
@@ -321,7 +320,6 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
             for name, each in by_gyro.items()
         ),
         facts=[*_file_facts(one), *_gyro_facts(one), *_curve_facts(one)],
-        version=__version__,
     )
 
 
@@ -342,7 +340,7 @@ def accelerometers_page(analysis: Analysis) -> str:
     if not forces:
         raise ValueError("analysis has no accelerometers")
     channels = [(one.channel, one.recording.gyro(one.channel).shown_in) for one in forces]
-    return rendered(
+    return _rendered(
         "accelerometers.html",
         title=f"Accelerometers {', '.join(analysis.accelerometers)}",
         forces=_forces(analysis),
@@ -351,16 +349,7 @@ def accelerometers_page(analysis: Analysis) -> str:
             ("Accelerometers", ", ".join(f"{name} ({unit})" for name, unit in channels)),
             *_curve_facts(forces[0]),
         ],
-        version=__version__,
     )
-
-
-def _origin(analysis: Analysis) -> list[tuple[str, str]]:
-    """Identity of the recording."""
-    provenance = analysis.recording.provenance
-    if provenance is None:
-        return []
-    return [("File", provenance.path), ("SHA-256", provenance.sha256)]
 
 
 def _answer(analysis: Analysis) -> dict[str, str]:
@@ -374,29 +363,6 @@ def _answer(analysis: Analysis) -> dict[str, str]:
         "unit": field_unit("angle_random_walk").symbol,
         "confidence": f"{100.0 * estimate.confidence:g} %",
         "source": analysis.source,
-    }
-
-
-def _verdict(analysis: Analysis) -> dict[str, Any] | None:
-    found = verdict_of(analysis)
-    if found is None:
-        return None
-    return {
-        "decision": found.decision,
-        "said": DECISIONS[found.decision],
-        "product": found.specification.product,
-        "risk": risk_text(found),
-        "rows": [
-            (
-                gyro_text(one),
-                typeset(one.limit.in_words),
-                reading_cells(one.limit.coefficient, one.estimate, plain=False),
-                field_unit(one.limit.coefficient).symbol,
-                DECISIONS[one.decision],
-                one.reason,
-            )
-            for one in found.judgements
-        ],
     }
 
 
@@ -467,24 +433,6 @@ def _answer_column(analysis: Analysis) -> list[tuple[str, bool]]:
         return []
     member = "average" if analysis.average is None else analysis.average.member
     return [(_ANSWERS[member], True)]
-
-
-def _line_rows(analysis: Analysis) -> list[dict[str, str]]:
-    rows = []
-    for line in analysis.lines:
-        amplitude, error = line_amplitude(line)
-        rows.append(
-            {
-                "scale": "table angle" if line.scale == "angle" else "time",
-                "position": line_position(line),
-                "amplitude": amplitude,
-                "error": error,
-                "significance": number(line.significance),
-                "channel": line.channel.replace("-", " − "),
-                "name": line.name,
-            }
-        )
-    return rows
 
 
 def _file_facts(analysis: Analysis) -> list[tuple[str, str]]:
