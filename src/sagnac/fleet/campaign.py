@@ -11,7 +11,7 @@ from sagnac.arrays import pandas_for
 from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
 from sagnac.fleet.table import Line, lines_of, walk_limits, write_tables
-from sagnac.fleet.tasks import Choices, Task, tasks_of
+from sagnac.fleet.tasks import Choices, tasks_of
 from sagnac.formats.statement import Statement
 from sagnac.overwriting import outputs_in, require_free
 from sagnac.processes import Standing, means_of
@@ -130,76 +130,28 @@ def campaign(
     [('A.npz', 'done', 'x')]
     """
     listed = [sources] if isinstance(sources, str | Path) else sources
-    paths = [Path(source) for source in listed]
+    paths, place = [Path(source) for source in listed], Path(folder).absolute()
     tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
-    return carried_out(
-        tasks,
-        Path(folder).absolute(),
-        workplace(scheduler, workers, memory),
-        title=title_of(paths, tasks),
-        span=span,
-        told=told,
-        force=force,
-    )
-
-
-def carried_out(
-    tasks: Sequence[Task],
-    folder: Path,
-    completed: Completed,
-    *,
-    title: str,
-    span: float | None = None,
-    told: Callable[[Standing], None] | None = None,
-    force: bool = False,
-) -> CampaignReport:
-    """The tasks of a campaign done, and its table and page written.
-
-    Parameters
-    ----------
-    tasks, folder, completed, span, told
-        As of `sagnac.fleet.runner.run`.
-    title
-        Of the page.
-    force
-        As of `campaign`.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written to, or there are no workers.
-    WouldOverwrite
-        As of `campaign`.
-    """
-    require_free(outputs_in(folder, "campaign"), [Path(task.path) for task in tasks], force=force)
-    made = run(tasks, folder, completed, span=span, told=told)
-    lines = tuple(lines_of(made.each))
-    tables = write_tables(lines, folder)
-    page = write_page(made, lines, folder, title)
-    picture = write_overview(lines, walk_limits(made), folder)
-    return CampaignReport(campaign=made, lines=lines, paths=(page, *tables, *picture))
-
-
-def title_of(sources: Sequence[Path], tasks: Sequence[Task]) -> str:
-    """Title of the page of a campaign."""
-    return sources[0].stem if len(sources) == 1 else f"{len(tasks)} recordings"
-
-
-def workplace(
-    scheduler: str | None = None, workers: int | None = None, memory: float | None = None
-) -> Completed:
-    """Where the work is done: by processes of this machine, or on a cluster.
-
-    Raises
-    ------
-    ValueError
-        If workers or memory cannot be, or are stated beside a cluster, which has its own.
-    """
-    if scheduler is None:
-        return partial(completed_here, means=means_of(workers, memory))
-    if workers is not None or memory is not None:
+    if scheduler is not None and (workers is not None or memory is not None):
         raise ValueError("workers and memory are of this machine; a cluster has its own")
-    return partial(completed_there, scheduler=scheduler)
+    completed: Completed = (
+        partial(completed_here, means=means_of(workers, memory))
+        if scheduler is None
+        else partial(completed_there, scheduler=scheduler)
+    )
+    require_free(outputs_in(place, "campaign"), [Path(task.path) for task in tasks], force=force)
+    made = run(tasks, place, completed, span=span, told=told)
+    lines = tuple(lines_of(made.each))
+    title = paths[0].stem if len(paths) == 1 else f"{len(tasks)} recordings"
+    return CampaignReport(
+        campaign=made,
+        lines=lines,
+        paths=(
+            write_page(made, lines, place, title),
+            *write_tables(lines, place),
+            *write_overview(lines, walk_limits(made), place),
+        ),
+    )
 
 
 def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices:
