@@ -10,13 +10,25 @@ import tempfile
 import pytest
 
 from sagnac.errors import RecordingError
-from sagnac.formats.files import remove_leftovers, replacing, replacing_folder, replacing_set
+from sagnac.formats.files import (
+    remove_leftovers,
+    replacing,
+    replacing_folder,
+    replacing_set,
+    write_text,
+)
 
 
 def dead_process() -> int:
     process = subprocess.Popen([sys.executable, "-c", ""])
     process.wait()
     return process.pid
+
+
+def test_nothing_is_left_of_a_file_that_cannot_be_written(tmp_path):
+    with pytest.raises(RecordingError, match="cannot be written"):
+        write_text(tmp_path / "none" / "a.json", "{}")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_is_replaced_whole_or_stays(tmp_path):

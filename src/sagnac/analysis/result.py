@@ -17,6 +17,7 @@ from sagnac.coefficients.estimates import Estimate, Fit, FitName, estimate_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.model_average import ModelChoice
 from sagnac.errors import Note, RecordingError
+from sagnac.formats.files import write_text
 from sagnac.lines.model import Line
 from sagnac.overwriting import Outputs, require_free
 from sagnac.recording.model import Recording
@@ -246,7 +247,7 @@ class Analysis:
         if path is not None:
             made = Outputs(paths=(Path(path),), mark=Path(path), kind="analysis")
             require_free(made, force=force)
-            import_module("sagnac.report.files").write_text(Path(path), text + "\n")
+            write_text(Path(path), text + "\n")
         return text
 
     @classmethod
