@@ -226,6 +226,20 @@ def test_drifting_lines_beside_each_other_do_not_disturb():
         assert np.sum(error**2) < found.parameters + 4.0 * np.sqrt(2.0 * found.parameters)
 
 
+def test_a_line_that_wanders_fast_is_followed_in_shorter_blocks():
+    """The means of a first look allow 128 blocks."""
+    wander = CubicSpline(np.linspace(0.0, 1.0, 301), np.random.default_rng(9).standard_normal(301))
+    cycles = np.cumsum(0.1 + 2e-4 * wander(PLACE))
+    angle = 3000.0 * np.sqrt(2.0 / SAMPLES) * np.cos(2.0 * np.pi * cycles)
+    found = fit_drifting(
+        np.diff(angle) + white(7), float(np.mean(np.diff(cycles))), 1.0, center=CENTER
+    )
+    assert found is not None
+    assert found.blocks > 128
+    error = np.diff(angle - values(found, 0, SAMPLES))
+    assert np.sum(error**2) < found.parameters + 4.0 * np.sqrt(2.0 * found.parameters)
+
+
 def test_increments_may_be_mapped_and_go_by_blocks(monkeypatch):
     frequency = 50.0 / RATE
     steps = np.diff(made("wandering", frequency, 300.0).real) + white(7)

@@ -201,12 +201,9 @@ def next_round(state: State) -> State:
     number, before = state.rounds, state
     state = replace(state, rounds=number + 1)
     first = number == 0
-    new, crowds = _looked_for(state)
-    if crowds != state.bands and not _may_be_images(state, new):
-        # A line that drifts is a crowd until it is made one.
-        state = gathered(state, np.empty(0))
-        if len(state.drifting) > len(before.drifting):
-            new, crowds = _looked_for(state)
+    tones = peaks_in_frequency(state.residue)
+    crowds = _crowds(state, tones)
+    new = new_lines(state.residue, tones, state.components, state.patience, crowds)
     if not _may_be_images(state, new):
         state = replace(state, bands=crowds)
         state = without_vibration(state)
@@ -227,13 +224,6 @@ def next_round(state: State) -> State:
     if found_none or (number >= _SURE_ROUNDS and not new.waiting):
         state = gathered(state, new.restless)
     return replace(state, end=_end_of(before, state))
-
-
-def _looked_for(state: State) -> tuple[NewLines, tuple[Band, ...]]:
-    """New lines, and the bands of vibration known so far and those in which peaks crowd now."""
-    tones = peaks_in_frequency(state.residue)
-    crowds = _crowds(state, tones)
-    return new_lines(state.residue, tones, state.components, state.patience, crowds), crowds
 
 
 def _end_of(before: State, state: State) -> End | None:
