@@ -10,7 +10,7 @@ RATE = 100.0
 
 def correlation(increments, **more):
     cells = band_cells(increments, sample_rate=RATE, band_hz=(0.5, 40.0), **more)
-    matrix = cells.mean(slice(None)).matrix
+    matrix = cells.matrices.mean(axis=2)
     return matrix[0, 1] / np.sqrt(matrix[0, 0] * matrix[1, 1])
 
 

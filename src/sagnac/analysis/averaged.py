@@ -6,12 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.analysis.corrections import (
-    LEAST_FOR_WARM_UP,
-    WarmUp,
-    find_warm_up,
-    without_warm_up,
-)
+from sagnac.analysis.corrections import WarmUp, find_warm_up, without_warm_up
 from sagnac.analysis.curves import Points
 from sagnac.analysis.fits import Coefficients
 from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
@@ -126,6 +121,11 @@ class Averaged:
     levels: Levels
     coefficients: Coefficients
 
+    @property
+    def changes(self) -> bool:
+        """Whether N over parts differs by more than chance."""
+        return self.parts is not None and not self.parts.agree
+
 
 def completed(basis: Basis, found: RollOff) -> Averaged:
     """The spectrum with B and K of the lowest frequencies, N over parts, and a hump.
@@ -178,15 +178,14 @@ def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | No
 def clean(points: Points) -> Cleaned:
     """Increments of some angles without spikes and without warm-up."""
     increments, rate = differences(points.angle), points.rate
-    spikes = warm_up = None
+    spikes = None
     if increments.size >= LEAST_FOR_SPIKES:
         spikes = find_spikes(increments, sample_rate=rate)
         if spikes.index.size:
             increments = without_spikes(increments, spikes)
-    if increments.size >= LEAST_FOR_WARM_UP:
-        warm_up = find_warm_up(increments, sample_rate=rate)
-        if warm_up is not None:
-            increments = without_warm_up(increments, warm_up, sample_rate=rate)
+    warm_up = find_warm_up(increments, sample_rate=rate)
+    if warm_up is not None:
+        increments = without_warm_up(increments, warm_up, sample_rate=rate)
     return Cleaned(increments=increments, rate=rate, spikes=spikes, warm_up=warm_up)
 
 

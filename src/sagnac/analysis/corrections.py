@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
 
-from numpy.typing import ArrayLike
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Undithered:
     """A recording whose gyros are stripped, as angles, and what was taken."""
@@ -339,7 +336,7 @@ def _in_words(drift: ThermalDrift, size: float) -> str:
 _WARM_UP_MEANS: Final = 200
 _WARM: Final = 30.0
 # Fewest samples in which a warm-up is looked for.
-LEAST_FOR_WARM_UP: Final = 4 * _WARM_UP_MEANS
+_LEAST_FOR_WARM_UP: Final = 4 * _WARM_UP_MEANS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -361,7 +358,7 @@ class WarmUp:
     until_s: float
 
 
-def find_warm_up(increments: ArrayLike, *, sample_rate: float) -> WarmUp | None:
+def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None:
     """Fit ``rate exp(-t/time)`` besides a straight line, and keep it if chance does not make it.
 
     The fit is by generalized least squares to 200 block means of the rate, in white noise and a
@@ -378,13 +375,12 @@ def find_warm_up(increments: ArrayLike, *, sample_rate: float) -> WarmUp | None:
     Returns
     -------
     WarmUp or None
-        None if nothing settles, or the time is longer than a third of the record.
+        None if nothing settles, the time is longer than a third of the record, or that is short.
     """
-    values = np.asarray(increments, dtype=np.float64)
-    if values.ndim != 1 or values.size < LEAST_FOR_WARM_UP:
-        raise ValueError(f"increments has shape {values.shape}; give {LEAST_FOR_WARM_UP} or more")
-    size = values.size // _WARM_UP_MEANS
-    means = averages_of(values[: size * _WARM_UP_MEANS], size) * sample_rate
+    if increments.size < _LEAST_FOR_WARM_UP:
+        return None
+    size = increments.size // _WARM_UP_MEANS
+    means = averages_of(increments[: size * _WARM_UP_MEANS], size) * sample_rate
     width = size / sample_rate
     time: FloatArray = (np.arange(_WARM_UP_MEANS, dtype=np.float64) + 0.5) * width
     constants = np.geomspace(2.0 * width, _WARM_UP_MEANS * width / 3.0, 40)
@@ -402,7 +398,7 @@ def find_warm_up(increments: ArrayLike, *, sample_rate: float) -> WarmUp | None:
     return WarmUp(
         rate=best.rate,
         time=best.constant,
-        until_s=min(math.log(100.0) * best.constant, values.size / sample_rate),
+        until_s=min(math.log(100.0) * best.constant, increments.size / sample_rate),
     )
 
 
@@ -443,7 +439,7 @@ def _settling(
     return best
 
 
-def without_warm_up(increments: ArrayLike, warm_up: WarmUp, *, sample_rate: float) -> FloatArray:
+def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: float) -> FloatArray:
     """Increments with the settling taken off.
 
     Parameters
@@ -455,10 +451,9 @@ def without_warm_up(increments: ArrayLike, warm_up: WarmUp, *, sample_rate: floa
     sample_rate
         Samples per second.
     """
-    values = np.asarray(increments, dtype=np.float64)
-    settled = empty(values.size)
-    for block in blocks(values.size):
+    settled = empty(increments.size)
+    for block in blocks(increments.size):
         time = (np.arange(block.start, block.stop) + 0.5) / sample_rate
         settling = warm_up.rate / sample_rate * np.exp(-time / warm_up.time)
-        np.subtract(values[block], settling, out=settled[block])
+        np.subtract(increments[block], settling, out=settled[block])
     return settled

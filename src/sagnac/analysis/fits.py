@@ -61,7 +61,6 @@ def coefficients_of(
     recording: Recording,
     settings: Settings,
     *,
-    gyros: tuple[str, ...],
     left: Remainder,
     second: Remainder | None,
     points: Points,
@@ -72,9 +71,7 @@ def coefficients_of(
     Parameters
     ----------
     recording, settings
-        For the readout of the gyros and the interval and confidence asked for.
-    gyros
-        Names: one, two or three.
+        For the readout of the gyros, which the settings name, and the interval and confidence.
     left, second
         What removal left of the measurement and, of a triad, of the first gyro less the second.
     points
@@ -88,7 +85,7 @@ def coefficients_of(
         if settings.interval is not None:
             finer = settings.interval / _FINER
             fine = points_at(left.removal.residual, recording.sample_rate, finer)
-        readout = joint_readout(recording, gyros, fine.rate)
+        readout = joint_readout(recording, settings.gyros, fine.rate)
     if readout.every is None:
         likelihood = nothing_observed("likelihood", settings.confidence)
     else:
@@ -103,15 +100,7 @@ def coefficients_of(
     }
     hat = Separation(angle_random_walk={})
     if second is not None and readout.every is not None:
-        hat = _hat(
-            recording,
-            settings,
-            gyros=gyros,
-            left=left,
-            second=second,
-            fine=fine,
-            highest=0.0 if likelihood.band is None else likelihood.band.high,
-        )
+        hat = _hat(settings, left, second, fine, likelihood)
     return Coefficients(
         fits=fits,
         per_gyro=hat.angle_random_walk,
@@ -212,33 +201,18 @@ def _fit_curve(
 def _from_cluster(curve: StabilityCurve, shortest: float) -> StabilityCurve:
     """The part of a curve at cluster times of `shortest` (s) and more."""
     kept = curve.tau >= shortest * (1.0 - 1e-9)
-    return replace(
-        curve,
-        tau=curve.tau[kept],
-        deviation=curve.deviation[kept],
-        terms=curve.terms[kept],
-        edf=curve.edf[kept],
-        low=curve.low[kept],
-        high=curve.high[kept],
-        noise_type=curve.noise_type[kept],
-    )
+    names = ("tau", "deviation", "terms", "edf", "low", "high", "noise_type")
+    return replace(curve, **{name: getattr(curve, name)[kept] for name in names})
 
 
 def _hat(
-    recording: Recording,
-    settings: Settings,
-    *,
-    gyros: tuple[str, ...],
-    left: Remainder,
-    second: Remainder,
-    fine: Points,
-    highest: float,
+    settings: Settings, left: Remainder, second: Remainder, fine: Points, likelihood: Fit
 ) -> Separation:
     """Each gyro's own N, where both searches came to an end and angles are of samples."""
     if left.once_a_turn or any(one.removal.unfinished is not None for one in (left, second)):
         return Separation(angle_random_walk={})
-    first, middle, last = gyros
-    step = max(1, round(recording.sample_rate / fine.rate))
+    first, middle, last = settings.gyros
+    step = max(1, round(left.rate / fine.rate))
     # The hat uses differences only, so the first gyro may stand at zero.
     separation = three_cornered_hat(
         {
@@ -250,7 +224,7 @@ def _hat(
         sample_rate=fine.rate,
         confidence=settings.confidence,
         masked=left.removal.masked + second.removal.masked,
-        band=(0.0, highest),
+        band=(0.0, 0.0 if likelihood.band is None else likelihood.band.high),
     )
     own = separation.angle_random_walk
-    return replace(separation, angle_random_walk={name: own[name] for name in gyros})
+    return replace(separation, angle_random_walk={name: own[name] for name in settings.gyros})

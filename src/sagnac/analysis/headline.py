@@ -268,7 +268,7 @@ def _by_spectrum(evidence: Evidence, found: Averaged | None) -> _Read:
             "estimate is given"
         )
         return _Read(notes=(Note(text=text),))
-    if found.parts is not None and not found.parts.agree:
+    if found.parts is not None and found.changes:
         estimate = replace(
             estimate,
             low=min(estimate.low, found.parts.smallest),

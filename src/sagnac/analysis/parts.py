@@ -8,7 +8,7 @@ changes.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -27,6 +27,7 @@ from sagnac.spectrum.levels import Levels
 CHANCE: Final = 0.01
 # Parts that a record is cut into, or the fewer ones if these do not show N.
 COUNTS: Final = (4, 2)
+_UNSEEN: Final = {"value": math.nan, "low": math.nan, "high": math.nan}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,11 +199,10 @@ def over_parts(
     *,
     sample_rate: float,
     read: Callable[[FloatArray], Reading | None],
-    whole: Interval | None,
+    whole: Interval,
     confidence: float = 0.95,
-    counts: tuple[int, ...] = COUNTS,
 ) -> Parts:
-    """N over equal parts of the record, against each other and against the whole.
+    """N over quarters of the record, or halves, against each other and against the whole.
 
     Parameters
     ----------
@@ -214,81 +214,54 @@ def over_parts(
         What some increments say, over the same band and with the same terms; None if they do not
         show N.
     whole
-        N of the whole: the answer that the parts have to bear out. None if there is none.
+        N of the whole: the answer that the parts have to bear out.
     confidence
         Of all intervals.
-    counts
-        How many parts, two or more; the next number if not all of them show N. If none does so,
-        the first number of which two show it.
 
-    Raises
-    ------
-    ValueError
-        If `counts` makes no sense.
+    Returns
+    -------
+    Parts
+        Of the first count all of whose parts show N: if some of them do, they are those in which
+        chance made it high. If there is none, of the first of which two show it.
     """
-    if not counts or min(counts) < 2 or increments.size < max(counts):
-        raise ValueError(f"counts is {counts} for {increments.size} samples; give two or more")
     tried = []
-    for count in counts:
-        result = _in_parts(
-            increments,
-            sample_rate=sample_rate,
-            read=read,
-            whole=whole,
-            confidence=confidence,
-            count=count,
-        )
-        # If some of the parts show N, they are those in which chance made it high.
-        if len(result.seen) == count:
-            return result
-        tried.append(result)
+    for count in COUNTS:
+        edges = [number * increments.size // count for number in range(count + 1)]
+        readings = [read(increments[start:stop]) for start, stop in pairwise(edges)]
+        spans = [(start / sample_rate, stop / sample_rate) for start, stop in pairwise(edges)]
+        tried.append(_compared(spans, readings, whole, confidence))
+        if len(tried[-1].seen) == count:
+            return tried[-1]
     return next((one for one in tried if len(one.seen) > 1), tried[-1])
 
 
-def _in_parts(
-    increments: FloatArray,
-    *,
-    sample_rate: float,
-    read: Callable[[FloatArray], Reading | None],
-    whole: Interval | None,
+def _compared(
+    spans: list[tuple[float, float]],
+    readings: list[Reading | None],
+    whole: Interval,
     confidence: float,
-    count: int,
 ) -> Parts:
-    edges = [number * increments.size // count for number in range(count + 1)]
-    readings = [read(increments[start:stop]) for start, stop in pairwise(edges)]
+    """Readings of spans (start and stop, s), and whether chance explains how they differ."""
+    walks = [_UNSEEN if one is None else asdict(one.walk) for one in readings]
     parts = tuple(
-        Part(
-            start_s=start / sample_rate,
-            stop_s=stop / sample_rate,
-            value=math.nan if found is None else found.walk.value,
-            low=math.nan if found is None else found.walk.low,
-            high=math.nan if found is None else found.walk.high,
-        )
-        for (start, stop), found in zip(pairwise(edges), readings, strict=True)
+        Part(start_s=start, stop_s=stop, **walk)
+        for (start, stop), walk in zip(spans, walks, strict=True)
     )
-    seen = [found for found in readings if found is not None]
+    seen = [one for one in readings if one is not None]
     if len(seen) < 2:
         return Parts(parts=parts)
-    mean, chi_square = _weighted([found.walk for found in seen], confidence)
+    mean, chi_square = _weighted([one.walk for one in seen], confidence)
     most = float(chdtri(len(seen) - 1, CHANCE))
-    walks_agree = chi_square <= most
-    if whole is not None:
-        apart = _weighted([mean, whole], confidence)[1]
-        walks_agree = walks_agree and apart <= float(chdtri(1, CHANCE))
-    change = [found.change for found in seen]
+    apart = _weighted([mean, whole], confidence)[1]
+    change = np.array([one.change for one in seen])
+    weight = np.array([one.error for one in seen]) ** -2.0
+    of_changes = float(weight @ (change - weight @ change / weight.sum()) ** 2)
     return Parts(
         parts=parts,
-        walks_agree=walks_agree,
-        spectra_agree=_chi_square_of_changes(seen) <= most,
-        spread=math.exp(0.5 * (max(change) - min(change))),
+        walks_agree=chi_square <= most and apart <= float(chdtri(1, CHANCE)),
+        spectra_agree=of_changes <= most,
+        spread=math.exp(0.5 * float(change.max() - change.min())),
     )
-
-
-def _chi_square_of_changes(seen: list[Reading]) -> float:
-    """The chi-square of the changes of all parts about their weighted mean."""
-    change = np.array([found.change for found in seen])
-    weight = np.array([found.error for found in seen]) ** -2.0
-    return float(weight @ (change - weight @ change / weight.sum()) ** 2)
 
 
 def _weighted(seen: list[Interval], confidence: float) -> tuple[Interval, float]:

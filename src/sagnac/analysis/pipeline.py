@@ -30,7 +30,7 @@ from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings
 from sagnac.analysis.shares import TableShares, table_shares
-from sagnac.analysis.sharing import Sharing, sharing_of
+from sagnac.analysis.sharing import sharing_of
 from sagnac.analysis.spectra import (
     figure_spectrum,
     multitaper_density,
@@ -201,7 +201,14 @@ def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analy
     removed = _removed(prepared, stages)
     answered = _answered(prepared, removed, stages)
     with stages.stage("check"):
-        sharing = _sharing(prepared, removed.left, answered.found)
+        sharing = sharing_of(
+            prepared.undithered.recording,
+            prepared.followed,
+            removed.left,
+            answered.found,
+            table=prepared.table,
+            confidence=prepared.settings.confidence,
+        )
         noticed = _noticed(prepared, removed.left, answered)
         slow = _slow_noise(prepared, answered.curves, answered.found)
         seen = _seen(prepared, (*noticed, *slow, *sharing.notes))
@@ -311,7 +318,6 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
         coefficients = coefficients_of(
             prepared.recording,
             settings,
-            gyros=settings.gyros,
             left=left,
             second=removed.second,
             points=removed.points,
@@ -336,9 +342,7 @@ def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answer
                 prepared.undithered.recording,
                 prepared.table,
                 masked=left.removal.masked,
-                levels=None
-                if found is None or left.removal.unfinished is not None
-                else found.average.angle_random_walk,
+                levels=None if found is None else found.average.angle_random_walk,
                 residual=None
                 if left.once_a_turn or left.removal.unfinished is not None
                 else left.removal.residual,
@@ -442,34 +446,19 @@ def _noticed(prepared: _Prepared, left: Remainder, answered: _Answered) -> tuple
     return (*notes, *_of_remainder(recording, channel, left, found))
 
 
-def _sharing(prepared: _Prepared, left: Remainder, found: Averaged | None) -> Sharing:
-    """What a pair on a turning table shares."""
-    if found is None or prepared.table.angle is None:
-        return Sharing()
-    return sharing_of(
-        prepared.undithered.recording,
-        prepared.followed,
-        left,
-        found,
-        table=prepared.table,
-        confidence=prepared.settings.confidence,
-    )
-
-
 def _of_remainder(
     recording: Recording, channel: str, left: Remainder, found: Averaged
 ) -> tuple[Note, ...]:
     """The judgement of what is left of a turning table, less what the average says itself."""
     if left.once_a_turn:
         return ()
-    known = found.parts is not None and not found.parts.agree
     cleaned = found.cleaned
     # The answer may be of fewer angles; every sample tells more.
     increments = (
         cleaned.increments if cleaned.rate == left.rate else differences(left.removal.residual)
     )
     notes = judged_remainder(recording, channel, increments, left.rate)
-    return tuple(note for note in notes if not (known and note.name == "unsteady"))
+    return tuple(note for note in notes if not (found.changes and note.name == "unsteady"))
 
 
 def _composed(
@@ -537,8 +526,7 @@ def _composed(
 
 
 def _trust(seen: tuple[Note, ...], answered: _Answered) -> Trust:
-    parts = None if answered.found is None else answered.found.parts
-    return Trust.of(seen, over_parts=parts is not None and not parts.agree)
+    return Trust.of(seen, over_parts=answered.found is not None and answered.found.changes)
 
 
 def _lines(removed: _Removed) -> tuple[Line, ...]:

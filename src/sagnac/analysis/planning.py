@@ -242,8 +242,8 @@ def plan(
             refused[name] = error
             continue
         rows = (
-            *(_width(shown, width) for width in within),
-            *(_limit(shown, one) for one in limits),
+            *(_row(shown, width=width) for width in within),
+            *(_row(shown, limit=one) for one in limits),
         )
         plans.append(Plan(analysis=one, shown=shown, rows=rows))
     if not plans:
@@ -251,17 +251,13 @@ def plan(
     return Plans(plans=tuple(plans), refused=refused)
 
 
-def _width(shown: Shown, width: float) -> PlanRow:
+def _row(shown: Shown, *, width: float | None = None, limit: Limit | None = None) -> PlanRow:
+    """One width, or one limit."""
     try:
-        hours = shown.duration_for(width) / 3600.0
+        if limit is not None:
+            hours = shown.duration_to_decide(limit.value) / 3600.0
+        else:
+            hours = shown.duration_for(width or 0.0) / 3600.0
     except RecordingError:
         hours = None
-    return PlanRow(half_width=width, limit=None, hours=hours)
-
-
-def _limit(shown: Shown, limit: Limit) -> PlanRow:
-    try:
-        hours = shown.duration_to_decide(limit.value) / 3600.0
-    except RecordingError:
-        hours = None
-    return PlanRow(half_width=None, limit=limit, hours=hours)
+    return PlanRow(half_width=width, limit=limit, hours=hours)

@@ -65,7 +65,7 @@ def sharing_of(
     recording: Recording,
     measured: Measurement,
     left: Remainder,
-    found: Averaged,
+    found: Averaged | None,
     *,
     table: TurningTable,
     confidence: float,
@@ -82,14 +82,16 @@ def sharing_of(
     measured, left
         The difference, and what removal left of it.
     found
-        The average, which says where N rules.
+        The average, which says where N rules; None if there is none.
     table
         As the analysis uses it.
     confidence
         Of the interval.
     """
+    if found is None or table.angle is None or not measured.is_pair:
+        return Sharing()
     walk = found.average.angle_random_walk
-    if not measured.is_pair or walk.status != "estimated":
+    if walk.status != "estimated":
         return Sharing()
     shared = shared_walk(
         recording,

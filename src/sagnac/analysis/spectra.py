@@ -1,8 +1,6 @@
 """Rate spectra, and the residual against time and table angle, for figures and tables."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Final, Self
 
 import numpy as np
@@ -49,25 +47,16 @@ class Spectrum:
         return cls(frequency=np.empty(0), density=np.empty(0))
 
 
-def multitaper_density(increments: FloatArray, sample_rate: float) -> Spectrum:
-    """Multitaper rate density of angle increments (rad), centred in place, in log-spaced bins."""
-    return _density(multitaper, increments, sample_rate)
+def multitaper_density(increments: FloatArray, sample_rate: float, tapers: int = 5) -> Spectrum:
+    """One-sided rate density of increments (rad), centred in place, in log-spaced bins."""
+    elementwise(np.subtract, increments, mean(increments), out=increments)
+    frequency, power = smoothed(multitaper(increments, tapers))
+    return Spectrum(frequency=frequency * sample_rate, density=rate_density(power, sample_rate))
 
 
 def figure_spectrum(increments: FloatArray, sample_rate: float) -> Spectrum:
-    """One-sided rate spectrum of increments (rad), centred in place, in log-spaced bins.
-
-    By one sine taper: without it the floor before removal is the leakage of strong orders.
-    """
-    return _density(partial(multitaper, tapers=1), increments, sample_rate)
-
-
-def _density(
-    power_of: Callable[[FloatArray], FloatArray], increments: FloatArray, sample_rate: float
-) -> Spectrum:
-    elementwise(np.subtract, increments, mean(increments), out=increments)
-    frequency, power = smoothed(power_of(increments))
-    return Spectrum(frequency=frequency * sample_rate, density=rate_density(power, sample_rate))
+    """The same by one sine taper: without it the floor before removal leaks from strong orders."""
+    return multitaper_density(increments, sample_rate, tapers=1)
 
 
 # Equal parts of the record whose mean rates are shown.

@@ -7,7 +7,7 @@ deviance. A hump of vibration is flat at its top, but the spectrum below it is l
 """
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
@@ -235,17 +235,10 @@ def band_models(levels: Levels) -> BandModels:
     plain = _models(scaled, LEAST_BINS)
     lightest = -2.0 * float(plain.logarithm.max(initial=-math.inf))
     falling = [
-        _models(
-            scaled,
-            LEAST_BINS,
-            order=order,
-            needed=1 << WALK,
-            barred=_BARRED_WITH_FALL,
-            lightest=lightest,
-        )
+        _models(scaled, LEAST_BINS, order=order, needed=1 << WALK, lightest=lightest)
         for order in ORDERS
     ]
-    return _relative(_joined([plain, *falling]))
+    return _joined([plain, *falling])
 
 
 def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) -> BandModels:
@@ -276,12 +269,9 @@ def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) 
     least = max(int(np.count_nonzero(inside)), LEAST_BINS)
     barred = ~mask & ((1 << FALL) - 1)
     allowed = [order for order in ORDERS if mask >> (FALL + order - 1) & 1]
-    plain = _models(some, least, needed=1 << WALK, barred=barred)
-    falling = [
-        _models(some, least, order=order, needed=1 << WALK, barred=barred | _BARRED_WITH_FALL)
-        for order in allowed
-    ]
-    return _relative(_joined([plain, *falling]))
+    return _joined(
+        [_models(some, least, order=one, needed=1 << WALK, barred=barred) for one in (0, *allowed)]
+    )
 
 
 def _models(
@@ -305,7 +295,7 @@ def _models(
         WALK,
         least,
         needed | (1 << FALL if order else 0),
-        barred,
+        barred | (_BARRED_WITH_FALL if order else 0),
         order > 0,
         lightest,
     )
@@ -344,14 +334,10 @@ def _lacking(scaled: _Scaled, first: IntegerArray, walk: FloatArray) -> FloatArr
 
 
 def _joined(models: list[BandModels]) -> BandModels:
-    return BandModels(
-        **{
-            item.name: np.concatenate([getattr(one, item.name) for one in models])
-            for item in fields(BandModels)
-        }
-    )
-
-
-def _relative(models: BandModels) -> BandModels:
-    """With the logarithm of the heaviest at zero."""
-    return replace(models, logarithm=models.logarithm - models.logarithm.max(initial=-math.inf))
+    """All of them, with the logarithm of the heaviest at zero."""
+    joined = {
+        item.name: np.concatenate([getattr(one, item.name) for one in models])
+        for item in fields(BandModels)
+    }
+    joined["logarithm"] -= joined["logarithm"].max(initial=-math.inf)
+    return BandModels(**joined)

@@ -33,29 +33,6 @@ _AROUND: Final = 41
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Moments:
-    """Spectral matrix of gyros over a band, real part.
-
-    Attributes
-    ----------
-    matrix
-        (gyros, gyros) one-sided rate density, (rad/s)^2/Hz.
-    degrees_of_freedom
-        Of the chi-square laws on its diagonal.
-    """
-
-    matrix: FloatArray
-    degrees_of_freedom: float
-
-    def __post_init__(self) -> None:
-        size = self.matrix.shape[0]
-        if self.matrix.shape != (size, size) or not np.allclose(self.matrix, self.matrix.T):
-            raise ValueError("matrix must be square and symmetric")
-        if not self.degrees_of_freedom > 0.0:
-            raise ValueError("degrees_of_freedom must be above zero")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class SharedCells:
     """Spectral matrices of gyros, real part, in cells that hold no line.
 
@@ -69,21 +46,6 @@ class SharedCells:
 
     matrices: FloatArray
     frequency: FloatArray
-
-    def __post_init__(self) -> None:
-        if self.matrices.shape[2:] != self.frequency.shape or self.frequency.size == 0:
-            raise ValueError(
-                f"matrices has shape {self.matrices.shape} and frequency {self.frequency.shape}; "
-                "give one of each a cell"
-            )
-
-    def mean(self, some: slice) -> Moments:
-        """Over some of the cells."""
-        count = self.frequency[some].size
-        return Moments(
-            matrix=self.matrices[:, :, some].mean(axis=2),
-            degrees_of_freedom=band_degrees_of_freedom(CELL * count),
-        )
 
 
 def band_cells(
@@ -273,15 +235,13 @@ def common_walk(
     basis[:, 1:] *= averaged[:, np.newaxis]
     scale = np.sqrt(np.mean(basis**2, axis=0))
     own = _TERMS.index(STOCHASTIC_NAMES.index("angle_random_walk"))
-    moments = [cells.mean(span) for span in bins]
-    freedom = np.array([each.degrees_of_freedom for each in moments])
-    spectra = np.stack([each.matrix for each in moments])
-    solution, covariance, left = _fitted(spectra, basis / scale, freedom)
+    freedom = np.array([band_degrees_of_freedom(CELL * (one.stop - one.start)) for one in bins])
+    spectra = np.stack([cells.matrices[:, :, one].mean(axis=2) for one in bins])
+    solution, covariance, chi_square = _fitted(spectra, basis / scale, freedom)
+    left = freedom.size * math.comb(spectra.shape[1], 2) - solution.size
     square = float(solution[own] / scale[own])
-    error = (
-        math.sqrt(max(1.0, left.square / left.freedom) * float(covariance[own, own])) / scale[own]
-    )
-    reach = float(stdtrit(left.freedom, 0.5 + 0.5 * confidence)) * error
+    error = math.sqrt(max(1.0, chi_square / left) * float(covariance[own, own])) / scale[own]
+    reach = float(stdtrit(left, 0.5 + 0.5 * confidence)) * error
     return CommonWalk(
         square=square,
         low=square - reach,
@@ -291,18 +251,10 @@ def common_walk(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Left:
-    """Chi-square that a fit leaves, and its degrees of freedom."""
-
-    square: float
-    freedom: int
-
-
 def _fitted(
     spectra: FloatArray, basis: FloatArray, freedom: FloatArray
-) -> tuple[FloatArray, FloatArray, _Left]:
-    """Terms of the cross spectra of all pairs, their covariance, and what they leave.
+) -> tuple[FloatArray, FloatArray, float]:
+    """Terms of the cross spectra of all pairs, their covariance, and the chi-square they leave.
 
     The metric is of smooth spectra: in that of the observed ones what chance makes low would weigh
     more.
@@ -324,8 +276,7 @@ def _fitted(
         total += float(cross @ metric @ cross)
     inverse = np.asarray(np.linalg.inv(fisher), dtype=np.float64)
     solution = inverse @ score
-    left = total - float(score @ solution)
-    return solution, inverse, _Left(square=left, freedom=freedom.size * first.size - solution.size)
+    return solution, inverse, total - float(score @ solution)
 
 
 def _smooth(spectra: FloatArray, basis: FloatArray, freedom: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import gammaincinv, log_ndtr, ndtri
 
 from sagnac.arrays import FloatArray
+from sagnac.coefficients.estimates import SquaredEstimate
 
 # A term is called present if leaving it out costs three standard deviations: a false
 # alarm of 0.13 % for each term that is not there.
@@ -131,3 +133,64 @@ def detected(confidence: float) -> float:
     """Standard deviations from zero of a term that is estimated with this probability."""
     threshold = -float(ndtri(0.5 * (1.0 - confidence) * math.exp(float(log_ndtr(-_PICKED)))))
     return max(threshold, math.sqrt(PRESENCE)) + float(ndtri(max(confidence, 0.5)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Profile:
+    """The profile likelihood of one squared coefficient.
+
+    Attributes
+    ----------
+    deviance
+        -2 log likelihood of the best fit with the square held.
+    lowest
+        That of the best fit of all.
+    value, error
+        The square there, and about its standard error.
+    confidence
+        Of the interval or bound.
+    """
+
+    deviance: Callable[[float], float]
+    lowest: float
+    value: float
+    error: float
+    confidence: float
+
+    def estimated(self, absent: float) -> SquaredEstimate | None:
+        """The square and its interval, if leaving it out costs three standard deviations.
+
+        With few degrees of freedom the law of a square is skew, and reaches farther up than down.
+
+        Parameters
+        ----------
+        absent
+            -2 log likelihood without the term.
+        """
+        presence = math.sqrt(max(absent - self.lowest, 0.0)) if self.value > 0.0 else 0.0
+        if presence <= math.sqrt(PRESENCE):
+            return None
+        down = low_end(presence, self.confidence)
+        if not math.isfinite(down):
+            return None
+        high = self._limit(self.lowest, self.value, likelihood_drop(self.confidence), 1.0, math.inf)
+        if not math.isfinite(high):
+            return None
+        low = self._limit(self.lowest, self.value, down**2, -1.0, 0.0)
+        return SquaredEstimate(value=self.value, low=low, high=high, status="estimated")
+
+    def bound(self, reference: float) -> float:
+        """One-sided limit, from the deviance at the square, or at zero if that is negative, on."""
+        drop = likelihood_drop(2.0 * self.confidence - 1.0)
+        return self._limit(reference, max(self.value, 0.0), drop, 1.0, math.inf)
+
+    def _limit(
+        self, reference: float, origin: float, drop: float, sign: float, end: float
+    ) -> float:
+        """Where the deviance has risen from `reference` by `drop`, from `origin` on."""
+        return crossing(
+            lambda square: math.sqrt(max(self.deviance(square) - reference, 0.0)) - math.sqrt(drop),
+            origin,
+            sign * self.error * math.sqrt(drop),
+            end,
+        )

@@ -14,11 +14,9 @@ from sagnac.coefficients.cosine_spectrum import LEAST_BINS, Ordinates
 from sagnac.coefficients.estimates import SquaredEstimate
 from sagnac.coefficients.limits import (
     CONVERGED,
-    PRESENCE,
+    Profile,
     crossing,
     detected,
-    likelihood_drop,
-    low_end,
     typical_square,
 )
 from sagnac.errors import Note, rounded
@@ -323,8 +321,6 @@ def profile_interval(
     confidence
         Of the interval or bound.
     """
-    two_sided = likelihood_drop(confidence)
-    one_sided = likelihood_drop(2.0 * confidence - 1.0)
     scale = 1.0 / np.sqrt(np.diag(best.fisher))
     covariance = scaled_covariance(best.fisher)
     error = math.sqrt(max(covariance[column, column], 1.0)) * scale[column]
@@ -336,25 +332,14 @@ def profile_interval(
         start = best.squares + direction * (square - value)
         return maximize(spectrum, start=start, held=Held(column=column, square=square)).deviance
 
-    def limit(reference: float, origin: float, drop: float, sign: float, end: float) -> float:
-        """Where the deviance has risen from `reference` by `drop`, from `origin` on."""
-        return crossing(
-            lambda square: math.sqrt(max(deviance(square) - reference, 0.0)) - math.sqrt(drop),
-            origin,
-            sign * error * math.sqrt(drop),
-            end,
-        )
-
+    profile = Profile(
+        deviance=deviance, lowest=best.deviance, value=value, error=error, confidence=confidence
+    )
     absent = deviance(0.0)
-    presence = math.sqrt(max(absent - best.deviance, 0.0)) if value > 0.0 else 0.0
-    down = low_end(presence, confidence) if presence > math.sqrt(PRESENCE) else math.inf
-    if math.isfinite(down):
-        high = limit(best.deviance, value, two_sided, 1.0, math.inf)
-        if math.isfinite(high):
-            low = limit(best.deviance, value, down**2, -1.0, 0.0)
-            return SquaredEstimate(value=value, low=low, high=high, status="estimated")
-    reference, origin = (best.deviance, value) if value > 0.0 else (absent, 0.0)
-    high = limit(reference, origin, one_sided, 1.0, math.inf)
+    found = profile.estimated(absent)
+    if found is not None:
+        return found
+    high = profile.bound(best.deviance if value > 0.0 else absent)
     if not high < typical_square(spectrum.basis[:, column], best.mean):
         return SquaredEstimate.unseen()
     return SquaredEstimate.bound(max(high, _missed(spectrum, column, error, confidence)))

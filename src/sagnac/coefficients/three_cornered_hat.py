@@ -18,14 +18,7 @@ from sagnac.coefficients.cosine_spectrum import (
 )
 from sagnac.coefficients.estimates import Estimate, SquaredEstimate, require_confidence
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, cosine_power_basis
-from sagnac.coefficients.limits import (
-    CONVERGED,
-    PRESENCE,
-    crossing,
-    detected,
-    likelihood_drop,
-    low_end,
-)
+from sagnac.coefficients.limits import CONVERGED, Profile, detected
 from sagnac.coefficients.maximum import errors_of, scaled_covariance, solve_normal
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.channel import angle_increments
@@ -114,40 +107,24 @@ def three_cornered_hat(
 def _profile(
     spectra: "_PairSpectra", best: "_Separated", at: tuple[int, int], confidence: float
 ) -> SquaredEstimate:
-    """Interval of a square that is three standard deviations above zero, or a bound.
-
-    By the profile of the likelihood: with few degrees of freedom the law of a square is skew, and
-    reaches farther up than down.
-    """
-    drop, bound_drop = likelihood_drop(confidence), likelihood_drop(2.0 * confidence - 1.0)
+    """Interval of a square that is three standard deviations above zero, or a bound."""
     value, error = float(best.place.squares[at]), float(best.errors[at])
 
     def deviance(square: float) -> float:
         return _held(spectra, best.place, at, square).deviance
 
-    def limit(reference: float, origin: float, drop: float, sign: float, end: float) -> float:
-        return crossing(
-            lambda square: math.sqrt(max(deviance(square) - reference, 0.0)) - math.sqrt(drop),
-            origin,
-            sign * error * math.sqrt(drop),
-            end,
-        )
-
-    absent = deviance(0.0) if value > 0.0 else -math.inf
-    lowest = best.place.deviance
-    presence = math.sqrt(max(absent - lowest, 0.0))
-    down = low_end(presence, confidence) if presence > math.sqrt(PRESENCE) else math.inf
-    if math.isfinite(down):
-        return SquaredEstimate(
-            value=value,
-            low=limit(lowest, value, down**2, -1.0, 0.0),
-            high=limit(lowest, value, drop, 1.0, math.inf),
-            status="estimated",
-        )
-    origin = max(value, 0.0)
-    high = limit(deviance(origin), origin, bound_drop, 1.0, math.inf)
-    # What is larger than this would have been estimated.
-    return SquaredEstimate.bound(max(high, detected(confidence) * error))
+    profile = Profile(
+        deviance=deviance,
+        lowest=best.place.deviance,
+        value=value,
+        error=error,
+        confidence=confidence,
+    )
+    found = profile.estimated(deviance(0.0)) if value > 0.0 else None
+    # What is larger than the second would have been estimated.
+    return found or SquaredEstimate.bound(
+        max(profile.bound(deviance(max(value, 0.0))), detected(confidence) * error)
+    )
 
 
 def _bound_note(gyro: str, square: float) -> Note:
