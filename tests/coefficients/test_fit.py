@@ -5,8 +5,7 @@ import math
 import pytest
 
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
-from sagnac.coefficients.fit import fit_coefficients
-from sagnac.coefficients.spectrum_fit import likelihood_fit
+from sagnac.coefficients.fit import fit_coefficients, likelihood_fit
 from sagnac.stability.curve import stability_curve
 from tests.coefficients.examples import white
 

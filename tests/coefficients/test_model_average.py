@@ -11,9 +11,9 @@ from scipy.signal import iirpeak, lfilter
 from sagnac.coefficients import model_average
 from sagnac.coefficients.band_models import BandModels
 from sagnac.coefficients.estimates import Estimate, Fit, FitBand
+from sagnac.coefficients.fit import likelihood_fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.coefficients.model_average import average
-from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.coefficients.whole_band import with_slow_terms, with_whole_band
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum

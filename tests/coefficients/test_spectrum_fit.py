@@ -8,7 +8,7 @@ import pytest
 from scipy.fft import dct, idct
 
 from sagnac.coefficients.estimates import FitBand
-from sagnac.coefficients.spectrum_fit import likelihood_fit
+from sagnac.coefficients.fit import likelihood_fit
 from sagnac.errors import RecordingError
 from tests.coefficients.examples import NAMES, white
 

@@ -17,7 +17,7 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.coefficients.curve_fit import weighted_fit
 from sagnac.coefficients.estimates import Fit
-from sagnac.coefficients.spectrum_fit import likelihood_fit
+from sagnac.coefficients.fit import likelihood_fit
 from sagnac.coefficients.three_cornered_hat import three_cornered_hat
 from sagnac.recording.model import Channel, Recording
 from sagnac.stability.curve import stability_curve

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sagnac.coefficients.estimates import Estimate, Fit, FitBand
+from sagnac.coefficients.fit import likelihood_fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
 from sagnac.coefficients.model_average import average
-from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.coefficients.whole_band import levels_bear_out, with_whole_band
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum

@@ -10,7 +10,7 @@ from benchmarks.rate_sweep import fit_rate_sweep, sweep_of
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.spectrum_fit import likelihood_fit
+from sagnac.coefficients.fit import likelihood_fit
 from sagnac.rig.config import preset
 from sagnac.rig.sections import DisturbancesConfig
 from sagnac.rig.simulate import simulate

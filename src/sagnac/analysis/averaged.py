@@ -13,10 +13,10 @@ from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, w
 from sagnac.arrays import FloatArray, differences, extent
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.coefficients.estimates import Interval
+from sagnac.coefficients.fit import likelihood_fit
 from sagnac.coefficients.laws import SLOW_NAMES
 from sagnac.coefficients.model_average import Average, ModelChoice, average
 from sagnac.coefficients.ramp import rate_ramp
-from sagnac.coefficients.spectrum_fit import likelihood_fit
 from sagnac.coefficients.whole_band import levels_bear_out, with_slow_terms
 from sagnac.errors import RecordingError
 from sagnac.recording.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
@@ -63,19 +63,29 @@ class Cleaned:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Basis:
-    """Increments, the levels of their spectrum, and the average of these.
+class Averaged:
+    """The spectrum that an answer is read from.
 
     Attributes
     ----------
-    cleaned, levels, average
-        One made of the other.
+    cleaned
+        The increments that it is of.
+    levels
+        Of their spectrum.
+    average
+        Coefficients and what they rest on.
     coefficients
         The fits that stand beside the average.
     masked
         (low, high) bands that are left out, Hz.
     confidence
         Of the intervals.
+    roll_off
+        Where the spectrum of every sample begins to be lowered.
+    hump
+        Above the band of the answer, with less behind it.
+    parts
+        N over parts; None if the whole does not show it.
     """
 
     cleaned: Cleaned
@@ -84,42 +94,9 @@ class Basis:
     coefficients: Coefficients
     masked: Bands
     confidence: float
-
-    @property
-    def roll_off(self) -> RollOff:
-        """Where the spectrum begins to be lowered."""
-        return roll_off(self.levels)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Averaged:
-    """The spectrum that an answer is read from.
-
-    Attributes
-    ----------
-    average
-        Coefficients and what they rest on.
-    roll_off
-        Where the spectrum of every sample begins to be lowered.
-    hump
-        Above the band of the answer, with less behind it.
-    parts
-        N over parts; None if the whole does not show it.
-    cleaned
-        The increments that it is of.
-    levels
-        Of their spectrum.
-    coefficients
-        The fits that stand beside the average.
-    """
-
-    average: Average
     roll_off: RollOff
-    hump: Hump | None
-    parts: Parts | None
-    cleaned: Cleaned
-    levels: Levels
-    coefficients: Coefficients
+    hump: Hump | None = None
+    parts: Parts | None = None
 
     @property
     def changes(self) -> bool:
@@ -127,29 +104,13 @@ class Averaged:
         return self.parts is not None and not self.parts.agree
 
 
-def completed(basis: Basis, found: RollOff) -> Averaged:
-    """The spectrum with B and K of the lowest frequencies, N over parts, and a hump.
-
-    Parameters
-    ----------
-    basis
-        With the average, or the fit in its place, that is chosen.
-    found
-        Roll-off of every sample.
-    """
-    basis = _with_slow_terms(basis)
-    return Averaged(
-        average=basis.average,
-        roll_off=found,
-        hump=_hump(basis),
-        parts=_parts(basis),
-        cleaned=basis.cleaned,
-        levels=basis.levels,
-        coefficients=basis.coefficients,
-    )
+def completed(found: Averaged) -> Averaged:
+    """The spectrum with B and K of the lowest frequencies, N over parts, and a hump."""
+    found = _with_slow_terms(found)
+    return replace(found, hump=_hump(found), parts=_parts(found))
 
 
-def _hump(basis: Basis) -> Hump | None:
+def _hump(basis: Averaged) -> Hump | None:
     """The hump above the band of an estimate."""
     walk, choice = basis.average.angle_random_walk, basis.average.rests_on
     if walk.status != "estimated" or not choice.terms:
@@ -194,9 +155,9 @@ def uncleaned(points: Points) -> Cleaned:
     return Cleaned(increments=differences(points.angle), rate=points.rate)
 
 
-def basis_of(
+def spectrum_of(
     cleaned: Cleaned, coefficients: Coefficients, *, masked: Bands, confidence: float
-) -> Basis | None:
+) -> Averaged | None:
     """Levels of increments and their average; None if there is nothing to level.
 
     Parameters
@@ -220,17 +181,18 @@ def basis_of(
         settling=None if cleaned.warm_up is None else cleaned.warm_up.time,
         confidence=confidence,
     )
-    return Basis(
+    return Averaged(
         cleaned=cleaned,
         levels=levels,
         average=average(levels, confidence=confidence, ramp=ramp),
         coefficients=coefficients,
         masked=masked,
         confidence=confidence,
+        roll_off=roll_off(levels),
     )
 
 
-def _with_slow_terms(basis: Basis) -> Basis:
+def _with_slow_terms(basis: Averaged) -> Averaged:
     """B and K of an average by the likelihood of angles farther apart.
 
     The average of every sample sees the lowest frequencies in a few levels only, and its band ends
@@ -269,7 +231,7 @@ def reaches(choice: ModelChoice, highest: float) -> bool:
     return choice.band_hz[1] >= _REACHED * highest
 
 
-def _parts(basis: Basis) -> Parts | None:
+def _parts(basis: Averaged) -> Parts | None:
     """N over parts, by the band and terms that the average rests on."""
     choice, walk = basis.average.rests_on, basis.average.angle_random_walk
     if walk.status != "estimated":

@@ -57,7 +57,7 @@ class Curves:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What the curves noticed; what all of the family did, once."""
+        """Notes of the curves; one that all of the family have, once."""
         return (*self.after.notes, *family_notes(self.family, self.after))
 
 
@@ -172,7 +172,7 @@ def family_of(
 
 
 def family_notes(family: tuple[StabilityCurve, ...], beside: StabilityCurve) -> tuple[Note, ...]:
-    """What the curves of a family noticed that `beside` did not."""
+    """Notes of the curves of a family that `beside` does not have."""
     return tuple(
         Note(text=f"{curve.estimator}: {note.text}", level=note.level, channel=note.channel)
         for curve in family

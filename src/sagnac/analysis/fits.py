@@ -13,8 +13,8 @@ from sagnac.arrays import every
 from sagnac.coefficients.cosine_spectrum import cosine_spectrum
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.estimates import Estimate, Fit, FitName, unobserved
+from sagnac.coefficients.fit import spectrum_fit
 from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.coefficients.spectrum_fit import spectrum_fit
 from sagnac.coefficients.three_cornered_hat import Separation, three_cornered_hat
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.channel import PAIR_SIZE

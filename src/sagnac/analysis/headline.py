@@ -30,12 +30,11 @@ from typing import Final
 
 from sagnac.analysis.averaged import (
     Averaged,
-    Basis,
-    basis_of,
     clean,
     completed,
     reaches,
     roll_off_of,
+    spectrum_of,
     uncleaned,
 )
 from sagnac.analysis.curves import Points, allan_curve, points_at
@@ -146,9 +145,9 @@ def decide(evidence: Evidence) -> Decision:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Spectra:
-    """What is left as every sample shows it, with the fit of all of them, and the fewer angles."""
+    """The spectrum of every sample, the fits of all of them, and those of fewer angles."""
 
-    every: Basis
+    every: Averaged
     fitted: Coefficients | None
     fewer: Coefficients
 
@@ -164,12 +163,12 @@ def _spectrum(evidence: Evidence) -> Averaged | None:
     fitted: Coefficients | None = fewer
     if points.rate > fine.rate:
         fitted = with_likelihood_of(fewer, points, confidence=confidence, masked=masked)
-    every = basis_of(clean(points), fewer, masked=masked, confidence=confidence)
+    every = spectrum_of(clean(points), fewer, masked=masked, confidence=confidence)
     if every is None:
         return None
     spectra = _Spectra(every=every, fitted=fitted, fewer=fewer)
     chosen = _whole_band_of_every_sample(spectra) or _whole_band_of_fewer_angles(spectra) or every
-    return completed(chosen, every.roll_off)
+    return completed(chosen)
 
 
 def _every_sample(evidence: Evidence) -> Points:
@@ -190,7 +189,7 @@ def _every_sample(evidence: Evidence) -> Points:
     return points_at(left.removal.residual, left.rate, finer / left.rate)
 
 
-def _whole_band_of_every_sample(spectra: _Spectra) -> Basis | None:
+def _whole_band_of_every_sample(spectra: _Spectra) -> Averaged | None:
     basis, fitted = spectra.every, spectra.fitted
     if fitted is None or basis.cleaned.is_changed:
         return None
@@ -200,8 +199,8 @@ def _whole_band_of_every_sample(spectra: _Spectra) -> Basis | None:
     return replace(basis, average=average, coefficients=fitted)
 
 
-def _whole_band_of_fewer_angles(spectra: _Spectra) -> Basis | None:
-    """What lies above half the rate of fewer angles folds into their band.
+def _whole_band_of_fewer_angles(spectra: _Spectra) -> Averaged | None:
+    """The fit of fewer angles, into whose band folds what lies above half their rate.
 
     If the terms do not describe every sample up to there, they do not describe what folds.
     """
@@ -214,12 +213,14 @@ def _whole_band_of_fewer_angles(spectra: _Spectra) -> Basis | None:
     narrower = walk.status != "estimated" or walk.high * fitted.low > fitted.high * walk.low
     if not (allowed and narrower and reaches(every.average.rests_on, 0.5 * fine.rate)):
         return None
-    few = basis_of(uncleaned(fine), spectra.fewer, masked=every.masked, confidence=every.confidence)
+    few = spectrum_of(
+        uncleaned(fine), spectra.fewer, masked=every.masked, confidence=every.confidence
+    )
     if few is None:
         return None
     average = with_whole_band(few.levels, few.average, fit)
     if average.rests_on.member == "whole band":
-        return replace(few, average=average)
+        return replace(few, average=average, roll_off=every.roll_off)
     if average.rests_on.member == "both" and walk.status == "estimated":
         return replace(every, average=with_both(every.average, fit))
     return None

@@ -433,7 +433,7 @@ def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:
 
 
 def _noticed(prepared: _Prepared, left: Remainder, answered: _Answered) -> tuple[Note, ...]:
-    """What the average noticed, and what is wrong with what is left of a turning table."""
+    """Notes of the average, and the judgement of what is left of a turning table."""
     found = answered.found
     if found is None or answered.headline.by_encoder:
         # What is left is the encoder's.

@@ -1,6 +1,5 @@
 """Basis of the answer, low-pass and readout of the sensor, as plain data in the field's units."""
 
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -146,16 +145,8 @@ _TERMS: Final[tuple[CoefficientName, ...]] = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SensorLowPass:
-    """A Butterworth low-pass: its corner (-3 dB), Hz, and its order."""
-
-    corner: float
-    order: int
-
-
-def low_pass_of(analysis: Analysis) -> SensorLowPass | None:
-    """The low-pass that the spectrum of one gyro or accelerometer shows; None if there is none.
+def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
+    """The Butterworth low-pass that the spectrum of one gyro or accelerometer shows.
 
     The rate density over N, B and K falls as ``1/(1 + (tan(pi f/r)/tan(pi c/r))^(2 order))`` behind
     a filter of corner c that works at the sample rate r, and nearly so behind any of its order.
@@ -165,10 +156,15 @@ def low_pass_of(analysis: Analysis) -> SensorLowPass | None:
     ----------
     analysis
         Of one channel, with its spectrum.
+
+    Returns
+    -------
+    dict
+        ``low_pass`` with ``corner_hz`` (-3 dB) and ``order``; empty if there is none.
     """
     walk, choice = analysis.angle_random_walk, analysis.average
     if choice is None or choice.falls < _SHARE or walk.status != "estimated":
-        return None
+        return {}
     frequency, density = analysis.spectrum.frequency, analysis.spectrum.density
     rate = analysis.recording.sample_rate
     sound = (frequency > 0.0) & (frequency < 0.49 * rate) & (density > 0.0)
@@ -183,10 +179,11 @@ def low_pass_of(analysis: Analysis) -> SensorLowPass | None:
     filtered = basis @ squares - steps
     share = (density - steps) / filtered
     if not share.size or not float(np.median(share[-5:])) < _FALLEN:
-        return None
+        return {}
     kept = share > np.maximum(_FLOOR, steps / filtered)
     fits = [_fitted(frequency[kept], share[kept], rate, order) for order in ORDERS]
-    return min(fits, key=lambda fit: fit[0])[1]
+    _, corner, order = min(fits)
+    return {"low_pass": {"corner_hz": corner, "order": order}}
 
 
 def _of_steps(analysis: Analysis) -> float:
@@ -202,12 +199,6 @@ def _of_steps(analysis: Analysis) -> float:
         return 0.0
     added = step_shown(channel) ** 2 / 12.0 / rate
     return added if added < analysis.angle_random_walk.value**2 else 0.0
-
-
-def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
-    """The same for JSON: ``low_pass`` with ``corner_hz`` and ``order``; ``{}`` if there is none."""
-    found = low_pass_of(analysis)
-    return {} if found is None else {"low_pass": {"corner_hz": found.corner, "order": found.order}}
 
 
 def readout_data(analysis: Analysis) -> dict[str, dict[str, dict[str, float | str]]]:
@@ -260,8 +251,8 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
 
 def _fitted(
     frequency: FloatArray, share: FloatArray, rate: float, order: int
-) -> tuple[float, SensorLowPass]:
-    """What a filter of an order leaves unexplained, and its corner; bins count by their width."""
+) -> tuple[float, float, int]:
+    """Misfit of a filter of an order, bins counted by their width, its corner, and the order."""
     warped = np.tan(np.pi * frequency / rate)
 
     def missed(logarithm: float) -> float:
@@ -271,4 +262,4 @@ def _fitted(
 
     bounds = (np.log(frequency[0]), np.log(0.499 * rate))
     best = minimize_scalar(missed, bounds=bounds, method="bounded", options={"xatol": 1e-4})
-    return float(best.fun), SensorLowPass(corner=float(np.exp(best.x)), order=order)
+    return float(best.fun), float(np.exp(best.x)), order

@@ -91,7 +91,7 @@ def _likely(fit: Fit, band: FitBand, choice: ModelChoice) -> bool:
 
 
 def _left_out(low: float, high: float, duration: float) -> LeftOut:
-    """What a line or a band of vibration takes: of a line as many cells at any duration."""
+    """Cells that a line or a band of vibration takes; a line takes as many at any duration."""
     cells = min(0.5 * (high - low) * duration, WIDEST_BINS)
     beside = cells / duration
     return LeftOut(
@@ -107,7 +107,7 @@ WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRow:
-    """What is wanted, and how long it takes.
+    """One width or limit that is wanted, and how long it takes.
 
     Attributes
     ----------

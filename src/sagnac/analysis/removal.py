@@ -78,7 +78,7 @@ def remainder_of(
 
 
 def _per_gyro(removal: Removal) -> Removal:
-    """What is left of the difference of two gyros as the noise of one."""
+    """The remainder of a difference of two gyros as the noise of one."""
     return replace(
         removal,
         residual=as_one_gyro(removal.residual),

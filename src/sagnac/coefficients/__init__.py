@@ -2,7 +2,7 @@
 
 Modules, low to high: `laws` (what each term makes of a curve and a spectrum), `estimates` (what a
 fit says), `limits` (where an interval ends); from a curve `curve_fit`; from every ordinate of a
-spectrum `cosine_spectrum`, `maximum`, `ramp` and `spectrum_fit`; from its levels `band_models`,
+spectrum `cosine_spectrum`, `maximum`, `ramp` and `fit`; from its levels `band_models`,
 `mixture` and `model_average`, and `whole_band` for both together; of three gyros at once
-`three_cornered_hat`; `fit` is the way in to them all.
+`three_cornered_hat`.
 """

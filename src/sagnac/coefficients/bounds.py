@@ -74,14 +74,6 @@ class RollOff:
         return PERIODS / self.frequency
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Slope:
-    """Weighted slope of a run of levels, and its error."""
-
-    value: float
-    error: float
-
-
 def roll_off(levels: Levels) -> RollOff:
     """Find the first bend down of a spectrum.
 
@@ -103,11 +95,10 @@ def roll_off(levels: Levels) -> RollOff:
     for middle in range(2, place.size - 2):
         before = slice(max(0, middle - _SIDE), middle + 1)
         behind = slice(middle, min(place.size, middle + _SIDE + 1))
-        rise = _slope(place[before], height[before], error[before])
-        fall = _slope(place[behind], height[behind], error[behind])
-        change = fall.value - rise.value
-        scatter = math.hypot(fall.error, rise.error)
-        if change < -_BEND and fall.value < _FALLS and change < -_SIGNIFICANT * scatter:
+        rise, of_rise = _slope(place[before], height[before], error[before])
+        fall, of_fall = _slope(place[behind], height[behind], error[behind])
+        change, scatter = fall - rise, math.hypot(of_fall, of_rise)
+        if change < -_BEND and fall < _FALLS and change < -_SIGNIFICANT * scatter:
             # Half a decade of bins averages the bend: the fall begins up to a third of it before.
             first = max(0, middle - 2)
             return RollOff(
@@ -128,11 +119,12 @@ def _half_of(place: FloatArray, height: FloatArray) -> float:
     return math.exp(float(fallen))
 
 
-def _slope(place: FloatArray, height: FloatArray, error: FloatArray) -> _Slope:
+def _slope(place: FloatArray, height: FloatArray, error: FloatArray) -> tuple[float, float]:
+    """Weighted slope of a run of levels, and its error."""
     weight = error**-2
     centred = place - weight @ place / weight.sum()
     total = float(weight @ centred**2)
-    return _Slope(value=float((weight * centred) @ height) / total, error=1.0 / math.sqrt(total))
+    return float((weight * centred) @ height) / total, 1.0 / math.sqrt(total)
 
 
 def highest_coefficient(levels: Levels, law: FloatArray, confidence: float) -> float:

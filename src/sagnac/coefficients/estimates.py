@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from html import escape
 from typing import Final, Literal
 
@@ -169,12 +169,6 @@ class Estimate:
             high=self.high / size,
             unit=unit,
             status=self.status,
-        )
-
-    def times(self, factor: float) -> "Estimate":
-        """The same with all three figures multiplied by a factor above zero."""
-        return replace(
-            self, value=factor * self.value, low=factor * self.low, high=factor * self.high
         )
 
     def _shown(self) -> ConvertedEstimate:

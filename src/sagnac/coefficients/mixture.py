@@ -15,15 +15,13 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import chdtri, gammaincc, ndtr
 
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import FALL, FLOOR, ORDERS, BandModels, bin_shapes
 from sagnac.coefficients.estimates import Interval
 from sagnac.spectrum.levels import Levels
-
-# Halvings of the interval in which the error is sought.
-_HALVINGS: Final = 40
 
 
 def error_of_bins(levels: Levels, laws: FloatArray, models: BandModels) -> float:
@@ -53,23 +51,21 @@ def error_of_bins(levels: Levels, laws: FloatArray, models: BandModels) -> float
     if models.count == 0:
         raise ValueError("models is empty; give at least one")
     band = slice(int(models.first[0]), int(models.last[0]))
-    ratio = (levels.level / _means(levels, laws, models.kept(np.arange(1)))[0])[band]
+    law = models.law(0, levels.spectrum.interval)
+    mean = laws @ np.array(law.squares) / law.divisor(levels.frequency)
+    ratio = (levels.level / mean)[band]
     distance = 2.0 * (ratio - 1.0 - np.log(ratio))
     freedom = max(1, ratio.size - int(models.sizes[0]))
     median = float(chdtri(freedom, 0.5))
 
-    def exceeds(square: float) -> bool:
-        return float(bin_shapes(levels, math.sqrt(square))[band] @ distance) > median
+    def excess(square: float) -> float:
+        return float(bin_shapes(levels, math.sqrt(square))[band] @ distance) - median
 
-    if not exceeds(0.0):
+    if excess(0.0) <= 0.0:
         return 0.0
-    low, high = 0.0, FLOOR**2
-    if exceeds(high):
+    if excess(FLOOR**2) > 0.0:
         return FLOOR
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if exceeds(middle) else (low, middle)
-    return math.sqrt(high)
+    return math.sqrt(brentq(excess, 0.0, FLOOR**2, xtol=1e-16))
 
 
 def with_error_of_bins(
@@ -91,30 +87,16 @@ def with_error_of_bins(
     held = np.stack([models.holding(column) for column in range(FALL + len(ORDERS))], axis=1)
     # Derivatives of the logarithm of the mean.
     sums = models.squares[:, :FALL] @ laws.T
-    divisors, divisor = _divisors(levels, models)
+    divisors = levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS))
+    divisor = 1.0 + models.squares[:, FALL:] @ divisors.T
     slopes = np.concatenate(
-        [
-            laws / sums[:, :, np.newaxis],
-            -divisors / divisor[:, :, np.newaxis],
-        ],
-        axis=2,
+        [laws / sums[:, :, np.newaxis], -divisors / divisor[:, :, np.newaxis]], axis=2
     )
     slopes *= inside[:, :, np.newaxis] & held[:, np.newaxis, :]
     used = bin_shapes(levels, FLOOR)
     weighed = slopes * (used**2 / bin_shapes(levels, error))[:, np.newaxis]
     found = slopes.transpose(0, 2, 1) @ weighed
     return replace(models, covariance=models.covariance @ found @ models.covariance)
-
-
-def _divisors(levels: Levels, models: BandModels) -> tuple[FloatArray, FloatArray]:
-    """(bins, orders) the powers of the frequency, and (models, bins) what they divide by."""
-    divisors = levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS))
-    return divisors, 1.0 + models.squares[:, FALL:] @ divisors.T
-
-
-def _means(levels: Levels, laws: FloatArray, models: BandModels) -> FloatArray:
-    """(models, bins) the level that each model expects."""
-    return np.asarray(models.squares[:, :FALL] @ laws.T / _divisors(levels, models)[1])
 
 
 # Variance of a model's value over that of its fit, measured on the gallery of troublesome gyros:

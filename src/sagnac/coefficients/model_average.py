@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import expit, logsumexp, ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.band_models import LIGHT, BandModel, BandModels, band_models
@@ -289,21 +289,13 @@ def _unrivalled(models: BandModels, bins: int) -> BooleanArray:
     return np.asarray(models.logarithm > rival[models.first, models.last] - margin)
 
 
-def _heft(logarithm: FloatArray) -> float:
-    """Logarithm of the sum of weights."""
-    if logarithm.size == 0:
-        return -math.inf
-    top = float(logarithm.max())
-    return top + math.log(float(np.exp(logarithm - top).sum()))
-
-
 def _need(models: BandModels, name: CoefficientName) -> float:
     """Share of the weight of the models that hold a term."""
     holding = models.holding(STOCHASTIC_NAMES.index(name))
-    if not holding.any():
-        return 0.0
-    against = _heft(models.logarithm[~holding]) - _heft(models.logarithm[holding])
-    return 1.0 / (1.0 + math.exp(min(700.0, against)))
+    if holding.all() or not holding.any():
+        return float(holding.any())
+    logarithm = models.logarithm
+    return float(expit(logsumexp(logarithm[holding]) - logsumexp(logarithm[~holding])))
 
 
 def _term(evidence: _Evidence, name: CoefficientName) -> Estimate:

@@ -92,12 +92,16 @@ def three_cornered_hat(
     """
     require_confidence(confidence)
     spectra = _pair_spectra(gyros, kind, sample_rate, masked, band)
-    separated = _separate(spectra)
+    # The spectral matrix of the two differences is linear in the squares; scoring is least squares
+    # on its entries in the metric of their own covariance, repeated.
+    best = _climbed(spectra, _white_start(spectra))
+    errors = errors_of(_scored(spectra, best)[0]).reshape(best.squares.shape)
     column = STOCHASTIC_NAMES.index("angle_random_walk")
     estimates, notes = {}, []
     for gyro, name in enumerate(gyros):
-        square = float(separated.place.squares[gyro, column])
-        found = _profile(spectra, separated, (gyro, column), confidence)
+        at = gyro, column
+        square = float(best.squares[at])
+        found = _profile(spectra, best, at, float(errors[at]), confidence)
         estimates[name] = found.root("angle_random_walk", confidence)
         if found.status == "upper bound":
             notes.append(_bound_note(name, square))
@@ -105,17 +109,17 @@ def three_cornered_hat(
 
 
 def _profile(
-    spectra: "_PairSpectra", best: "_Separated", at: tuple[int, int], confidence: float
+    spectra: "_PairSpectra", best: "_Place", at: tuple[int, int], error: float, confidence: float
 ) -> SquaredEstimate:
     """Interval of a square that is three standard deviations above zero, or a bound."""
-    value, error = float(best.place.squares[at]), float(best.errors[at])
+    value = float(best.squares[at])
 
     def deviance(square: float) -> float:
-        return _held(spectra, best.place, at, square).deviance
+        return _held(spectra, best, at, square).deviance
 
     profile = Profile(
         deviance=deviance,
-        lowest=best.place.deviance,
+        lowest=best.deviance,
         value=value,
         error=error,
         confidence=confidence,
@@ -207,25 +211,6 @@ class _Place:
     squares: FloatArray
     deviance: float
     inverse: FloatArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Separated:
-    """The most likely place and the errors of its squares, (3, terms)."""
-
-    place: _Place
-    errors: FloatArray
-
-
-def _separate(spectra: _PairSpectra) -> _Separated:
-    """Most likely squares by Fisher scoring.
-
-    The spectral matrix of the two differences is linear in the squares; scoring is least
-    squares on its entries in the metric of their own covariance, repeated.
-    """
-    place = _climbed(spectra, _white_start(spectra))
-    fisher, _ = _scored(spectra, place)
-    return _Separated(place=place, errors=errors_of(fisher).reshape(place.squares.shape))
 
 
 def _climbed(spectra: _PairSpectra, place: _Place, held: tuple[int, int] | None = None) -> _Place:
