@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_curve
+from sagnac.coefficients.bounds import highest_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate
 from sagnac.stability.curve import stability_curve
 

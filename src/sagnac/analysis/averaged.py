@@ -7,8 +7,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.corrections import WarmUp, find_warm_up, without_warm_up
-from sagnac.analysis.curves import Points
-from sagnac.analysis.fits import Coefficients
+from sagnac.analysis.curves import Coefficients, Points
 from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
 from sagnac.arrays import FloatArray, differences, extent
 from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off

@@ -37,12 +37,11 @@ from sagnac.analysis.averaged import (
     spectrum_of,
     uncleaned,
 )
-from sagnac.analysis.curves import Points, allan_curve, points_at
-from sagnac.analysis.fits import Coefficients, with_likelihood_of
+from sagnac.analysis.curves import Coefficients, Points, allan_curve, points_at, with_likelihood_of
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
-from sagnac.coefficients.curve_limits import CurveBound, highest_walk
+from sagnac.coefficients.bounds import CurveBound, highest_walk
 from sagnac.coefficients.estimates import Estimate, unobserved
 from sagnac.coefficients.whole_band import with_both, with_whole_band
 from sagnac.errors import Note

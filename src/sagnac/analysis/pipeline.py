@@ -8,8 +8,10 @@ from sagnac.analysis.alone import Run, each_alone, gyros_alone
 from sagnac.analysis.averaged import Averaged
 from sagnac.analysis.corrections import Undithered, without_dither, without_temperature
 from sagnac.analysis.curves import (
+    Coefficients,
     Curves,
     Points,
+    coefficients_of,
     curves_of,
     points_at,
     points_of,
@@ -17,7 +19,6 @@ from sagnac.analysis.curves import (
     rounding_note,
 )
 from sagnac.analysis.encoder import answer_of_one, of_both_alike, with_latch_note
-from sagnac.analysis.fits import Coefficients, coefficients_of
 from sagnac.analysis.headline import Decision, Evidence, Headline, decide
 from sagnac.analysis.measurement import (
     Measurement,
@@ -45,7 +46,7 @@ from sagnac.analysis.table_angle import (
 )
 from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
 from sagnac.arrays import differences
-from sagnac.coefficients.curve_limits import highest_terms, slow_noise, within_curve
+from sagnac.coefficients.bounds import highest_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate, unobserved
 from sagnac.coefficients.slow_model import untold
 from sagnac.errors import Note, RecordingError, rounded
@@ -192,7 +193,7 @@ def _of_gyros(recording: Recording, settings: Settings, progress: Progress | Non
 
 
 def _stages(recording: Recording, progress: Progress | None) -> Stages:
-    return Stages(progress, recording.provenance.path if recording.provenance else "recording")
+    return Stages(progress, recording.path or "recording")
 
 
 def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analysis:

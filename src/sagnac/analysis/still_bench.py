@@ -77,18 +77,12 @@ def at_rest(
     for note in stuck_notes(recording, recording.gyro(name)):
         if note.level == "error":
             raise RecordingError.of(note, recording.path)
-    if has_gaps(recording, name):
+    if Places(values=recording.gyro(name).values, test=np.isnan).tally().count > 0:
         try:
             return _with_gaps(recording, settings, progress, lines_in=lines_in)
         except RecordingError as error:
-            path = recording.provenance.path if recording.provenance else "recording"
-            raise error.at(path) from None
+            raise error.at(recording.path or "recording") from None
     return _whole(recording, settings, progress, lines_in=lines_in)
-
-
-def has_gaps(recording: Recording, gyro: str) -> bool:
-    """Whether a sample of the gyro is missing."""
-    return Places(values=recording.gyro(gyro).values, test=np.isnan).tally().count > 0
 
 
 def _whole(

@@ -164,17 +164,10 @@ class Average:
 
     def with_coefficients(self, coefficients: Mapping[CoefficientName, Estimate]) -> "Average":
         """The same with other estimates; the covariance is of those that are still estimated."""
-        kept = [
-            place
-            for place, name in enumerate(self.names)
-            if coefficients[name].status == "estimated"
-        ]
-        return replace(
-            self,
-            coefficients=coefficients,
-            names=tuple(self.names[place] for place in kept),
-            covariance=self.covariance[np.ix_(kept, kept)].copy(),
-        )
+        names = tuple(name for name in self.names if coefficients[name].status == "estimated")
+        kept = [self.names.index(name) for name in names]
+        covariance = self.covariance[np.ix_(kept, kept)].copy()
+        return replace(self, coefficients=coefficients, names=names, covariance=covariance)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
