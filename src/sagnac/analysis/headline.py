@@ -129,6 +129,8 @@ def decide(evidence: Evidence) -> Decision:
     if found is not None:
         evidence = replace(evidence, coefficients=found.coefficients)
     notes: tuple[Note, ...] = ()
+    if not evidence.is_finished:
+        notes = (_search_without_end(evidence.measured.channel),)
     for candidate in (_step_4, _by_spectrum, _likelihood_alone, _curve, _levels):
         read = candidate(evidence, found)
         notes += read.notes
@@ -137,6 +139,15 @@ def decide(evidence: Evidence) -> Decision:
     estimate = read.estimate or unobserved("angle_random_walk", evidence.settings.confidence)
     headline = Headline(estimate=estimate, source=read.source, notes=notes)
     return Decision(headline=headline, found=found, coefficients=evidence.coefficients)
+
+
+def _search_without_end(channel: str) -> Note:
+    return Note(
+        level="warning",
+        text=f"the search for the lines of {channel} did not come to an end, and the noise that "
+        "it leaves is not to be trusted: no estimate is given, and a bound is with all lines in; "
+        "take a stretch on which the table turns evenly ({slice})",
+    )
 
 
 # ---- 2 to 4: what the spectrum says ------------------------------------------------------
@@ -299,16 +310,8 @@ def _likelihood_source(evidence: Evidence) -> str:
 def _likelihood_alone(evidence: Evidence, found: Averaged | None) -> _Read:
     fit = evidence.coefficients.likelihood
     walk, channel = fit.coefficients["angle_random_walk"], evidence.measured.channel
-    if evidence.is_published or found is not None:
-        return _Read()
-    if not evidence.is_finished:
-        text = (
-            f"the search for the lines of {channel} did not come to an end, and the noise that "
-            "it leaves is not to be trusted: no estimate is given, and a bound is with all lines "
-            "in; take a stretch on which the table turns evenly ({slice})"
-        )
-        return _Read(notes=(Note(level="warning", text=text),))
-    if walk.status == "not observable":
+    refused = evidence.is_published or not evidence.is_finished or found is not None
+    if refused or walk.status == "not observable":
         return _Read()
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     chance = _VETO if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
