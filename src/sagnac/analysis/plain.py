@@ -5,6 +5,7 @@ from typing import Any, Final
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from sagnac.analysis.parts import Part
 from sagnac.analysis.result import Analysis, answer_coefficients
 from sagnac.arrays import FloatArray, extent
 from sagnac.coefficients.band_models import ORDERS
@@ -53,13 +54,7 @@ def parts_data(analysis: Analysis) -> list[dict[str, Any]]:
     """
     size = field_unit("angle_random_walk").size
     return [
-        {
-            "start_s": part.start_s,
-            "stop_s": part.stop_s,
-            "value": part.value / size,
-            "low": part.low / size,
-            "high": part.high / size,
-        }
+        {"start_s": part.start_s, "stop_s": part.stop_s, **_interval(part, size)}
         for part in analysis.parts
     ]
 
@@ -105,7 +100,7 @@ def _ends(interval: Interval | None, size: float = 1.0) -> dict[str, float] | No
     return None if interval is None else _interval(interval, size)
 
 
-def _interval(found: Interval, size: float = 1.0) -> dict[str, float]:
+def _interval(found: Interval | Part, size: float = 1.0) -> dict[str, float]:
     return {name: getattr(found, name) / size for name in ("value", "low", "high")}
 
 
