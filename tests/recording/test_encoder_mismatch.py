@@ -1,6 +1,7 @@
 """Whether the encoder and the gyros turn together."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -74,6 +75,22 @@ def test_a_gyro_across_the_axis_or_in_the_wrong_unit_is_warned_of():
     assert any(
         "0.5770 of the table rate" in line for line in levels(turning(STEADY, 0.577))["remark"]
     )
+
+
+@pytest.mark.parametrize(("unit", "level"), [(1.0, "warning"), (57.3, "error")])
+def test_a_gyro_that_vibrates_is_in_no_wrong_unit_if_both_sense_the_table_alike(unit, level):
+    sound = turning(STEADY, 0.577)
+    hum = 4.0 * DEGREE * np.cos(2.0 * np.pi * 31.0 * SECONDS)
+    shaken = sound.gyros[0].values + hum
+    quiet = turning(STEADY, 0.577, seed=1).gyros[0].values
+    gyros = (
+        Channel(name="x", kind="rate", values=shaken),
+        Channel(name="z", kind="rate", values=quiet / unit),
+    )
+    pair = replace(sound, gyros=gyros)
+    [found] = [note for note in check(pair) if "times below that of gyro x" in note.text]
+    assert found.level == level
+    assert ("a unit may be wrong" in found.text) == (level == "error")
 
 
 def test_a_table_at_rest_is_no_fault():

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 from sagnac.arrays import FloatArray, extent
@@ -16,7 +17,14 @@ from sagnac.recording.distribution import (
     step_notes,
     unsteady_notes,
 )
-from sagnac.recording.encoder_faults import across_notes, jump_notes, table_notes, turn_notes
+from sagnac.recording.encoder_faults import (
+    LEAST_SHARE,
+    across_notes,
+    jump_notes,
+    table_notes,
+    table_share,
+    turn_notes,
+)
 from sagnac.recording.gaps import not_finite_notes, stamp_notes, stuck_notes
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
 from sagnac.recording.physics import (
@@ -35,6 +43,8 @@ from sagnac.recording.spikes import lost_rows, slip_notes, spike_notes
 
 # A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
 _AT_REST: Final = math.radians(1.0)
+# Ratio of two shares of the table that no wrong unit makes.
+_ALIKE: Final = 2.0
 # What looks for one thing in the samples of a gyro.
 Detector = Callable[[Recording, Profile], tuple[Note, ...]]
 
@@ -101,7 +111,7 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     for profile in profiles.values():
         notes += wrong_unit_notes(recording, profile)
         notes += _of_samples(recording, profile, standing=not turns)
-    notes += pair_notes(profiles)
+    notes += pair_notes(profiles, partial(_sense_alike, recording))
     if recording.table is not None and not turns:
         notes += jump_notes(recording, recording.table)
     elif recording.table is not None:
@@ -110,6 +120,12 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
             notes += across_notes(recording, gyro)
             notes += earth_on_table_notes(recording, gyro)
     return ranked(notes)
+
+
+def _sense_alike(recording: Recording, first: str, second: str) -> bool:
+    """Whether both sense the table's rate, in shares that no wrong unit would leave alike."""
+    shares = [abs(table_share(recording, recording.gyro(name))) for name in (first, second)]
+    return min(shares) > LEAST_SHARE and max(shares) < _ALIKE * min(shares)
 
 
 def _of_samples(recording: Recording, profile: Profile, *, standing: bool) -> tuple[Note, ...]:

@@ -253,13 +253,17 @@ class Likeness:
     samples: int
 
 
-def pair_notes(profiles: dict[str, Profile]) -> tuple[Note, ...]:
+def pair_notes(
+    profiles: dict[str, Profile], sense_alike: Callable[[str, str], bool] = lambda *_: False
+) -> tuple[Note, ...]:
     """Findings of every two gyros on each other.
 
     Parameters
     ----------
     profiles
         Of two or more of them, by name.
+    sense_alike
+        Whether two of them are known to sense the same rate alike: their units are then right.
     """
     notes: list[Note] = []
     # Of hundreds of gyros there are tens of thousands of pairs: what one gyro brings is made once.
@@ -268,7 +272,7 @@ def pair_notes(profiles: dict[str, Profile]) -> tuple[Note, ...]:
     scales = {name: one.scale for name, one in profiles.items()}
     for first, second in combinations(profiles, 2):
         notes += _copied(first, second, profiles, phases)
-        notes += _unequal(first, second, scales)
+        notes += _unequal(first, second, scales, sense_alike)
     return tuple(notes)
 
 
@@ -372,11 +376,19 @@ def _is_same(one: FloatArray, other: FloatArray) -> bool:
     return float(rest @ rest) < _DIFFER**2 * float(more @ more)
 
 
-def _unequal(first: str, second: str, scales: dict[str, float]) -> list[Note]:
+def _unequal(
+    first: str, second: str, scales: dict[str, float], sense_alike: Callable[[str, str], bool]
+) -> list[Note]:
     quiet, loud = sorted((first, second), key=lambda name: scales[name])
     if not 0.0 < _UNEQUAL * scales[quiet] < scales[loud]:
         return []
     ratio = scales[loud] / scales[quiet]
+    if sense_alike(quiet, loud):
+        text = (
+            f"its noise is {ratio:.4g} times below that of gyro {loud}, though both sense the "
+            f"table alike: {loud} or its mount may vibrate; see each alone ({{gyros}})"
+        )
+        return [finding("units", quiet, text, effect=1.0)]
     near = [size for size in _RATIOS if 0.5 < ratio / size < 2.0]
     hint = f", about a unit's {near[0]:.4g}" if near else ""
     text = (
