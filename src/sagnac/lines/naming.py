@@ -209,8 +209,6 @@ WIDEST_BINS: Final = 20.0
 _MOST_CELLS: Final = 64
 # An order spread over as many bands of that width takes two of many ordinates: nothing to mask.
 _SPREAD: Final = 20.0
-# Part of its frequency that is masked at the most on either side of a line that drifts.
-_SKIRT: Final = 1.0 / 16.0
 # Parameters of a line, in pairs: amplitudes alone, and with a frequency of its own.
 _AMPLITUDES: Final = 1.0
 _WITH_FREQUENCY: Final = 1.5
@@ -219,15 +217,13 @@ _SEEN_SHARE: Final = 1e-3
 
 
 def masked_bands(lines: tuple[Line, ...], known: Lineup) -> tuple[tuple[float, float], ...]:
-    """(low, high) bands in Hz in which the fit took the noise with the line, or left some of it."""
+    """(low, high) bands in Hz in which the fit took the noise with the line."""
     rate = known.sample_rate
     cell = rate / known.samples
     width, spread = TAKEN_BINS * cell, WIDEST_BINS * cell
-    bands = []
-    for found in known.drifting:
-        # What wanders faster than its blocks stays beside a line, lower than a search would see it.
-        skirt = min(found.band[1] - found.band[0], _SKIRT * found.frequency) * rate + width
-        bands.append((found.band[0] * rate - skirt, found.band[1] * rate + skirt))
+    bands = [
+        (found.band[0] * rate - width, found.band[1] * rate + width) for found in known.drifting
+    ]
     for line in lines:
         if line.scale == "time":
             bands.append((line.frequency - width, line.frequency + width))

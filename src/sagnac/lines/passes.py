@@ -6,8 +6,6 @@ name and its docstring. `search` says in which order they come.
 """
 
 from dataclasses import replace
-from functools import partial
-from operator import attrgetter
 from typing import Final
 
 import numpy as np
@@ -16,7 +14,6 @@ from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.lines import joint_fit
 from sagnac.lines.components import Components, joined
 from sagnac.lines.detection import (
-    Band,
     floors,
     inside,
     joined_bands,
@@ -233,25 +230,17 @@ def _with_one_gathered(state: State, restless: FloatArray) -> State:
         key = _places(components.frequencies[group], state.record.angle.size)
         if key in state.steady:
             continue
-        fitted = partial(
-            fit_drifting,
-            floor_level=float(levels[angles + group[0]]),
+        found = fit_drifting(
+            state.increments.steps,
+            float(components.frequencies[group[0]]),
+            float(levels[angles + group[0]]),
             center=components.center,
             steady_frequencies=components.frequencies[group],
             steady_amplitudes=amplitudes[group],
         )
-        found = fitted(state.increments.steps, float(components.frequencies[group[0]]))
         if found is None:
             state = replace(state, steady=state.steady | {key})
             continue
-        over = [line for line in state.drifting if _overlap(line.band, found.band)]
-        if over:
-            # What one line was given too few blocks for is no second line beside it.
-            others = (line for line in state.drifting if not _overlap(line.band, found.band))
-            apart = replace(state, drifting=tuple(others))
-            whole = fitted(apart.increments.steps, max(over, key=attrgetter("amplitude")).frequency)
-            if whole and whole.parameters < found.parameters + sum(one.parameters for one in over):
-                state, found = apart, whole
         keep = np.ones(components.size, dtype=bool)
         keep[angles + group[found.replaced]] = False
         return replace(
@@ -260,10 +249,6 @@ def _with_one_gathered(state: State, restless: FloatArray) -> State:
             settled=False,
         )
     return state
-
-
-def _overlap(first: Band, second: Band) -> bool:
-    return first[0] < second[1] and second[0] < first[1]
 
 
 def _suspects(
