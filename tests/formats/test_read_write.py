@@ -67,7 +67,7 @@ def test_no_file_or_not_one_of_ours(tmp_path):
     refused(save(tmp_path / "run.xyz", "1"), ".parquet")
     refused(save(tmp_path / "empty.csv", ""), "empty")
     (tmp_path / "folder.csv").mkdir()
-    refused(tmp_path / "folder.csv", "cannot be opened")
+    refused(tmp_path / "folder.csv", "a folder", "mav0/imu0/data.csv")
     (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
     refused(tmp_path / "binary.csv", "not text")
     path = write(example(), tmp_path / "run.parquet").rename(tmp_path / "run.csv")

@@ -229,5 +229,3 @@ def test_an_outcome_is_read_as_it_was_written(made, tmp_path):
     write_outcome(tmp_path / "run.json", outcome)
     assert repr(read_outcome(tmp_path / "run.json")) == repr(outcome)
     assert read_outcome(tmp_path / "none.json") is None
-    with pytest.raises(ValueError, match="columns of"):
-        replace(outcome, tau_s=())
