@@ -379,7 +379,7 @@ def _markov_time(wanted: Wanted, settings: Sequence[FilterSetting]) -> float:
 
 
 def _markov_models(name: str, wanted: Wanted) -> dict[Sensor, tuple[float, list[FilterModel]]]:
-    """Of each kind of sensor the correlation time, s, and the models about x, y and z with it."""
+    """The correlation time, s, of each kind of sensor, and the models of its x, y and z."""
     times = _markov_times(name, wanted)
     return {
         kind: (times[kind], [one.as_markov(times[kind]).simple for one in axes])
