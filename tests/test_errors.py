@@ -59,10 +59,11 @@ def test_a_missing_extra_names_what_to_install():
     error = MissingExtra("a turning table", "finufft", "table")
     assert str(error) == (
         "a turning table needs finufft, which is not installed; "
-        "install it with pip install 'sagnac[table]'"
+        "install it with pip install '.[table]' in the folder of sagnac's source"
     )
     assert isinstance(error, ImportError)
     assert (error.purpose, error.package, error.extra) == ("a turning table", "finufft", "table")
+    assert str(error.at("run.csv")).startswith("run.csv: a turning table needs finufft, ")
 
 
 def test_errors_cross_to_another_process():

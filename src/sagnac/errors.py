@@ -195,16 +195,21 @@ class MissingExtra(ImportError):
     Examples
     --------
     >>> print(MissingExtra("a frame", "pandas", "frames"))
-    a frame needs pandas, which is not installed; install it with pip install 'sagnac[frames]'
+    a frame needs pandas, which is not installed; install it with pip install '.[frames]' in the
+    folder of sagnac's source
     """
 
     def __init__(self, purpose: str, package: str, extra: str) -> None:
         super().__init__(
             f"{purpose} needs {package}, which is not installed; "
-            f"install it with pip install 'sagnac[{extra}]'",
+            f"install it with pip install '.[{extra}]' in the folder of sagnac's source",
             name=package,
         )
         self.purpose, self.package, self.extra = purpose, package, extra
+
+    def at(self, path: str) -> Self:
+        """The same error with the file that the package was needed for."""
+        return type(self)(f"{path}: {self.purpose}", self.package, self.extra)
 
     def __reduce__(self) -> tuple[type[Self], tuple[str, str, str]]:
         # An error that crosses to another process is made there from its parts.

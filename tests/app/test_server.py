@@ -438,7 +438,7 @@ def test_the_command_prints_one_address_and_leaves_no_process(tmp_path, still):
 def test_without_the_extra_one_line_names_it(monkeypatch, capsys):
     monkeypatch.setattr("sagnac.app.server.find_spec", lambda name: None)
     assert main(["app", "--no-browser"]) == 1
-    assert "pip install 'sagnac[app]'" in capsys.readouterr().err
+    assert "pip install '.[app]'" in capsys.readouterr().err
 
 
 def test_a_port_that_is_taken_is_one_clear_line(server, capsys):

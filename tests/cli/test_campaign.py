@@ -75,7 +75,8 @@ def test_second_start_does_nothing_again_and_says_the_same(rack, done) -> None:
     times = {path: path.stat().st_mtime_ns for path in (output / "results").iterdir()}
     said = campaign(str(rack), "-o", str(output), "--span", "1min")
     assert said.returncode == 1
-    assert "0 rows analyzed now, 13 kept from an earlier start" in said.stdout
+    assert "0 rows analyzed now, 13 kept from an earlier start, which was resumed" in said.stdout
+    assert "replaced" not in said.stdout
     assert (output / "campaign.csv").read_bytes() == before
     assert all(path.stat().st_mtime_ns == then for path, then in times.items())
 

@@ -73,7 +73,7 @@ def test_azimuth_of_what_is_foretold_has_its_interval(tmp_path, capsys):
 
 def test_a_campaign_that_foretells_nothing_is_refused(tmp_path):
     (tmp_path / "campaign.csv").write_text("file,unit\na,b\n")
-    with pytest.raises(RecordingError, match="no table of a campaign"):
+    with pytest.raises(RecordingError, match=r"no table of a campaign; give an analysis\.json, "):
         prior_of(tmp_path)
     with pytest.raises(RecordingError, match="cannot be read"):
         prior_of(tmp_path / "campaign")

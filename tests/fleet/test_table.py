@@ -2,23 +2,26 @@
 
 import csv
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from sagnac.analysis.settings import Settings
+from sagnac.errors import MissingExtra
 from sagnac.fleet import runner
-from sagnac.fleet.page import control_chart, write_overview
-from sagnac.fleet.runner import run
-from sagnac.fleet.table import groups_of, lines_of, read_table, write_tables
-from sagnac.fleet.tasks import Task
+from sagnac.fleet.page import control_chart, write_overview, write_page
+from sagnac.fleet.runner import Campaign, Row, run
+from sagnac.fleet.table import groups_of, lines_of, read_table, rows_replaced, write_tables
+from sagnac.fleet.tasks import Result, Task, measure
 from sagnac.formats import read, write
 from sagnac.processes import GIBIBYTE, Means
 from sagnac.recording.effects import finding
 from sagnac.report.document import analysis_document
 from sagnac.specification.limits import specification_of
 from tests.fleet.conftest import write_recording
+from tests.fleet.test_prior import TABLE
 from tests.handmade import analysis
 
 
@@ -51,6 +54,40 @@ def test_equal_data_count_once_and_the_row_says_so(made, tmp_path) -> None:
         assert [row["same_as"] for row in csv.DictReader(stream)] == ["", *paths[:1] * 2, ""]
     (counted,) = groups_of(read_table(tmp_path)).values()
     assert [line.file for line in counted] == [paths[0], paths[3]]
+
+
+def test_lines_of_another_campaign_that_are_replaced_are_counted(made, tmp_path) -> None:
+    assert rows_replaced(tmp_path, made.rows) == 0
+    write_tables(lines_of(made.each), tmp_path)
+    assert rows_replaced(tmp_path, made.rows) == 0
+    # The copy of its bytes is the same task.
+    assert rows_replaced(tmp_path, made.rows[:1]) == 2
+    assert rows_replaced(tmp_path, ()) == 4
+
+
+def test_a_library_that_is_missing_is_named_with_its_file_and_tried_again(monkeypatch, tmp_path):
+    def read(path, statement):
+        raise MissingExtra("reading ROS bag", "rosbags", "ros").at(path)
+
+    monkeypatch.setattr("sagnac.fleet.tasks.read", read)
+    result = measure(Task(path="/rack/run.bag"), tmp_path)
+    assert result.state == "lost"
+    assert result.reason.startswith("/rack/run.bag: reading ROS bag needs rosbags, which is not")
+
+
+def test_drift_of_n_is_shown_in_percent_alone(tmp_path) -> None:
+    result = Result(key="", state="done")
+    rows = tuple(Row(task=Task(path=line.file), result=result) for line in TABLE)
+    lines = [
+        replace(one, low=0.9 * one.n_deg_per_sqrt_h, high=1.1 * one.n_deg_per_sqrt_h)
+        for one in TABLE
+    ]
+    page = write_page(Campaign(rows=rows, computed=0), lines, tmp_path, "rack").read_text()
+    (drift,) = re.findall(r"<tr><th>Drift of N a day.*?</tr>", page)
+    assert "%" in drift
+    assert "°/√h" not in drift
+    (unit,) = re.findall(r"<tr><th>Unit x-z, one recording on a new day.*?</tr>", page)
+    assert unit.count("°/√h") == 2
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,11 @@ def test_one_gyro_is_one_column(tmp_path):
     np.testing.assert_allclose(recording.gyros[0].values_in(), ROWS[100:200, 0], rtol=1e-6)
 
 
+def test_one_gyro_may_be_long(tmp_path):
+    np.save(tmp_path / "run.npy", np.resize(ROWS, 5000))
+    assert read(tmp_path / "run.npy", **STATED, columns={"x": "1"}).samples == 5000
+
+
 def test_records_have_names(tmp_path):
     records = np.zeros(500, dtype=[("x", "f8"), ("note", "U4"), ("alpha", "i4")])
     records["x"], records["alpha"] = ROWS[:, 0], np.arange(500)
@@ -48,9 +53,10 @@ def test_what_is_no_table_is_refused(tmp_path):
         np.array(["a", "b"]),
         np.ones(4, dtype=complex),
         np.ones(()),
+        np.zeros((5000, 5001), dtype=np.int8),
     ):
         np.save(path, array)
-        refused(path, "no table of real numbers")
+        refused(path, "no table of real numbers", "shape (samples,) or (samples, channels)")
     np.save(path, np.array([{}, []], dtype=object), allow_pickle=True)
     refused(path, "npy")
     np.save(path, ROWS)

@@ -196,8 +196,8 @@ def test_a_library_that_is_missing_is_named_with_its_extra(tmp_path, monkeypatch
     with pytest.raises(MissingExtra) as caught:
         read(tmp_path / name)
     assert str(caught.value) == (
-        f"reading {known.name} needs {package}, which is not installed; "
-        f"install it with pip install 'sagnac[{extra}]'"
+        f"{tmp_path / name}: reading {known.name} needs {package}, which is not installed; "
+        f"install it with pip install '.[{extra}]' in the folder of sagnac's source"
     )
 
 

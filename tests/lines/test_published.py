@@ -252,5 +252,6 @@ def test_neither_bench_nor_table_needs_a_non_uniform_transform():
     assert samples == "20000"
     assert names == "finufft nufft"
     assert line.endswith(
-        "needs finufft, which is not installed; install it with pip install 'sagnac[nufft]'"
+        "needs finufft, which is not installed; "
+        "install it with pip install '.[nufft]' in the folder of sagnac's source"
     )

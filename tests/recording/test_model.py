@@ -188,7 +188,7 @@ def test_readings_that_exceed_their_period_are_refused():
 
 def test_a_frame_needs_pandas(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(MissingExtra, match=r"pip install 'sagnac\[frames\]'"):
+    with pytest.raises(MissingExtra, match=r"pip install '\.\[frames\]'"):
         sound().to_frame()
 
 

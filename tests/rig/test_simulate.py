@@ -203,7 +203,9 @@ def test_a_library_that_is_missing_is_named_before_it_is_simulated(tmp_path, mon
     monkeypatch.delitem(sys.modules, "sagnac.formats.rosbag", raising=False)
     monkeypatch.setitem(sys.modules, "rosbags", None)
     parts = []
-    with pytest.raises(MissingExtra, match=r"writing ROS bag needs rosbags.*sagnac\[ros\]"):
+    with pytest.raises(
+        MissingExtra, match=r"unit\.bag: writing ROS bag needs rosbags.*'\.\[ros\]'"
+    ):
         write(SIX, tmp_path / "unit.bag", parts.append)
     assert (parts, list(tmp_path.iterdir())) == ([], [])
 

@@ -142,5 +142,5 @@ def test_a_curve_is_a_frame_where_pandas_is(monkeypatch):
     assert set(frame.columns) == set(ARRAYS)
     assert frame.attrs["estimator"] == "oadev"
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(MissingExtra, match=r"needs pandas.*sagnac\[frames\]"):
+    with pytest.raises(MissingExtra, match=r"needs pandas.*\.\[frames\]"):
         small_curve().to_frame()

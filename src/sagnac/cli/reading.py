@@ -119,7 +119,7 @@ def naming(file: Path, recording: "sagnac.Recording") -> Iterator[None]:
     """
     try:
         yield
-    except sagnac.RecordingError as error:
+    except (sagnac.RecordingError, sagnac.MissingExtra) as error:
         raise error.at(str(file)) from error
     except (ValueError, ArithmeticError) as error:
         # numpy's LinAlgError is a ValueError.

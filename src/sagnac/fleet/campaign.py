@@ -10,7 +10,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.arrays import pandas_for
 from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
-from sagnac.fleet.table import Line, lines_of, walk_limits, write_tables
+from sagnac.fleet.table import Line, lines_of, rows_replaced, walk_limits, write_tables
 from sagnac.fleet.tasks import Choices, tasks_of
 from sagnac.formats.statement import Statement
 from sagnac.overwriting import outputs_in, require_free
@@ -29,6 +29,8 @@ class CampaignReport:
         Of the table: N, its interval and its status for each gyro of each recording.
     paths
         Page, tables and picture.
+    replaced
+        Lines of another campaign that the table in the folder had before.
 
     Examples
     --------
@@ -42,6 +44,7 @@ class CampaignReport:
     campaign: Campaign
     lines: tuple[Line, ...]
     paths: tuple[Path, ...]
+    replaced: int = 0
 
     def to_frame(self) -> Any:
         """The table as a pandas frame; column names carry the units.
@@ -142,10 +145,12 @@ def campaign(
     require_free(outputs_in(place, "campaign"), [Path(task.path) for task in tasks], force=force)
     made = run(tasks, place, completed, span=span, told=told)
     lines = tuple(lines_of(made.each))
+    replaced = rows_replaced(place, made.rows)
     title = paths[0].stem if len(paths) == 1 else f"{len(tasks)} recordings"
     return CampaignReport(
         campaign=made,
         lines=lines,
+        replaced=replaced,
         paths=(
             write_page(made, lines, place, title),
             *write_tables(lines, place),

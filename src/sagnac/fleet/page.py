@@ -364,19 +364,16 @@ def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:
 
 
 def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
-    rows = []
+    units = {
+        f"Unit {unit}, one recording on a new day": one for unit, one in found.next_day.items()
+    }
     if found.next_unit is not None:
-        rows.append(("Next unit, one recording", *_figures(found.next_unit)))
-    rows += [
-        (f"Unit {unit}, one recording on a new day", *_figures(one))
-        for unit, one in found.next_day.items()
-    ]
+        units = {"Next unit, one recording": found.next_unit, **units}
+    rows = [(what, *(f"{figure} °/√h" for figure in _figures(one))) for what, one in units.items()]
     if found.drift is not None:
-        value, low, high = (
-            f"{rounded(100.0 * part)} %"
-            for part in (found.drift.value, found.drift.low, found.drift.high)
-        )
-        rows.append(("Drift of N a day (not in °/√h)", value, f"{low} … {high}"))
+        ends = (found.drift.value, found.drift.low, found.drift.high)
+        value, low, high = (f"{rounded(100.0 * part)} %" for part in ends)
+        rows.append(("Drift of N a day", value, f"{low} … {high}"))
     return rows
 
 

@@ -189,7 +189,7 @@ def read_table(path: Path) -> list[Line]:
         If there is none, or it is no table of a campaign.
     """
     file = path / "campaign.csv" if path.is_dir() else path
-    remedy = "give the folder of a campaign or its campaign.csv"
+    remedy = "give an analysis.json, the folder of a campaign, or its campaign.csv"
     try:
         text = file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -197,11 +197,20 @@ def read_table(path: Path) -> list[Line]:
         raise RecordingError(f"cannot be read ({problem})", path=str(file), remedy=remedy) from None
     try:
         return [_line_of_texts(row) for row in csv.DictReader(text.splitlines())]
-    except (KeyError, ValueError, TypeError) as error:
-        why = f"it has no column {error.args[0]}" if isinstance(error, KeyError) else "a row is cut"
-        raise RecordingError(
-            f"is no table of a campaign ({why})", path=str(file), remedy=remedy
-        ) from None
+    except KeyError:
+        raise RecordingError("is no table of a campaign", path=str(file), remedy=remedy) from None
+    except (ValueError, TypeError):
+        raise RecordingError("has a row that is cut", path=str(file), remedy=remedy) from None
+
+
+def rows_replaced(folder: Path, rows: Iterable[Row]) -> int:
+    """How many lines the ``campaign.csv`` of a folder has that are of none of these rows."""
+    try:
+        before = read_table(folder)
+    except RecordingError:
+        return 0
+    keys = {row.result.key for row in rows}
+    return sum(line.key not in keys for line in before)
 
 
 def _line_of_texts(row: Mapping[str, str]) -> Line:

@@ -16,7 +16,7 @@ from typing import Any, Final, Literal, get_args
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
-from sagnac.errors import RecordingError, quoted
+from sagnac.errors import MissingExtra, RecordingError, quoted
 from sagnac.formats import read
 from sagnac.formats.files import write_text
 from sagnac.formats.registry import FORMATS
@@ -516,6 +516,8 @@ def measure(task: Task, folder: Path) -> Result:
         result = _measured(task, folder)
     except RecordingError as error:
         result = Result(key=task.key, state="failed", reason=error_text(error))
+    except MissingExtra as error:
+        return lost(task, str(error))
     except MemoryError:
         return lost(task, "memory ran out; allow fewer workers")
     except OSError as error:

@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac.errors import RecordingError
+from sagnac.errors import MissingExtra, RecordingError
 
 # ---- room --------------------------------------------------------------------------
 
@@ -137,7 +137,7 @@ def about(path: Path) -> Iterator[None]:
     """
     try:
         yield
-    except RecordingError as error:
+    except (RecordingError, MissingExtra) as error:
         raise error.at(str(path)) from error.__cause__
 
 

@@ -60,15 +60,14 @@ def _open_array(path: Path) -> Source:
     names = array.dtype.names
     if names is not None and array.ndim == 1:
         columns = {name: array[name] for name in names if array[name].dtype.kind in "biuf"}
-    elif array.dtype.kind in "biuf" and array.ndim in (1, 2) and min(array.shape) <= _MOST_COLUMNS:
+    elif array.dtype.kind in "biuf" and array.ndim in (1, 2):
         table = array.reshape(-1, 1) if array.ndim == 1 else array
         table = table if table.shape[0] >= table.shape[1] else table.T
+        if table.shape[1] > _MOST_COLUMNS:
+            raise _no_table(array)
         columns = {str(number + 1): table[:, number] for number in range(table.shape[1])}
     else:
-        raise RecordingError(
-            f"holds {array.dtype} of shape {array.shape}, no table of real numbers",
-            remedy="store one row a sample and one column a channel",
-        )
+        raise _no_table(array)
 
     def load(keys: Sequence[str]) -> Stored:
         def pieces(wanted: Sequence[str], start: int, stop: int) -> Pieces:
@@ -84,6 +83,13 @@ def _open_array(path: Path) -> Source:
             Column(key=key, name=key, number=number) for number, key in enumerate(columns, start=1)
         ),
         load=load,
+    )
+
+
+def _no_table(array: NDArray[Any]) -> RecordingError:
+    return RecordingError(
+        f"holds {array.dtype} of shape {array.shape}, no table of real numbers",
+        remedy="store an array of shape (samples,) or (samples, channels)",
     )
 
 

@@ -125,8 +125,11 @@ def _print(report: "sagnac.CampaignReport", output: Path, confidence: float) -> 
         print(f"{', '.join(limits)}: {found.in_words()}; {found.share_in_words()}")
     _print_reasons(lines)
     kept = len(made.rows) - made.computed
-    before = f", {kept} kept from an earlier start" if kept else ""
+    before = f", {kept} kept from an earlier start, which was resumed" if kept else ""
     print(f"{counted(made.computed, 'row')} analyzed now{before}")
+    if report.replaced:
+        lost = counted(report.replaced, "line")
+        print(f"replaced the earlier campaign.csv: {lost} of it are not of this campaign")
     results.print_paths([output / path.name for path in report.paths])
 
 
