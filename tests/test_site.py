@@ -13,7 +13,7 @@ from docs._site.signatures import LONGEST, MADE, signature_of
 
 import sagnac
 from sagnac.cli.app import app
-from sagnac.filters.definitions import DEFINITIONS
+from sagnac.filters.definitions import definitions
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement
 from sagnac.report.document import analysis_document
@@ -151,7 +151,7 @@ def test_every_format_is_on_its_page():
 def test_tables_have_a_row_for_each():
     assert tables.formats().count("\n") == len(FORMATS) + 1
     assert tables.estimators().count("\n") == len(ESTIMATORS) + 1
-    assert tables.tools().count("\n") == len(DEFINITIONS) + 1
+    assert tables.tools().count("\n") == len(definitions()) + 1
     assert all(f"`{name}`" in tables.units() for name in UNITS)
     document = json.loads(analysis_document_text())
     for key in document:

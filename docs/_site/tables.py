@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks._faults import PATHOLOGIES, Pathology
 
 import sagnac
-from sagnac.filters.definitions import DEFINITIONS
+from sagnac.filters.definitions import definitions
 from sagnac.formats.registry import FORMATS, Format
 from sagnac.recording.effects import FAULTS, FINDINGS
 from sagnac.stability.estimators import ESTIMATORS
@@ -74,7 +74,7 @@ def tools() -> str:
     """Filters whose settings are written."""
     rows = (
         (f"`{name}`", one.tool, one.text, one.axes, one.reference)
-        for name, one in DEFINITIONS.items()
+        for name, one in definitions().items()
     )
     return _markdown(("`--format`", "tool", "definition", "noises", "stands in"), rows)
 

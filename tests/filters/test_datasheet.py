@@ -9,7 +9,7 @@ import yaml
 
 from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.filters.export import datasheet_setting
-from sagnac.filters.exports import Wanted, exported
+from sagnac.filters.tools import Wanted, exported
 
 DEGREE = math.pi / 180.0
 FORCE = datasheet_setting("N=80ug/sqrt(Hz),B=0.01mg@100s,range=8g")

@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from sagnac.filters.exports import FORMATS, Wanted, exported
-from tests.filters.test_exports import TRIAD, setting
+from sagnac.filters.tools import FORMATS, Wanted, exported
+from tests.filters.test_tools import TRIAD, setting
 
 HOSTILE = (
     "x\nimport os; os.abort()",

@@ -11,9 +11,9 @@ from typing import Final, Literal
 from sagnac.documents import Documented
 from sagnac.errors import quoted
 from sagnac.filters.definitions import ToolName, definition_of
-from sagnac.filters.exports import Wanted, exported, settings_in
 from sagnac.filters.models import FilterModel, Markov
 from sagnac.filters.settings import FilterSetting, sensors_in, sensors_of, setting_of
+from sagnac.filters.tools import Wanted, exported, settings_in
 from sagnac.formats.files import write_text
 from sagnac.overwriting import of_export, require_free
 from sagnac.stability import check_choice

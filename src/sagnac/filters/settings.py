@@ -16,7 +16,7 @@ from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.documents import documents_of, read_analyses
 from sagnac.errors import RecordingError
-from sagnac.filters.definitions import DEFINITIONS
+from sagnac.filters.definitions import definition_of
 from sagnac.filters.models import (
     FilterModel,
     Markov,
@@ -446,7 +446,7 @@ def plain(
     version
         Of this package.
     """
-    definition, limit = DEFINITIONS["toml"], gyros[0].limit
+    definition, limit = definition_of("toml"), gyros[0].limit
     bound = {}
     if limit is not None:
         bound = {

@@ -14,9 +14,9 @@ import yaml
 from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.errors import RecordingError
 from sagnac.filters.definitions import definition_of
-from sagnac.filters.exports import FORMATS, Wanted, exported
 from sagnac.filters.models import FilterModel, Markov, UpperLimit
 from sagnac.filters.settings import FilterSetting, sensors_in, setting_of, worst
+from sagnac.filters.tools import FORMATS, Wanted, exported
 from tests.filters.examples import document, keys
 
 TAU = np.array([1.0, 10.0])
