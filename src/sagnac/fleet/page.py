@@ -369,7 +369,10 @@ def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
     }
     if found.next_unit is not None:
         units = {"Next unit, one recording": found.next_unit, **units}
-    rows = [(what, *(f"{figure} °/√h" for figure in _figures(one))) for what, one in units.items()]
+    rows = []
+    for what, one in units.items():
+        value, interval = _figures(one)
+        rows.append((what, f"{value} °/√h", f"{interval} °/√h"))
     if found.drift is not None:
         ends = (found.drift.value, found.drift.low, found.drift.high)
         value, low, high = (f"{rounded(100.0 * part)} %" for part in ends)
