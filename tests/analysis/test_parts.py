@@ -67,14 +67,6 @@ def test_parts_whose_spectra_differ_disagree_though_their_fits_do_not():
     assert parts_of(values, change=lambda part: 0.5).agree
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "what"), [(0.0, 0.0, "error is 0"), (np.nan, 1.0, "change is nan")]
-)
-def test_a_reading_that_is_no_number_is_refused(change, error, what):
-    with pytest.raises(ValueError, match=what):
-        Reading(walk=Interval(value=1.0, low=0.9, high=1.1), change=change, error=error)
-
-
 def levels(walk, quantum, generator):
     """The levels of white rate noise with white angle noise of deviation `quantum` on top."""
     size = 20_000

@@ -97,9 +97,3 @@ def test_the_floor_itself_changes_nothing(levels, laws):
     scale = np.where(scale > 0.0, scale, 1.0)
     relative = (same.covariance - models.covariance) / (scale[:, :, None] * scale[:, None, :])
     assert np.abs(relative).max() < 1e-6
-
-
-def test_no_model_no_error(levels, laws):
-    models = models_of_one_band(levels, ALL, MASK)
-    with pytest.raises(ValueError, match="models is empty"):
-        error_of_bins(levels, laws, models.kept(np.zeros(models.count, dtype=bool)))

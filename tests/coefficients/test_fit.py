@@ -70,8 +70,8 @@ def test_one_way_in_to_every_method():
         (False, {"method": "whittle"}, "method 'whittle' is not known; use one of paper, weighted"),
         (False, {"sample_rate": 1.0}, "kind is missing"),
         (False, {"kind": "rate"}, "sample_rate is missing"),
-        (False, {"kind": "phase", "sample_rate": 1.0}, "kind 'phase' is not known"),
-        (False, {"kind": "rate", "sample_rate": -1.0}, "sample_rate -1.0 is not a positive"),
+        (False, {"kind": "phase", "sample_rate": 1.0}, "kind is 'phase'; state angle"),
+        (False, {"kind": "rate", "sample_rate": -1.0}, "sample_rate is -1.0; give"),
     ],
 )
 def test_a_combination_that_cannot_be_fitted_fails_at_once(of_curve, change, words):

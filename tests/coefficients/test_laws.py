@@ -17,7 +17,6 @@ from sagnac.coefficients.laws import (
     cosine_power_basis,
     increment_spectrum_basis,
     markov_allan_variance,
-    markov_cosine_power,
     overlapped_allan_covariance,
     sinusoid_allan_variance,
 )
@@ -205,28 +204,6 @@ def test_covariance_far_lags_against_the_sum_over_every_lag():
 def test_covariance_refuses_a_cluster_longer_than_the_record_allows():
     with pytest.raises(ValueError, match="give 1 to 5"):
         overlapped_allan_covariance([1, 6], {"angle_random_walk": 1.0}, angles=12, interval=1.0)
-
-
-@pytest.mark.parametrize("correlation", [0.3, 3.0, 30.0, 300.0])
-def test_markov_terms_against_dense_matrices(correlation):
-    samples, interval = 200, 0.5
-    lags = np.arange(samples + 1)
-
-    def structure(lag):
-        x = np.abs(lag) * interval / correlation
-        return -0.5 * correlation**3 * (np.exp(-x) + x - 1.0)
-
-    # The spectrum of increments, in the cosine transform.
-    index = np.arange(1.0, samples)
-    rows = np.sqrt(2.0 / samples) * np.cos(
-        np.pi * index[:, np.newaxis] * (np.arange(samples) + 0.5) / samples
-    )
-    steps = lags[:-1]
-    covariance = toeplitz(2.0 * structure(steps) - structure(steps + 1) - structure(steps - 1))
-    expected = np.einsum("ki,ij,kj->k", rows, covariance, rows)
-    measured = markov_cosine_power(index, samples, interval, correlation)
-    assert measured[:60] == pytest.approx(expected[:60], rel=1e-3)
-    assert measured == pytest.approx(expected, rel=2e-2)
 
 
 @pytest.mark.parametrize(("first", "second"), [(1, 1), (1, 21_000_000), (3_000_001, 40), (7, 9)])

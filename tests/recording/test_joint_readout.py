@@ -59,7 +59,6 @@ def test_angles_may_be_taken_at_a_part_of_the_rate():
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
-        (((), RATE), ValueError, "gyros is empty"),
         ((("x",), 0.0), ValueError, "sample_rate is 0.0"),
         ((("q",), RATE), RecordingError, "no gyro 'q'"),
     ],

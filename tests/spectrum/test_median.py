@@ -33,8 +33,3 @@ def test_the_running_median_is_that_of_scipy(size):
     values = np.random.default_rng(size).exponential(size=size)
     wanted = median_filter(values, 41, mode="nearest")
     np.testing.assert_array_equal(running_median(values, 41), wanted)
-
-
-def test_an_even_width_is_refused():
-    with pytest.raises(ValueError, match="width is 4"):
-        running_median(np.ones(9), 4)

@@ -195,14 +195,6 @@ def without_table(recorded: Simulated) -> np.ndarray:
     return of_z * recorded.angles["x"] - of_x * recorded.angles["z"]
 
 
-def test_gyros_of_another_length_are_refused():
-    encoder = np.linspace(0.0, 60.0, 3000)
-    with pytest.raises(ValueError, match=r"gyros have shapes \(2999,\) and the encoder \(3000,\)"):
-        estimated_table([encoder[1:]], encoder, RATE)
-    with pytest.raises(ValueError, match="gyros have shapes none"):
-        estimated_table([], encoder, RATE)
-
-
 @pytest.mark.parametrize("seed", [41, 42])
 def test_no_delay_is_named_for_a_ripple_that_stands_between_two_groups_of_frequencies(seed):
     # The rig: order 12 is 1.3333 Hz; of 18,000 averages a group ends at 1.3329 Hz.

@@ -1,7 +1,5 @@
 """Steps of the regression on the table's kinematics, each by itself."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -104,11 +102,3 @@ def test_the_fit_finds_what_was_put_in(case):
     # 999 is beyond what averages show.
     assert found.orders.tolist() == [3.0]
     assert found.cosine == pytest.approx([1e-7], rel=0.05)
-
-
-def test_sizes_that_do_not_go_together_are_refused(case):
-    averages, kinematic = case
-    with pytest.raises(ValueError, match="averages have shape"):
-        room.regressions(averages[np.newaxis, :-1], columns_of(case), lines_taken=False)
-    with pytest.raises(ValueError, match="a column has shape"):
-        replace(columns_of(case), columns=(kinematic.angle, np.zeros(3)))

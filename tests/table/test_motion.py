@@ -145,17 +145,3 @@ def test_the_motion_of_a_block_is_the_model_written_out():
     for start in range(0, table.size, length):
         block = slice(start, min(start + length, table.size))
         assert found.over(block.start, block.stop) == pytest.approx(expected[block], abs=1e-13)
-
-
-def test_motion_arguments_that_cannot_be_are_refused():
-    _, table = motion(wandering(20.0))
-    kinematic = kinematics(table, RATE)
-    averages = averaged(SHARE * table, kinematic.block)
-    with pytest.raises(ValueError, match="go together"):
-        follow_table(averages, kinematic, harmonics=np.ones(1), cosine=np.ones(1))
-    with pytest.raises(ValueError, match="give one of each a harmonic"):
-        follow_table(averages, kinematic, harmonics=np.ones(2), cosine=np.ones(1), sine=np.ones(1))
-    with pytest.raises(ValueError, match="averages have shape"):
-        follow_table(averages[1:], kinematic)
-    with pytest.raises(ValueError, match="give a multiple of"):
-        follow_table(averages, kinematic).over(1, 10)

@@ -139,18 +139,6 @@ def test_rates_and_turns():
     assert not is_turning(np.full(10, 3.0) + 1e-3 * np.arange(10) / 10)
 
 
-def test_turn_arguments_that_cannot_be_are_refused():
-    angle = np.zeros(10)
-    with pytest.raises(ValueError, match="need a table angle or a null pulse"):
-        full_rotation_samples(angle, None)
-    with pytest.raises(ValueError, match=r"table has shape \(9,\) and angle \(10,\)"):
-        full_rotation_samples(angle, np.zeros(9))
-    with pytest.raises(ValueError, match=r"sample_rate is 0\.0"):
-        mean_rate(angle, 0.0)
-    with pytest.raises(ValueError, match="1 samples; a rate needs 2"):
-        mean_rate(np.zeros(1), 1.0)
-
-
 def test_a_pulse_without_an_encoder_says_nothing_of_degrees():
     pulse = np.zeros(10, dtype=bool)
     pulse[[3, 6]] = True

@@ -43,10 +43,6 @@ class Covariance:
     names: tuple[CoefficientName, ...]
     matrix: FloatArray
 
-    def __post_init__(self) -> None:
-        if self.matrix.shape != (len(self.names), len(self.names)):
-            raise ValueError(f"matrix has shape {self.matrix.shape} for {len(self.names)} names")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Answer:

@@ -47,10 +47,6 @@ class Sharing:
     notes: tuple[Note, ...] = ()
     reads: tuple[float, float] | None = None
 
-    def __post_init__(self) -> None:
-        if self.reads is not None and not 0.0 < self.reads[0] <= self.reads[1]:
-            raise ValueError(f"reads is {self.reads}; give two factors above zero, low then high")
-
     def widened(self, read: Estimate) -> Estimate:
         """N per gyro of the difference with an interval that holds N of the gyros themselves."""
         if self.reads is None or read.status != "estimated":

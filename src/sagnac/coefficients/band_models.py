@@ -54,23 +54,12 @@ class BandModel:
         Between the angles whose increments were taken, s.
     order, fall
         Of the divisor ``1 + fall f^(2 order)``; 0 without a low-pass.
-
-    Raises
-    ------
-    ValueError
-        If there are not four squares of zero or more, or the interval is not above zero.
     """
 
     squares: tuple[float, ...]
     interval: float
     order: int = 0
     fall: float = 0.0
-
-    def __post_init__(self) -> None:
-        if len(self.squares) != FALL or min(self.squares) < 0.0:
-            raise ValueError(f"squares is {self.squares}; give four of zero or more")
-        if not self.interval > 0.0:
-            raise ValueError(f"interval is {self.interval}; give s above zero")
 
     def density(self, frequency: FloatArray) -> FloatArray:
         """One-sided rate density, (rad/s)^2/Hz, at frequencies (points,), Hz, above zero."""
@@ -111,11 +100,6 @@ class BandModels:
     squares: FloatArray
     covariance: FloatArray
     logarithm: FloatArray
-
-    def __post_init__(self) -> None:
-        count = self.logarithm.size
-        if any(getattr(self, item.name).shape[:1] != (count,) for item in fields(BandModels)):
-            raise ValueError("the arrays of models must have one length")
 
     @property
     def count(self) -> int:

@@ -61,19 +61,10 @@ class RollOff:
         Highest frequency that no low-pass lowers, Hz; infinite if the spectrum shows none.
     half
         Where the density has fallen to half of what it is there, Hz; infinite if it does not.
-
-    Raises
-    ------
-    ValueError
-        If the frequency is not above zero.
     """
 
     frequency: float = math.inf
     half: float = math.inf
-
-    def __post_init__(self) -> None:
-        if not self.frequency > 0.0:
-            raise ValueError(f"frequency is {self.frequency}; give Hz above zero")
 
     @property
     def is_there(self) -> bool:
@@ -183,10 +174,6 @@ class Hump:
     walk: float
     behind: float
     least: float
-
-    def __post_init__(self) -> None:
-        if not (self.frequency < self.behind and self.least < self.walk):
-            raise ValueError(f"{self} does not fall behind its top")
 
 
 def hump_above(levels: Levels, band_hz: tuple[float, float], walk: float) -> Hump | None:

@@ -158,10 +158,6 @@ class CommonWalk:
     confidence: float
     error: float
 
-    def __post_init__(self) -> None:
-        if not self.low <= self.square <= self.high:
-            raise ValueError(f"square {self.square:g} lies outside {self.low:g} to {self.high:g}")
-
     @property
     def is_present(self) -> bool:
         """Whether it is farther from zero than three standard deviations, as any term has to be.

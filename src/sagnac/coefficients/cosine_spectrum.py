@@ -7,44 +7,23 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import chdtr, chdtrc, chndtr
 
 from sagnac.arrays import FloatArray, blocks, elementwise, empty
-from sagnac.coefficients.estimates import SquaredEstimate
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
     CoefficientName,
     cosine_power_basis,
-    markov_cosine_power,
 )
-from sagnac.coefficients.limits import PRESENCE_OF_TWO, crossing
 from sagnac.errors import RecordingError
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
-from sagnac.stability import check_choice
 
 LEAST_BINS: Final = 8
 SINGLE: Final = 64
 _PER_OCTAVE: Final = 32
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RemovedSinusoid:
-    """A sinusoid that was taken off the increments.
-
-    Attributes
-    ----------
-    frequency
-        Hz.
-    square
-        Of its amplitude in the increments, rad^2.
-    """
-
-    frequency: float
-    square: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,15 +40,17 @@ class CosineSpectrum:
         To fit.
     slope
         Taken off the increments first, rad per sample; zero without ``rate_ramp``.
-    sinusoid
-        The one taken off, if any.
     """
 
     transform: FloatArray
     interval: float
     terms: tuple[CoefficientName, ...]
     slope: float
-    sinusoid: RemovedSinusoid | None
+
+    @property
+    def names(self) -> tuple[CoefficientName, ...]:
+        """The stochastic ones of the terms."""
+        return tuple(name for name in STOCHASTIC_NAMES if name in self.terms)
 
 
 def cosine_spectrum(
@@ -78,7 +59,6 @@ def cosine_spectrum(
     kind: Kind,
     sample_rate: float,
     terms: Sequence[CoefficientName] = COEFFICIENT_NAMES,
-    sinusoid: float | None = None,
 ) -> CosineSpectrum:
     """Transform once what is to be fitted over several bands.
 
@@ -87,7 +67,7 @@ def cosine_spectrum(
 
     Parameters
     ----------
-    values, kind, sample_rate, terms, sinusoid
+    values, kind, sample_rate, terms
         As in `likelihood_fit`.
 
     Raises
@@ -97,72 +77,21 @@ def cosine_spectrum(
     ValueError
         If an argument makes no sense.
     """
-    check_choice("kind", kind, Kind)
-    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(f"sample_rate {sample_rate!r} is not a positive number of hertz")
-    if np.ndim(values) != 1:
-        raise ValueError(f"values has shape {np.shape(values)}; give one channel, shape (samples,)")
     unknown = [name for name in terms if name not in COEFFICIENT_NAMES]
     if unknown or not terms:
         raise ValueError(f"terms {list(terms)} is not a choice of {', '.join(COEFFICIENT_NAMES)}")
-    interval = 1.0 / sample_rate
     increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
     require_increments(increments.size)
     increments = increments[: cosine_length(increments.size)]
-    removed = None
-    if sinusoid is not None:
-        square, increments = _without_sinusoid(increments, sinusoid * interval)
-        removed = RemovedSinusoid(frequency=sinusoid, square=square)
     slope = 0.0
     if "rate_ramp" in terms:
         slope, increments = without_slope(increments)
     return CosineSpectrum(
         transform=cosine_transform(increments),
-        interval=interval,
+        interval=1.0 / sample_rate,
         terms=tuple(terms),
         slope=slope,
-        sinusoid=removed,
     )
-
-
-def _without_sinusoid(increments: FloatArray, cycles: float) -> tuple[float, FloatArray]:
-    """Squared amplitude of a sinusoid of `cycles` per sample, and the increments less it."""
-    if not 0.0 < cycles < 0.5:
-        raise ValueError(
-            f"sinusoid is at {cycles:g} of the sample rate; give a frequency below one half of it"
-        )
-    phase = 2.0 * np.pi * cycles * np.arange(increments.size)
-    waves = np.stack([np.cos(phase), np.sin(phase)])
-    centred = increments - increments.mean()
-    amplitudes = np.linalg.solve(waves @ waves.T, waves @ centred)
-    return float(amplitudes @ amplitudes), centred - amplitudes @ waves
-
-
-def fitted_sinusoid(square: float, variance: float, confidence: float) -> SquaredEstimate:
-    """Squared amplitude from the measured one, whose two parts have `variance` each.
-
-    Over the variance it is a non-central chi-square of two degrees of freedom.
-    """
-    seen = square / variance
-
-    def limit(probability: float) -> float:
-        # The non-centrality at which what was seen stands at `probability`.
-        return variance * crossing(
-            lambda centre: probability - float(chndtr(seen, 2, max(centre, 1e-12))),
-            0.0,
-            seen + 1.0,
-        )
-
-    tail = 0.5 - 0.5 * confidence
-    if seen > PRESENCE_OF_TWO and float(chdtrc(2, seen)) < tail:
-        return SquaredEstimate(
-            value=max(square - 2.0 * variance, 0.0),
-            low=limit(1.0 - tail),
-            high=limit(tail),
-            status="estimated",
-        )
-    high = limit(1.0 - confidence) if float(chdtr(2, seen)) > 1.0 - confidence else variance
-    return SquaredEstimate.bound(high)
 
 
 def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
@@ -324,7 +253,7 @@ def slope_transform(index: FloatArray, samples: int) -> FloatArray:
     return np.asarray(np.where(index % 2 == 1, shape, 0.0))
 
 
-def less_slope(
+def _less_slope(
     spectrum: Ordinates,
     bins: SpectrumBins,
     samples: int,
@@ -353,146 +282,31 @@ def less_slope(
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MarkovRate:
-    """A first-order Markov rate besides the terms.
-
-    Attributes
-    ----------
-    time
-        Correlation time, s.
-    driving
-        Square of the driving noise, by which the change of the spectrum with the logarithm of
-        the time becomes one more column; None if the time is held.
-    """
-
-    time: float
-    driving: float | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SpectrumModel:
-    """A cosine spectrum in bins, and what is expected there.
-
-    Attributes
-    ----------
-    cosine
-        The transform.
-    bins
-        Those of the fit.
-    power
-        (bins,) mean squares, rad^2.
-    names
-        Of the stochastic terms fitted.
-    """
-
-    cosine: CosineSpectrum
-    bins: SpectrumBins
-    power: FloatArray
-    names: tuple[CoefficientName, ...]
-
-    @property
-    def samples(self) -> int:
-        """Length of the transform."""
-        return self.cosine.transform.size
-
-    def expected(self, index: FloatArray, rate: MarkovRate | None) -> FloatArray:
-        """Expected squares at each index with the coefficients at one, (indices, columns)."""
-        columns = [STOCHASTIC_NAMES.index(name) for name in self.names]
-        basis = cosine_power_basis(index, self.samples, self.cosine.interval)[:, columns]
-        if rate is None:
-            return basis
-        return np.concatenate([basis, self._markov_columns(index, rate)], axis=1)
-
-    def _markov_columns(self, index: FloatArray, rate: MarkovRate) -> FloatArray:
-        def power(time: float) -> FloatArray:
-            return markov_cosine_power(index, self.samples, self.cosine.interval, time)[
-                :, np.newaxis
-            ]
-
-        if rate.driving is None:
-            return power(rate.time)
-        change = power(1.01 * rate.time) - power(rate.time / 1.01)
-        return np.concatenate(
-            [power(rate.time), rate.driving * change / (2.0 * math.log(1.01))], axis=1
-        )
-
-    def ordinates(self, rate: MarkovRate | None = None) -> Ordinates:
-        """Ordinates of a fit, with what the slope took of each term if one was taken off."""
-        starts, stops = self.bins.starts, self.bins.stops
-        spectrum = Ordinates(
-            basis=bin_means(self.bins, lambda index: self.expected(index, rate)),
-            power=self.power,
-            count=self.bins.count,
-            weight=self.bins.count,
-            frequency=np.asarray(
-                0.25 * (starts + stops - 1.0) / (self.samples * self.cosine.interval)
-            ),
-        )
-        if "rate_ramp" not in self.cosine.terms:
-            return spectrum
-        return less_slope(
-            spectrum, self.bins, self.samples, lambda index: self.expected(index, rate)
-        )
-
-
-def spectrum_model(
-    cosine: CosineSpectrum,
-    masked: Sequence[tuple[float, float]],
-    band: tuple[float, float] | None,
-) -> SpectrumModel:
-    """`cosine` in bins, less what is masked, outside the band, or beside a fitted sinusoid.
+def ordinates(cosine: CosineSpectrum, bins: SpectrumBins) -> Ordinates:
+    """Mean squares of a transform in bins, and what is expected of each of its terms there.
 
     Raises
     ------
     RecordingError
-        If the values do not vary, or too few frequencies are left.
-    ValueError
-        If `masked` or `band` makes no sense.
+        If the values do not vary.
     """
-    if cosine.sinusoid is not None:
-        masked = [*masked, (cosine.sinusoid.frequency, cosine.sinusoid.frequency)]
-    transform = cosine.transform
-    bins = cosine_bins(transform.size, cosine.interval, masked, band)
-    power = bins.mean(transform, transform)
+    samples, columns = cosine.transform.size, [STOCHASTIC_NAMES.index(one) for one in cosine.names]
+    power = bins.mean(cosine.transform, cosine.transform)
     # A single square may be zero, of angles a few readout steps apart.
     if not np.median(power) > 0.0:
         raise RecordingError(
-            "the values do not vary",
-            remedy="a spectrum needs noise, check the channel",
+            "the values do not vary", remedy="a spectrum needs noise, check the channel"
         )
-    return SpectrumModel(
-        cosine=cosine,
-        bins=bins,
+
+    def expected(index: FloatArray) -> FloatArray:
+        return cosine_power_basis(index, samples, cosine.interval)[:, columns]
+
+    spectrum = Ordinates(
+        basis=bin_means(bins, expected),
         power=power,
-        names=tuple(name for name in STOCHASTIC_NAMES if name in cosine.terms),
+        count=bins.count,
+        weight=bins.count,
+        frequency=np.asarray(0.25 * (bins.starts + bins.stops - 1.0) / (samples * cosine.interval)),
     )
-
-
-def sinusoid_square(
-    cosine: CosineSpectrum, frequency: FloatArray, mean: FloatArray, confidence: float
-) -> SquaredEstimate:
-    """Squared peak rate of the sinusoid taken off, by the noise about it.
-
-    Parameters
-    ----------
-    cosine
-        With its sinusoid.
-    frequency, mean
-        (bins,) Hz, and the fitted mean of the squares.
-    confidence
-        Of the interval or bound.
-
-    Raises
-    ------
-    ValueError
-        If no sinusoid was taken off.
-    """
-    if cosine.sinusoid is None:
-        raise ValueError("cosine has no sinusoid; give its frequency to cosine_spectrum")
-    place = cosine.sinusoid.frequency
-    density = float(np.interp(place, frequency, mean))
-    # The rate is averaged over each interval, which takes sinc off the amplitude.
-    gain = float(np.sinc(place * cosine.interval)) * cosine.interval
-    variance = 2.0 * density / cosine.transform.size / gain**2
-    return fitted_sinusoid(cosine.sinusoid.square / gain**2, variance, confidence)
+    ramp = "rate_ramp" in cosine.terms
+    return _less_slope(spectrum, bins, samples, expected) if ramp else spectrum

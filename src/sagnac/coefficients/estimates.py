@@ -219,9 +219,6 @@ class SquaredEstimate:
     high: float
     status: Status
 
-    def __post_init__(self) -> None:
-        check_choice("status", self.status, Status)
-
     @classmethod
     def bound(cls, high: float) -> "SquaredEstimate":
         """An upper bound."""
@@ -257,23 +254,12 @@ class FitBand:
         Between the angles of the spectrum, s.
     masked
         Bands (low, high) within it that were left out for lines, Hz.
-
-    Raises
-    ------
-    ValueError
-        If the frequencies are not in order, or `interval` is not above zero.
     """
 
     low: float
     high: float
     interval: float
     masked: tuple[tuple[float, float], ...] = ()
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.low < self.high:
-            raise ValueError(f"low is {self.low}, high is {self.high}; give low below high")
-        if not self.interval > 0.0:
-            raise ValueError(f"interval is {quoted(self.interval)}; give seconds above zero")
 
     @property
     def is_whole(self) -> bool:

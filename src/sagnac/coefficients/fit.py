@@ -4,7 +4,12 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
-from sagnac.coefficients.cosine_spectrum import CosineSpectrum, cosine_spectrum, spectrum_model
+from sagnac.coefficients.cosine_spectrum import (
+    CosineSpectrum,
+    cosine_bins,
+    cosine_spectrum,
+    ordinates,
+)
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
 from sagnac.coefficients.estimates import (
     Fit,
@@ -119,15 +124,15 @@ def spectrum_fit(
         If an argument makes no sense.
     """
     require_confidence(confidence)
-    model = spectrum_model(cosine, masked, band)
-    weighed = with_departure(model.ordinates())
+    bins = cosine_bins(cosine.transform.size, cosine.interval, masked, band)
+    weighed = with_departure(ordinates(cosine, bins))
     best = maximize(weighed.spectrum)
     squares: dict[CoefficientName, SquaredEstimate] = {
         name: profile_interval(weighed.spectrum, best, column, confidence)
-        for column, name in enumerate(model.names)
+        for column, name in enumerate(cosine.names)
     }
-    if "rate_ramp" in cosine.terms and model.names:
-        lowest = model.bins.starts[model.bins.count == 1.0]
+    if "rate_ramp" in cosine.terms and cosine.names:
+        lowest = bins.starts[bins.count == 1.0]
         squares["rate_ramp"] = ramp_square(cosine, lowest, confidence)
     low, high = band or (0.0, 0.5 / cosine.interval)
     return Fit(
@@ -146,7 +151,7 @@ def spectrum_fit(
             interval=cosine.interval,
             masked=tuple((float(one[0]), float(one[1])) for one in masked),
         ),
-        squares=dict(zip(model.names, best.squares.tolist(), strict=True)),
+        squares=dict(zip(cosine.names, best.squares.tolist(), strict=True)),
     )
 
 

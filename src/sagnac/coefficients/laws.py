@@ -241,43 +241,6 @@ def cosine_power_basis(index: FloatArray, samples: int, interval: float) -> Floa
     return basis
 
 
-def markov_cosine_power(
-    index: FloatArray, samples: int, interval: float, correlation_time: float
-) -> FloatArray:
-    """Expected squares of the cosine transform of increments of a Markov rate of q_c = 1.
-
-    Sampled increments of a Markov rate are exactly a first-order autoregression with a
-    first-order moving average; its spectrum is multiplied by what the finite record makes
-    of the continuous one, ``2 int_0^1 e^(-c u) ((1 - u) cos(a u) - sin(a u)/a) du`` over
-    ``2 c/(c^2 + a^2)`` with c the record in correlation times and a = pi k.
-
-    Parameters
-    ----------
-    index, samples, interval
-        As in `cosine_power_basis`.
-    correlation_time
-        T_c, s.
-
-    Returns
-    -------
-    FloatArray
-        (bins,), rad^2.
-    """
-    index = np.asarray(index, dtype=np.float64)
-    ratio = interval / correlation_time
-    spectrum = _markov_increments(np.cos(np.pi * index / samples), ratio)
-    length = samples * ratio
-    angle = np.pi * index
-    z = length - 1j * angle
-    # As in the 1/f term: beyond a few tens the parity of k is averaged out.
-    last = np.where(index < 32.0, np.exp(-length) * np.cos(angle), 0.0)
-    zeroth, first = (1.0 - last) / z, (1.0 - last * (1.0 + z)) / z**2
-    finite = (zeroth - first).real - zeroth.imag / angle
-    return np.asarray(
-        0.5 * correlation_time**3 * spectrum * finite * (length**2 + angle**2) / length
-    )
-
-
 def _markov_increments(cosine: FloatArray, ratio: float) -> FloatArray:
     """Discrete spectrum of mean rates of a Markov rate at cosines of its angular frequency.
 

@@ -19,8 +19,6 @@ PRESENCE: Final = 9.0
 _PICKED: Final = 2.5
 # Standard deviations beyond which no tail of any confidence reaches.
 _FARTHEST: Final = 60.0
-# The same probability for two parameters.
-PRESENCE_OF_TWO: Final = 11.83
 # Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
 CONVERGED: Final = 1e-3
 

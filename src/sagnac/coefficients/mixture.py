@@ -42,14 +42,7 @@ def error_of_bins(levels: Levels, laws: FloatArray, models: BandModels) -> float
     -------
     float
         From 0 to `FLOOR`, which the fits allow for. What goes beyond widens the fits.
-
-    Raises
-    ------
-    ValueError
-        If there is no model.
     """
-    if models.count == 0:
-        raise ValueError("models is empty; give at least one")
     band = slice(int(models.first[0]), int(models.last[0]))
     law = models.law(0, levels.spectrum.interval)
     mean = laws @ np.array(law.squares) / law.divisor(levels.frequency)

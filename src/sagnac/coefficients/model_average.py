@@ -64,10 +64,6 @@ class Elsewhere:
     share: float
     walk: float
 
-    def __post_init__(self) -> None:
-        if not (0.0 < self.share <= 1.0 and self.low < self.high and self.walk > 0.0):
-            raise ValueError(f"{self} is no band with a share of the weight")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelChoice:

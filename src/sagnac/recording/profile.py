@@ -161,8 +161,6 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KE
     kept
         Times the level that a line keeps.
     """
-    if changes.size <= 2 * EDGE:
-        raise ValueError(f"changes has {changes.size} samples; give more than {2 * EDGE}")
     transform = rfft(changes)
     power = transform.real**2 + transform.imag**2
     together = max(_TOGETHER, power.size // bands) if bands else _TOGETHER

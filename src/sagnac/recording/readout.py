@@ -152,11 +152,9 @@ def joint_readout(
     RecordingError
         If one of the gyros is not there.
     ValueError
-        If none is named or the rate makes no sense.
+        If the rate makes no sense.
     """
     require_rate(angle_rate)
-    if not gyros:
-        raise ValueError("gyros is empty; name one or more")
     taken = round(recording.sample_rate / angle_rate)
     readouts = {}
     for name in gyros:

@@ -95,8 +95,6 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
         end of a heavy tail that goes on below them: that is the noise.
     """
     values = np.asarray(increments, dtype=np.float64)
-    if values.ndim != 1 or values.size < LEAST_FOR_SPIKES:
-        raise ValueError(f"increments has shape {values.shape}; give {LEAST_FOR_SPIKES} or more")
     # Beyond this many scatters lies one sample in a record by chance.
     limit = -float(ndtri(0.5 * _SPIKE_CHANCE / values.size))
     far = [

@@ -128,14 +128,7 @@ def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
     Returns
     -------
     (transform_length(samples) // 2 + 1,) in the unit of `increments` squared.
-
-    Raises
-    ------
-    ValueError
-        If `tapers` is less than 1.
     """
-    if tapers < 1:
-        raise ValueError(f"tapers is {tapers}; give a number from 1")
     length = transform_length(increments.size)
     # The squares of a sine taper sum to half of size + 1.
     scale = 2.0 / ((increments.size + 1) * tapers)
@@ -237,14 +230,7 @@ def band_degrees_of_freedom(ordinates: int) -> float:
     -------
     float
         ``2 n^2 / sum_ij c(i - j)``; 2 TAPERS for one.
-
-    Raises
-    ------
-    ValueError
-        If there are none.
     """
-    if ordinates < 1:
-        raise ValueError(f"ordinates is {ordinates}; give 1 or more")
     correlation = _correlation()
     lag = np.arange(1, min(ordinates, correlation.size))
     total = ordinates * correlation[0] + 2.0 * float((ordinates - lag) @ correlation[lag])

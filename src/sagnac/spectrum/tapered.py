@@ -73,13 +73,6 @@ class Cells:
     leaked: FloatArray
     half_width: FloatArray
 
-    def __post_init__(self) -> None:
-        arrays = [getattr(self, item.name) for item in fields(Cells)]
-        if len({array.shape for array in arrays}) != 1 or self.frequency.ndim != 1:
-            raise ValueError("the arrays of a spectrum must have one length")
-        for array in arrays:
-            array.flags.writeable = False
-
     def kept(self, some: BooleanArray) -> "Cells":
         """Some of the cells."""
         return Cells(**{item.name: getattr(self, item.name)[some] for item in fields(Cells)})
@@ -159,8 +152,6 @@ def tapered_spectrum(
     if values.ndim != 1 or values.size < LEAST_SAMPLES:
         raise ValueError(f"increments has shape {values.shape}; give {LEAST_SAMPLES} or more")
     require_rate(sample_rate)
-    if segment < 4096:
-        raise ValueError(f"segment is {segment}; give 4096 samples or more")
     record = _straight(values)
     cells = _cells(record, sample_rate, segment)
     if values.size > segment:

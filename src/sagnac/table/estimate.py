@@ -176,17 +176,7 @@ def estimated_table(
     -------
     EstimatedTable
         The readings as they are if the gyros do not sense the table, or know less of it.
-
-    Raises
-    ------
-    ValueError
-        If no gyro is given, or one has another number of samples than the encoder.
     """
-    if not gyros or any(gyro.shape != encoder.shape for gyro in gyros):
-        shapes = ", ".join(str(gyro.shape) for gyro in gyros) or "none"
-        raise ValueError(
-            f"gyros have shapes {shapes} and the encoder {encoder.shape}; give one or more alike"
-        )
     block = max(1, round(sample_rate / KINEMATIC_RATE))
     coarse = np.stack([averages_of(angle, block) for angle in gyros])
     read = averages_of(encoder, block)

@@ -71,22 +71,11 @@ class Design:
         cosine and sine in s.
     orders
         (orders,) whose cosine and sine follow.
-
-    Raises
-    ------
-    ValueError
-        If a column does not have one value an average.
     """
 
     kinematic: Kinematics
     columns: tuple[FloatArray, ...]
     orders: FloatArray
-
-    def __post_init__(self) -> None:
-        averages = self.kinematic.angle.shape
-        for column in self.columns:
-            if column.shape != averages:
-                raise ValueError(f"a column has shape {column.shape}; the averages have {averages}")
 
     @property
     def size(self) -> int:
@@ -192,17 +181,7 @@ def regressions(
     lines_taken
         Whether lines in time are out of the averages. If they are still in, they count as noise:
         they would otherwise buy any Earth rate that lowers them a little.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two averages, or not as many as the columns have.
     """
-    if averages.shape[1:] != columns.kinematic.angle.shape or averages.shape[-1] < 2:
-        raise ValueError(
-            f"averages have shape {averages.shape} and the kinematics "
-            f"{columns.kinematic.angle.shape}; give two or more of each, gyro by gyro"
-        )
     targets = np.diff(averages)
     rows = triangle(columns, targets)
     return tuple(

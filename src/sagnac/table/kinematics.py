@@ -89,11 +89,6 @@ class Kinematics:
         (averages,) of the table angle, rad, and of the integrals of its cosine and sine, s.
     starts, length
         Both integrals at the start of each piece of `length` samples, (pieces + 1, 2), s.
-
-    Raises
-    ------
-    ValueError
-        If the sample rate is not positive, or the sizes do not agree.
     """
 
     table: FloatArray
@@ -104,23 +99,6 @@ class Kinematics:
     sine: FloatArray
     starts: FloatArray
     length: int
-
-    def __post_init__(self) -> None:
-        require_rate(self.sample_rate)
-        if not (self.block >= 1 and self.length >= 1 and self.length % self.block == 0):
-            raise ValueError(
-                f"block is {self.block} and length {self.length}; a piece holds whole blocks"
-            )
-        averages = (self.table.size // self.block,)
-        for name in ("angle", "cosine", "sine"):
-            if getattr(self, name).shape != averages:
-                raise ValueError(
-                    f"{name} has shape {getattr(self, name).shape}; {self.table.size} samples in "
-                    f"blocks of {self.block} have {averages[0]} averages"
-                )
-        pieces = -(-self.table.size // self.length)
-        if self.starts.shape != (pieces + 1, 2):
-            raise ValueError(f"starts has shape {self.starts.shape}; give ({pieces + 1}, 2)")
 
     @property
     def interval(self) -> float:

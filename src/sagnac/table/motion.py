@@ -34,11 +34,6 @@ class TableMotion:
         Of the table angle.
     orders, cosine, sine
         (harmonics,) of table angle that were fitted beside it, and are left in, rad.
-
-    Raises
-    ------
-    ValueError
-        If the harmonics do not have one cosine and one sine each.
     """
 
     share: float
@@ -49,25 +44,9 @@ class TableMotion:
     cosine: FloatArray
     sine: FloatArray
 
-    def __post_init__(self) -> None:
-        if not self.orders.shape == self.cosine.shape == self.sine.shape:
-            raise ValueError(
-                f"orders, cosine and sine have shapes {self.orders.shape}, {self.cosine.shape} and "
-                f"{self.sine.shape}; give one of each a harmonic"
-            )
-
     def over(self, start: int, stop: int) -> FloatArray:
-        """The motion, rad, over samples from a piece's start on.
-
-        Raises
-        ------
-        ValueError
-            If they do not start at a multiple of `Kinematics.length`, the only places at which
-            the integrals are known.
-        """
+        """The motion, rad, over samples from a piece's start on (a multiple of its length)."""
         of = self.kinematics
-        if start % of.length:
-            raise ValueError(f"start is {start}; give a multiple of {of.length}")
         alpha, dt = of.table[start:stop], 1.0 / of.sample_rate
         motion = self.share * alpha + self.drift * dt * np.arange(start, stop)
         begins = of.starts[start // of.length]
@@ -112,14 +91,10 @@ def follow_table(
         above `highest_harmonic` are not fitted: take them out before.
     cosine, sine
         (harmonics,) rad of each, taken out of the angle already; None if nothing was.
-
-    Raises
-    ------
-    ValueError
-        If only one of `cosine` and `sine` is given, they do not go with `harmonics`, or the
-        averages are not those of `kinematic`.
     """
-    taken = _taken(harmonics, cosine, sine)
+    taken = None
+    if harmonics is not None and cosine is not None and sine is not None:
+        taken = _Harmonics(orders=harmonics, cosine=cosine, sine=sine)
     if full_turns(kinematic.table) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
         harmonics, taken = np.empty(0), None
@@ -175,19 +150,3 @@ class _Harmonics:
         """(averages,) of their sum, rad."""
         size = block_gain(kinematic, self.orders)
         return harmonic_sum(kinematic.angle, self.orders, self.cosine * size, self.sine * size)
-
-
-def _taken(
-    orders: FloatArray | None, cosine: FloatArray | None, sine: FloatArray | None
-) -> _Harmonics | None:
-    """The harmonics taken out, None if none were."""
-    if cosine is None and sine is None:
-        return None
-    if orders is None or cosine is None or sine is None:
-        raise ValueError("harmonics, cosine and sine go together; give all three, or no amplitudes")
-    if not orders.shape == cosine.shape == sine.shape:
-        raise ValueError(
-            f"harmonics, cosine and sine have shapes {orders.shape}, {cosine.shape} and "
-            f"{sine.shape}; give one of each a harmonic"
-        )
-    return _Harmonics(orders=orders, cosine=cosine, sine=sine)

@@ -22,7 +22,6 @@ from sagnac.arrays import (
     extent,
 )
 from sagnac.errors import RecordingError
-from sagnac.recording.channel import require_rate
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
@@ -96,15 +95,7 @@ def mean_rate(table: FloatArray, sample_rate: float) -> float:
         (samples,) unwrapped table angle, rad.
     sample_rate
         Hz.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two samples, or the sample rate is not positive.
     """
-    if table.size < 2:
-        raise ValueError(f"table has {table.size} samples; a rate needs 2")
-    require_rate(sample_rate)
     net = float(table[-1] - table[0])
     # Quantization noise of the encoder would add to the path at every sample.
     coarse = every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
@@ -171,7 +162,7 @@ def full_rotation_samples(
     table
         (samples,) table angle, rad, or None.
     null_pulse
-        (samples,) bool, true on the first sample at or after the pulse, or None.
+        (samples,) bool, true on the first sample at or after the pulse; None beside a `table`.
 
     Returns
     -------
@@ -180,8 +171,6 @@ def full_rotation_samples(
 
     Raises
     ------
-    ValueError
-        If the arrays do not have one sample each, or there is neither an encoder nor a null pulse.
     RecordingError
         If the table completes fewer than two full turns.
 
@@ -189,13 +178,6 @@ def full_rotation_samples(
     ----------
     Eqs. 8 and 9 of Yu et al. 2013.
     """
-    if table is None and null_pulse is None:
-        raise ValueError("full turns need a table angle or a null pulse; give table or null_pulse")
-    for name, given in (("table", table), ("null_pulse", null_pulse)):
-        if given is not None and given.shape != angle.shape:
-            raise ValueError(
-                f"{name} has shape {given.shape} and angle {angle.shape}; give one value a sample"
-            )
     pulses = np.empty(0, dtype=np.int64) if null_pulse is None else np.flatnonzero(null_pulse)
     pulses = pulses[pulses > 0]
     if table is None:

@@ -91,14 +91,7 @@ def whitened(
     noises
         `Whitened.readings` and `Whitened.walk` if they are known: fits that are compared need the
         same.
-
-    Raises
-    ------
-    ValueError
-        If the columns do not have as many averages as the target.
     """
-    if columns.shape[1:] != target.shape:
-        raise ValueError(f"columns have shape {columns.shape} and the target {target.shape}")
     count = target.size - 1
     # By what varies: beside its mean step the angle of a steady table hardly does. Two columns at
     # a time: those of a day, and all that is made of them on the way, take half a gigabyte.
