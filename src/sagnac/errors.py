@@ -11,7 +11,7 @@ import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal, Self, get_args
+from typing import Any, Final, Literal, Self, get_args
 
 Level = Literal["error", "warning", "remark"]
 LEVELS: Final[tuple[Level, ...]] = get_args(Level)
@@ -89,8 +89,7 @@ class Note:
     effect: float | None = None
 
     def __post_init__(self) -> None:
-        if self.level not in LEVELS:
-            raise ValueError(f"level is {self.level!r}; use one of {', '.join(LEVELS)}")
+        require_choice("level", self.level, LEVELS)
         if self.effect is not None and not self.effect >= 0.0:
             raise ValueError(f"effect is {self.effect}; give a factor, 0 or more")
 
@@ -270,3 +269,37 @@ def rounded(value: float, digits: int = 2) -> str:
 def counted(count: int, noun: str) -> str:
     """``1 sample``, ``2 samples``."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def require_choice(name: str, value: object, allowed: Any) -> None:
+    """Refuse a value that is not one of the choices.
+
+    Parameters
+    ----------
+    name
+        Of the argument, for the message.
+    value
+        What was given.
+    allowed
+        The choices, or the `Literal` of them.
+
+    Raises
+    ------
+    ValueError
+        With the argument, the value and the choices.
+    """
+    choices = get_args(allowed) or tuple(allowed)
+    if value not in choices:
+        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")
+
+
+def require_confidence(confidence: float) -> None:
+    """Refuse a confidence that is no probability.
+
+    Raises
+    ------
+    ValueError
+        If it is not between 0 and 1.
+    """
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")

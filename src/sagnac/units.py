@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
-from sagnac.errors import quoted
+from sagnac.errors import quoted, require_choice
 
 EARTH_RATE: Final = 7.292115e-5
 """Earth rate, rad/s, sidereal (WGS 84)."""
@@ -72,10 +72,7 @@ class Unit:
     size: float
 
     def __post_init__(self) -> None:
-        if self.quantity not in QUANTITIES:
-            raise ValueError(
-                f"quantity is {quoted(self.quantity)}; use one of {', '.join(QUANTITIES)}"
-            )
+        require_choice("quantity", self.quantity, QUANTITIES)
         if not (math.isfinite(self.size) and self.size > 0.0):
             raise ValueError(f"size is {quoted(self.size)}; give a finite number above zero")
 
@@ -144,8 +141,7 @@ def sizes(quantity: Quantity) -> dict[str, float]:
     ValueError
         If `quantity` is none of `QUANTITIES`.
     """
-    if quantity not in QUANTITIES:
-        raise ValueError(f"quantity is {quoted(quantity)}; use one of {', '.join(QUANTITIES)}")
+    require_choice("quantity", quantity, QUANTITIES)
     return {unit.name: unit.size for unit in UNITS.values() if unit.quantity == quantity}
 
 
@@ -385,11 +381,9 @@ def field_unit(coefficient: str, sensor: Sensor = "gyro") -> Unit:
     >>> field_unit("angle_random_walk", "accelerometer").symbol
     'm/s/√h'
     """
-    if sensor not in SENSORS:
-        raise ValueError(f"sensor is {quoted(sensor)}; use one of {', '.join(SENSORS)}")
+    require_choice("sensor", sensor, SENSORS)
     units = SENSED[sensor].coefficients
-    if coefficient not in units:
-        raise ValueError(f"coefficient is {quoted(coefficient)}; use one of {', '.join(units)}")
+    require_choice("coefficient", coefficient, units)
     return UNITS[next(iter(units[coefficient]))]
 
 

@@ -72,12 +72,12 @@ def test_estimates_print_in_the_unit_of_the_field():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"status": "guessed"}, "status 'guessed' is not known; use one of estimated, upper bound"),
+        ({"status": "guessed"}, "status is 'guessed'; use one of estimated, upper bound"),
         ({"confidence": 95.0}, "confidence is 95.0; give a number between 0 and 1"),
         ({"low": 1.0}, "give low <= value <= high"),
         ({"value": math.nan}, "give low <= value <= high"),
         ({"status": "not observable"}, "has NaN for all three"),
-        ({"name": "drift"}, "name 'drift' is not known; use one of quantization"),
+        ({"name": "drift"}, "name is 'drift'; use one of quantization"),
     ],
 )
 def test_an_estimate_checks_what_it_is_given(change, words):
@@ -86,9 +86,9 @@ def test_an_estimate_checks_what_it_is_given(change, words):
 
 
 def test_a_fit_checks_its_names():
-    with pytest.raises(ValueError, match="method 'least' is not known; use one of paper"):
+    with pytest.raises(ValueError, match="method is 'least'; use one of paper"):
         Fit(method="least", coefficients={})
-    with pytest.raises(ValueError, match="coefficients: name 'drift' is not known"):
+    with pytest.raises(ValueError, match="coefficients: name is 'drift'"):
         Fit(method="paper", coefficients={"drift": estimate()})
 
 

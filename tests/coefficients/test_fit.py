@@ -67,10 +67,10 @@ def test_one_way_in_to_every_method():
         (True, {}, "method 'likelihood' fits the spectrum of samples"),
         (True, {"method": "paper", "kind": "rate"}, "those of the curve; leave them out"),
         (False, {"method": "weighted"}, "method 'weighted' fits a StabilityCurve"),
-        (False, {"method": "whittle"}, "method 'whittle' is not known; use one of paper, weighted"),
+        (False, {"method": "whittle"}, "method is 'whittle'; use one of paper, weighted"),
         (False, {"sample_rate": 1.0}, "kind is missing"),
         (False, {"kind": "rate"}, "sample_rate is missing"),
-        (False, {"kind": "phase", "sample_rate": 1.0}, "kind is 'phase'; state angle"),
+        (False, {"kind": "phase", "sample_rate": 1.0}, "kind is 'phase'; use one of angle"),
         (False, {"kind": "rate", "sample_rate": -1.0}, "sample_rate is -1.0; give"),
     ],
 )

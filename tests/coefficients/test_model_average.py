@@ -123,11 +123,6 @@ def test_slow_terms_are_of_a_fit_to_the_lowest_frequencies():
     assert beside.rests_on == replace(alone.rests_on, slow_terms="low band", low_band_hz=2.0)
 
 
-def test_a_confidence_that_is_none_is_refused():
-    with pytest.raises(ValueError, match="confidence"):
-        average(levels_of(np.random.default_rng(23).standard_normal(1000)), confidence=1.5)
-
-
 @pytest.mark.parametrize("seed", [0, 3])
 def test_a_second_level_band_that_reads_another_walk_is_told_of(seed):
     """White noise of 1 with mild resonances, and slow noise of 7 below 0.04 Hz."""

@@ -11,7 +11,7 @@ DEGREE = 0.017453292519943295
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"kind": "rates"}, "kind is 'rates'; state angle, increment or rate"),
+        ({"kind": "rates"}, "kind is 'rates'; use one of angle, increment, rate"),
         ({"name": ""}, "name is ''"),
         ({"shown_in": "arcsec"}, "unit 'arcsec' is not a unit of rate; use one of rad/s, deg/s"),
         ({"kind": "angle", "shown_in": "deg/s"}, "unit 'deg/s' is not a unit of angle"),

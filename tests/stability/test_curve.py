@@ -52,12 +52,12 @@ GAPPED = np.where(np.arange(100) == 42, np.nan, np.arange(100) % 7)
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"kind": "phase"}, "kind 'phase' is not known; use one of angle, increment, rate"),
-        ({"estimator": "allan"}, "estimator 'allan' is not known"),
-        ({"gaps": "fill"}, "gaps 'fill' is not known; use one of reject, omit"),
+        ({"kind": "phase"}, "kind is 'phase'; use one of angle, increment, rate"),
+        ({"estimator": "allan"}, "estimator is 'allan'"),
+        ({"gaps": "fill"}, "gaps is 'fill'; use one of reject, omit"),
         ({"sample_rate": 0.0}, "sample_rate is 0.0; give samples"),
         ({"sample_rate": math.nan}, "sample_rate is nan; give samples"),
-        ({"confidence": 95.0}, "give 0.95 for 95 %"),
+        ({"confidence": 95.0}, "confidence is 95.0; give a number between 0 and 1"),
         ({"noise_type": -3}, "noise_type -3 is out of range for oadev; use -2 to 2"),
         ({"taus": [1e4]}, "10000 s is out of range for oadev; use 0.5 s to 25 s"),
         ({"taus": [0.0]}, "0 s is out of range"),
@@ -98,10 +98,10 @@ def small_curve(**change):
     [
         ({"low": np.ones(2)}, r"low has shape \(2,\); give one value for each tau, shape \(3,\)"),
         ({"tau": np.array([0.0, 1.0, 2.0])}, "tau holds a value that is not above zero"),
-        ({"estimator": "allan"}, "estimator 'allan' is not known; use one of adev"),
-        ({"kind": "phase"}, "kind 'phase' is not known"),
+        ({"estimator": "allan"}, "estimator is 'allan'; use one of adev"),
+        ({"kind": "phase"}, "kind is 'phase'"),
         ({"sample_rate": -1.0}, "give samples per second, above zero"),
-        ({"confidence": 68.3}, "not between 0 and 1"),
+        ({"confidence": 68.3}, "give a number between 0 and 1"),
     ],
 )
 def test_a_curve_checks_what_it_is_given(change, words):

@@ -234,7 +234,7 @@ def test_a_row_counts_the_windows_that_its_sums_take(estimator):
 
 
 def test_an_estimator_that_is_none_is_refused():
-    with pytest.raises(ValueError, match="estimator 'allan' is not known; use one of adev"):
+    with pytest.raises(ValueError, match="estimator is 'allan'; use one of adev"):
         properties.properties_of("allan")
 
 

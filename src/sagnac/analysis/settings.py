@@ -3,10 +3,10 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Final, Literal
 
 from sagnac.coefficients.readings import PLAIN, Reading
-from sagnac.errors import RecordingError, quoted
+from sagnac.errors import RecordingError, quoted, require_choice, require_confidence
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.recording.effects import FINDINGS
 from sagnac.recording.model import Recording
@@ -96,26 +96,23 @@ class Settings:
         if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):
             raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
-        _require_choice("method", self.method, get_args(Method))
+        require_choice("method", self.method, Method)
         for field, example, choices in (
             ("accepted", "clipping", FINDINGS),
-            ("covariates", "temperature", get_args(Covariate)),
-            ("estimators", "oadev", get_args(Estimator)),
+            ("covariates", "temperature", Covariate),
+            ("estimators", "oadev", Estimator),
         ):
             names = getattr(self, field)
             if isinstance(names, str):
                 raise ValueError(f"{field} is {quoted(names)}; give names, such as ({example!r},)")
             object.__setattr__(self, field, tuple(names))
             for name in getattr(self, field):
-                _require_choice(field, name, choices)
+                require_choice(field, name, choices)
         if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):
             raise ValueError(
                 f"interval is {quoted(self.interval)}; give seconds above zero, or None"
             )
-        if not 0.0 < self.confidence < 1.0:
-            raise ValueError(
-                f"confidence is {quoted(self.confidence)}; give a number between 0 and 1"
-            )
+        require_confidence(self.confidence)
 
     def gyros_of(self, recording: Recording) -> tuple[str, ...]:
         """The gyros asked for, or all that the recording has.
@@ -143,8 +140,3 @@ class Settings:
             Whether the table turns.
         """
         return _ON_TABLE if self.interval is None and turning else self.interval
-
-
-def _require_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")

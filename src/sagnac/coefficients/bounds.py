@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import gammaincinv
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.estimates import Estimate, require_confidence
+from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     SLOW_NAMES,
@@ -146,7 +146,6 @@ def highest_coefficient(levels: Levels, law: FloatArray, confidence: float) -> f
     float
         SI; NaN if fewer than two bins lie below the roll-off.
     """
-    require_confidence(confidence)
     below = levels.frequency <= roll_off(levels).frequency
     if np.count_nonzero(below) < _LEAST:
         return math.nan
@@ -315,7 +314,6 @@ def highest_terms(
     dict
         Empty if no cluster time is left.
     """
-    require_confidence(confidence)
     used = curve.tau >= shortest
     if not used.any():
         return {}

@@ -21,7 +21,6 @@ from scipy.fft import prev_fast_len, rfft
 from scipy.special import stdtrit
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.estimates import require_confidence
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.coefficients.limits import PRESENCE
 from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
@@ -218,7 +217,6 @@ def common_walk(
     ValueError
         If the band is too narrow to tell the three from each other.
     """
-    require_confidence(confidence)
     cells = band_cells(increments, sample_rate=sample_rate, band_hz=band_hz, masked=masked)
     bins = _bins(cells)
     if len(bins) < _LEAST_BINS:

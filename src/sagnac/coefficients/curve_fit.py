@@ -17,7 +17,6 @@ from sagnac.coefficients.estimates import (
     Fit,
     FitName,
     SquaredEstimate,
-    require_confidence,
     unobserved,
 )
 from sagnac.coefficients.laws import (
@@ -28,7 +27,7 @@ from sagnac.coefficients.laws import (
 )
 from sagnac.coefficients.limits import PRESENCE, crossing, typical_square
 from sagnac.coefficients.readings import SHORT, Squares
-from sagnac.errors import Note, RecordingError, rounded
+from sagnac.errors import Note, RecordingError, require_confidence, rounded
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import ieee_relative_error
 

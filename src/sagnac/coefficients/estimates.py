@@ -7,8 +7,7 @@ from html import escape
 from typing import Final, Literal
 
 from sagnac.coefficients.laws import CoefficientName
-from sagnac.errors import Note, quoted
-from sagnac.stability import check_choice
+from sagnac.errors import Note, quoted, require_choice, require_confidence
 from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor
 
 Status = Literal["estimated", "upper bound", "not observable"]
@@ -23,7 +22,7 @@ def estimate_units(name: CoefficientName, sensor: Sensor = "gyro") -> Mapping[st
     ValueError
         If there is no such coefficient.
     """
-    check_choice("name", name, CoefficientName)
+    require_choice("name", name, CoefficientName)
     return (FORCE_COEFFICIENT_UNITS if sensor == "accelerometer" else COEFFICIENT_UNITS)[name]
 
 
@@ -118,8 +117,8 @@ class Estimate:
     sensor: Sensor = "gyro"
 
     def __post_init__(self) -> None:
-        check_choice("status", self.status, Status)
-        check_choice("sensor", self.sensor, Sensor)
+        require_choice("status", self.status, Status)
+        require_choice("sensor", self.sensor, Sensor)
         require_confidence(self.confidence)
         if self.name is not None:
             estimate_units(self.name, self.sensor)
@@ -313,20 +312,8 @@ class Fit:
     squares: Mapping[CoefficientName, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        check_choice("method", self.method, FitName)
+        require_choice("method", self.method, FitName)
         for name in self.coefficients:
-            check_choice("coefficients: name", name, CoefficientName)
+            require_choice("coefficients: name", name, CoefficientName)
         if not self.departure >= 0.0:
             raise ValueError(f"departure is {quoted(self.departure)}; give zero or more")
-
-
-def require_confidence(confidence: float) -> None:
-    """Refuse a confidence that is no probability.
-
-    Raises
-    ------
-    ValueError
-        If it is not between 0 and 1.
-    """
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence is {confidence}; give a number between 0 and 1")

@@ -16,14 +16,13 @@ from sagnac.coefficients.estimates import (
     FitBand,
     FitName,
     SquaredEstimate,
-    require_confidence,
     unobserved,
 )
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.maximum import maximize, profile_interval, with_departure
 from sagnac.coefficients.ramp import ramp_square
+from sagnac.errors import require_choice, require_confidence
 from sagnac.recording.model import Kind
-from sagnac.stability import check_choice
 from sagnac.stability.curve import StabilityCurve
 
 
@@ -209,7 +208,7 @@ def fit_coefficients(
     >>> round(by_curve.to("deg/h/sqrt(Hz)").value, 1)
     0.2
     """
-    check_choice("method", method, FitName)
+    require_choice("method", method, FitName)
     if isinstance(curve_or_values, StabilityCurve):
         if method == "likelihood":
             raise ValueError(

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.fft import dst
 
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import require_confidence
+from sagnac.errors import require_confidence
 
 # Ordinates looked at, and the fewest beside those of lines.
 _LOWEST: Final = 64

@@ -20,7 +20,6 @@ from sagnac.coefficients.estimates import (
     Estimate,
     SquaredEstimate,
     Status,
-    require_confidence,
     unobserved,
 )
 from sagnac.coefficients.laws import (
@@ -226,7 +225,6 @@ def average(
     ValueError
         If an argument makes no sense.
     """
-    require_confidence(confidence)
     models = band_models(levels)
     evidence = _Evidence(
         levels=levels,

@@ -6,7 +6,9 @@ cut at 10 %, and knows nothing of noise that goes with the lines.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Final, Literal
+
+from sagnac.errors import require_choice
 
 Squares = Literal["plain", "relative", "two terms"]
 SHORT: Final = 20.0
@@ -48,10 +50,7 @@ class Reading:
     noise_restored: bool = False
 
     def __post_init__(self) -> None:
-        if self.squares not in get_args(Squares):
-            raise ValueError(
-                f"squares is {self.squares!r}; use one of {', '.join(get_args(Squares))}"
-            )
+        require_choice("squares", self.squares, Squares)
 
     @property
     def in_words(self) -> str:

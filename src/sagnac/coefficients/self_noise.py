@@ -26,8 +26,8 @@ from scipy.fft import rfft
 from scipy.special import chdtri
 
 from sagnac.arrays import FloatArray, IntegerArray
-from sagnac.coefficients.estimates import Estimate, Status, require_confidence
-from sagnac.errors import RecordingError, counted
+from sagnac.coefficients.estimates import Estimate, Status
+from sagnac.errors import RecordingError, counted, require_confidence
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Recording
 from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper

@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar, nnls
 from scipy.special import ndtri
 
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Estimate, Interval, require_confidence
+from sagnac.coefficients.estimates import Estimate, Interval
 from sagnac.coefficients.laws import CoefficientName, level_laws, markov_density
 from sagnac.coefficients.model_average import ModelChoice
 from sagnac.coefficients.whole_band import describes
@@ -82,7 +82,6 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     SlowModel or None
         None if white noise is as likely.
     """
-    require_confidence(confidence)
     used = levels.frequency <= highest
     level, shape, interval = levels.level[used], levels.shape[used], levels.spectrum.interval
     if level.size < _LEAST_BINS:

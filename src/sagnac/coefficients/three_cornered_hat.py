@@ -16,7 +16,7 @@ from sagnac.coefficients.cosine_spectrum import (
     require_increments,
     without_slope,
 )
-from sagnac.coefficients.estimates import Estimate, SquaredEstimate, require_confidence
+from sagnac.coefficients.estimates import Estimate, SquaredEstimate
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, cosine_power_basis
 from sagnac.coefficients.limits import CONVERGED, Profile, detected
 from sagnac.coefficients.maximum import errors_of, scaled_covariance, solve_normal
@@ -90,7 +90,6 @@ def three_cornered_hat(
     ValueError
         If there are not three gyros of one length, or another argument makes no sense.
     """
-    require_confidence(confidence)
     spectra = _pair_spectra(gyros, kind, sample_rate, masked, band)
     # The spectral matrix of the two differences is linear in the squares; scoring is least squares
     # on its entries in the metric of their own covariance, repeated.

@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import Final, Literal
 
 from sagnac.documents import Documented
-from sagnac.errors import quoted
+from sagnac.errors import quoted, require_choice
 from sagnac.filters.definitions import ToolName, definition_of
 from sagnac.filters.models import FilterModel, Markov
 from sagnac.filters.settings import FilterSetting, sensors_in, sensors_of, setting_of
 from sagnac.filters.tools import Wanted, exported, settings_in
 from sagnac.formats.files import write_text
 from sagnac.overwriting import of_export, require_free
-from sagnac.stability import check_choice
 from sagnac.units import SENSED, SENSORS, TIME_UNITS, Sensor, sizes, split_factor
 from sagnac.version import __version__
 
@@ -277,8 +276,8 @@ def export(
         if path is None:
             raise ValueError("tool is not stated, and there is no path whose name tells it")
         tool = tool_of(path)
-    check_choice("tool", tool, ToolName)
-    check_choice("axes", axes or "each", Literal["worst", "each"])
+    require_choice("tool", tool, ToolName)
+    require_choice("axes", axes or "each", Literal["worst", "each"])
     require_used(
         tool, {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
     )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.arrays import FloatArray, blocks, differences, elementwise, empty, mean
-from sagnac.errors import RecordingError, quoted
+from sagnac.errors import RecordingError, quoted, require_choice
 from sagnac.units import (
     SENSED,
     SENSORS,
@@ -31,18 +31,6 @@ Kind = Literal["angle", "increment", "rate"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
 
 
-def require_kind(kind: str) -> None:
-    """Refuse what is no kind of sample.
-
-    Raises
-    ------
-    ValueError
-        If `kind` is none of `KINDS`.
-    """
-    if kind not in KINDS:
-        raise ValueError(f"kind is {quoted(kind)}; state angle, increment or rate")
-
-
 def quantity_of(kind: Kind, sensor: Sensor = "gyro") -> Quantity:
     """The quantity that a sample of `kind` is measured in: of a gyro ``angle`` or ``rate``.
 
@@ -51,7 +39,7 @@ def quantity_of(kind: Kind, sensor: Sensor = "gyro") -> Quantity:
     ValueError
         If `kind` is none of `KINDS`.
     """
-    require_kind(kind)
+    require_choice("kind", kind, Kind)
     sensed = SENSED[sensor]
     return sensed.rate if kind == "rate" else sensed.integral
 
@@ -64,7 +52,7 @@ def field_unit(name: str, kind: Kind, sensor: Sensor = "gyro") -> Unit:
     ValueError
         If `kind` is none of `KINDS`.
     """
-    require_kind(kind)
+    require_choice("kind", kind, Kind)
     if kind != "rate" and name == "table":
         return UNITS["deg"]
     sensed = SENSED[sensor]
@@ -146,8 +134,7 @@ class Channel:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"name is {quoted(self.name)}; give the channel a name, x for one")
-        if self.sensor not in SENSORS:
-            raise ValueError(f"sensor is {quoted(self.sensor)}; use one of {', '.join(SENSORS)}")
+        require_choice("sensor", self.sensor, SENSORS)
         quantity = quantity_of(self.kind, self.sensor)
         if not self.shown_in:
             in_si = next(name for name, size in sizes(quantity).items() if size == 1.0)
@@ -459,7 +446,7 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     samples = np.asarray(values, dtype=np.float64)
     if samples.ndim != 1:
         raise ValueError(f"values has shape {samples.shape}; give one channel, shape (samples,)")
-    require_kind(kind)
+    require_choice("kind", kind, Kind)
     require_rate(sample_rate)
     # One sum tells whole samples without a second array of their size.
     finite = samples.size == 0 or math.isfinite(mean(samples))

@@ -26,8 +26,8 @@ import numpy as np
 from scipy.special import ndtri, stdtr, stdtrit
 
 from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Interval, require_confidence
-from sagnac.errors import RecordingError, quoted
+from sagnac.coefficients.estimates import Interval
+from sagnac.errors import RecordingError, quoted, require_confidence
 from sagnac.repeatability.design import (
     Components,
     Design,

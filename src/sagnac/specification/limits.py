@@ -12,8 +12,7 @@ from typing import Final
 
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.documents import ANY, NUMBER, read_toml, table
-from sagnac.errors import quoted
-from sagnac.stability import check_choice
+from sagnac.errors import quoted, require_choice
 from sagnac.units import Unit, field_unit, split_factor, unit_of
 
 _NAMES: Final[Mapping[str, CoefficientName]] = {
@@ -58,7 +57,7 @@ class Limit:
     unit: Unit
 
     def __post_init__(self) -> None:
-        check_choice("coefficient", self.coefficient, CoefficientName)
+        require_choice("coefficient", self.coefficient, CoefficientName)
         if not (math.isfinite(self.value) and self.value > 0.0):
             raise ValueError(f"value is {quoted(self.value)}; give a finite number above zero")
         if self.unit.quantity != field_unit(self.coefficient).quantity:

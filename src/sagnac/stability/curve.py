@@ -52,9 +52,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from sagnac.arrays import FloatArray, pandas_for
-from sagnac.errors import Note
+from sagnac.errors import Note, require_choice, require_confidence
 from sagnac.recording.channel import Kind, require_rate
-from sagnac.stability import Estimator, Gaps, check_choice
+from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.noise_type import (
     check_noise_type,
@@ -305,10 +305,10 @@ class StabilityCurve:
             object.__setattr__(self, name, array)
         if not np.all(self.tau > 0.0):
             raise ValueError("tau holds a value that is not above zero; give cluster times in s")
-        check_choice("estimator", self.estimator, Estimator)
-        check_choice("kind", self.kind, Kind)
+        require_choice("estimator", self.estimator, Estimator)
+        require_choice("kind", self.kind, Kind)
         require_rate(self.sample_rate)
-        _check_confidence(self.confidence)
+        require_confidence(self.confidence)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, StabilityCurve):
@@ -437,11 +437,11 @@ def stability_curve(
     >>> curve.noise_type
     array([0])
     """
-    check_choice("kind", kind, Kind)
+    require_choice("kind", kind, Kind)
     row = properties_of(estimator)
-    check_choice("gaps", gaps, Gaps)
+    require_choice("gaps", gaps, Gaps)
     require_rate(sample_rate)
-    _check_confidence(confidence)
+    require_confidence(confidence)
     if noise_type is not None:
         check_noise_type(noise_type, row)
     samples = np.asarray(values, dtype=np.float64)
@@ -489,8 +489,3 @@ def _degrees_of_freedom(points: Points, exponents: NDArray[np.int64], angles: in
             )
         ]
     )
-
-
-def _check_confidence(confidence: float) -> None:
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence {confidence!r} is not between 0 and 1; give 0.95 for 95 %")

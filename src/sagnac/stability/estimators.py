@@ -33,8 +33,8 @@ from typing import Final
 import numpy as np
 
 from sagnac.arrays import FloatArray, IntegerArray, blocks, release
-from sagnac.errors import Note
-from sagnac.stability import Estimator, _kernels, check_choice
+from sagnac.errors import Note, require_choice
+from sagnac.stability import Estimator, _kernels
 from sagnac.stability.freedom import (
     THEO1_EFFECTIVE,
     FreedomLaw,
@@ -425,5 +425,5 @@ def properties_of(estimator: Estimator) -> Properties:
     ValueError
         If there is no such estimator.
     """
-    check_choice("estimator", estimator, Estimator)
+    require_choice("estimator", estimator, Estimator)
     return ESTIMATORS[estimator]
