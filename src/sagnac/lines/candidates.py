@@ -297,12 +297,15 @@ def new_lines(
     in_time, in_angle = np.split(choice.chosen, [tones.place.size])
     at_whole, at_broken = np.split(in_angle, [whole.lines.size])
     found = whole.lines.select(at_whole & ~whole.patient)
-    if turns is not None:
+    fresh, restless = told_apart(frequencies_of(left, tones)[in_time], known)
+    # A strong tone in the gyros is also in the angle that they lead. Where the table stands, their
+    # product looks like orders until the tone is out: these wait while it is found, piece by piece.
+    drifts = restless.size > 0 and found.size + fresh.size > 0
+    if turns is not None and not drifts:
         orders = np.sort(orders_of(left, broken)[at_broken])
         found = joined(found, _lines_at_orders(left, orders))
-    fresh, restless = told_apart(frequencies_of(left, tones)[in_time], known)
     found = joined(found, _lines_at_frequencies(left, fresh))
-    return NewLines(lines=found, restless=restless, waiting=choice.waiting)
+    return NewLines(lines=found, restless=restless, waiting=choice.waiting and not drifts)
 
 
 def frequencies_of(left: Residue, peaks: Peaks) -> FloatArray:

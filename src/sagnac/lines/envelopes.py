@@ -8,7 +8,7 @@ These are written out because scipy's are slower here: a least squares fit of a 
 except for the blocks' ends, at which a `Places.after` goes on with the block's own piece.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -226,9 +226,23 @@ def best_description(base: Baseband, steady: SteadyLines, most: int) -> Descript
     if plain.blocks > 1:
         followed = [blocks for blocks in numbers if blocks <= plain.blocks]
         found += [fitted(blocks, followed_phase(plain, blocks)) for blocks in followed]
-    rivals = [(_OF_STEADY * steady.frequencies.size, steady.cost)]
-    index = simplest(rivals + [(one.parameters, one.cost) for one in found])
-    return None if index == 0 else found[index - 1]
+    # A line's own skirts may have raised the floor about it: noise is no more than what the
+    # richest description leaves.
+    richest = found[len(numbers) - 1]
+    part = min(1.0, richest.cost / (2 * base.target.size - richest.parameters))
+    rivals = [(_OF_STEADY * steady.frequencies.size, steady.cost / part)]
+    index = simplest(rivals + [(one.parameters, one.cost / part) for one in found])
+    return None if index == 0 else _judged(found[index - 1], part)
+
+
+def _judged(found: Description, part: float) -> Description:
+    """A description beside that part of the noise that it was made with."""
+    return replace(
+        found,
+        base=replace(found.base, variance=found.base.variance * part),
+        cost=found.cost / part,
+        significance=found.significance / part,
+    )
 
 
 def simplest(rivals: list[tuple[int, float]]) -> int:
