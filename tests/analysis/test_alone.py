@@ -166,12 +166,18 @@ def encoders() -> list[dict[str, object]]:
     return [*jitters, *drifts, *walks, *held, *steps, *motions, *others]
 
 
+# Lowest ordinates that a straight line and a part of the table's motion take, at the least.
+TAKEN = 2
+WALKS = np.geomspace(1e-2, 1e6, 500)
+
+
 def least_bound(bench: Bench) -> float:
     """Bound of N, in N, of an observer who is told the spectrum of this encoder's errors.
 
     The spectrum is that of the true errors without what a share, a delay and two orders explain.
-    N^2 then has the standard error of Whittle's information, and a walk of the latch is no one's to
-    tell from the gyro's.
+    Ordinates are drawn from it and a walk as exponential numbers; each N^2 keeps its likelihood,
+    and the bound is its quantile of 95 %, the median of two hundred draws. A walk of the latch is
+    no one's to tell from the gyro's.
     """
     recorded = simulate(bench)
     size, rate, table = recorded.table.size, recorded.sample_rate, recorded.true_table
@@ -190,11 +196,17 @@ def least_bound(bench: Bench) -> float:
     edges = np.unique(
         np.concatenate([np.arange(8), np.geomspace(8, frequency.size, 200)]).astype(int)
     )
-    counts = np.diff(edges)
-    level = np.add.reduceat(ordinates, edges[:-1]) / counts
-    told = np.sqrt(1.0 + 1.645 / np.sqrt(np.sum(counts / (1.0 + level) ** 2)))
+    counts = np.diff(edges)[TAKEN:]
+    level = np.add.reduceat(ordinates, edges[:-1])[TAKEN:] / counts
+    random = np.random.default_rng(bench.seed)
+    drawn = random.gamma(counts, (1.0 + level) / counts, size=(200, counts.size))
+    mean = WALKS[:, np.newaxis] + level
+    logarithm = -(drawn @ (counts / mean).T) - np.log(mean) @ counts
+    weight = np.exp(logarithm - logarithm.max(axis=1, keepdims=True)) * WALKS
+    below = np.cumsum(weight, axis=1) / weight.sum(axis=1, keepdims=True)
+    bounds = [np.sqrt(np.interp(0.95, row, WALKS)) for row in below]
     latch = bench.shares[0] * bench.rate * DEGREE * bench.latency_walk / np.sqrt(bench.seconds)
-    return max(float(told), float(np.hypot(1.0, latch / walk)))
+    return max(float(np.median(bounds)), float(np.hypot(1.0, latch / walk)))
 
 
 @pytest.mark.statistics
@@ -218,8 +230,8 @@ def test_bounds_of_a_lone_gyro_hold_and_most_lie_below_three_times_the_truth():
         f"to {np.max(shown / told):.3g} times that"
     )
     assert np.count_nonzero(shown >= 1.0) >= stats.binom.ppf(0.01, shown.size, 0.95)
-    assert np.count_nonzero(shown < 3.0) > 0.5 * shown.size
-    assert np.median(shown / told) < 2.0
+    assert np.count_nonzero(shown < 3.0) > 0.8 * np.count_nonzero(told < 3.0)
+    assert np.median(shown / told) < 1.5
     assert shown.max() < 200.0
 
 

@@ -240,6 +240,18 @@ def test_a_line_that_wanders_fast_is_followed_in_shorter_blocks():
     assert np.sum(error**2) < found.parameters + 4.0 * np.sqrt(2.0 * found.parameters)
 
 
+@pytest.mark.parametrize("strength", [3000.0, 30000.0])
+def test_a_floor_that_the_line_itself_has_raised_does_not_stop_its_description(strength):
+    steps = np.diff(made("wandering", 50.0 / RATE, strength).real) + white(7)
+    known, raised = (
+        fit_drifting(steps, 50.0 / RATE, level, center=CENTER) for level in (1.0, 30.0)
+    )
+    assert raised.blocks == known.blocks
+    assert left_in_band(raised, steps)[0] == pytest.approx(left_in_band(known, steps)[0], rel=0.02)
+    # Errors are those of the noise that there is.
+    assert np.allclose(raised.knot_errors, known.knot_errors, rtol=0.1)
+
+
 def test_increments_may_be_mapped_and_go_by_blocks(monkeypatch):
     frequency = 50.0 / RATE
     steps = np.diff(made("wandering", frequency, 300.0).real) + white(7)

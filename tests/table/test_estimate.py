@@ -129,6 +129,15 @@ def test_no_delay_is_named_if_there_is_none(motion, seed, jitter):
     assert estimated(simulate(bench(motion=motion, seed=seed, jitter=jitter))).delay is None
 
 
+def test_a_delay_far_below_a_sample_and_a_latch_is_not_named():
+    """Half a microsecond of a quiet encoder is seventy standard errors, and nothing."""
+    quiet = {"motion": "reversing", "step": 0.02, "hunting": 5e-4, "periodic": ()}
+    assert estimated(simulate(bench(latency=5e-7, **quiet))).delay is None
+    delay = estimated(simulate(bench(latency=2e-5, **quiet))).delay
+    assert delay is not None
+    assert delay.mean == pytest.approx(2e-5, rel=0.01)
+
+
 def test_a_delay_that_is_found_is_taken_out_of_the_readings():
     found = estimated(recorded := simulate(bench(motion="reversing", clock=20e-6)))
     inner = slice(100, -100)

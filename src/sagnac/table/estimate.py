@@ -45,6 +45,9 @@ _PIECES: Final = 8
 # Standard errors from which on a delay is one, and from which on one that is seen is mended.
 _SEEN: Final = 6.0
 _SEEN_AGAIN: Final = 2.0
+# Shortest delay, or change of one, that is named, s: averages of a motion that starts and stops
+# leave a quarter of it.
+_SHORTEST: Final = 2e-6
 # The fit of a delay ends when the delay moves by less than this, s, or after this many steps.
 _SAME: Final = 1e-7
 _STEPS: Final = 4
@@ -91,9 +94,8 @@ class Delay:
     @property
     def is_seen(self) -> bool:
         """Whether it differs from none by more than chance."""
-        return (
-            abs(self.mean) > _SEEN * self.mean_error or abs(self.change) > _SEEN * self.change_error
-        )
+        found = (self.mean, self.mean_error), (self.change, self.change_error)
+        return any(abs(value) > max(_SEEN * error, _SHORTEST) for value, error in found)
 
     def at(self, seconds: FloatArray) -> FloatArray:
         """Delay at times, s."""
@@ -483,7 +485,7 @@ class _Fit:
         # What the readings lead by is a negative delay.
         moved = -self.fit.values[own]
         if known is None:
-            seen = np.abs(moved) > _SEEN * error
+            seen = np.abs(moved) > np.maximum(_SEEN * error, _SHORTEST)
             if not seen.any():
                 return None
             moved = np.where(seen, moved, 0.0)
