@@ -113,8 +113,6 @@ def test_accelerometers_move_the_position_by_what_differs_from_the_rest(force, w
     assert part(found.position, "accelerometers") == pytest.approx(wanted, rel=2e-3)
     assert part(found.heading, "accelerometers") < 1e-12 * wanted
     assert part(heading(QUIET, rest=REST), "accelerometers") == 0.0
-    with pytest.raises(ValueError, match="give two"):
-        drift((QUIET,) * 3, accelerometers=(force,), latitude=LATITUDE, times=MINUTE)
 
 
 def test_an_interval_and_a_bound_of_accelerometers_are_those_of_their_coefficients():

@@ -360,8 +360,6 @@ def test_the_worst_is_named_by_all_whether_they_were_measured_or_stated():
 def test_what_a_tool_cannot_hold_is_refused():
     with pytest.raises(RecordingError, match="one gyro noise for all axes"):
         exported("kalibr", Wanted(settings=TRIAD, each=True))
-    with pytest.raises(ValueError, match="format is 'xml'"):
-        exported("xml", Wanted(settings=TRIAD))
     with pytest.raises(ValueError, match="rate"):
         Wanted(settings=TRIAD, rate=0.0)
 

@@ -38,8 +38,3 @@ def test_file_that_has_changed_is_refused(tmp_path) -> None:
     path.write_text("x\n1\n")
     with pytest.raises(RecordingError, match="not the file"):
         require_same_file(with_digest(Task(path=str(path))), "0" * 64)
-
-
-def test_label_that_is_not_known_is_refused() -> None:
-    with pytest.raises(ValueError, match="'weather' is no label"):
-        Task(path="run.csv", labels={"weather": "rain"})

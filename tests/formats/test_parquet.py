@@ -74,6 +74,6 @@ def test_parquet_writer_leaves_nothing_after_an_error(tmp_path):
             out.append({"x": np.zeros(10)})
             out.append({"y": np.zeros(10)})
 
-    with pytest.raises(ValueError, match="announced"):
+    with pytest.raises(KeyError, match="y"):
         fill()
     assert list(tmp_path.iterdir()) == []

@@ -5,7 +5,6 @@ import pytest
 
 from sagnac.formats import Statement, read
 from sagnac.formats.channels import (
-    Stretch,
     first_at,
     sampled_by_rate,
     sampled_by_stamps,
@@ -89,10 +88,3 @@ def test_the_first_stamp_at_a_limit():
     times = np.array([0.0, 1.0, 2.0 - 1e-10, 3.0])
     assert first_at(times, 2.0) == 2
     assert first_at(times, 9.0) == 4
-
-
-@pytest.mark.parametrize("wrong", [{"first": 5, "stop": 3}, {"first": -1}])
-def test_stretches_that_cannot_be(wrong):
-    even = Sampling(times=None, sample_rate=1.0)
-    with pytest.raises(ValueError, match=next(iter(wrong))):
-        Stretch(**{"first": 0, "stop": 9, "start": 0.0, "sampling": even, **wrong})

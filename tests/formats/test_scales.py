@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.formats.channels import Scale, gyro_kind, gyro_scale, table_scale, time_unit
+from sagnac.formats.channels import gyro_kind, gyro_scale, table_scale, time_unit
 from sagnac.formats.choice import Placed
 from sagnac.formats.source import column
 from sagnac.formats.statement import Statements
@@ -109,11 +109,6 @@ def test_the_unit_of_time():
     for unit, said in ((None, "is not stated"), ("deg", "not one of time")):
         with pytest.raises(RecordingError, match=f"time: .*{said}"):
             time_unit(Placed(column=column("t"), unit=unit), three())
-
-
-def test_a_scale_has_a_size():
-    with pytest.raises(ValueError, match=r"factor is 0\.0"):
-        Scale(kind="angle", unit="deg", factor=0.0)
 
 
 def test_one_unit_for_the_gyros_stands_beside_one_for_the_accelerometers(tmp_path):

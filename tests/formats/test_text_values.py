@@ -46,13 +46,6 @@ def test_what_is_no_number(text):
         NumberStyle().value(text)
 
 
-def test_a_style_has_two_marks():
-    with pytest.raises(ValueError, match="decimal is ';'"):
-        NumberStyle(decimal=";")
-    with pytest.raises(ValueError, match="thousands"):
-        NumberStyle(decimal=".", thousands=".")
-
-
 def test_doubt():
     assert is_in_doubt(["1,234", "12,345", "7"])
     assert not is_in_doubt(["1,234", "1,2345"])

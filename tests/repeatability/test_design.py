@@ -33,14 +33,3 @@ def test_factors_that_cannot_be_told_apart_are_hidden_with_the_reason() -> None:
     assert design.seen == ()
     assert "only together" in design.hidden["unit"]
     assert design.hidden["rate"] == "all runs are of one rate"
-
-
-def test_wrong_designs_are_refused() -> None:
-    with pytest.raises(ValueError, match="two runs or more"):
-        Design.of([1.0], {})
-    with pytest.raises(ValueError, match="day has 1 labels for 2 values"):
-        Design.of([1.0, 2.0], {"day": ("a",)})
-    with pytest.raises(ValueError, match="not finite"):
-        Design.of([1.0, np.nan], {})
-    with pytest.raises(ValueError, match="variances"):
-        Design.of([1.0, 2.0], {}, [1.0, -1.0])

@@ -29,12 +29,6 @@ def test_known_variances_are_taken_from_the_scatter_of_runs() -> None:
     assert np.quantile(draws_of(Design.of(values, {}, 4.0 * known)).run, 0.975) == 0.0
 
 
-def test_runs_without_a_free_contrast_are_refused() -> None:
-    design = Design.of([1.0, 2.0], {"unit": ("a", "b")})
-    with pytest.raises(ValueError, match="measure more runs"):
-        draws_of(design)
-
-
 def test_a_bound_is_above_zero_however_close_the_runs_lie() -> None:
     known, count = 0.01, 12
     shape = np.random.default_rng(5).normal(size=count)

@@ -38,9 +38,3 @@ def test_prediction_error_is_that_of_a_simulation_with_many_levels() -> None:
         foretold.append(further.error**2)
     # Either mean of 60 scatters by some 20 %.
     assert np.mean(squares) == pytest.approx(np.mean(foretold), rel=0.6)
-
-
-def test_unknown_level_is_refused() -> None:
-    outlook = Outlook(design=DYESTUFF, components=restricted_components(DYESTUFF))
-    with pytest.raises(ValueError, match="no batch 'Z'"):
-        outlook.further_run({"batch": "Z"})

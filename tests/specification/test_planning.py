@@ -113,8 +113,6 @@ def test_what_lines_take_shrinks_with_the_duration():
     # Where nothing is left, nothing is known; the duration is found all the same.
     assert fewer.expected(20.0) == np.inf
     assert fewer.expected(fewer.duration_for(0.05)) == pytest.approx(0.05, rel=5e-3)
-    with pytest.raises(ValueError, match="are no band"):
-        LeftOut(low=2.0, high=1.0, cells=0.0)
 
 
 def test_the_duration_is_that_of_the_width():

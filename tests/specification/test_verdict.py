@@ -63,9 +63,3 @@ def test_the_worst_decision_is_that_on_all():
     verdict = Verdict(specification=SPECIFICATION, judgements=rows)
     assert verdict.decision == "fail"
     assert verdict.by_gyro == {"x": "pass", "z": "fail"}
-
-
-def test_an_estimate_of_another_coefficient_is_refused():
-    other = specification_of("B=1rad/s").limits[0]
-    with pytest.raises(ValueError, match="the limit of bias_instability"):
-        judged("x", other, estimate(0.8, 0.7, 0.9), SPECIFICATION)

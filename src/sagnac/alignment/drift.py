@@ -162,16 +162,11 @@ def drift(
     Raises
     ------
     ValueError
-        If there are not three gyros, or two or no accelerometers, a time is not above zero, or the
-        latitude is within a degree of a pole.
+        If there are not three gyros, a time is not above zero, or the latitude is within a degree of a pole.
     """
     moments = moments_of(times)
     if len(noises) != 3:
         raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
-    if len(accelerometers) not in (0, 2):
-        raise ValueError(
-            f"accelerometers are {len(accelerometers)}; give two, along north and east, or none"
-        )
     known = priors or Priors()
     sensors = (*noises, *accelerometers)
     times_of_markov = tuple(dict.fromkeys(rate.time for one in sensors for rate in one.markov))

@@ -335,14 +335,7 @@ def common_time(limits: Sequence[UpperLimit]) -> float:
     It is the longest cluster time or more, so that the Allan deviation of the Markov rate does not
     fall before twice of that: a shorter time would promise of what was not measured that a bias is
     forgotten.
-
-    Raises
-    ------
-    ValueError
-        If there is no limit.
     """
-    if not limits:
-        raise ValueError("limits is empty; give one or more")
     longest = max(float(limit.tau[-1]) for limit in limits)
     # Ten times the longest cluster time is as good as a walk.
     times = np.geomspace(longest, 10.0 * longest, 4 * _TIMES_PER_DECADE)
@@ -357,15 +350,7 @@ def common_time(limits: Sequence[UpperLimit]) -> float:
 
 
 def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
-    """The upper limit of several curves together, each counted at the cluster times it spans.
-
-    Raises
-    ------
-    ValueError
-        If there is no limit.
-    """
-    if not limits:
-        raise ValueError("limits is empty; give one or more")
+    """The upper limit of several curves together, each counted at the cluster times it spans."""
     tau = np.unique(np.concatenate([limit.tau for limit in limits]))
 
     def highest(curves: Sequence[FloatArray]) -> FloatArray:

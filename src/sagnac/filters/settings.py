@@ -32,7 +32,6 @@ from sagnac.units import (
     DEGREE_PER_HOUR,
     FORCE_COEFFICIENT_UNITS,
     SENSED,
-    SENSORS,
     UNITS,
     field_unit,
 )
@@ -259,11 +258,6 @@ class FilterSetting:
         Of the coefficients, as the document states it; None if it does not.
     stated
         What a data sheet states beside the noise, in words: name -> text.
-
-    Raises
-    ------
-    ValueError
-        If `kind` is neither.
     """
 
     name: str
@@ -276,10 +270,6 @@ class FilterSetting:
     estimate: float = math.nan
     covariance: Mapping[str, Any] | None = None
     stated: Mapping[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if self.kind not in SENSORS:
-            raise ValueError(f"kind is {self.kind!r}; use one of {', '.join(SENSORS)}")
 
     def inflation(self, model: FilterModel) -> float | None:
         """Median over the cluster times of model over measured deviation; None if stated."""
@@ -377,14 +367,7 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     """One that covers all of them: the largest white noise, the largest walk.
 
     Its full model lies above the limits of all together.
-
-    Raises
-    ------
-    RecordingError
-        If there is none.
     """
-    if not settings:
-        raise RecordingError("no gyro", remedy="give an analysis of one gyro or more")
     names = list(dict.fromkeys(one.name for one in settings))
     name = names[0] if len(names) == 1 else f"the worst of {', '.join(names)}"
     loudest = replace(max(settings, key=lambda one: one.simple.white), name=name)

@@ -55,11 +55,6 @@ class Wanted:
     version: str = ""
 
     def __post_init__(self) -> None:
-        if not self.settings:
-            raise ValueError("settings is empty; give one gyro or more")
-        for kind, group in (("gyro", self.settings), ("accelerometer", self.accelerometers)):
-            if any(one.kind != kind for one in group):
-                raise ValueError(f"a setting among those of {kind}s is of another sensor")
         if self.rate is not None and not self.rate > 0.0:
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
         if not _ROS_NAME.fullmatch(self.topic):
@@ -111,13 +106,9 @@ def exported(format_name: str, wanted: Wanted) -> str:
 
     Raises
     ------
-    ValueError
-        If there is no such format.
     RecordingError
         If the tool cannot hold what is wanted.
     """
-    if format_name not in FORMATS:
-        raise ValueError(f"format is {quoted(format_name)}; use one of {', '.join(FORMATS)}")
     definition = definition_of(format_name)
     if wanted.each and definition.axes == "one" and len(wanted.chosen) > 1:
         raise RecordingError(

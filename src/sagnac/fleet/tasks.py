@@ -50,11 +50,6 @@ class Task:
         on them.
     sha256
         Of the file; empty if it could not be read.
-
-    Raises
-    ------
-    ValueError
-        If a label is not known.
     """
 
     path: str
@@ -62,11 +57,6 @@ class Task:
     statement: Statement = field(default_factory=Statement)
     labels: Mapping[str, str] = field(default_factory=dict)
     sha256: str = ""
-
-    def __post_init__(self) -> None:
-        for name in self.labels:
-            if name not in LABELS:
-                raise ValueError(f"labels: {quoted(name)} is no label; use {', '.join(LABELS)}")
 
     @property
     def key(self) -> str:

@@ -22,7 +22,6 @@ from sagnac.formats.source import (
     Rows,
     Source,
     Stored,
-    check_name,
     column,
     in_units,
     sensors_of,
@@ -231,11 +230,6 @@ class Writer:
     accelerometers
         Which of `kinds` are accelerometers.
 
-    Raises
-    ------
-    ValueError
-        If a gyro name cannot stand in a file.
-
     Examples
     --------
     >>> import tempfile
@@ -261,8 +255,6 @@ class Writer:
         accelerometers: Sequence[str] = (),
     ) -> None:
         """Lay out the schema; nothing is written before the context is entered."""
-        for name in kinds:
-            check_name(name)
         self._path, self._units = Path(path), units
         self._schema = _schema(units, kinds, sample_rate, accelerometers)
         self._pending: list[pa.Table] = []
@@ -285,18 +277,7 @@ class Writer:
         return self
 
     def append(self, columns: Mapping[str, NDArray[Any]]) -> None:
-        """Add rows: every column of the schema, (rows,), in SI.
-
-        Raises
-        ------
-        ValueError
-            If the columns are not those announced, or differ in length.
-        """
-        if set(columns) != set(self._schema.names):
-            raise ValueError(
-                f"columns {', '.join(columns)} are not those announced, "
-                f"{', '.join(self._schema.names)}"
-            )
+        """Add rows: every column of the schema, (rows,), in SI."""
         self.append_in_units(in_units(columns, self._units))
 
     def append_in_units(self, columns: Rows) -> None:

@@ -48,21 +48,12 @@ class Stretch:
         Time of the first, s from the first sample of the file.
     sampling
         Rate and times of those taken.
-
-    Raises
-    ------
-    ValueError
-        If the stretch stops before it starts.
     """
 
     first: int
     stop: int
     start: float
     sampling: Sampling
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.first <= self.stop:
-            raise ValueError(f"first and stop are {self.first} and {self.stop}; stop comes last")
 
     @property
     def span_s(self) -> tuple[float, float]:
@@ -194,11 +185,6 @@ class Scale:
         What was noticed of the statements.
     sensor
         ``gyro`` or ``accelerometer``.
-
-    Raises
-    ------
-    ValueError
-        If the factor is not positive.
     """
 
     kind: Kind
@@ -206,10 +192,6 @@ class Scale:
     factor: float
     notes: tuple[Note, ...] = ()
     sensor: Sensor = "gyro"
-
-    def __post_init__(self) -> None:
-        if not self.factor > 0.0:
-            raise ValueError(f"factor is {self.factor!r}; give the SI size of {self.unit}")
 
 
 def require_known(choice: Choice, columns: Sequence[Column], statements: Statements) -> None:

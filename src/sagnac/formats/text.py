@@ -36,11 +36,6 @@ class NumberStyle:
         Mark before the decimals: ``.`` or ``,``.
     thousands
         Mark between thousands; empty if there is none.
-
-    Raises
-    ------
-    ValueError
-        If the two are the same, or the decimal mark is neither.
     """
 
     decimal: str = "."
@@ -48,11 +43,6 @@ class NumberStyle:
     _pattern: re.Pattern[str] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if self.decimal not in (".", ",") or self.decimal == self.thousands:
-            raise ValueError(
-                f"decimal is {self.decimal!r} and thousands {self.thousands!r}; "
-                "use . or , and another mark"
-            )
         point = re.escape(self.decimal)
         whole = r"\d+"
         if self.thousands:

@@ -49,29 +49,11 @@ class Design:
         give the two days two labels.
     variances
         (runs,) known variance of each value; zeros if nothing is known.
-
-    Raises
-    ------
-    ValueError
-        If lengths differ, a value is not finite, a variance is negative, or there are fewer than
-        two runs.
     """
 
     values: FloatArray
     factors: Mapping[str, tuple[str, ...]]
     variances: FloatArray
-
-    def __post_init__(self) -> None:
-        count = self.values.size
-        if self.values.ndim != 1 or count < 2:
-            raise ValueError(f"values has shape {self.values.shape}; give two runs or more")
-        if not np.all(np.isfinite(self.values)):
-            raise ValueError("values holds a number that is not finite; leave such runs out")
-        if self.variances.shape != (count,) or not np.all(self.variances >= 0.0):
-            raise ValueError(f"variances must be {count} numbers that are zero or more")
-        for name, labels in self.factors.items():
-            if len(labels) != count:
-                raise ValueError(f"factors: {name} has {len(labels)} labels for {count} values")
 
     @classmethod
     def of(
@@ -294,14 +276,7 @@ def draws_of(
         Of the draws: the same runs always give the same intervals.
     bounded
         Factors, and ``run``, of which a bound is wanted.
-
-    Raises
-    ------
-    ValueError
-        If the runs leave no residual contrast.
     """
-    if design.residual_contrasts.shape[1] < 1:
-        raise ValueError("values leave no contrast free of all factors; measure more runs")
     random = np.random.default_rng(seed)
     run = _run_draws(design, random, count, bounded=False)
     factors = {

@@ -113,16 +113,9 @@ class Outlook:
         -------
         Forecast
             Best linear unbiased prediction and the standard deviation of its error.
-
-        Raises
-        ------
-        ValueError
-            If a factor or a level is not known.
         """
         shared = np.zeros(self.design.values.size)
         for name, level in known.items():
-            if level not in self.design.factors.get(name, ()):
-                raise ValueError(f"known: there is no {name} {level!r} among the runs")
             same = np.array([label == level for label in self.design.factors[name]], dtype=float)
             shared += self.components.factors.get(name, 0.0) * same
         weights = self._inverse @ shared
@@ -371,23 +364,12 @@ class Deviation:
         Of an upper bound `value` is `high`, and `low` is zero.
     status
         A scatter that did not show is an upper bound, never zero.
-
-    Raises
-    ------
-    ValueError
-        If `high` is not above zero, or a bound has another value or lower limit.
     """
 
     value: float
     low: float
     high: float
     status: Literal["estimated", "upper bound"] = "estimated"
-
-    def __post_init__(self) -> None:
-        if not (0.0 <= self.low <= self.high and self.high > 0.0):
-            raise ValueError(f"low is {self.low}, high is {self.high}; a scatter is never zero")
-        if self.status == "upper bound" and (self.low, self.value) != (0.0, self.high):
-            raise ValueError(f"an upper bound of {self.high} has the value {self.value}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -330,15 +330,8 @@ def accelerometers_page(analysis: Analysis) -> str:
     ----------
     analysis
         With accelerometers.
-
-    Raises
-    ------
-    ValueError
-        If it has none.
     """
     forces = list(analysis.accelerometers.values())
-    if not forces:
-        raise ValueError("analysis has no accelerometers")
     channels = [(one.channel, one.recording.gyro(one.channel).shown_in) for one in forces]
     return _rendered(
         "accelerometers.html",

@@ -62,10 +62,6 @@ class Measured:
     markov: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     readouts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        if not self.sensors.get("gyro"):
-            raise ValueError("sensors has no gyro; give an analysis of a gyro")
-
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> Self:
         """The sensors of a document of schema ``sagnac.analysis/1``."""

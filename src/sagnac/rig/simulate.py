@@ -259,14 +259,7 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
     """The recording block by block; the samples do not depend on `block_samples`.
 
     Memory is that of one block, however long the recording.
-
-    Raises
-    ------
-    ValueError
-        If `block_samples` is below 1.
     """
-    if block_samples < 1:
-        raise ValueError(f"block_samples is {block_samples}; give at least 1")
     rig = Rig.before_first(config)
     for start in range(0, config.samples, block_samples):
         yield rig.advance(start, min(block_samples, config.samples - start))

@@ -94,10 +94,6 @@ class Verdict:
     specification: Specification
     judgements: tuple[Judgement, ...]
 
-    def __post_init__(self) -> None:
-        if not self.judgements:
-            raise ValueError("judgements is empty; give one or more")
-
     @property
     def decision(self) -> Decision:
         """``fail`` if one fails, else ``undecided`` if one is, else ``pass``."""
@@ -137,18 +133,11 @@ def judged(gyro: str, limit: Limit, estimate: Estimate, specification: Specifica
     specification
         For the risk. If the interval leaves more than that, nothing is passed or failed by it.
 
-    Raises
-    ------
-    ValueError
-        If the estimate is of another coefficient.
-
     Notes
     -----
     An interval of confidence c leaves (1 - c)/2 on each side, an upper bound 1 - c. So a gyro that
     lies at its limit or above passes with that probability at most.
     """
-    if estimate.name is not None and estimate.name != limit.coefficient:
-        raise ValueError(f"estimate is of {estimate.name}, the limit of {limit.coefficient}")
     # In decimals, as a confidence is stated: 0.05, not 0.050000000000000044.
     lacking = round(1.0 - estimate.confidence, _DIGITS)
     risk = 0.5 * lacking if estimate.status == "estimated" else lacking
@@ -213,20 +202,11 @@ class LeftOut:
         Of the line (equal) or band, Hz.
     cells
         Left out on either side besides, in units of one over the duration.
-
-    Raises
-    ------
-    ValueError
-        If the frequencies are not in order, or `cells` is negative.
     """
 
     low: float
     high: float
     cells: float
-
-    def __post_init__(self) -> None:
-        if not (self.low <= self.high and self.cells >= 0.0):
-            raise ValueError(f"low {self.low}, high {self.high}, cells {self.cells} are no band")
 
     def at(self, duration: float) -> tuple[float, float]:
         """Lowest and highest frequency that a recording of `duration` s loses, Hz."""
