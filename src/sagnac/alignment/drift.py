@@ -162,7 +162,8 @@ def drift(
     Raises
     ------
     ValueError
-        If there are not three gyros, a time is not above zero, or the latitude is within a degree of a pole.
+        If there are not three gyros, a time is not above zero, or the latitude is within a
+        degree of a pole.
     """
     moments = moments_of(times)
     if len(noises) != 3:
