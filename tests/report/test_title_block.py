@@ -7,9 +7,9 @@ import pytest
 
 from sagnac.analysis.settings import Method
 from sagnac.coefficients.model_average import ModelChoice
-from sagnac.report.files import TitleBlock
+from sagnac.report.files import TitleBlock, rendered
 from sagnac.report.page import page
-from sagnac.report.sections import REFERENCES, cited, sentences
+from sagnac.report.sections import REFERENCES, cited
 from tests.handmade import SHA256, analysis
 from tests.report.examples import checked
 
@@ -34,17 +34,25 @@ def test_what_a_block_does_not_know_is_refused(tmp_path):
         TitleBlock.from_toml(path)
 
 
+def said_of(one):
+    return cited(rendered("methods.txt", analysis=one))
+
+
 def test_methods_are_those_used_and_references_are_numbered_as_cited():
     pair = replace(
         analysis(), average=ModelChoice(terms=("angle_random_walk",), band_hz=(0.1, 1.0), mask=1)
     )
-    paragraph, references = cited(sentences(pair))
-    assert references == [REFERENCES["paper"], REFERENCES["ieee"], REFERENCES["average"]]
+    paragraph = said_of(pair)["methods"]
+    assert said_of(pair)["references"] == [
+        REFERENCES["paper"],
+        REFERENCES["ieee"],
+        REFERENCES["average"],
+    ]
     assert "[1]" in paragraph
     assert "differenced" in paragraph
-    assert "differenced" not in cited(sentences(analysis(gyros=("x",))))[0]
-    assert "once a turn" in cited(sentences(analysis(method="fris")))[0]
-    said = {cited(sentences(analysis(method=method)))[0] for method in get_args(Method)}
+    assert "differenced" not in said_of(analysis(gyros=("x",)))["methods"]
+    assert "once a turn" in said_of(analysis(method="fris"))["methods"]
+    said = {said_of(analysis(method=method))["methods"] for method in get_args(Method)}
     assert len(said) == len(get_args(Method))
 
 

@@ -1,6 +1,7 @@
 """The report: one page that stands alone, answer first, to be read, printed and sent."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,8 +16,8 @@ from sagnac.analysis.result import (
     headline_estimates,
     headline_fit,
 )
-from sagnac.coefficients.estimates import Estimate, Fit
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
+from sagnac.coefficients.estimates import Estimate
+from sagnac.coefficients.laws import SYMBOLS, CoefficientName
 from sagnac.errors import ranked
 from sagnac.formats.files import write_text
 from sagnac.report import error_text, note_text
@@ -53,7 +54,6 @@ from sagnac.report.sections import (
     force_rows,
     gyro_text,
     risk_text,
-    sentences,
     share_remarks,
     share_rows,
 )
@@ -81,31 +81,46 @@ _ANSWERS: Final = {
 }
 
 
-def _cells(name: CoefficientName, estimate: Estimate) -> tuple[str, str, str]:
-    return reading_cells(name, estimate, plain=False)
-
-
 # Functions and words that templates write facts with.
 _WORDS: Final[Mapping[str, Any]] = {
     "amplitude": line_amplitude,
-    "cells": _cells,
+    "cells": partial(reading_cells, plain=False),
     "decisions": DECISIONS,
+    "degree": DEGREE,
+    "force_notes": force_notes,
+    "force_rows": force_rows,
     "gyro_text": gyro_text,
+    "kalman_figures": kalman_figures,
     "methods_in_words": _METHODS,
     "number": number,
     "peaks": residual_peaks,
     "position": line_position,
     "risk_text": risk_text,
+    "subject": subject,
     "symbol": lambda name: field_unit(name).symbol,
     "symbols": SYMBOLS,
+    "titles": TITLES,
     "typeset": typeset,
     "unit_cells": unit_cells,
     "version": __version__,
+    "worst_gyro": worst_gyro,
 }
 
 
-def _rendered(template: str, **facts: Any) -> str:
-    return rendered(template, **_WORDS, **facts)
+def _rendered(
+    template: str, analysis: Analysis, block: TitleBlock | None = None, **facts: Any
+) -> str:
+    """A page on an analysis."""
+    return rendered(
+        template,
+        **_WORDS,
+        **cited(rendered("methods.txt", analysis=analysis)),
+        analysis=analysis,
+        block=block or TitleBlock(),
+        verdict=verdict_of(analysis),
+        forces=_forces(analysis),
+        **facts,
+    )
 
 
 def write_page(analysis: Analysis, path: Path) -> None:
@@ -139,89 +154,41 @@ def page(
     settings
         TOML that repeats the run.
     """
-    placed = placed_notes(analysis)
+    placed, heading, fits = placed_notes(analysis), block or TitleBlock(), _fits(analysis)
+    drawn, residual = figures or report_figures(analysis), analysis.residual
+    pictures = {
+        "stability": (drawn.stability, "Allan deviation against cluster time, with the fit"),
+        "spectrum": (drawn.spectrum, "Rate spectrum, with the periodic components marked"),
+        "parts": (drawn.parts, "Angle random walk over parts of the recording, against time"),
+        "residual": (drawn.residual, "What removal leaves, against time and table angle"),
+    }
+    svgs = {
+        name: figure and Markup(svg(figure, name, said))
+        for name, (figure, said) in pictures.items()
+    }
     return _rendered(
         "report.html",
-        **_heading(analysis, block or TitleBlock()),
-        **_headline(analysis),
-        **_pictures(figures or report_figures(analysis)),
-        **_tables(analysis),
-        settings=settings,
-        notes=[(note.level, note_text(note)) for note in placed.answer],
-        curve_notes=[note_text(note) for note in placed.curve],
-        fit_notes=[note_text(note) for note in placed.fits],
-        differenced=analysis.is_pair,
-        removed=analysis.settings.method != "none",
-        turning=analysis.residual is not None and analysis.residual.by_angle is not None,
-        shares=_shares(analysis),
-        forces=_forces(analysis),
-        azimuth=_azimuth(analysis),
-        facts=[
-            *_file_facts(analysis),
-            *_gyro_facts(analysis),
-            ("Method", _METHODS[analysis.settings.method]),
-            *_curve_facts(analysis),
-            *(("Read", note_text(note)) for note in placed.reading),
-        ],
-        seconds=analysis.seconds,
-    )
-
-
-def _heading(analysis: Analysis, block: TitleBlock) -> dict[str, Any]:
-    """Heading of the page, and its citations."""
-    methods, references = cited(sentences(analysis))
-    read = analysis.recording.provenance
-    return {
-        "title": block.title or f"Angle random walk, {subject(analysis)}",
-        "heading": block.title,
-        "block": [*block.facts, *_file_facts(analysis)[: 2 * bool(read)]] if block.facts else [],
-        "methods": methods,
-        "references": references,
-    }
-
-
-def _headline(analysis: Analysis) -> dict[str, Any]:
-    """The answer, what it rests on, and what it is for a filter."""
-    return {
-        "worst": worst_gyro(analysis),
-        "answer": _answer(analysis),
-        "verdict": verdict_of(analysis),
-        "kalman": kalman_figures(analysis.angle_random_walk),
-        "per_gyro": analysis.per_gyro,
-        "fit": _fit_title(analysis),
-        "band": analysis.average is not None
+        analysis,
+        heading,
+        **svgs,
+        title=heading.title or f"Angle random walk, {subject(analysis)}",
+        fit=_fit_title(analysis),
+        band=analysis.average is not None
         and analysis.average.law is not None
         and analysis.angle_random_walk.status == "estimated",
-    }
-
-
-def _pictures(drawn: ReportFigures) -> dict[str, Markup | None]:
-    """The figures, each with what it shows for readers who do not see it."""
-    shown = (
-        ("stability", drawn.stability, "Allan deviation against cluster time, with the fit"),
-        ("spectrum", drawn.spectrum, "Rate spectrum, with the periodic components marked"),
-        ("parts", drawn.parts, "Angle random walk over parts of the recording, against time"),
-        ("residual", drawn.residual, "What removal leaves, against time and table angle"),
+        fits=[(title, used) for title, _, used in fits],
+        columns=[(found, used) for _, found, used in fits],
+        units=headline_estimates(analysis),
+        settings=settings,
+        notes=[(note.level, note_text(note)) for note in placed.answer],
+        curve_notes=list(map(note_text, placed.curve)),
+        fit_notes=list(map(note_text, placed.fits)),
+        reading_notes=list(map(note_text, placed.reading)),
+        of_method=True,
+        turning=residual is not None and residual.by_angle is not None,
+        shares=_shares(analysis),
+        azimuth=_azimuth(analysis),
     )
-    return {
-        name: None if figure is None else Markup(svg(figure, name, description))
-        for name, figure, description in shown
-    }
-
-
-def _tables(analysis: Analysis) -> dict[str, Any]:
-    """Coefficients by fit and by unit, and the lines."""
-    average, fits = _answer_column(analysis), _fits(analysis)
-    columns = [headline_coefficients(analysis) for _ in average]
-    return {
-        "fits": [
-            *average,
-            *((FIT_TITLES[one.method], one is headline_fit(analysis)) for one in fits),
-        ],
-        "coefficients": _coefficient_rows([*columns, *(fit.coefficients for fit in fits)]),
-        "units": headline_estimates(analysis),
-        "lines": analysis.lines,
-    }
 
 
 def unit_page(
@@ -244,51 +211,24 @@ def unit_page(
     links
         Gyro -> its own report.
     """
-    heading = _heading(analysis, block or TitleBlock())
-    title = f"Gyros {', '.join(analysis.settings.gyros)}"
+    heading = block or TitleBlock()
+    said = "Allan deviation of the gyros against cluster time"
     return _rendered(
         "unit.html",
-        **{**heading, "title": heading["heading"] or title},
-        worst=worst_gyro(analysis),
-        unit=field_unit("angle_random_walk").symbol,
-        confidence=f"{100.0 * analysis.settings.confidence:g} %",
-        per_gyro=analysis.per_gyro,
+        analysis,
+        heading,
+        title=heading.title or f"Gyros {', '.join(analysis.settings.gyros)}",
         links=links or {},
         refused=_refused(analysis),
-        verdict=verdict_of(analysis),
         notes=[(note.level, note_text(note)) for note in ranked(analysis.notes)],
-        figure=Markup(
-            svg(unit_figure(analysis), "unit", "Allan deviation of the gyros against cluster time")
-        ),
-        names=list(analysis.gyros),
-        coefficients=_coefficient_rows(list(map(answer_coefficients, analysis.gyros.values()))),
-        forces=_forces(analysis),
-        facts=[*_file_facts(analysis), *_gyro_facts(analysis), *_curve_facts(analysis)],
+        figure=Markup(svg(unit_figure(analysis), "unit", said)),
+        columns=[(answer_coefficients(one), False) for one in analysis.gyros.values()],
         settings=settings,
     )
 
 
 def _refused(analysis: Analysis) -> list[tuple[str, str]]:
     return [(name, error_text(why)) for name, why in analysis.refused.items()]
-
-
-def _coefficient_rows(
-    columns: Sequence[Mapping[CoefficientName, Estimate]],
-) -> list[dict[str, Any]]:
-    """Each coefficient by every fit, or of every gyro."""
-    missing = ("–", "", "not fitted")
-    return [
-        {
-            "symbol": SYMBOLS[name],
-            "title": TITLES[name],
-            "unit": field_unit(name).symbol,
-            "readings": [
-                reading_cells(name, found[name], plain=False) if name in found else missing
-                for found in columns
-            ],
-        }
-        for name in COEFFICIENT_NAMES
-    ]
 
 
 def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
@@ -303,23 +243,18 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     """
     one = next(iter(analyses.values()))
     by_gyro = methods_by_gyro(analyses)
+    said = "Allan deviation of {} that each method leaves"
+    pictures = (
+        svg(comparison_figure(each), f"comparison-{name}", said.format(name))
+        for name, each in by_gyro.items()
+    )
     return _rendered(
         "comparison.html",
+        one,
         title="Methods compared, " + (", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)),
         by_gyro=by_gyro,
-        unit=field_unit("angle_random_walk").symbol,
         refused=[(_METHODS[method], why) for method, why in refused.items()],
-        figure=Markup("").join(
-            Markup(
-                svg(
-                    comparison_figure(each),
-                    f"comparison-{name}",
-                    f"Allan deviation of {name} that each method leaves",
-                )
-            )
-            for name, each in by_gyro.items()
-        ),
-        facts=[*_file_facts(one), *_gyro_facts(one), *_curve_facts(one)],
+        figure=Markup("").join(map(Markup, pictures)),
     )
 
 
@@ -332,31 +267,15 @@ def accelerometers_page(analysis: Analysis) -> str:
         With accelerometers.
     """
     forces = list(analysis.accelerometers.values())
-    channels = [(one.channel, one.recording.gyro(one.channel).shown_in) for one in forces]
-    return _rendered(
+    shown = (f"{one.channel} ({one.recording.gyro(one.channel).shown_in})" for one in forces)
+    return rendered(
         "accelerometers.html",
+        **_WORDS,
+        analysis=forces[0],
         title=f"Accelerometers {', '.join(analysis.accelerometers)}",
         forces=_forces(analysis),
-        facts=[
-            *_file_facts(forces[0]),
-            ("Accelerometers", ", ".join(f"{name} ({unit})" for name, unit in channels)),
-            *_curve_facts(forces[0]),
-        ],
+        sensors=", ".join(shown),
     )
-
-
-def _answer(analysis: Analysis) -> dict[str, str]:
-    estimate = analysis.angle_random_walk
-    value, interval, status = reading_cells("angle_random_walk", estimate, plain=False)
-    return {
-        "subject": subject(analysis),
-        "value": value,
-        "interval": interval,
-        "status": status,
-        "unit": field_unit("angle_random_walk").symbol,
-        "confidence": f"{100.0 * estimate.confidence:g} %",
-        "source": analysis.source,
-    }
 
 
 def _fit_title(analysis: Analysis) -> str:
@@ -390,14 +309,12 @@ def _forces(analysis: Analysis) -> dict[str, Any] | None:
     refused = [one for one in _refused(analysis) if one[0] not in gyros]
     if not forces and not refused:
         return None
-    description = "Allan deviation of the accelerometers against cluster time"
+    said = "Allan deviation of the accelerometers against cluster time"
     return {
+        "analyses": forces,
         "names": list(analysis.accelerometers),
-        "confidence": f"{100.0 * analysis.settings.confidence:g} %",
-        "rows": force_rows(forces),
-        "notes": force_notes(forces),
         "refused": refused,
-        "figure": Markup(svg(force_figure(forces), "forces", description)) if forces else "",
+        "figure": Markup(svg(force_figure(forces), "forces", said)) if forces else "",
     }
 
 
@@ -416,64 +333,13 @@ def _azimuth(analysis: Analysis) -> Markup | None:
     return Markup(svg(figure, "azimuth", "Azimuth error of a gyrocompass against time"))
 
 
-def _fits(analysis: Analysis) -> list[Fit]:
-    return [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
-
-
-def _answer_column(analysis: Analysis) -> list[tuple[str, bool]]:
-    """A column for the average if the answer is of that and of no fit."""
-    if not analysis.coefficients or headline_fit(analysis) is not None:
-        return []
-    member = "average" if analysis.average is None else analysis.average.member
-    return [(_ANSWERS[member], True)]
-
-
-def _file_facts(analysis: Analysis) -> list[tuple[str, str]]:
-    """Columns that were read, and from where."""
-    recording = analysis.recording
-    provenance = recording.provenance
-    facts = [
-        ("File", provenance.path if provenance else "none: made in memory"),
-        ("SHA-256", provenance.sha256 if provenance else "none"),
-        ("Format", provenance.format if provenance else "none"),
-        ("Samples", f"{recording.samples:,} at {recording.sample_rate:.9g} Hz".replace(",", " ")),
-        ("Duration", f"{recording.duration:.6g} s"),
-    ]
-    if provenance and provenance.span_s:
-        start, stop = provenance.span_s
-        facts.append(("Slice", f"{start:g} to {stop:g} s of the file"))
-    return facts
-
-
-def _gyro_facts(analysis: Analysis) -> list[tuple[str, str]]:
-    """Which gyros, and what they stood on."""
-    table = (
-        "at rest"
-        if analysis.table_rate is None
-        else f"{analysis.table_rate / DEGREE:.6g} °/s (mean)"
-    )
-    return [
-        ("Gyros", ", ".join(_channel(analysis, name) for name in analysis.settings.gyros)),
-        ("Table", table),
-    ]
-
-
-def _curve_facts(analysis: Analysis) -> list[tuple[str, str]]:
-    """How the curve and the intervals were made."""
-    settings = analysis.settings
-    return [
-        (
-            "Interval",
-            "every sample"
-            if settings.interval is None
-            else f"{settings.interval:g} s between the angles of the curve",
-        ),
-        ("Confidence", f"{100.0 * settings.confidence:g} %"),
-        ("Deviation", analysis.curve.estimator.upper()),
-        ("Software", f"sagnac {__version__}"),
-    ]
-
-
-def _channel(analysis: Analysis, name: str) -> str:
-    channel = analysis.recording.gyro(name)
-    return f"{name} ({channel.kind}, {channel.shown_in})"
+def _fits(
+    analysis: Analysis,
+) -> list[tuple[str, Mapping[CoefficientName, Estimate], bool]]:
+    """Columns of coefficients: title, estimates, and whether the answer rests on it."""
+    resting, columns = headline_fit(analysis), []
+    if analysis.coefficients and resting is None:
+        member = "average" if analysis.average is None else analysis.average.member
+        columns = [(_ANSWERS[member], headline_coefficients(analysis), True)]
+    fits = (analysis.fits[name] for name in FIT_TITLES if name in analysis.fits)
+    return columns + [(FIT_TITLES[one.method], one.coefficients, one is resting) for one in fits]

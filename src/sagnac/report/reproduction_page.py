@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from markupsafe import Markup
@@ -14,13 +14,14 @@ from sagnac.coefficients.readings import READINGS, ReadingName
 from sagnac.formats.files import replacing_folder, write_text
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.paper.prediction import DRIVEN, FIGURE_2, FIGURE_3, TABLE_1, TABLE_2, adequate_rate
-from sagnac.paper.reproduce import Cell, Order, Outcome, Reproduction, outcomes_of_table
-from sagnac.paper.trials import FORM, FORMS, NEAREST_TRIAL, Trial
+from sagnac.paper.reproduce import Cell, Order, Reproduction, outcomes_of_table
+from sagnac.paper.trials import FORM, FORMS, NEAREST_TRIAL
 from sagnac.report.figures import svg, write_png
 from sagnac.report.files import rendered
 from sagnac.report.quantities import number
 from sagnac.report.reproduction_tables import (
     ORDERS,
+    QUANTITIES,
     TABLES,
     PaperTable,
     cell_texts,
@@ -33,6 +34,7 @@ from sagnac.report.reproduction_tables import (
     intervals_of,
     mean,
     percent,
+    plain_percent,
     reading_error,
     readings,
     rms,
@@ -60,28 +62,23 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
     fris = [outcomes[f"figure2-day{day}"] for day in range(1, reproduction.scope.days + 1)]
     table_1, table_2 = (outcomes_of_table(reproduction, name) for name in TABLES)
     stationary = [estimate_of(one.outcome) for one in table_1 if one.rate == 0.0]
-    slowest = adequate_rate(reproduction.prediction) / DEGREE
     return rendered(
         "reproduction.html",
+        **_WORDS,
         title="The experiment of Yu et al. (2013), regenerated on a simulated rig",
+        reproduction=reproduction,
         scope=reproduction.scope,
         figures={
             name: Markup(svg(figure, name, f"{name}: see caption"))
             for name, figure in figures.items()
         },
-        figure2=[_figure2_row(outcome) for outcome in fris],
-        figure2_paper=number(FIGURE_2),
+        fris=fris,
+        highest=max(map(excess, fris)),
         figure2_ratio=number(FIGURE_2 / mean(TABLE_2[40.0])),
-        figure2_local=number(max(excess(outcome) for outcome in fris)),
-        forms=FORMS,
-        trials=[_trial_rows(reproduction, trial) for trial in reproduction.trials],
         white=readings(reproduction, "white", FORM),
         nearest=readings(reproduction, NEAREST_TRIAL, FORM),
         rate_growth=growth(reproduction, "rate"),
-        driven=f"{DRIVEN:g}",
         at_rest=number(excess(outcomes["table1-0-day1-paper"])),
-        orders=ORDERS,
-        validity=_validity(table_1),
         figures_456=[
             (label, cell_texts(published, outcomes[name], size, outcomes[f"{name}-paper"]))
             for label, name, published, size in (
@@ -93,156 +90,89 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
         tables=[_table(reproduction, table, size) for table, size in TABLES.items()],
         stationary=spread([value for value in stationary if math.isfinite(value)]),
         ratio=number(
-            mean(estimate_of(one.outcome) for one in table_1)
-            / mean(estimate_of(one.outcome) for one in table_2 if one.rate > 20.0)
+            mean(map(QUANTITIES["ours"], table_1))
+            / mean(QUANTITIES["ours"](one) for one in table_2 if one.rate > 20.0)
         ),
         paper_ratio=number(
             mean(value for days in TABLE_1.values() for value in days)
             / mean(value for rate, days in TABLE_2.items() if rate > 20 for value in days)
         ),
-        slowest=number(slowest),
+        slowest=number(adequate_rate(reproduction.prediction) / DEGREE),
         slowest_cycles=f"{SLOWEST_CYCLES:.1f}",
         version=__version__,
     )
 
 
+# Functions and numbers that the template writes facts with.
+_WORDS: Final[Mapping[str, Any]] = {
+    "cell_texts": cell_texts,
+    "driven": f"{DRIVEN:g}",
+    "errors_of_reading": errors_of_reading,
+    "figure2_paper": number(FIGURE_2),
+    "figure_3": FIGURE_3,
+    "forms": FORMS,
+    "intervals_of": intervals_of,
+    "number": number,
+    "orders": ORDERS,
+    "percent": percent,
+    "plain_percent": plain_percent,
+    "reading_error": reading_error,
+    "reading_words": READINGS,
+    "zip": zip,
+}
+
+
 def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[str, Any]:
     cells = outcomes_of_table(reproduction, table)
-    errors = [
-        abs(error_of(one.outcome.value, one.outcome))
-        for one in cells
-        if one.outcome.status == "estimated"
-    ]
-    held = sum(
-        one.outcome.low <= one.outcome.truth_deg_per_sqrt_h <= one.outcome.high for one in cells
-    )
-    by_rate = {
-        rate: [one for one in cells if one.rate == rate]
-        for rate in dict.fromkeys(one.rate for one in cells)
-    }
+    estimated = [one.outcome for one in cells if one.outcome.status == "estimated"]
+    errors = [abs(error_of(outcome.value, outcome)) for outcome in estimated]
     return {
         "name": table,
+        "size": size,
         "unit": f"10{'⁻⁴' if size == 1e-4 else '⁻⁵'} °/√h",
-        "rows": [
-            {
-                "rate": f"{rate:g}",
-                "cells": [
-                    cell_texts(one.published, one.outcome, size, one.by_paper) for one in days
-                ],
-            }
-            for rate, days in by_rate.items()
-        ],
-        "days": range(1, reproduction.scope.days + 1),
+        "cells": cells,
         "worst": f"{100.0 * max(errors):.1f} %" if errors else "–",
-        "held": held,
+        "held": sum(
+            one.outcome.low <= one.outcome.truth_deg_per_sqrt_h <= one.outcome.high for one in cells
+        ),
         "without": len(cells) - len(errors),
-        "count": len(cells),
-        "spread": _day_spread(by_rate, lambda one: estimate_of(one.outcome)),
-        "by_paper_spread": _day_spread(by_rate, lambda one: one.by_paper.value),
-        "true_spread": _day_spread(by_rate, lambda one: one.outcome.truth_deg_per_sqrt_h),
-        "paper_spread": _day_spread(by_rate, lambda one: one.published),
-        "rms": _plain_percent(rms(error_of(one.outcome.value, one.outcome) for one in cells)),
-        "readings": _readings(cells),
-        "in_cells": [
-            {
-                "place": f"{one.rate:g} °/s, day {one.day}",
-                "errors": [
-                    {order: percent(reading_error(one, order, reading)) for order in ORDERS}
-                    for reading in READINGS
-                ],
-            }
-            for one in cells
-            if one.rate > 0.0
-        ],
+        "spread": {name: _day_spread(cells, value) for name, value in QUANTITIES.items()},
+        "rms": plain_percent(rms(error_of(one.outcome.value, one.outcome) for one in cells)),
+        "validity": [(what, number(ratio)) for what, ratio in _validity(cells).items()],
     }
 
 
-def _readings(cells: Sequence[Cell]) -> list[dict[str, Any]]:
-    """A row for each reading of Step 4: errors on the turning table in either order."""
-    return [
-        {
-            "name": name,
-            "words": reading.in_words,
-            "errors": [
-                {"mean": percent(one.mean), "rms": _plain_percent(one.rms)}
-                for one in (errors_of_reading(cells, order, name) for order in ORDERS)
-            ],
-        }
-        for name, reading in READINGS.items()
-    ]
-
-
-def _plain_percent(part: float) -> str:
-    return f"{100.0 * part:.1f} %" if math.isfinite(part) else "–"
-
-
-def _validity(cells: Sequence[Cell]) -> dict[str, Any]:
+def _validity(cells: Sequence[Cell]) -> dict[str, float]:
     """The paper's check of validity: mean N turning over mean N at rest."""
     without = [one for one in cells if one.published != max(TABLE_1[40.0])]
+    found = {name: turning_over_rest(cells, value) for name, value in QUANTITIES.items()}
     ratios = {
-        "the paper’s numbers": turning_over_rest(cells, lambda one: one.published),
-        "the same without its highest cell": turning_over_rest(without, lambda one: one.published),
-        "the truth that was simulated": turning_over_rest(
-            cells, lambda one: one.outcome.truth_deg_per_sqrt_h
-        ),
-        "ours": turning_over_rest(cells, lambda one: estimate_of(one.outcome)),
+        "the paper’s numbers": found["paper"],
+        "the same without its highest cell": turning_over_rest(without, QUANTITIES["paper"]),
+        "the truth that was simulated": found["truth"],
+        "ours": found["ours"],
     }
     for order, in_words in ORDERS.items():
         for name in READINGS:
             ratios[f"the paper’s method, {in_words}, {name}"] = turning_over_rest(
                 cells, partial(_reading_of, order=order, name=name)
             )
-    return {"rows": [(what, number(ratio)) for what, ratio in ratios.items()]}
+    return ratios
 
 
 def _reading_of(one: Cell, order: Order, name: ReadingName) -> float:
     return one.by(order).readings[name]
 
 
-def _day_spread(by_rate: Mapping[float, Sequence[Cell]], value: Callable[[Cell], float]) -> str:
+def _day_spread(cells: Sequence[Cell], value: Callable[[Cell], float]) -> str:
     """Root mean square over the rates of the days' standard deviation over their mean."""
     spreads = []
-    for cells in by_rate.values():
-        values = np.array([value(one) for one in cells])
+    for rate in dict.fromkeys(one.rate for one in cells):
+        values = np.array([value(one) for one in cells if one.rate == rate])
         values = values[np.isfinite(values)]
         if values.size > 1:
             spreads.append(float(values.std(ddof=1) / values.mean()))
-    return _plain_percent(rms(spreads))
-
-
-def _figure2_row(outcome: Outcome) -> dict[str, Any]:
-    truth = outcome.truth_deg_per_sqrt_h
-    return {
-        "name": outcome.name.removeprefix("figure2-").replace("day", "day "),
-        "truth": number(truth),
-        "readings": [
-            (
-                number(outcome.least_squares[form]),
-                f"{abs(outcome.least_squares[form]) / truth:.3g} ×",
-            )
-            if form in outcome.least_squares
-            else ("–", "too few points")
-            for form in FORMS
-        ],
-    }
-
-
-def _trial_rows(reproduction: Reproduction, trial: Trial) -> dict[str, Any]:
-    rows = [
-        {
-            "interval": f"{interval:g}",
-            "paper": f"{published * 1e4:.1f}",
-            "readings": [
-                f"{outcome.least_squares[form] * 1e4:.2f}" if form in outcome.least_squares else "–"
-                for form in FORMS
-            ],
-            "truth": f"{outcome.truth_deg_per_sqrt_h * 1e4:.2f}",
-        }
-        for (interval, published), outcome in zip(
-            FIGURE_3.items(), intervals_of(reproduction, trial.name), strict=True
-        )
-    ]
-    return {"name": trial.name, "meaning": trial.meaning, "rows": rows}
+    return plain_percent(rms(spreads))
 
 
 # ---- reproduction ------------------------------------------------------------------

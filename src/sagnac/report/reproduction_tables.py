@@ -82,6 +82,15 @@ ORDERS: Final[Mapping[Order, str]] = {
 }
 
 
+# What the cells of a table are compared by: N that is published, simulated, ours, and its method's.
+QUANTITIES: Final[Mapping[str, Callable[[Cell], float]]] = {
+    "paper": lambda one: one.published,
+    "truth": lambda one: one.outcome.truth_deg_per_sqrt_h,
+    "ours": lambda one: estimate_of(one.outcome),
+    "its method": lambda one: one.by_paper.value,
+}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadingErrors:
     """How far N by one reading of Step 4 is off the truth, over the turning cells of a table.
@@ -200,6 +209,11 @@ def cell_texts(
 def percent(error: float) -> str:
     """A relative error with its sign."""
     return f"{100.0 * error:+.1f} %" if math.isfinite(error) else "no N"
+
+
+def plain_percent(part: float) -> str:
+    """A part of one, without a sign."""
+    return f"{100.0 * part:.1f} %" if math.isfinite(part) else "–"
 
 
 # ---- reproduction figures ----------------------------------------------------------
@@ -373,10 +387,8 @@ def _validity_text(reproduction: Reproduction) -> str:
     """The check of validity, turning over rest."""
     cells = outcomes_of_table(reproduction, "table1")
     parts = {
-        "the paper": turning_over_rest(cells, lambda one: one.published),
-        "truth": turning_over_rest(cells, lambda one: one.outcome.truth_deg_per_sqrt_h),
-        "ours": turning_over_rest(cells, lambda one: one.outcome.value),
-        "its method": turning_over_rest(cells, lambda one: one.by_paper.value),
+        {"paper": "the paper"}.get(name, name): turning_over_rest(cells, value)
+        for name, value in QUANTITIES.items()
     }
     shown = ", ".join(f"{name} {ratio:.3f}" for name, ratio in parts.items())
     return f"Check of validity, turning over rest (Table 1): {shown}"
