@@ -47,6 +47,18 @@ def test_the_memory_of_every_mapped_array_is_given_back(mapped):
     assert before - file_pages() > 7500
 
 
+def test_values_at_places_are_those_of_the_array_and_leave_none_of_it_in_memory(mapped):
+    long = arrays.empty(2**20)
+    long[:] = np.arange(2**20)
+    arrays.release()
+    places = np.arange(1, 2**20, 500)[:, np.newaxis] + np.array([-1, 0, 1])
+    before = file_pages()
+    found = arrays.values_at(long, places)
+    # The whole array is 8192 KiB.
+    assert file_pages() - before < 1000
+    np.testing.assert_array_equal(found, places)
+
+
 def test_an_array_that_is_gone_is_not_given_back(mapped):
     long = arrays.empty(2000)
     del long

@@ -31,6 +31,8 @@ IN_MEMORY: Final = 2**23
 BLOCK: Final = 2**18
 # Blocks read or written before their memory is given back.
 _RELEASE_EVERY: Final = 4
+# Places that are read at once.
+_PLACES: Final = 8
 
 
 # --- memory -----------------------------------------------------------------------------------
@@ -310,6 +312,25 @@ def every(values: FloatArray, step: int) -> FloatArray:
     result = empty(-(-values.size // step))
     for block in blocks(result.size, -(-BLOCK // step)):
         result[block] = values[block.start * step : block.stop * step : step]
+    return result
+
+
+def values_at(values: FloatArray, places: IntegerArray) -> FloatArray:
+    """Copies of the values at places, (places, ...), which may lie all over a long array.
+
+    A page that is read may bring two megabytes around it with it into memory.
+
+    Examples
+    --------
+    >>> values_at(np.array([1.0, 2.0, 6.0]), np.array([[0, 1], [1, 2]]))
+    array([[1., 2.],
+           [2., 6.]])
+    """
+    if not is_mapped(values):
+        return values[places]
+    result = np.empty(places.shape)
+    for some in blocks(places.shape[0], _PLACES):
+        result[some] = values[places[some]]
     return result
 
 

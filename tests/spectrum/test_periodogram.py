@@ -36,7 +36,9 @@ def test_periodogram_keeps_the_variance():
     assert total * steps.size / length == pytest.approx(np.sum(steps**2), rel=1e-12)
 
 
-def test_bin_sums_go_from_each_edge_to_before_the_next():
+@pytest.mark.parametrize("block", [5, 200, 10_000])
+def test_bin_sums_go_from_each_edge_to_before_the_next(monkeypatch, block):
+    monkeypatch.setattr("sagnac.spectrum.periodogram.BLOCK", block)
     values = np.random.default_rng(0).standard_normal(1000)
     edges = np.array([3, 4, 10, 99, 100, 101, 350, 500, 997])
     expected = [values[one:other].sum() for one, other in pairwise(edges)]

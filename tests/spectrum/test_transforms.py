@@ -45,6 +45,19 @@ def test_a_long_periodogram_is_that_of_one_transform(monkeypatch, samples, paddi
     np.testing.assert_allclose(power, expected, rtol=1e-11, atol=1e-12)
 
 
+@pytest.mark.parametrize("size", [1.0, 30.0, 1e3])
+def test_single_precision_adds_little_beside_a_line(size):
+    # Beyond the leakage of a line on a whole bin nothing but noise of unit power is left.
+    samples = 150_000
+    steps = np.random.default_rng(5).standard_normal(samples)
+    steps += size * np.cos(2.0 * np.pi * 12_345 / samples * np.arange(samples))
+    exact, single = (periodogram(steps, 2, single=one) for one in (False, True))
+    amplitude = np.abs(np.sqrt(single) - np.sqrt(exact))
+    usual = np.sqrt(exact.mean())
+    assert 0.0 < np.sqrt(np.mean(amplitude**2)) < 2e-7 * usual
+    assert amplitude.max() < 1e-4 * usual
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(2, 3000), st.integers(1, 3), st.integers(2, 60), st.integers(0, 2**32 - 1))
 def test_a_factored_transform_of_any_length(samples, padding, columns, seed):

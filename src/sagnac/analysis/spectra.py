@@ -7,7 +7,7 @@ import numpy as np
 
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
-from sagnac.arrays import FloatArray, blocks, elementwise, mean
+from sagnac.arrays import FloatArray, blocks, elementwise, mean, values_at
 from sagnac.spectrum.periodogram import density as rate_density
 from sagnac.spectrum.periodogram import multitaper, smoothed
 
@@ -125,7 +125,7 @@ def residual_of(measured: Measurement, left: Remainder, table: FloatArray | None
     """
     angle = left.removal.residual
     edges = np.unique(np.linspace(0, angle.size - 1, _PARTS + 1).round().astype(np.int64))
-    rate = np.diff(angle[edges]) / np.diff(edges) * left.rate
+    rate = np.diff(values_at(angle, edges)) / np.diff(edges) * left.rate
     return Residual(
         time=np.asarray(0.5 * (edges[1:] + edges[:-1]) / left.rate, dtype=np.float64),
         rate=rate - rate.mean(),

@@ -46,7 +46,7 @@ class Spectrum:
 
 def spectrum(steps: FloatArray) -> Spectrum:
     """`Spectrum` of increments, (samples - 1,) rad."""
-    power = periodogram(steps, padding=2)
+    power = periodogram(steps, padding=2, single=True)
     return Spectrum(power=power, floor=noise_floor(power[::2]))
 
 

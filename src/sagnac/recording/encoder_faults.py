@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import BLOCK, FloatArray, IntegerArray, blocks
+from sagnac.arrays import BLOCK, FloatArray, IntegerArray, blocks, values_at
 from sagnac.errors import Level, Note, RecordingError, counted
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording, second_of
@@ -372,6 +372,6 @@ def _starts(angle: FloatArray, start: float) -> IntegerArray:
 
 def _excess(angle: FloatArray, at: IntegerArray) -> FloatArray:
     """By how much the angle goes on at places beyond what it does before and behind, forwards."""
-    edges = [at - _REACH - _STEPS, at - _REACH, at + 1 + _REACH, at + 1 + _REACH + _STEPS]
-    before, inside, behind = np.diff([angle[edge] for edge in edges], axis=0)
+    edges = np.array([-_REACH - _STEPS, -_REACH, 1 + _REACH, 1 + _REACH + _STEPS])
+    before, inside, behind = np.diff(values_at(angle, at[:, np.newaxis] + edges)).T
     return np.asarray((inside - 0.5 * (before + behind)) * np.sign(before + behind))

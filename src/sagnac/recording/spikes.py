@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
-from sagnac.arrays import FloatArray, IntegerArray, blocks, elementwise, empty
+from sagnac.arrays import FloatArray, IntegerArray, blocks, elementwise, empty, values_at
 from sagnac.errors import Note, counted
 from sagnac.recording import _kernels
 from sagnac.recording.channel import Channel, angle_of
@@ -372,8 +372,7 @@ def _around(steps: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _steps_around(values: FloatArray, places: IntegerArray) -> tuple[FloatArray, FloatArray]:
     """(places,) usual step around places, and by how much the step there is longer."""
     reach = np.arange(-_SIDE, _SIDE + 2)
-    some = np.stack([values[places + one] for one in reach])
-    usual, beyond, _ = _around(np.diff(some, axis=0))
+    usual, beyond, _ = _around(np.diff(values_at(values, places[:, np.newaxis] + reach)).T)
     return usual[0], beyond[0]
 
 

@@ -18,17 +18,18 @@ cycles a record off   6         20        100       400       1000
 
 import math
 from functools import lru_cache
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from scipy.fft import rfft
 
-from sagnac.arrays import FloatArray, IntegerArray, elementwise, release
+from sagnac.arrays import BLOCK, FloatArray, IntegerArray, elementwise, release
 from sagnac.spectrum import _kernels, transforms
 from sagnac.spectrum.transforms import power_spectrum, transform_length
 
 
-def periodogram(increments: FloatArray, padding: int = 1) -> FloatArray:
+def periodogram(increments: FloatArray, padding: int = 1, *, single: bool = False) -> FloatArray:
     """Power of the increments at k / (padding * transform_length(size)) cycles a sample.
 
     Parameters
@@ -37,14 +38,15 @@ def periodogram(increments: FloatArray, padding: int = 1) -> FloatArray:
         (samples,) in memory or mapped; no more than some blocks of them are held at a time.
     padding
         Frequencies for each one of the unpadded transform.
+    single
+        Whether single precision will do: see `transforms.power_spectrum`.
 
     Returns
     -------
     (padding * transform_length(size) // 2 + 1,) in the unit of `increments` squared.
     """
-    return power_spectrum(
-        increments, padding * transform_length(increments.size), 1.0 / increments.size
-    )
+    length = padding * transform_length(increments.size)
+    return power_spectrum(increments, length, 1.0 / increments.size, single=single)
 
 
 def density(power: FloatArray, sample_rate: float) -> FloatArray:
@@ -90,8 +92,13 @@ def bin_sums(values: FloatArray, edges: IntegerArray) -> FloatArray:
     >>> bin_sums(np.arange(10.0), np.array([0, 2, 10]))
     array([ 1., 44.])
     """
-    sums = np.add.reduceat(values[: edges[-1]], edges[:-1])
-    release()
+    sums = np.empty(edges.size - 1, dtype=values.dtype)
+    # Whole bins, about a block of values at a time.
+    starts = np.unique(np.searchsorted(edges[:-1], np.arange(edges[0], edges[-1], BLOCK)))
+    for first, last in pairwise([*starts, sums.size]):
+        bins = slice(first, last)
+        sums[bins] = np.add.reduceat(values[edges[first] : edges[last]], edges[bins] - edges[first])
+        release()
     return sums
 
 

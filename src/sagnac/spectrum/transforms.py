@@ -69,7 +69,8 @@ class Scratch:
 
     def as_real(self) -> "Scratch":
         """The same room for twice as many real numbers a row, from that of complex ones."""
-        return Scratch(width=2 * self.width, values=self.values.view(np.float64), file=self.file)
+        values = self.values.view(self.values.real.dtype)
+        return Scratch(width=2 * self.width, values=values, file=self.file)
 
     def as_array(self, size: int) -> FloatArray:
         """The first `size` of the numbers, which are real ones, row after row."""
@@ -149,7 +150,13 @@ Store = Callable[[Scratch, int, ComplexArray], None]
 
 
 def factored(
-    values: FloatArray, by: Factors, size: int, store: Store, *, taper: int = 0
+    values: FloatArray,
+    by: Factors,
+    size: int,
+    store: Store,
+    *,
+    taper: int = 0,
+    dtype: type = np.complex128,
 ) -> FloatArray:
     """An array of `size` made of the Fourier sums at k / length, block by block.
 
@@ -167,8 +174,10 @@ def factored(
         these.
     taper
         Order of the sine taper that the values are multiplied by, 0 for none.
+    dtype
+        In which it is done; ``numpy.complex64`` takes half the memory.
     """
-    with scratch(by.count, by.frequencies, np.complex128) as spectra:
+    with scratch(by.count, by.frequencies, dtype) as spectra:
         split(values, by, spectra.as_real(), taper)
         columns = -(-values.size // by.count)
         # A caller that keeps no values lets them go before the second round.
@@ -207,8 +216,10 @@ def combine_columns(
     turns = (far[:, :, np.newaxis] * np.exp(number * np.arange(_SHORT))[:, np.newaxis]).reshape(
         by.count, -1
     )
+    dtype = spectra.values.dtype
+    turns = turns.astype(dtype)
     for some in blocks(by.frequencies, _COMBINED):
-        block = spectra.read(slice(0, by.count), some) * np.exp(number * some.start)
+        block = spectra.read(slice(0, by.count), some) * np.exp(number * some.start).astype(dtype)
         block *= turns[:, : some.stop - some.start]
         store(some.start, scipy.fft.fft(block, axis=0, overwrite_x=True))
 
@@ -236,7 +247,9 @@ def transform_length(samples: int) -> int:
     return 2 * int(scipy.fft.next_fast_len((samples + 1) // 2, real=True))
 
 
-def power_spectrum(increments: FloatArray, length: int, scale: float, taper: int = 0) -> FloatArray:
+def power_spectrum(
+    increments: FloatArray, length: int, scale: float, taper: int = 0, *, single: bool = False
+) -> FloatArray:
     """`scale` times the squares of Fourier sums at k / length cycles a sample.
 
     Parameters
@@ -249,6 +262,9 @@ def power_spectrum(increments: FloatArray, length: int, scale: float, taper: int
         By which the squares are multiplied.
     taper
         Order of the sine taper that the increments are multiplied by, 0 for none.
+    single
+        Whether a long one is done in single precision, in half the memory. That adds white noise
+        of some 1e-14 of the mean power.
 
     Returns
     -------
@@ -259,7 +275,8 @@ def power_spectrum(increments: FloatArray, length: int, scale: float, taper: int
             increments = sine_taper(increments.size, taper, 0, increments.size) * increments
         return _squares(scipy.fft.rfft(increments, length, workers=THREADS), scale)
     by = factors(length)
-    return factored(increments, by, length // 2 + 1, _powers(by, scale), taper=taper)
+    dtype = np.complex64 if single else np.complex128
+    return factored(increments, by, length // 2 + 1, _powers(by, scale), taper=taper, dtype=dtype)
 
 
 def sine_taper(samples: int, order: int, start: int, stop: int) -> FloatArray:
@@ -288,8 +305,8 @@ def sine_taper(samples: int, order: int, start: int, stop: int) -> FloatArray:
 
 
 def _squares(sums: ComplexArray, scale: float) -> FloatArray:
-    power = np.square(sums.real)
-    power += np.square(sums.imag)
+    power = np.square(sums.real, dtype=np.float64)
+    power += np.square(sums.imag, dtype=np.float64)
     power *= scale
     return np.asarray(power)
 

@@ -341,7 +341,7 @@ def _own_walk(coarse: FloatArray, shares: FloatArray) -> float:
     strength = float(shares @ shares)
     sensed = (shares @ coarse)[np.newaxis] / strength
     without_table = np.linalg.svd(shares[np.newaxis])[2][1:]
-    walks = [whitened(row @ coarse, sensed, math.inf).walk for row in without_table]
+    walks = [whitened(row @ coarse, sensed.copy(), math.inf).walk for row in without_table]
     return float(np.mean(walks)) / strength
 
 
@@ -429,39 +429,31 @@ class _Fit:
 
     Attributes
     ----------
-    difference
+    read, sensed
         (averages,) rad.
     interval
         Between averages, s.
-    columns
-        (columns, averages): scale, drift, orders, Earth rate, delay.
     fit
-        Their coefficients, and the two noises.
+        Coefficients of the columns in the difference, and the two noises.
     """
 
-    difference: FloatArray
+    read: FloatArray
+    sensed: FloatArray
     interval: float
-    columns: FloatArray
     fit: Whitened
 
     @classmethod
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
         """Scale, drift, orders, Earth rate, a delay and its change, beside noise."""
-        difference = read - sensed
-        columns, prior = _columns(read, sensed, interval)
-        return cls(
-            difference=difference,
-            interval=interval,
-            columns=columns,
-            fit=whitened(difference, columns, prior),
-        )
+        fit = whitened(read - sensed, *_columns(read, sensed, interval))
+        return cls(read=read, sensed=sensed, interval=interval, fit=fit)
 
     def corner(self, own: float) -> float:
         """Hz at which readings and gyros know the angle equally well, inf if readings always do.
 
         What walks and is not the gyros' `own` (rad^2 a step) is the encoder's.
         """
-        lowest = max(_LOWEST_CORNER, _FEWEST_CYCLES / (self.difference.size * self.interval))
+        lowest = max(_LOWEST_CORNER, _FEWEST_CYCLES / (self.read.size * self.interval))
         own = min(own, self.fit.walk)
         more, readings = own - (self.fit.walk - own), 4.0 * self.fit.readings
         if more <= 0.0:
@@ -474,9 +466,10 @@ class _Fit:
     def guide(self, corner: float) -> FloatArray:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
         # The share's error goes with the motion, which no corner may smooth.
-        plain = [0, *range(_FIRST_ORDER, _FIRST_DELAY)]
-        fitted = self.fit.values[plain] @ self.columns[plain]
-        return smoothed(self.difference - fitted, corner * self.interval) + fitted
+        plain = self.fit.values.copy()
+        plain[1:_FIRST_ORDER] = plain[_FIRST_DELAY:] = 0.0
+        fitted = plain @ _columns(self.read, self.sensed, self.interval)[0]
+        return smoothed(self.read - self.sensed - fitted, corner * self.interval) + fitted
 
     def delay(self, known: Delay | None) -> Delay | None:
         """The delay with what is known of it already; None if none is seen."""
@@ -495,7 +488,7 @@ class _Fit:
             mean_error=float(error[0]),
             change=change + float(moved[1]),
             change_error=float(error[1]),
-            duration=self.difference.size * self.interval,
+            duration=self.read.size * self.interval,
         )
 
 

@@ -263,7 +263,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         return None
     slow = np.stack([kinematic.angle, kinematic.cosine, kinematic.sine])
     free = np.array([np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE])
-    plain = shown - whitened(shown, slow, free).values @ slow
+    plain = shown - whitened(shown, slow.copy(), free).values @ slow
     time = np.arange(shown.size, dtype=np.float64)
     line = np.polynomial.Polynomial.fit(time, plain, 1)(time)
     size = max(_USUAL, float(np.std(plain - line)))

@@ -85,7 +85,7 @@ def whitened(
     target
         (averages,) rad.
     columns
-        (columns, averages).
+        (columns, averages); their memory is used for their transforms, so that they are lost.
     prior
         (columns,) standard deviation of each coefficient about zero, inf for none.
     noises
@@ -95,7 +95,7 @@ def whitened(
     count = target.size - 1
     # By what varies: beside its mean step the angle of a steady table hardly does. Two columns at
     # a time: those of a day, and all that is made of them on the way, take half a gigabyte.
-    scale, ready = np.ones(columns.shape[0]), np.empty((columns.shape[0], count // 2 * 2))
+    scale, ready = np.ones(columns.shape[0]), columns[:, : count // 2 * 2]
     for first in range(0, scale.size, 2):
         own = slice(first, first + 2)
         steps = np.diff(columns[own])
