@@ -34,12 +34,11 @@ from sagnac.version import __version__
 if TYPE_CHECKING:
     from sagnac import plot
     from sagnac.alignment.align import Foresight, align
-    from sagnac.analysis.judgement import judge
     from sagnac.analysis.pipeline import analyze
-    from sagnac.analysis.planning import Plans, plan
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.analysis.trial import Trial, trial
+    from sagnac.analysis.verdict import Plans, judge, plan
     from sagnac.coefficients.estimates import Estimate, Fit
     from sagnac.coefficients.fit import fit_coefficients
     from sagnac.coefficients.self_noise import SelfNoise, self_noise
@@ -75,12 +74,11 @@ _HOME: Final = {
     name: f"sagnac.{module}"
     for module, names in {
         "alignment.align": "Foresight align",
-        "analysis.judgement": "judge",
         "analysis.pipeline": "analyze",
-        "analysis.planning": "Plans plan",
         "analysis.result": "Analysis",
         "analysis.settings": "Settings",
         "analysis.trial": "Trial trial",
+        "analysis.verdict": "Plans judge plan",
         "coefficients.estimates": "Estimate Fit",
         "coefficients.fit": "fit_coefficients",
         "coefficients.self_noise": "SelfNoise self_noise",

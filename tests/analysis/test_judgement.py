@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.settings import Settings
+from sagnac.analysis.verdict import verdict_of
 from sagnac.errors import Note
 from sagnac.specification.limits import specification_of
 from tests.handmade import N, analysis, estimate

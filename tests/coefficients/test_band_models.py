@@ -5,7 +5,7 @@ import pytest
 from benchmarks.gallery import Gyro, low_passed, swaying
 from scipy.stats import gamma
 
-from sagnac.coefficients._model_kernels import every_model
+from sagnac.coefficients._kernels import every_model
 from sagnac.coefficients.band_models import FALL, WALK, band_models, models_of_one_band
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum

@@ -7,7 +7,7 @@ import pytest
 
 from sagnac.coefficients.band_models import FALL, FLOOR, WALK, models_of_one_band
 from sagnac.coefficients.laws import rate_density_basis
-from sagnac.coefficients.mixture import error_of_bins, with_error_of_bins
+from sagnac.coefficients.model_average import error_of_bins, with_error_of_bins
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 

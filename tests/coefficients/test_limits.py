@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.coefficients.limits import crossing, detected, likelihood_drop, low_end
+from sagnac.coefficients.likelihood import crossing, detected, likelihood_drop, low_end
 
 
 @pytest.mark.parametrize("root", [0.3, 1.0, 5.7, 4000.0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.coefficients.cosine_spectrum import Ordinates
-from sagnac.coefficients.maximum import (
+from sagnac.coefficients.likelihood import (
     Held,
     errors_of,
     maximize,

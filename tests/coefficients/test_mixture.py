@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import gamma
 
 from sagnac.coefficients.estimates import Interval
-from sagnac.coefficients.mixture import mixture_quantile
+from sagnac.coefficients.model_average import mixture_quantile
 
 
 def test_quantiles_of_a_mixture_of_one():

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 from scipy.special import ndtri
 
 import sagnac
-from sagnac.analysis.planning import shown_by
+from sagnac.analysis.verdict import shown_by
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.errors import RecordingError
 from sagnac.rig.config import preset

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, lfilter
 
 import sagnac
-from sagnac.analysis.planning import shown_by
+from sagnac.analysis.verdict import shown_by
 from sagnac.coefficients.model_average import average
 from sagnac.specification.limits import specification_of
 from sagnac.specification.verdict import judged

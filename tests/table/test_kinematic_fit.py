@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.table import kinematic_fit as room
+from sagnac.table import motion as room
 from sagnac.table.kinematics import LARGEST_EARTH_RATE, averaged, kinematics
 from tests.table.turning import DRIFT, EARTH_TERMS, RATE, SHARE, motion, sensed, wandering
 

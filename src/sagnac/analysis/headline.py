@@ -125,20 +125,22 @@ class Decision:
 
 def decide(evidence: Evidence) -> Decision:
     """The answer by the rule: the first candidate that the data bear out."""
-    found = _spectrum(evidence)
-    if found is not None:
-        evidence = replace(evidence, coefficients=found.coefficients)
+    spectra, found = _spectra(evidence), None
     notes: tuple[Note, ...] = ()
     if not evidence.is_finished:
         notes = (_search_without_end(evidence.measured.channel),)
-    for candidate in (_step_4, _by_spectrum, _likelihood_alone, _curve, _levels):
-        read = candidate(evidence, found)
+    for candidate in _CANDIDATES:
+        read = candidate(evidence, spectra)
         notes += read.notes
+        found = read.found or found
         if read.estimate is not None:
             break
     estimate = read.estimate or unobserved("angle_random_walk", evidence.settings.confidence)
-    headline = Headline(estimate=estimate, source=read.source, notes=notes)
-    return Decision(headline=headline, found=found, coefficients=evidence.coefficients)
+    return Decision(
+        headline=Headline(estimate=estimate, source=read.source, notes=notes),
+        found=found,
+        coefficients=evidence.coefficients if found is None else found.coefficients,
+    )
 
 
 def _search_without_end(channel: str) -> Note:
@@ -150,7 +152,7 @@ def _search_without_end(channel: str) -> Note:
     )
 
 
-# ---- 2 to 4: what the spectrum says ------------------------------------------------------
+# ---- what candidates are read from -------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,23 +164,28 @@ class _Spectra:
     fewer: Coefficients
 
 
-def _spectrum(evidence: Evidence) -> Averaged | None:
-    """The first of the candidates 2 to 4; None if too little is left for levels."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Read:
+    """N as a candidate reads it and what it rests on, or no N and why."""
+
+    estimate: Estimate | None = None
+    source: str = ""
+    notes: tuple[Note, ...] = ()
+    found: Averaged | None = None
+
+
+def _spectra(evidence: Evidence) -> _Spectra | None:
+    """What 2 to 4 are read from; None if too little is left for levels."""
     fewer = evidence.coefficients
-    fine, readout = fewer.points, fewer.readout
-    if evidence.is_published or not evidence.is_finished or readout.every is None:
+    if evidence.is_published or not evidence.is_finished or fewer.readout.every is None:
         return None
     points = _every_sample(evidence)
     confidence, masked = evidence.settings.confidence, evidence.left.removal.masked
     fitted: Coefficients | None = fewer
-    if points.rate > fine.rate:
+    if points.rate > fewer.points.rate:
         fitted = with_likelihood_of(fewer, points, confidence=confidence, masked=masked)
     every = spectrum_of(clean(points), fewer, masked=masked, confidence=confidence)
-    if every is None:
-        return None
-    spectra = _Spectra(every=every, fitted=fitted, fewer=fewer)
-    chosen = _whole_band_of_every_sample(spectra) or _whole_band_of_fewer_angles(spectra) or every
-    return completed(chosen)
+    return None if every is None else _Spectra(every=every, fitted=fitted, fewer=fewer)
 
 
 def _every_sample(evidence: Evidence) -> Points:
@@ -199,56 +206,10 @@ def _every_sample(evidence: Evidence) -> Points:
     return points_at(left.removal.residual, left.rate, finer / left.rate)
 
 
-def _whole_band_of_every_sample(spectra: _Spectra) -> Averaged | None:
-    basis, fitted = spectra.every, spectra.fitted
-    if fitted is None or basis.cleaned.is_changed:
-        return None
-    average = with_whole_band(basis.levels, basis.average, fitted.likelihood)
-    if average.rests_on.member == "average":
-        return None
-    return replace(basis, average=average, coefficients=fitted)
-
-
-def _whole_band_of_fewer_angles(spectra: _Spectra) -> Averaged | None:
-    """The fit of fewer angles, into whose band folds what lies above half their rate.
-
-    If the terms do not describe every sample up to there, they do not describe what folds.
-    """
-    every, fine, fit = spectra.every, spectra.fewer.points, spectra.fewer.likelihood
-    walk, fitted = every.average.angle_random_walk, fit.coefficients["angle_random_walk"]
-    if every.cleaned.is_changed or every.cleaned.rate <= fine.rate:
-        return None
-    allowed = walk.status == "not observable" or walk.low <= fitted.value <= walk.high
-    # Every sample may tell more of N.
-    narrower = walk.status != "estimated" or walk.high * fitted.low > fitted.high * walk.low
-    if not (allowed and narrower and reaches(every.average.rests_on, 0.5 * fine.rate)):
-        return None
-    few = spectrum_of(
-        uncleaned(fine), spectra.fewer, masked=every.masked, confidence=every.confidence
-    )
-    if few is None:
-        return None
-    average = with_whole_band(few.levels, few.average, fit)
-    if average.rests_on.member == "whole band":
-        return replace(few, average=average, roll_off=every.roll_off)
-    if average.rests_on.member == "both" and walk.status == "estimated":
-        return replace(every, average=with_both(every.average, fit))
-    return None
-
-
 # ---- each candidate as an answer ---------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Read:
-    """N as a candidate reads it and what it rests on, or no N and why."""
-
-    estimate: Estimate | None = None
-    source: str = ""
-    notes: tuple[Note, ...] = ()
-
-
-def _step_4(evidence: Evidence, _: Averaged | None) -> _Read:
+def _step_4(evidence: Evidence, _: _Spectra | None) -> _Read:
     """Step 4 of the paper. A fit whose interval begins at 0 shows no N, whatever its value."""
     if not evidence.is_published:
         return _Read()
@@ -267,10 +228,54 @@ def _step_4(evidence: Evidence, _: Averaged | None) -> _Read:
     return _Read(estimate=fitted, source=source)
 
 
-def _by_spectrum(evidence: Evidence, found: Averaged | None) -> _Read:
-    """The chosen one of 2 to 4, its interval widened to the parts if these disagree."""
-    if found is None:
+def _whole_band(evidence: Evidence, spectra: _Spectra | None) -> _Read:
+    """A likelihood of five terms of every sample."""
+    if spectra is None or spectra.fitted is None or spectra.every.cleaned.is_changed:
         return _Read()
+    every, fitted = spectra.every, spectra.fitted
+    average = with_whole_band(every.levels, every.average, fitted.likelihood)
+    if average.rests_on.member == "average":
+        return _Read()
+    return _by_spectrum(evidence, replace(every, average=average, coefficients=fitted))
+
+
+def _whole_band_of_fewer(evidence: Evidence, spectra: _Spectra | None) -> _Read:
+    """The same of fewer angles, into whose band folds what lies above half their rate.
+
+    If the terms do not describe every sample up to there, they do not describe what folds.
+    """
+    if spectra is None or spectra.every.cleaned.is_changed:
+        return _Read()
+    every, fine, fit = spectra.every, spectra.fewer.points, spectra.fewer.likelihood
+    walk, fitted = every.average.angle_random_walk, fit.coefficients["angle_random_walk"]
+    allowed = walk.status == "not observable" or walk.low <= fitted.value <= walk.high
+    # Every sample may tell more of N.
+    narrower = walk.status != "estimated" or walk.high * fitted.low > fitted.high * walk.low
+    finer = every.cleaned.rate > fine.rate
+    reached = reaches(every.average.rests_on, 0.5 * fine.rate)
+    if not (finer and allowed and narrower and reached):
+        return _Read()
+    few = spectrum_of(
+        uncleaned(fine), spectra.fewer, masked=every.masked, confidence=every.confidence
+    )
+    if few is None:
+        return _Read()
+    average = with_whole_band(few.levels, few.average, fit)
+    if average.rests_on.member == "whole band":
+        return _by_spectrum(evidence, replace(few, average=average, roll_off=every.roll_off))
+    if average.rests_on.member == "both" and walk.status == "estimated":
+        return _by_spectrum(evidence, replace(every, average=with_both(every.average, fit)))
+    return _Read()
+
+
+def _average(evidence: Evidence, spectra: _Spectra | None) -> _Read:
+    """The average over bands and terms."""
+    return _Read() if spectra is None else _by_spectrum(evidence, spectra.every)
+
+
+def _by_spectrum(evidence: Evidence, chosen: Averaged) -> _Read:
+    """N of the chosen one of 2 to 4, its interval widened to the parts if these disagree."""
+    found = completed(chosen)
     estimate, choice = found.average.angle_random_walk, found.average.rests_on
     channel = evidence.measured.channel
     if estimate.status != "estimated":
@@ -278,16 +283,17 @@ def _by_spectrum(evidence: Evidence, found: Averaged | None) -> _Read:
             f"the spectrum of {channel} shows no band in which the angle random walk rules: no "
             "estimate is given"
         )
-        return _Read(notes=(Note(text=text),))
+        return _Read(notes=(Note(text=text),), found=found)
     if found.parts is not None and found.changes:
         estimate = replace(
             estimate,
             low=min(estimate.low, found.parts.smallest),
             high=max(estimate.high, found.parts.largest),
         )
+    of_likelihood = _likelihood_source(evidence.measured.channel, found.coefficients)
     source = {
-        "whole band": f"{_likelihood_source(evidence)}; averages over narrow bands agree",
-        "both": f"{_likelihood_source(evidence)}; averages over narrow bands do not decide, so "
+        "whole band": f"{of_likelihood}; averages over narrow bands agree",
+        "both": f"{of_likelihood}; averages over narrow bands do not decide, so "
         "that the interval also holds the average over bands and terms "
         f"(heaviest: {replace(choice, member='average').in_words()})",
         "average": f"average over bands and terms of the spectrum of {channel}, "
@@ -295,29 +301,29 @@ def _by_spectrum(evidence: Evidence, found: Averaged | None) -> _Read:
     }[choice.member]
     if choice.slow_terms == "low band":
         source += f"; B and K: likelihood fit of the spectrum to {choice.low_band_hz:.3g} Hz"
-    return _Read(estimate=estimate, source=source)
+    return _Read(estimate=estimate, source=source, found=found)
 
 
-def _likelihood_source(evidence: Evidence) -> str:
-    points, band = evidence.coefficients.points, evidence.coefficients.likelihood.band
+def _likelihood_source(channel: str, fits: Coefficients) -> str:
+    points, band = fits.points, fits.likelihood.band
     return (
         f"likelihood fit of the spectrum of {points.angle.size} angles of "
-        f"{evidence.measured.channel} at {1.0 / points.rate:.4g} s, to "
+        f"{channel} at {1.0 / points.rate:.4g} s, to "
         f"{0.0 if band is None else band.high:.4g} Hz"
     )
 
 
-def _likelihood_alone(evidence: Evidence, found: Averaged | None) -> _Read:
+def _likelihood_alone(evidence: Evidence, spectra: _Spectra | None) -> _Read:
     fit = evidence.coefficients.likelihood
     walk, channel = fit.coefficients["angle_random_walk"], evidence.measured.channel
-    refused = evidence.is_published or not evidence.is_finished or found is not None
+    refused = evidence.is_published or not evidence.is_finished or spectra is not None
     if refused or walk.status == "not observable":
         return _Read()
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     chance = _VETO if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
-    veto = _highest(evidence, found, chance)
+    veto = _highest(evidence, spectra, chance)
     if veto is None or walk.low <= veto.value:
-        return _Read(estimate=walk, source=_likelihood_source(evidence))
+        return _Read(estimate=walk, source=_likelihood_source(channel, evidence.coefficients))
     text = (
         f"the likelihood fit of {channel} asks for more angle random walk than the curve shows at "
         f"{veto.tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
@@ -325,9 +331,9 @@ def _likelihood_alone(evidence: Evidence, found: Averaged | None) -> _Read:
     return _Read(notes=(Note(level="warning", text=text),))
 
 
-def _curve(evidence: Evidence, found: Averaged | None) -> _Read:
+def _curve(evidence: Evidence, spectra: _Spectra | None) -> _Read:
     confidence = evidence.settings.confidence
-    bound = _highest(evidence, found, 1.0 - confidence)
+    bound = _highest(evidence, spectra, 1.0 - confidence)
     if bound is None:
         return _Read()
     estimate = Estimate(
@@ -342,8 +348,8 @@ def _curve(evidence: Evidence, found: Averaged | None) -> _Read:
     return _Read(estimate=estimate, source=source)
 
 
-def _levels(evidence: Evidence, found: Averaged | None) -> _Read:
-    estimate = None if found is None else found.average.angle_random_walk
+def _levels(evidence: Evidence, spectra: _Spectra | None) -> _Read:
+    estimate = None if spectra is None else spectra.every.average.angle_random_walk
     source = f"the spectrum of {_bounded(evidence)} below its roll-off"
     return _Read(estimate=estimate, source=source)
 
@@ -353,7 +359,7 @@ def _bounded(evidence: Evidence) -> str:
     return evidence.measured.channel + ("" if evidence.is_finished else " with its lines in")
 
 
-def _highest(evidence: Evidence, found: Averaged | None, chance: float) -> CurveBound | None:
+def _highest(evidence: Evidence, spectra: _Spectra | None, chance: float) -> CurveBound | None:
     """Largest N that the curve allows except with a probability.
 
     Of a search that did not come to an end, the curve with all lines in: lines only raise a curve,
@@ -361,7 +367,7 @@ def _highest(evidence: Evidence, found: Averaged | None, chance: float) -> Curve
     those below ten samples, and those that the spectrum shows, are left out.
     """
     curve, rate = evidence.curve, evidence.measured.sample_rate
-    roll_off = None if found is None else found.roll_off
+    roll_off = None if spectra is None else spectra.every.roll_off
     unfinished = evidence.left.removal.unfinished
     if unfinished is not None:
         points = points_at(unfinished, rate, evidence.settings.interval)
@@ -371,3 +377,14 @@ def _highest(evidence: Evidence, found: Averaged | None, chance: float) -> Curve
     if roll_off is not None:
         used &= curve.tau >= roll_off.cluster_time()
     return highest_walk(curve, evidence.coefficients.readout, chance=chance, used=used)
+
+
+_CANDIDATES: Final = (
+    _step_4,
+    _whole_band,
+    _whole_band_of_fewer,
+    _average,
+    _likelihood_alone,
+    _curve,
+    _levels,
+)

@@ -19,8 +19,7 @@ from sagnac.arrays import FloatArray
 from sagnac.coefficients.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_one_band
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import level_laws
-from sagnac.coefficients.mixture import mixture
-from sagnac.coefficients.model_average import RULED, ModelChoice
+from sagnac.coefficients.model_average import RULED, ModelChoice, mixture
 from sagnac.spectrum.levels import Levels
 
 # Chance at which each test says of parts that agree that they do not.

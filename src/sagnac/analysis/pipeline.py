@@ -26,10 +26,9 @@ from sagnac.analysis.measurement import (
     require_noise,
     require_sound,
 )
-from sagnac.analysis.noticed import markov_text, noticed
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
-from sagnac.analysis.settings import MOST_GYROS, Progress, Settings
+from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.shares import TableShares, table_shares
 from sagnac.analysis.sharing import sharing_of
 from sagnac.analysis.spectra import (
@@ -37,14 +36,13 @@ from sagnac.analysis.spectra import (
     multitaper_density,
     residual_of,
 )
-from sagnac.analysis.stages import Stages
 from sagnac.analysis.table_angle import (
     TurningTable,
     followed,
     settled,
     turning_table,
 )
-from sagnac.analysis.trust import Trust, findings_of, merged, require_strict
+from sagnac.analysis.trust import Trust, findings_of, markov_text, merged, noticed, require_strict
 from sagnac.arrays import differences
 from sagnac.coefficients.bounds import highest_terms, slow_noise, within_curve
 from sagnac.coefficients.estimates import Estimate, unobserved

@@ -1,7 +1,9 @@
-"""Choices of the caller."""
+"""Choices of the caller, and the clock of an analysis that they are told by."""
 
 import math
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -140,3 +142,37 @@ class Settings:
             Whether the table turns.
         """
         return _ON_TABLE if self.interval is None and turning else self.interval
+
+
+class Stages:
+    """The clock of one analysis.
+
+    Parameters
+    ----------
+    progress
+        Called with the stage and the fraction of it done; None for nobody.
+    path
+        Of the file, put into an error that does not name it: a stage knows the data alone.
+
+    Attributes
+    ----------
+    seconds
+        Wall time by stage, in the order in which the stages first began.
+    """
+
+    def __init__(self, progress: Progress | None, path: str) -> None:
+        self._progress = progress or (lambda _stage, _fraction: None)
+        self._path = path
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[Callable[[float], None]]:
+        """Time what is done inside; gives a function to be called with the fraction done."""
+        began = time.perf_counter()
+        self._progress(name, 0.0)
+        try:
+            yield lambda fraction: self._progress(name, fraction)
+        except RecordingError as error:
+            raise error.at(self._path) from None
+        self._progress(name, 1.0)
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - began

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
-from sagnac.coefficients._model_kernels import every_model
+from sagnac.coefficients._kernels import every_model
 from sagnac.coefficients.laws import (
     STOCHASTIC_NAMES,
     CoefficientName,

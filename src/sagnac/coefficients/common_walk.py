@@ -22,7 +22,7 @@ from scipy.special import stdtrit
 
 from sagnac.arrays import BooleanArray, FloatArray
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, rate_density_basis
-from sagnac.coefficients.limits import PRESENCE
+from sagnac.coefficients.likelihood import PRESENCE
 from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 from sagnac.spectrum.power_laws import running_median
 

@@ -25,7 +25,7 @@ from sagnac.coefficients.laws import (
     allan_variance_basis,
     overlapped_allan_covariance,
 )
-from sagnac.coefficients.limits import PRESENCE, crossing, typical_square
+from sagnac.coefficients.likelihood import PRESENCE, crossing, typical_square
 from sagnac.coefficients.readings import SHORT, Squares
 from sagnac.errors import Note, RecordingError, require_confidence, rounded
 from sagnac.stability.curve import StabilityCurve

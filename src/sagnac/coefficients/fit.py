@@ -19,7 +19,7 @@ from sagnac.coefficients.estimates import (
     unobserved,
 )
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.coefficients.maximum import maximize, profile_interval, with_departure
+from sagnac.coefficients.likelihood import maximize, profile_interval, with_departure
 from sagnac.coefficients.ramp import ramp_square
 from sagnac.errors import require_choice, require_confidence
 from sagnac.recording.model import Kind

@@ -27,7 +27,7 @@ from sagnac.coefficients.cosine_spectrum import (
 )
 from sagnac.coefficients.estimates import SquaredEstimate
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, CoefficientName, cosine_power_basis
-from sagnac.coefficients.limits import PRESENCE
+from sagnac.coefficients.likelihood import PRESENCE
 from sagnac.errors import RecordingError
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_transform

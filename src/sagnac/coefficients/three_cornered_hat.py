@@ -18,8 +18,14 @@ from sagnac.coefficients.cosine_spectrum import (
 )
 from sagnac.coefficients.estimates import Estimate, SquaredEstimate
 from sagnac.coefficients.laws import STOCHASTIC_NAMES, cosine_power_basis
-from sagnac.coefficients.limits import CONVERGED, Profile, detected
-from sagnac.coefficients.maximum import errors_of, scaled_covariance, solve_normal
+from sagnac.coefficients.likelihood import (
+    CONVERGED,
+    Profile,
+    detected,
+    errors_of,
+    scaled_covariance,
+    solve_normal,
+)
 from sagnac.errors import Note, RecordingError
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind

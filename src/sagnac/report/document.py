@@ -12,7 +12,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.parts import Part
 from sagnac.analysis.plain import (
     choice_data,
@@ -26,6 +25,7 @@ from sagnac.analysis.plain import (
 )
 from sagnac.analysis.result import Analysis, Covariance, answer_coefficients, headline_coefficients
 from sagnac.analysis.settings import Settings
+from sagnac.analysis.verdict import verdict_of
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.estimates import (
     Estimate,

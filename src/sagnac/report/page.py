@@ -8,7 +8,6 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from sagnac.alignment.noise import GyroNoise
-from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import (
     Analysis,
     answer_coefficients,
@@ -16,6 +15,7 @@ from sagnac.analysis.result import (
     headline_estimates,
     headline_fit,
 )
+from sagnac.analysis.verdict import verdict_of
 from sagnac.coefficients.estimates import Estimate
 from sagnac.coefficients.laws import SYMBOLS, CoefficientName
 from sagnac.errors import ranked

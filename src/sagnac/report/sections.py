@@ -11,9 +11,9 @@ from collections.abc import Iterable, Sequence
 from itertools import zip_longest
 from typing import Any, Final
 
-from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis, answer_coefficients
 from sagnac.analysis.shares import Share
+from sagnac.analysis.verdict import verdict_of
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.errors import one_line, rounded

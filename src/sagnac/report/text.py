@@ -13,8 +13,8 @@ from rich.box import Box
 from rich.console import Console
 from rich.table import Table
 
-from sagnac.analysis.judgement import verdict_of
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_estimates
+from sagnac.analysis.verdict import verdict_of
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.coefficients.self_noise import SelfNoise
 from sagnac.errors import Note, counted, ranked

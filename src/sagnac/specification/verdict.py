@@ -8,7 +8,7 @@ with S the sum of the terms as estimated (Whittle), says how wide the interval o
 the answer is of the likelihood of the whole band, that is the width.
 
 An average over bands gives no bin more than the weight of its relative error of 3 %
-(`coefficients.mixture`), so that it gains less from the many cells of high frequency, and its
+(`coefficients.model_average`), so that it gains less from the many cells of high frequency, and its
 robust levels keep six tenths of what cells tell. Its variance is that of one fit of all four terms,
 and a tenth more since the models differ, or half as much more if a low-pass of the sensor is in
 sight. If the interval of the short recording is far wider than

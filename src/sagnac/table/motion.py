@@ -1,20 +1,307 @@
-"""Table motion in a gyro: its share, drift and Earth rate, fitted and taken out."""
+"""Table motion in a gyro: its share, drift and Earth rate, fitted and taken out.
+
+Ridge regression of a gyro's averages on the kinematics of the table.
+
+The columns are the table angle (the share), time (the drift), the integrals of its cosine and sine
+(Earth rate), and the cosine and sine of each order beside them.
+All are fitted in increments, in which the angle random walk is white.
+"""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
+import scipy.linalg
+import scipy.linalg.lapack
 
-from sagnac.arrays import FloatArray
-from sagnac.table.kinematic_fit import KinematicFit, kinematic_fit, kinematic_fits
+from sagnac.arrays import FloatArray, blocks, empty
 from sagnac.table.kinematics import (
+    LARGEST_EARTH_RATE,
     Kinematics,
+    are_whole,
     block_gain,
+    bounded_by_earth,
     harmonic_sum,
+    harmonics_of,
     highest_harmonic,
     sine_cosine_integrals,
     tells_drift,
 )
 from sagnac.table.turns import FEW_TURNS, full_turns
+
+# Orders allowed for while nobody knows which there are.
+_NUISANCE_ORDERS: Final = 128
+# Averages whose columns are held at a time.
+_AT_ONCE: Final = 8192
+# Columns that LAPACK works on at once, at the most.
+_PANEL: Final = 64
+# Columns of Earth rate among those of a `Design`.
+_EARTH: Final = slice(2, 4)
+# Singular values below this share of the largest are directions that the data do not distinguish.
+_COLLINEAR: Final = 1e-11
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KinematicFit:
+    """Coefficients of the table's kinematics in averages of a gyro angle.
+
+    Attributes
+    ----------
+    share
+        rad per rad of table angle.
+    drift
+        rad/s.
+    earth
+        Coefficients of the integrals of cosine and sine of the table angle, rad/s.
+    orders, cosine, sine
+        (orders,) of table angle beside them, and their coefficients in the averages, rad.
+    """
+
+    share: float
+    drift: float
+    earth: tuple[float, float]
+    orders: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """Columns of the regression, made some averages at a time.
+
+    Attributes
+    ----------
+    kinematic
+        Of the table.
+    columns
+        (averages,) each: table angle in rad, time in s (zeros without a drift), the integrals of
+        cosine and sine in s.
+    orders
+        (orders,) whose cosine and sine follow.
+    """
+
+    kinematic: Kinematics
+    columns: tuple[FloatArray, ...]
+    orders: FloatArray
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients."""
+        return len(self.columns) + 2 * self.orders.size
+
+    @property
+    def deviations(self) -> FloatArray:
+        """(coefficients,) prior standard deviation of each: Earth rate alone has one."""
+        prior = np.full(self.size, np.inf)
+        prior[_EARTH] = LARGEST_EARTH_RATE
+        return prior
+
+    def increments(self, start: int, stop: int) -> FloatArray:
+        """(coefficients, stop - start) increments of every column."""
+        here = slice(start, stop + 1)
+        rows = np.empty((self.size, stop - start))
+        for out, column in zip(rows, self.columns, strict=False):
+            np.subtract(column[here][1:], column[here][:-1], out=out)
+        cosines, sines = rows[len(self.columns) :: 2], rows[len(self.columns) + 1 :: 2]
+        angle, whole = self.kinematic.angle[here], are_whole(self.orders)
+        if whole.any():
+            waves = harmonics_of(angle, int(self.orders[whole].max()))
+            for row in np.flatnonzero(whole):
+                wave = waves[int(self.orders[row])]
+                np.subtract(wave.real[1:], wave.real[:-1], out=cosines[row])
+                np.subtract(wave.imag[1:], wave.imag[:-1], out=sines[row])
+        for row in np.flatnonzero(~whole):
+            cosines[row] = np.diff(np.cos(self.orders[row] * angle))
+            sines[row] = np.diff(np.sin(self.orders[row] * angle))
+        return rows
+
+
+def design(kinematic: Kinematics, orders: FloatArray, *, with_drift: bool) -> Design:
+    """Columns for these `orders`, with a drift or without."""
+    count = kinematic.angle.size
+    columns: tuple[FloatArray, ...] = (
+        kinematic.angle,
+        np.asarray(np.arange(count) * kinematic.interval) if with_drift else np.zeros(count),
+        kinematic.cosine,
+        kinematic.sine,
+    )
+    return Design(
+        kinematic=kinematic,
+        columns=columns,
+        orders=orders,
+    )
+
+
+def kinematic_fit(
+    averages: FloatArray,
+    kinematic: Kinematics,
+    harmonics: FloatArray | None,
+    *,
+    with_drift: bool,
+) -> KinematicFit:
+    """Fit the kinematics, and beside them those harmonics that the averages can show.
+
+    Parameters
+    ----------
+    averages
+        (averages,) of the gyro angle, rad.
+    kinematic
+        Of the table.
+    harmonics
+        Orders present in the angle; None if that is not known: all are allowed for, up to 128.
+    with_drift
+        Whether a drift is fitted.
+    """
+    (found,) = kinematic_fits(averages[np.newaxis], kinematic, harmonics, with_drift=with_drift)
+    return found
+
+
+def kinematic_fits(
+    averages: FloatArray,
+    kinematic: Kinematics,
+    harmonics: FloatArray | None,
+    *,
+    with_drift: bool,
+) -> tuple[KinematicFit, ...]:
+    """`kinematic_fit` of several gyros on one table, (gyros, averages): the columns are the same.
+
+    They are made, and made orthogonal, once.
+    """
+    orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
+    orders = orders[orders <= highest_harmonic(kinematic)]
+    columns = design(kinematic, orders, with_drift=with_drift)
+    # Harmonics are known only after a search, which takes lines in time out as well.
+    return regressions(averages, columns, lines_taken=harmonics is not None and harmonics.size > 0)
+
+
+def regressions(
+    averages: FloatArray, columns: Design, *, lines_taken: bool
+) -> tuple[KinematicFit, ...]:
+    """Least squares of the columns on increments of averages, Earth rate held by its prior.
+
+    Parameters
+    ----------
+    averages
+        (gyros, averages) of the gyro angles, rad; each is fitted by itself.
+    columns
+        As `design` makes them.
+    lines_taken
+        Whether lines in time are out of the averages. If they are still in, they count as noise:
+        they would otherwise buy any Earth rate that lowers them a little.
+    """
+    targets = np.diff(averages)
+    rows = triangle(columns, targets)
+    return tuple(
+        _regression(Triangle.of(rows, columns.size, number), target, columns, lines_taken)
+        for number, target in enumerate(targets)
+    )
+
+
+def _regression(
+    reduced: "Triangle", target: FloatArray, columns: Design, lines_taken: bool
+) -> KinematicFit:
+    """The fit of one gyro, from the triangle of its target."""
+    free = reduced.solution(np.zeros(columns.size))
+    if lines_taken:
+        noise = noise_beside_lines(leftover(columns, target, free))
+    else:
+        noise = reduced.deviation(free, target.size)
+    penalty = noise / (columns.deviations * reduced.scale)
+    solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
+    plain = len(columns.columns)
+    earth = solution[_EARTH]
+    return KinematicFit(
+        share=float(solution[0]),
+        drift=float(solution[1]),
+        earth=(float(earth[0]), float(earth[1])),
+        orders=columns.orders,
+        cosine=solution[plain::2],
+        sine=solution[plain + 1 :: 2],
+    )
+
+
+def triangle(columns: Design, targets: FloatArray) -> FloatArray:
+    """Triangular factor of the columns beside the targets, (rows, coefficients + targets).
+
+    Orthogonal triangles, not the normal equations: the parts of these columns that tell them apart
+    can be 1e-7 of their size, which squared is below rounding.
+    """
+    size, width = columns.size, columns.size + targets.shape[0]
+    stacked = np.empty((0, width))
+    for block in blocks(targets.shape[1], _AT_ONCE):
+        # Columns of the regression are rows here, as LAPACK wants them.
+        known = stacked.shape[0]
+        rows = np.empty((width, known + block.stop - block.start))
+        rows[:, :known] = stacked.T
+        rows[:size, known:] = columns.increments(block.start, block.stop)
+        rows[size:, known:] = targets[:, block]
+        work = _PANEL * width
+        factor = scipy.linalg.lapack.dgeqrf(rows.T, lwork=work, overwrite_a=True)[0]
+        stacked = np.triu(factor[:width])
+    return stacked
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Triangle:
+    """Least squares reduced to a triangle, its columns scaled to unit length.
+
+    Attributes
+    ----------
+    factor
+        (rows, coefficients).
+    right
+        (rows,) what it has to give.
+    scale
+        (coefficients,) length of each column; 1 for a column of zeros.
+    beyond
+        Sum of squares of the target that no columns can give, rad^2.
+    """
+
+    factor: FloatArray
+    right: FloatArray
+    scale: FloatArray
+    beyond: float
+
+    @classmethod
+    def of(cls, rows: FloatArray, size: int, number: int = 0) -> "Triangle":
+        """The triangle of one target, from the rows that `triangle` makes of `size` columns."""
+        factor, target = rows[:size, :size], rows[:, size + number]
+        scale = np.sqrt(np.einsum("ij,ij->j", factor, factor))
+        scale[scale == 0.0] = 1.0
+        return cls(
+            factor=factor / scale,
+            right=target[:size],
+            scale=scale,
+            beyond=float(target[size:] @ target[size:]),
+        )
+
+    def solution(self, penalty: FloatArray) -> FloatArray:
+        """(coefficients,) of the ridge regression with a penalty on each scaled coefficient."""
+        stacked = np.vstack([self.factor, np.diag(penalty)])
+        target = np.concatenate([self.right, np.zeros(self.scale.size)])
+        return np.asarray(
+            scipy.linalg.lstsq(stacked, target, cond=_COLLINEAR)[0] / self.scale, dtype=np.float64
+        )
+
+    def deviation(self, solution: FloatArray, count: int) -> float:
+        """Root mean square of what a solution leaves of `count` increments, rad."""
+        left = self.right - self.factor @ (solution * self.scale)
+        return float(np.sqrt((left @ left + self.beyond) / count))
+
+
+def leftover(columns: Design, target: FloatArray, solution: FloatArray) -> FloatArray:
+    """(averages - 1,) of the target without the columns times the solution, rad."""
+    left = empty(target.size)
+    for block in blocks(target.size, _AT_ONCE):
+        left[block] = target[block] - solution @ columns.increments(block.start, block.stop)
+    return left
+
+
+def noise_beside_lines(left: FloatArray) -> float:
+    """Standard deviation, rad, of white noise in what is left, whatever orders are still in."""
+    power = np.abs(np.fft.rfft(left)[1:]) ** 2 / left.size
+    # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
+    return float(np.sqrt(np.median(power) / np.log(2.0)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -39,7 +39,7 @@ from sagnac.texts import names
 from sagnac.version import __version__
 
 if TYPE_CHECKING:
-    from sagnac.analysis.planning import Plan, PlanRow
+    from sagnac.analysis.verdict import Plan, PlanRow
     from sagnac.specification.verdict import Shown
 
 
@@ -217,7 +217,7 @@ def plan(
     widths = None if within is None else _widths(within)
     with results.progress_shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)
-        from sagnac.analysis.planning import WIDTHS
+        from sagnac.analysis.verdict import WIDTHS
 
         with naming(file, read.recording):
             analysis = sagnac.analyze(read.recording, settings, progress=progress)

@@ -1,4 +1,4 @@
-"""How long to record, from what a short recording shows."""
+"""Whether gyros keep a specification, and how long to record to decide it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,14 +8,114 @@ from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis, headline_coefficients
 from sagnac.arrays import pandas_for
-from sagnac.coefficients.estimates import Fit, FitBand
+from sagnac.coefficients.estimates import Estimate, Fit, FitBand, unobserved
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.coefficients.model_average import ModelChoice
 from sagnac.errors import RecordingError, quoted
 from sagnac.lines.naming import WIDEST_BINS
 from sagnac.recording.model import Recording
 from sagnac.specification.limits import Limit, Specification, specification_of
-from sagnac.specification.verdict import LeftOut, Shown
+from sagnac.specification.verdict import Judgement, LeftOut, Shown, Verdict, judged
+
+
+def verdict_of(analysis: Analysis) -> Verdict | None:
+    """Every limit beside every gyro; None if the settings state no specification.
+
+    N of a triad is judged for each gyro, all else for what the curve is of: one gyro, or what the
+    difference of two makes per gyro. A gyro of a triad that is not in that difference is undecided
+    there, for nothing was measured of it. At rest each gyro is judged by its own analysis; one
+    that was refused is undecided. All are undecided if a unit is in doubt.
+    """
+    specification = analysis.settings.specification
+    return None if specification is None else judge(analysis, specification)
+
+
+def judge(
+    analysis: Analysis, specification: Specification | str, *, risk: float | None = None
+) -> Verdict:
+    """Pass, fail or undecided: every limit of a specification beside every gyro.
+
+    Parameters
+    ----------
+    analysis
+        Of one gyro or several.
+    specification
+        The limits, or their text: ``3e-4deg/sqrt(h)``, ``N=3e-4deg/sqrt(h),B=0.01deg/h`` or the
+        path of a TOML file.
+    risk
+        With a text: largest probability of passing a gyro that lies at its limit.
+
+    Raises
+    ------
+    ValueError
+        If the text states no limits.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac import Recording, analyze
+    >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> judge(analyze(still), "1deg/sqrt(h)").decision
+    'pass'
+    """
+    if isinstance(specification, str):
+        specification = specification_of(specification, risk=risk)
+    if not isinstance(specification, Specification):
+        raise TypeError(f"specification is {quoted(specification)}; give '3e-4deg/sqrt(h)'")
+    rows = [
+        row
+        for limit in specification.limits
+        for one in analysis.each
+        for row in _rows(one, limit, specification)
+    ]
+    doubt = _doubt(analysis)
+    if doubt:
+        rows = [replace(row, decision="undecided", reason=doubt) for row in rows]
+    rows += [
+        judged(name, limit, _unseen(analysis, limit), specification)
+        for limit in specification.limits
+        for name in analysis.settings.gyros
+        if name in analysis.refused
+    ]
+    return Verdict(specification=specification, judgements=tuple(rows))
+
+
+def _doubt(analysis: Analysis) -> str:
+    """Why no figure decides: a unit of the gyros or of time looks wrong, and nobody accepted it."""
+    doubted = {
+        name
+        for one in (analysis, *analysis.each)
+        for note in one.findings
+        if note.name == "units" and note.level == "warning"
+        for name in note.channel.split(", ")
+    }
+    known = [name for name in ("time", *analysis.settings.gyros) if name in doubted]
+    return f"the unit of {', '.join(known)} is in doubt" if known else ""
+
+
+def _rows(analysis: Analysis, limit: Limit, specification: Specification) -> list[Judgement]:
+    if limit.coefficient == "angle_random_walk" and analysis.per_gyro:
+        return [judged(name, limit, own, specification) for name, own in analysis.per_gyro.items()]
+    rows = [judged(analysis.channel, limit, _measured(analysis, limit), specification)]
+    taken = {*analysis.channel.split("-"), analysis.channel}
+    return rows + [
+        judged(name, limit, _unseen(analysis, limit), specification)
+        for name in analysis.per_gyro
+        if name not in taken
+    ]
+
+
+def _measured(analysis: Analysis, limit: Limit) -> Estimate:
+    if limit.coefficient == "angle_random_walk":
+        return analysis.angle_random_walk
+    found = headline_coefficients(analysis).get(limit.coefficient)
+    return found or _unseen(analysis, limit)
+
+
+def _unseen(analysis: Analysis, limit: Limit) -> Estimate:
+    return unobserved(limit.coefficient, analysis.settings.confidence)
+
 
 # Cells that a fit leaves out on either side of what is masked.
 _BESIDE: Final = 1.0
