@@ -20,28 +20,14 @@ from sagnac.analysis.curves import (
 )
 from sagnac.analysis.encoder import answer_of_one, of_both_alike, with_latch_note
 from sagnac.analysis.headline import Decision, Evidence, Headline, decide
-from sagnac.analysis.measurement import (
-    Measurement,
-    measure,
-    require_noise,
-    require_sound,
-)
+from sagnac.analysis.measurement import Measurement, measure, require_noise, require_sound
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.shares import TableShares, table_shares
 from sagnac.analysis.sharing import sharing_of
-from sagnac.analysis.spectra import (
-    figure_spectrum,
-    multitaper_density,
-    residual_of,
-)
-from sagnac.analysis.table_angle import (
-    TurningTable,
-    followed,
-    settled,
-    turning_table,
-)
+from sagnac.analysis.spectra import figure_spectrum, multitaper_density, residual_of
+from sagnac.analysis.table_angle import TurningTable, followed, settled, turning_table
 from sagnac.analysis.trust import Trust, findings_of, markov_text, merged, noticed, require_strict
 from sagnac.arrays import differences
 from sagnac.coefficients.bounds import highest_terms, slow_noise, within_curve

@@ -11,11 +11,7 @@ from sagnac.analysis.settings import Method, Settings
 from sagnac.arrays import FloatArray
 from sagnac.errors import Note, RecordingError
 from sagnac.lines.model import Removal
-from sagnac.lines.published import (
-    LITERAL,
-    PublishedSearch,
-    remove_lines_as_published,
-)
+from sagnac.lines.published import LITERAL, PublishedSearch, remove_lines_as_published
 from sagnac.lines.search import remove_lines
 from sagnac.recording.channel import PAIR_SIZE, angle_of, as_one_gyro
 from sagnac.recording.model import Recording

@@ -17,13 +17,7 @@ from sagnac.coefficients.estimates import Estimate
 from sagnac.errors import Note, rounded
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
-from sagnac.table.kinematics import (
-    Kinematics,
-    block_averages,
-    block_gain,
-    harmonic_sum,
-    kinematics,
-)
+from sagnac.table.kinematics import Kinematics, block_averages, block_gain, harmonic_sum, kinematics
 from sagnac.table.motion import follow_table_together
 from sagnac.table.turns import FEW_TURNS, full_turns
 

@@ -13,12 +13,7 @@ from scipy.optimize import nnls
 from scipy.special import ndtri
 
 from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.estimates import (
-    Fit,
-    FitName,
-    SquaredEstimate,
-    unobserved,
-)
+from sagnac.coefficients.estimates import Fit, FitName, SquaredEstimate, unobserved
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     CoefficientName,

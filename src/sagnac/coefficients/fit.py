@@ -11,13 +11,7 @@ from sagnac.coefficients.cosine_spectrum import (
     ordinates,
 )
 from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
-from sagnac.coefficients.estimates import (
-    Fit,
-    FitBand,
-    FitName,
-    SquaredEstimate,
-    unobserved,
-)
+from sagnac.coefficients.estimates import Fit, FitBand, FitName, SquaredEstimate, unobserved
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.coefficients.likelihood import maximize, profile_interval, with_departure
 from sagnac.coefficients.ramp import ramp_square

@@ -35,13 +35,7 @@ from sagnac.coefficients.band_models import (
     bin_shapes,
 )
 from sagnac.coefficients.bounds import highest_coefficient
-from sagnac.coefficients.estimates import (
-    Estimate,
-    Interval,
-    SquaredEstimate,
-    Status,
-    unobserved,
-)
+from sagnac.coefficients.estimates import Estimate, Interval, SquaredEstimate, Status, unobserved
 from sagnac.coefficients.laws import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,

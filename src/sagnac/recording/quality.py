@@ -8,38 +8,10 @@ from typing import Final
 
 from sagnac.arrays import FloatArray, extent
 from sagnac.errors import Note, ranked
+from sagnac.recording import distribution, encoder_faults, gaps, physics, readout, repeats, spikes
 from sagnac.recording.channel import Channel
-from sagnac.recording.distribution import (
-    dropout_notes,
-    flat_notes,
-    heavy_notes,
-    interleaved_notes,
-    step_notes,
-    unsteady_notes,
-)
-from sagnac.recording.encoder_faults import (
-    LEAST_SHARE,
-    across_notes,
-    jump_notes,
-    table_notes,
-    table_share,
-    turn_notes,
-)
-from sagnac.recording.gaps import not_finite_notes, stamp_notes, stuck_notes
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
-from sagnac.recording.physics import (
-    earth_notes,
-    earth_on_table_notes,
-    gravity_notes,
-    motion_notes,
-    rate_doubts,
-    wrap_notes,
-    wrong_unit_notes,
-)
 from sagnac.recording.profile import Profile, profile_of
-from sagnac.recording.readout import resolution_notes, saturation_notes
-from sagnac.recording.repeats import pair_notes, repeat_notes, twice_notes
-from sagnac.recording.spikes import lost_rows, slip_notes, spike_notes
 
 # A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
 _AT_REST: Final = math.radians(1.0)
@@ -70,13 +42,13 @@ def integrity(recording: Recording) -> tuple[Note, ...]:
         return (Note(level="error", text=text),)
     notes: list[Note] = []
     for channel in [*recording.gyros, *([recording.table] if recording.table else [])]:
-        notes += not_finite_notes(recording, channel.name, channel.values)
+        notes += gaps.not_finite_notes(recording, channel.name, channel.values)
     if recording.times is not None:
-        notes += stamp_notes(recording, recording.times)
+        notes += gaps.stamp_notes(recording, recording.times)
     for gyro in recording.gyros:
-        notes += stuck_notes(recording, gyro)
+        notes += gaps.stuck_notes(recording, gyro)
     if not notes:
-        notes += gravity_notes(recording)
+        notes += physics.gravity_notes(recording)
     return ranked(notes)
 
 
@@ -100,59 +72,61 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     """
     chosen = [recording.gyro(name) for name in gyros] if gyros else list(recording.gyros)
     turns = recording.table is not None and _turned(recording.table) > _AT_REST
-    notes = [*rate_doubts(recording), *(() if turns else earth_notes(recording))]
+    notes = [*physics.rate_doubts(recording), *(() if turns else physics.earth_notes(recording))]
     if turns:
-        lost = lost_rows(recording, chosen)
+        lost = spikes.lost_rows(recording, chosen)
         notes += lost.notes(recording)
         # What leaps there would else be called spikes and jumps.
         recording = lost.closed(recording)
         chosen = [recording.gyro(gyro.name) for gyro in chosen]
     profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
     for profile in profiles.values():
-        notes += wrong_unit_notes(recording, profile)
+        notes += physics.wrong_unit_notes(recording, profile)
         notes += _of_samples(recording, profile, standing=not turns)
-    notes += pair_notes(profiles, partial(_sense_alike, recording))
+    notes += repeats.pair_notes(profiles, partial(_sense_alike, recording))
     if recording.table is not None and not turns:
-        notes += jump_notes(recording, recording.table)
+        notes += encoder_faults.jump_notes(recording, recording.table)
     elif recording.table is not None:
-        notes += turn_notes(recording) or slip_notes(recording, chosen)
+        notes += encoder_faults.turn_notes(recording) or spikes.slip_notes(recording, chosen)
         for gyro in _not_rolled_over(chosen, notes):
-            notes += across_notes(recording, gyro)
-            notes += earth_on_table_notes(recording, gyro)
+            notes += encoder_faults.across_notes(recording, gyro)
+            notes += physics.earth_on_table_notes(recording, gyro)
     return ranked(notes)
 
 
 def _sense_alike(recording: Recording, first: str, second: str) -> bool:
     """Whether both sense the table's rate, in shares that no wrong unit would leave alike."""
-    shares = [abs(table_share(recording, recording.gyro(name))) for name in (first, second)]
-    return min(shares) > LEAST_SHARE and max(shares) < _ALIKE * min(shares)
+    shares = [
+        abs(encoder_faults.table_share(recording, recording.gyro(name))) for name in (first, second)
+    ]
+    return min(shares) > encoder_faults.LEAST_SHARE and max(shares) < _ALIKE * min(shares)
 
 
 def _of_samples(recording: Recording, profile: Profile, *, standing: bool) -> tuple[Note, ...]:
     """Findings in the samples of one gyro: one cause that spoils them all, else each."""
     is_bench = standing and profile.channel.sensor == "gyro"
-    causes = [one for one in _CAUSES if is_bench or one is not motion_notes]
+    causes = [one for one in _CAUSES if is_bench or one is not physics.motion_notes]
     # The others would only see what follows from the first.
     found = next(filter(None, (cause(recording, profile) for cause in causes)), ())
     if found:
         return found
-    found = spike_notes(recording, profile)
+    found = spikes.spike_notes(recording, profile)
     if not standing and not _warns(found):
         # The end of a heavy tail is the noise's on a bench alone: a table that sweeps has one.
         found = ()
-    found = found or jump_notes(recording, profile.channel)
+    found = found or encoder_faults.jump_notes(recording, profile.channel)
     if _warns(found):
         # A table that starts and stops changes noise and rate by right.
-        return found + (unsteady_notes(recording, profile) if standing else ())
+        return found + (distribution.unsteady_notes(recording, profile) if standing else ())
     if not standing:
         # No motion makes large deviations rare.
-        return found + flat_notes(recording, profile)
-    changing = unsteady_notes(recording, profile)
-    stepping = () if changing else step_notes(recording, profile)
+        return found + distribution.flat_notes(recording, profile)
+    changing = distribution.unsteady_notes(recording, profile)
+    stepping = () if changing else distribution.step_notes(recording, profile)
     if stepping:
         return found + changing + stepping
-    shape = flat_notes(recording, profile) or heavy_notes(recording, profile)
-    return found + changing + shape
+    flat = distribution.flat_notes(recording, profile)
+    return found + changing + (flat or distribution.heavy_notes(recording, profile))
 
 
 def _wrapped(recording: Recording, profile: Profile) -> tuple[Note, ...]:
@@ -162,20 +136,20 @@ def _wrapped(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         for note in recording.notes
         if note.name == "wraps" and note.channel == profile.channel.name
     )
-    return seen or wrap_notes(recording, profile)
+    return seen or physics.wrap_notes(recording, profile)
 
 
 # In the order in which they are looked for.
 _CAUSES: Final[tuple[Detector, ...]] = (
     _wrapped,
-    interleaved_notes,
-    motion_notes,
+    distribution.interleaved_notes,
+    physics.motion_notes,
     # Zeros far from the mean look like a readout of one step from there to zero.
-    dropout_notes,
-    resolution_notes,
-    saturation_notes,
-    repeat_notes,
-    twice_notes,
+    distribution.dropout_notes,
+    readout.resolution_notes,
+    readout.saturation_notes,
+    repeats.repeat_notes,
+    repeats.twice_notes,
 )
 
 
@@ -226,7 +200,7 @@ def judged_remainder(
     )
     profile = profile_of(left)
     # Steps of two readouts together are flat, and no soft limit.
-    return unsteady_notes(alone, profile) or heavy_notes(alone, profile)
+    return distribution.unsteady_notes(alone, profile) or distribution.heavy_notes(alone, profile)
 
 
 def accept(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:
@@ -292,7 +266,7 @@ def _findings(recording: Recording) -> tuple[Note, ...]:
         return ranked(notes)
     notes += judged(recording, [gyro.name for gyro in sound])
     for gyro in _not_rolled_over(sound, notes):
-        notes += table_notes(recording, gyro)
+        notes += encoder_faults.table_notes(recording, gyro)
     if recording.table is not None:
         turned = _turned(recording.table) / (2.0 * math.pi)
         notes.append(Note(channel="table", text=f"covers {turned:.2f} turns"))

@@ -12,15 +12,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sagnac.arrays import (
-    BooleanArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    elementwise,
-    every,
-    extent,
-)
+from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, every, extent
 from sagnac.errors import RecordingError
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import (
