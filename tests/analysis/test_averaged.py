@@ -15,8 +15,8 @@ from benchmarks.gallery import (
     warming,
 )
 
+from sagnac.analysis.json_data import choice_data, covariance_data, parts_data
 from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.plain import choice_data, covariance_data, parts_data
 from sagnac.analysis.result import headline_coefficients
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.still_bench import at_rest

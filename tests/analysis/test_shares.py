@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.analysis.shares import table_shares
+from sagnac.analysis.table_shares import table_shares
 from sagnac.errors import RecordingError
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig

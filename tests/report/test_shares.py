@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.analysis.plain import triad_data
-from sagnac.analysis.shares import Share, Triad
+from sagnac.analysis.json_data import triad_data
+from sagnac.analysis.table_shares import Share, Triad
 from sagnac.coefficients.estimates import Interval
 from sagnac.report import text
 from sagnac.report.page import page

@@ -22,9 +22,9 @@ from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 from sagnac.analysis.averaged import Averaged
+from sagnac.analysis.common_noise import shared_walk
 from sagnac.analysis.headline import Headline
 from sagnac.analysis.measurement import Measurement
-from sagnac.analysis.sharing import shared_walk
 from sagnac.analysis.table_angle import ALIKE, TurningTable
 from sagnac.arrays import FloatArray, blocks
 from sagnac.coefficients.estimates import Estimate

@@ -21,8 +21,8 @@ of 4, too. The paper's methods know 1 and 6 alone, and a search for lines that d
 end leaves 6 alone, with the lines in. If nothing is borne out, N is not observable.
 
 What happens to the answer then: the interval holds N of the parts if these disagree (here), what
-the encoder of a table adds or hides (`encoder`), and what two gyros share (`sharing`); findings of
-the data divide it or withhold it (`trust`).
+the encoder of a table adds or hides (`encoder`), and what two gyros share (`common_noise`);
+findings of the data divide it or withhold it (`trust`).
 """
 
 from dataclasses import dataclass, replace

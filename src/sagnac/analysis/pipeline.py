@@ -6,6 +6,7 @@ from typing import Any
 
 from sagnac.analysis.alone import Run, each_alone, gyros_alone
 from sagnac.analysis.averaged import Averaged
+from sagnac.analysis.common_noise import sharing_of
 from sagnac.analysis.corrections import Undithered, without_dither, without_temperature
 from sagnac.analysis.curves import (
     Coefficients,
@@ -24,10 +25,9 @@ from sagnac.analysis.measurement import Measurement, measure, require_noise, req
 from sagnac.analysis.removal import Remainder, remainder_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
-from sagnac.analysis.shares import TableShares, table_shares
-from sagnac.analysis.sharing import sharing_of
 from sagnac.analysis.spectra import figure_spectrum, multitaper_density, residual_of
 from sagnac.analysis.table_angle import TurningTable, followed, settled, turning_table
+from sagnac.analysis.table_shares import TableShares, table_shares
 from sagnac.analysis.trust import Trust, findings_of, markov_text, merged, noticed, require_strict
 from sagnac.arrays import differences
 from sagnac.coefficients.bounds import highest_terms, slow_noise, within_curve

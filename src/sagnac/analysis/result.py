@@ -10,8 +10,8 @@ from typing import Any, Final, Self
 
 from sagnac.analysis.parts import Part
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.shares import Share, Triad
 from sagnac.analysis.spectra import Residual, Spectrum
+from sagnac.analysis.table_shares import Share, Triad
 from sagnac.arrays import FloatArray, pandas_for, xarray_for
 from sagnac.coefficients.estimates import Estimate, Fit, FitName, estimate_units
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName

@@ -12,8 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.analysis.parts import Part
-from sagnac.analysis.plain import (
+from sagnac.analysis.json_data import (
     choice_data,
     covariance_data,
     low_pass_data,
@@ -23,6 +22,7 @@ from sagnac.analysis.plain import (
     slow_noise_data,
     triad_data,
 )
+from sagnac.analysis.parts import Part
 from sagnac.analysis.result import Analysis, Covariance, answer_coefficients, headline_coefficients
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import verdict_of

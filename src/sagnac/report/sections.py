@@ -12,7 +12,7 @@ from itertools import zip_longest
 from typing import Any, Final
 
 from sagnac.analysis.result import Analysis, answer_coefficients
-from sagnac.analysis.shares import Share
+from sagnac.analysis.table_shares import Share
 from sagnac.analysis.verdict import verdict_of
 from sagnac.coefficients.estimates import Interval
 from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
