@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from sagnac.formats import Statement, arrow, read, write
+from sagnac.formats.source import in_units
 from sagnac.units import UNITS
 from tests.formats.examples import ARCSECOND, SAMPLES, example, refused, walk
 
@@ -47,7 +48,7 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
     kinds = {gyro.name: gyro.kind for gyro in recording.gyros}
     path = tmp_path / "run.parquet"
     units = {**dict.fromkeys(kinds, UNITS["arcsec"]), "table": UNITS["deg"], "null_pulse": None}
-    with arrow.Writer(path, units, kinds=kinds, sample_rate=50.0) as out:
+    with arrow.writer(path, units, kinds=kinds, sample_rate=50.0) as append:
         for start in range(0, SAMPLES, 70):
             part = slice(start, start + 70)
             chunk = {gyro.name: gyro.values[part] for gyro in recording.gyros}
@@ -55,7 +56,7 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
                 "table": recording.table.values[part],
                 "null_pulse": recording.null_pulse[part],
             }
-            out.append(chunk)
+            append(in_units(chunk, units))
         assert not path.exists()
     assert pq.ParquetFile(path).num_row_groups > 3
     chunked, whole = read(path), read(write(recording, tmp_path / "whole.parquet"))
@@ -67,13 +68,13 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
 
 def test_parquet_writer_leaves_nothing_after_an_error(tmp_path):
     units, kinds = {"x": UNITS["arcsec"]}, {"x": "angle"}
-    writer = arrow.Writer(tmp_path / "run.parquet", units, kinds=kinds, sample_rate=1.0)
+    writer = arrow.writer(tmp_path / "run.parquet", units, kinds=kinds, sample_rate=1.0)
 
     def fill() -> None:
-        with writer as out:
-            out.append({"x": np.zeros(10)})
-            out.append({"y": np.zeros(10)})
+        with writer as append:
+            append({"x": np.zeros(10)})
+            append({"y": np.zeros(10)})
 
-    with pytest.raises(KeyError, match="y"):
+    with pytest.raises(KeyError, match="x"):
         fill()
     assert list(tmp_path.iterdir()) == []

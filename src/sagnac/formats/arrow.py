@@ -1,11 +1,10 @@
 """Parquet and Feather, files of Arrow: one column per channel, unit and kind in its metadata."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final
 
 import numpy as np
 import pyarrow as pa
@@ -23,7 +22,6 @@ from sagnac.formats.source import (
     Source,
     Stored,
     column,
-    in_units,
     sensors_of,
 )
 from sagnac.formats.statement import by_attributes
@@ -213,7 +211,15 @@ def _pieces(
 # ---- write -------------------------------------------------------------------------
 
 
-class Writer:
+@contextmanager
+def writer(
+    path: Path | str,
+    units: Mapping[str, Unit | None],
+    *,
+    kinds: Mapping[str, Kind],
+    sample_rate: float,
+    accelerometers: Sequence[str] = (),
+) -> Iterator[Callable[[Rows], None]]:
     """A Parquet recording written chunk by chunk; the file appears only when all is there.
 
     Parameters
@@ -230,6 +236,11 @@ class Writer:
     accelerometers
         Which of `kinds` are accelerometers.
 
+    Yields
+    ------
+    callable
+        Adds rows: every column, (rows,), in its unit (see `sagnac.formats.source.in_units`).
+
     Examples
     --------
     >>> import tempfile
@@ -238,75 +249,33 @@ class Writer:
     >>> folder = tempfile.TemporaryDirectory()
     >>> path = Path(folder.name) / "run.parquet"
     >>> units = {"x": UNITS["arcsec"], "table": UNITS["deg"]}
-    >>> with Writer(path, units, kinds={"x": "angle"}, sample_rate=500.0) as out:
-    ...     out.append({"x": np.zeros(1000), "table": np.zeros(1000)})  # rad
+    >>> with writer(path, units, kinds={"x": "angle"}, sample_rate=500.0) as append:
+    ...     append({"x": np.zeros(1000), "table": np.zeros(1000)})
     >>> pq.read_metadata(path).num_rows
     1000
     >>> folder.cleanup()
     """
+    schema = _schema(units, kinds, sample_rate, accelerometers)
+    pending: list[pa.Table] = []
 
-    def __init__(
-        self,
-        path: Path | str,
-        units: Mapping[str, Unit | None],
-        *,
-        kinds: Mapping[str, Kind],
-        sample_rate: float,
-        accelerometers: Sequence[str] = (),
-    ) -> None:
-        """Lay out the schema; nothing is written before the context is entered."""
-        self._path, self._units = Path(path), units
-        self._schema = _schema(units, kinds, sample_rate, accelerometers)
-        self._pending: list[pa.Table] = []
-        self._stack = ExitStack()
+    def flush() -> None:
+        if pending:
+            whole = pa.concat_tables(pending).combine_chunks()
+            file.write_table(whole, row_group_size=ROWS_PER_GROUP)
+            pending.clear()
 
-    def __enter__(self) -> Self:
-        """Open a temporary file beside the one to write."""
-        with ExitStack() as stack:
-            temporary = stack.enter_context(replacing(self._path))
-            self._file = stack.enter_context(
-                pq.ParquetWriter(
-                    temporary,
-                    self._schema,
-                    compression="zstd",
-                    use_dictionary=False,
-                    write_page_checksum=True,
-                )
-            )
-            self._stack = stack.pop_all()
-        return self
+    def append(rows: Rows) -> None:
+        pending.append(pa.Table.from_arrays(_arrays(rows, schema), schema=schema))
+        if sum(table.num_rows for table in pending) >= ROWS_PER_GROUP:
+            flush()
 
-    def append(self, columns: Mapping[str, NDArray[Any]]) -> None:
-        """Add rows: every column of the schema, (rows,), in SI."""
-        self.append_in_units(in_units(columns, self._units))
-
-    def append_in_units(self, columns: Rows) -> None:
-        """Add rows that are in the units of the schema already."""
-        self._pending.append(
-            pa.Table.from_arrays(_arrays(columns, self._schema), schema=self._schema)
-        )
-        if sum(table.num_rows for table in self._pending) >= ROWS_PER_GROUP:
-            self._flush()
-
-    def _flush(self) -> None:
-        if self._pending:
-            self._file.write_table(
-                pa.concat_tables(self._pending).combine_chunks(), row_group_size=ROWS_PER_GROUP
-            )
-            self._pending.clear()
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Write what is pending and rename; after an error, leave nothing."""
-        if error is not None:
-            self._stack.__exit__(kind, error, trace)
-            return
-        with self._stack:
-            self._flush()
+    packing = {"compression": "zstd", "use_dictionary": False, "write_page_checksum": True}
+    with (
+        replacing(Path(path)) as temporary,
+        pq.ParquetWriter(temporary, schema, **packing) as file,
+    ):
+        yield append
+        flush()
 
 
 def write(path: Path, out: Outgoing) -> None:
@@ -314,12 +283,13 @@ def write(path: Path, out: Outgoing) -> None:
     if path.suffix.lower() in FEATHER.suffixes:
         _write_feather(path, out)
         return
-    with Writer(
+    whole = writer(
         path, out.units, kinds=out.kinds, sample_rate=out.sample_rate,
         accelerometers=out.accelerometers,
-    ) as writer:  # fmt: skip
+    )  # fmt: skip
+    with whole as append:
         for _, rows in out.parts(ROWS_PER_GROUP):
-            writer.append_in_units(rows)
+            append(rows)
 
 
 def _write_feather(path: Path, out: Outgoing) -> None:

@@ -4,19 +4,11 @@ The message ends in 37 doubles: orientation (4) and its covariance (9), angular 
 and its covariance (9), linear acceleration (3, m/s²) and its covariance (9). So the numbers lie at
 the same distance from the end whatever the header before them holds. The first message of a topic
 is set beside what the library makes of it before any is read so.
-
-A ROS 1 bag is read by whole chunks. The library reads one message after another, which takes most
-of the time for a bag of millions. It has read the index, though, which says where in which chunk
-each message lies. So each chunk is unpacked once, and all messages of a connection are taken out of
-it together. A record is a header and data, each after its length. The header of a message has three
-fields of one length, so that all headers are alike except for the time. Before the first message of
-a connection its definition may stand (bag format 2.0).
 """
 
 import gc
 import os
 import shutil
-import struct
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -33,7 +25,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
-from sagnac.arrays import IntegerArray, blocks
+from sagnac.arrays import blocks
 from sagnac.errors import Note, RecordingError
 from sagnac.formats.files import damaged, replacing_set
 from sagnac.formats.registry import ROSBAG
@@ -41,143 +33,11 @@ from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, in_mem
 from sagnac.formats.statement import Statement
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
-# ---- ros1 chunks -------------------------------------------------------------------
-
-_CONNECTION: Final = b"op=\x07"
-_MESSAGE: Final = b"op=\x02"
-_TIME: Final = b"time="
-_TIME_BYTES: Final = 8
-_LENGTH: Final = 4
-
-Bytes = NDArray[np.uint8]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Messages:
-    """Messages of one connection that lie in one chunk.
-
-    Attributes
-    ----------
-    chunk
-        (bytes,) of the chunk, unpacked.
-    begin, end
-        (messages,) where each lies in it.
-    received
-        (messages,) ns.
-    """
-
-    chunk: Bytes
-    begin: IntegerArray
-    end: IntegerArray
-    received: IntegerArray
-
-    def first(self, offset: int, count: int) -> Bytes:
-        """(messages, count) bytes from `offset` after the beginning of each."""
-        return self._from(self.begin + offset, count)
-
-    def last(self, count: int) -> Bytes:
-        """(messages, count) bytes at the end of each."""
-        return self._from(self.end - count, count)
-
-    def _from(self, start: IntegerArray, count: int) -> Bytes:
-        taken: Bytes = self.chunk[start[:, np.newaxis] + np.arange(count)]
-        return taken
-
-
-def messages_of(reader: Any, connection: int) -> Iterator[Messages]:
-    """Messages of a connection, chunk by chunk, in the order in which they were received.
-
-    Parameters
-    ----------
-    reader
-        An open `rosbags.rosbag1.Reader`.
-    connection
-        Its number.
-
-    Raises
-    ------
-    ValueError
-        If a chunk is cut off, or does not hold messages where the index says so.
-    """
-    index = reader.indexes[connection]
-    size = len(index)
-    received = np.fromiter((entry.time for entry in index), np.int64, size)
-    place = np.fromiter((entry.chunk_pos for entry in index), np.int64, size)
-    offset = np.fromiter((entry.offset for entry in index), np.int64, size)
-    ends = [*(np.flatnonzero(np.diff(place)) + 1).tolist(), size] if size else []
-    begin = 0
-    for end in ends:
-        own = slice(begin, end)
-        chunk = _unpacked(reader, int(place[begin]))
-        first, last = _places(chunk, offset[own], connection)
-        yield Messages(
-            chunk=np.frombuffer(chunk, np.uint8), begin=first, end=last, received=received[own]
-        )
-        begin = end
-
-
-def _unpacked(reader: Any, place: int) -> bytes:
-    """The bytes of a chunk."""
-    held = reader.chunks[place]
-    reader.bio.seek(held.datapos)
-    packed = reader.bio.read(held.datasize)
-    if len(packed) != held.datasize:
-        raise ValueError("a chunk is cut off")
-    unpacked: bytes = held.decompressor(packed)
-    return unpacked
-
-
-def _places(
-    chunk: bytes, offset: IntegerArray, connection: int
-) -> tuple[IntegerArray, IntegerArray]:
-    """Where the data of messages begin and end whose records lie at `offset`."""
-    offset = offset.copy()
-    # Only the first of a chunk has definitions before it.
-    lowest = int(np.argmin(offset))
-    offset[lowest] = _past_definitions(chunk, int(offset[lowest]))
-    length = _number(chunk, int(offset[lowest]))
-    header = chunk[int(offset[lowest]) + _LENGTH :][:length]
-    if _MESSAGE not in header or b"conn=" + connection.to_bytes(_LENGTH, "little") not in header:
-        raise ValueError("there is no message where the index says so")
-    values = np.frombuffer(chunk, np.uint8)
-    whole = 2 * _LENGTH + length
-    if int(offset.max()) + whole > values.size:
-        raise ValueError("the index points beyond its chunk")
-    records = values[offset[:, np.newaxis] + np.arange(whole)]
-    same = np.ones(_LENGTH + length, dtype=np.bool_)
-    time = _LENGTH + header.index(_TIME) + len(_TIME)
-    same[time : time + _TIME_BYTES] = False
-    if np.any(records[:, : same.size][:, same] != records[lowest, : same.size][same]):
-        raise ValueError("there is no message where the index says so")
-    sizes = np.ascontiguousarray(records[:, same.size :]).view("<u4")[:, 0].astype(np.int64)
-    begin = offset + whole
-    end = begin + sizes
-    if int(end.max()) > values.size:
-        raise ValueError("a message is cut off")
-    return begin, end
-
-
-def _past_definitions(chunk: bytes, offset: int) -> int:
-    """Where the first record from `offset` on lies that defines no connection."""
-    while True:
-        length = _number(chunk, offset)
-        after = offset + _LENGTH + length
-        if _CONNECTION not in chunk[offset + _LENGTH : after]:
-            return offset
-        offset = after + _LENGTH + _number(chunk, after)
-
-
-def _number(chunk: bytes, offset: int) -> int:
-    try:
-        return int(struct.unpack_from("<I", chunk, offset)[0])
-    except struct.error:
-        raise ValueError("a record is cut off") from None
-
-
 # ---- rosbag ------------------------------------------------------------------------
 
 _TYPES: Final = ("sensor_msgs/msg/Imu", "sensor_msgs/Imu")
 _DOUBLES: Final = 37
+_STAMP_AT: Final = 4
 _GYRO_AT: Final = 13
 _ACCELEROMETER_AT: Final = 25
 # Places of the first number of two covariances; it is -1 if the quantity is not measured.
@@ -203,14 +63,12 @@ _FIELDS: Final = {
 class _Topic:
     """One topic of IMU messages.
 
-    `order` is the byte order of its messages, and `stamp_at` where the stamp lies in them;
-    `has_forces` is whether its messages state an acceleration.
+    `order` is the byte order of its messages; `has_forces` is whether they state an acceleration.
     """
 
     name: str
     messages: int
     order: str
-    stamp_at: int
     is_stamped: bool
     has_forces: bool = True
 
@@ -345,11 +203,11 @@ def _topic(bag: AnyReader, name: str) -> _Topic:
     count = sum(one.msgcount for one in connections)
     found = next(bag.messages(connections=connections), None)
     if found is None:
-        return _Topic(name=name, messages=0, order="<", stamp_at=0, is_stamped=False)
+        return _Topic(name=name, messages=0, order="<", is_stamped=False)
     connection, _, raw = found
     # ROS 2 puts four bytes before a message, the second of which says the order; ROS 1 counts it.
     order = ">" if bag.is2 and raw[1] % 2 == 0 else "<"
-    topic = _Topic(name=name, messages=count, order=order, stamp_at=4, is_stamped=True)
+    topic = _Topic(name=name, messages=count, order=order, is_stamped=True)
     message: Any = bag.deserialize(raw, connection.msgtype)
     stamp = message.header.stamp
     first = _numbers(topic, [bytes(raw)])
@@ -363,7 +221,6 @@ def _topic(bag: AnyReader, name: str) -> _Topic:
         name=name,
         messages=count,
         order=order,
-        stamp_at=4,
         is_stamped=seconds != 0,
         has_forces=first[_NUMBERS][0, _ACCELERATION_SPREAD_AT] != _NOT_MEASURED,
     )
@@ -371,20 +228,10 @@ def _topic(bag: AnyReader, name: str) -> _Topic:
 
 def _numbers(topic: _Topic, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:
     """Stamps, ns, and the doubles of some messages, (messages, 37)."""
-    if any(len(message) < _least(topic) for message in raw):
+    if any(len(message) < _STAMP_AT + 8 + 8 * _DOUBLES for message in raw):
         raise ValueError(f"a message of {topic.name} is cut off")
     ends = b"".join(message[-8 * _DOUBLES :] for message in raw)
-    begin = b"".join(message[topic.stamp_at : topic.stamp_at + 8] for message in raw)
-    return _decoded(topic, begin, ends)
-
-
-def _least(topic: _Topic) -> int:
-    """Bytes that a message has at least."""
-    return 8 * _DOUBLES + topic.stamp_at + 8
-
-
-def _decoded(topic: _Topic, begin: bytes, ends: bytes) -> dict[str, NDArray[Any]]:
-    """Stamps, ns, and doubles, (messages, 37), from their bytes one after another."""
+    begin = b"".join(message[_STAMP_AT : _STAMP_AT + 8] for message in raw)
     doubles = np.frombuffer(ends, f"{topic.order}f8").reshape(-1, _DOUBLES)
     seconds, nano = np.frombuffer(begin, f"{topic.order}u4").reshape(-1, 2).T.astype(np.int64)
     return {_STAMP: seconds * 10**9 + nano, _NUMBERS: doubles}
@@ -397,10 +244,8 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
         for key, field in fields.items()
     }
     connections = [one for one in bag.connections if one.topic == topic.name]
-    by_chunks = not bag.is2 and len(connections) == 1
-    pieces = _by_chunks(connections[0], topic) if by_chunks else _blocks(bag, connections, topic)
     done = 0
-    for numbers in pieces:
+    for numbers in _blocks(bag, connections, topic):
         block = slice(done, done + numbers[_RECEIVED].size)
         for key, field in fields.items():
             shown = numbers[_NUMBERS][:, _FIELDS[field][0]] if field in _FIELDS else numbers[field]
@@ -409,16 +254,6 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
     if done != topic.messages:
         raise ValueError(f"it holds {done} of {topic.messages} messages of {topic.name}")
     return arrays
-
-
-def _by_chunks(connection: Any, topic: _Topic) -> Iterator[dict[str, NDArray[Any]]]:
-    """Numbers of a topic of ROS 1, and when each message was received, ns, chunk by chunk."""
-    for messages in messages_of(connection.owner, connection.id):
-        if np.any(messages.end - messages.begin < _least(topic)):
-            raise ValueError(f"a message of {topic.name} is cut off")
-        begin, ends = messages.first(topic.stamp_at, 8), messages.last(8 * _DOUBLES)
-        numbers = _decoded(topic, begin.tobytes(), ends.tobytes())
-        yield {**numbers, _RECEIVED: messages.received}
 
 
 def _blocks(

@@ -22,7 +22,7 @@ from sagnac.formats.csv import write_euroc
 from sagnac.formats.files import replacing_set
 from sagnac.formats.read_write import format_to_write
 from sagnac.formats.registry import EUROC, PARQUET
-from sagnac.formats.source import outgoing
+from sagnac.formats.source import in_units, outgoing
 from sagnac.recording.channel import PICKOFF, Pickoff
 from sagnac.recording.columns import NULL_PULSE_NAME, Conversion, with_lost_readings
 from sagnac.recording.encoder_readings import angle_of_readings
@@ -464,17 +464,17 @@ def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> 
         **({"table": UNITS["deg"], NULL_PULSE_NAME: None} if config.turning else {}),
         **({PICKOFF + name: None for name in GYRO_NAMES} if config.dither.is_left else {}),
     }
-    with arrow.Writer(
+    with arrow.writer(
         path,
         written_in,
         kinds=dict.fromkeys(names, config.kind),
         accelerometers=tuple(units["accelerometer"]),
         sample_rate=config.sample_rate_hz,
-    ) as out:
+    ) as append:
         for _, columns in _columns(config, progress):
             if "table" in columns:
                 columns["table"] = within_turn(columns["table"], config.encoder.lines)
-            out.append(columns)
+            append(in_units(columns, written_in))
 
 
 def _require_config(config: object) -> None:
