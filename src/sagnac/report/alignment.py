@@ -9,13 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sagnac.alignment.align import Prospect, Unaided
-from sagnac.alignment.drift import PARTS, Drift, Growth
+from sagnac.alignment.drift import PARTS, Growth
 from sagnac.alignment.error_model import AzimuthError, azimuth_error, flicker_deviation
 from sagnac.alignment.noise import NAMES, GyroNoise
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
 from sagnac.report.figures import legend_above, styled
+from sagnac.report.files import rendered
 from sagnac.report.quantities import TITLES, number
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR, SENSED
 
@@ -104,34 +105,19 @@ def _label_axes(axes: Axes, latitude: float) -> None:
 
 def prospect_text(prospect: Prospect) -> str:
     """The answer first, then what it rests on."""
-    compass, filtered = prospect.compass, prospect.filtered
-    last = compass.deviation[-1] / ARCMINUTE
-    low, high = compass.low[-1] / ARCMINUTE, compass.high[-1] / ARCMINUTE
-    turning = []
-    if prospect.rotating is not None:
-        ends = (prospect.rotating.low[0], prospect.rotating.high[0])
-        shown = ", ".join(number(end / ARCMINUTE) for end in ends)
-        turning = [
-            f"  triad turning all the time    {number(prospect.rotating.deviation[0] / ARCMINUTE)}′"
-            f"  [{shown}] {100.0 * compass.confidence:g} %"
-        ]
-    lines = [
-        f"azimuth after {compass.times[-1]:g} s at {prospect.latitude / DEGREE:g}°, 1 σ",
-        f"  gyrocompass, two positions    {number(last)}′  [{number(low)}, {number(high)}] "
-        f"{100.0 * compass.confidence:g} %",
-        f"    its floor by B              {_floor(prospect)}",
-        *_at_most(prospect),
-        f"  Kalman filter, one position   {number(filtered.azimuth[-1] / ARCMINUTE)}′",
-        *turning,
-        f"position {prospect.position.times[-1]:g} s after the filter's alignment  "
-        f"{number(prospect.position.deviation[-1])} m, 1 σ",
-        "for the filter, of each gyro",
-        f"  process noise N²              {number(prospect.noise.angle_random_walk**2)} rad²/s",
-        f"  a priori drift                {number(_drift(prospect) / DEGREE_PER_HOUR)} °/h",
-        f"  drift's process noise K²      {number(prospect.noise.rate_random_walk**2)} rad²/s³",
-    ]
-    lines += [f"note: {text}" for text in notes_of(prospect)]
-    return "\n".join(lines)
+    return rendered(
+        "azimuth.txt",
+        prospect=prospect,
+        highest=_highest(prospect),
+        drift=_drift(prospect),
+        percent=f"{100.0 * prospect.compass.confidence:g}",
+        notes=notes_of(prospect),
+        number=number,
+        arcmin=lambda angle: f"{number(angle / ARCMINUTE)}′",
+        arcminute=ARCMINUTE,
+        degree=DEGREE,
+        deg_per_h=DEGREE_PER_HOUR,
+    ).rstrip()
 
 
 def notes_of(prospect: Prospect) -> list[str]:
@@ -215,23 +201,6 @@ def _highest(prospect: Prospect) -> AzimuthError:
     return replace(worst, floor=max(one.floor for one in found))
 
 
-def _at_most(prospect: Prospect) -> list[str]:
-    """The second, pessimistic figure, if there is an upper bound."""
-    if not prospect.noise.bounds:
-        return []
-    highest = _highest(prospect)
-    return [
-        f"    with the worst upper bound  {number(highest.deviation[-1] / ARCMINUTE)}′, "
-        f"floor {number(highest.floor / ARCMINUTE)}′"
-    ]
-
-
-def _floor(prospect: Prospect) -> str:
-    if "bias_instability" in prospect.noise.unseen:
-        return "not known, since B was not estimated"
-    return f"{number(prospect.compass.floor / ARCMINUTE)}′"
-
-
 def _drift(prospect: Prospect) -> float:
     return float(np.hypot(prospect.start.drift, flicker_deviation(prospect.noise)))
 
@@ -245,14 +214,11 @@ _SYMBOLS: Final = dict(
         strict=True,
     )
 )
-# What grows, the unit that it is shown in as it stands behind a number, and its size.
-_SHOWN: Final = (("heading", "°", DEGREE), ("attitude", "°", DEGREE), ("position", " m", 1.0))
 # Line styles of the parts in a picture.
 _STYLES: Final = ("--", ":", "-.", (0, (8, 2)), (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 # Parts that are named only if they are there.
 _OPTIONAL: Final = ("markov_rate", "accelerometers")
 _RAISED: Final = 1.01  # by upper bounds, from which on they are shown
-_LEAST: Final = 1e-3  # of the largest part, from which on others are printed
 _PRIOR_SHARE: Final = 0.9  # of the answer, from which on it is the prior alone
 
 
@@ -322,63 +288,22 @@ def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
 
 def drift_text(unaided: Unaided) -> str:
     """The priors first, then a line for each time and quantity, and what is left out."""
-    found, priors = unaided.drift, unaided.drift.priors
-    known = (
-        f"from {priors.rest:g} s at rest"
-        if priors.bias is None
-        else f"{number(priors.bias / DEGREE_PER_HOUR)} °/h or from {priors.rest:g} s at rest"
-    )
-    lines = [
-        f"priors, 1 σ: azimuth {number(priors.azimuth / DEGREE)}°, tilt "
-        f"{number(priors.tilt / DEGREE)}°, bias {known}; latitude {unaided.latitude / DEGREE:g}°",
-        "without aiding, 1 σ",
-    ]
-    for row, time in enumerate(found.heading.times):
-        heading = found.heading
-        sigma = heading.deviation(misaligned=False)[row] / DEGREE
-        low, high = (sigma * np.exp(sign * 0.5 * heading.reach[row]) for sign in (-1.0, 1.0))
-        lines += [
-            f"  after {time:g} s",
-            f"    heading drift  {number(sigma)}°  [{number(low)}, {number(high)}] "
-            f"{100.0 * unaided.confidence:g} %, by {_split(heading, row, DEGREE, '°', PARTS[:-1])}",
-        ]
-        for name, unit, size in _SHOWN:
-            growth: Growth = getattr(found, name)
-            lines.append(
-                f"    {name:<13}  {number(growth.deviation()[row] / size)}{unit}, by "
-                f"{_split(growth, row, size, unit, PARTS)}"
-            )
-        lines += _growth_at_most(found, row)
-    return "\n".join([*lines, *(f"note: {text}" for text in drift_notes(unaided))])
-
-
-def _split(growth: Growth, row: int, size: float, unit: str, parts: tuple[str, ...]) -> str:
-    by = _by(growth, row, size, parts)
-    least = _LEAST * max(by.values())
-    return ", ".join(
-        f"{_SYMBOLS[name]} {number(value)}{unit}" for name, value in by.items() if value > least
-    )
-
-
-def _growth_at_most(found: Drift, row: int) -> list[str]:
-    """The second, pessimistic line, if upper bounds raise anything."""
-    shown = []
-    for name, unit, size in _SHOWN:
-        growth: Growth = getattr(found, name)
-        title, highest, sigma = name, growth.highest_misaligned, growth.deviation()
-        if name == "heading":
-            title = "heading drift"
-            highest, sigma = growth.highest, growth.deviation(misaligned=False)
-        if highest[row] > _RAISED * sigma[row]:
-            shown.append(f"{title} {number(highest[row] / size)}{unit}")
-    return [f"    by the sensors with the worst upper bound: {', '.join(shown)}"] if shown else []
+    return rendered(
+        "drift.txt",
+        shown=drift_document(unaided),
+        percent=f"{100.0 * unaided.confidence:g}",
+        notes=drift_notes(unaided),
+        number=number,
+        symbols=_SYMBOLS,
+        zip=zip,
+    ).rstrip()
 
 
 def drift_notes(unaided: Unaided) -> list[str]:
     """Limits of the answer: what it leaves out, and where it is no more than a prior."""
     found, priors = unaided.drift, unaided.drift.priors
     notes = []
-    for name, *_ in _SHOWN:
+    for name in ("heading", "attitude", "position"):
         growth: Growth = getattr(found, name)
         share = np.sqrt(growth.variances[:, -1]) / np.maximum(growth.deviation(), 1e-300)
         times = growth.times[share > _PRIOR_SHARE]
