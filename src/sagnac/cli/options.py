@@ -147,6 +147,14 @@ def _flag(**more: Any) -> Parameter:
 
 Debug = Annotated[bool, _flag(help="Traceback on errors.")]
 Json = Annotated[bool, _flag(name="--json")]
+_Names = tuple[str, ...] | None
+_OneOrByName = str | Mapping[str, str] | None
+_Text = Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")]
+
+
+def _read(convert: Callable[[str], Any], metavar: str) -> Parameter:
+    """What a file does not say, in one argument."""
+    return one_argument(convert, group=READING, metavar=metavar)
 
 
 @Parameter(name="*")
@@ -188,31 +196,21 @@ class Reading:
         Most memory that what a file declares may take: 4GiB unless stated.
     """
 
-    gyros: Annotated[tuple[str, ...] | None, one_argument(names, group=READING, metavar="x,z")] = (
-        None
-    )
-    kind: Annotated[
-        str | Mapping[str, str] | None, one_argument(one_or_by_name, group=READING, metavar="KIND")
-    ] = None
-    unit: Annotated[
-        str | Mapping[str, str] | None, one_argument(one_or_by_name, group=READING, metavar="UNIT")
-    ] = None
+    gyros: Annotated[_Names, _read(names, "x,z")] = None
+    kind: Annotated[_OneOrByName, _read(one_or_by_name, "KIND")] = None
+    unit: Annotated[_OneOrByName, _read(one_or_by_name, "UNIT")] = None
     scale: Annotated[str | None, Parameter(group=READING, metavar="0.1arcsec")] = None
     rate: Annotated[float | None, Parameter(group=READING, metavar="HZ")] = None
     time: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
-    columns: Annotated[
-        Mapping[str, str] | None, one_argument(by_name, group=READING, metavar="x=NAME,z=NAME")
-    ] = None
-    slice: Annotated[Span | None, one_argument(span, group=READING, metavar="START:STOP")] = None
+    columns: Annotated[Mapping[str, str] | None, _read(by_name, "x=NAME,z=NAME")] = None
+    slice: Annotated[Span | None, _read(span, "START:STOP")] = None
     counter_bits: Annotated[int | None, Parameter(group=READING, metavar="BITS")] = None
     counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
     null_pulse: Annotated[str | None, Parameter(group=READING, metavar="COLUMN")] = None
-    accelerometers: Annotated[
-        tuple[str, ...] | None, one_argument(names, group=READING, metavar="ax,ay,az")
-    ] = None
+    accelerometers: Annotated[_Names, _read(names, "ax,ay,az")] = None
     layout: Annotated[str | None, Parameter(group=READING, metavar="NAME|TOML")] = None
-    memory: Annotated[int | None, one_argument(memory_size, group=READING, metavar="4GiB")] = None
+    memory: Annotated[int | None, _read(memory_size, "4GiB")] = None
     debug: Debug = False
 
 
@@ -241,12 +239,12 @@ class Heading:
         Write report.pdf, too.
     """
 
-    title: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
-    device: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
-    serial: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
-    customer: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
-    operator: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
-    date: Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")] = None
+    title: _Text = None
+    device: _Text = None
+    serial: _Text = None
+    customer: _Text = None
+    operator: _Text = None
+    date: _Text = None
     heading: Annotated[Path | None, Parameter(group=OUTPUT, metavar="FILE")] = None
     pdf: Annotated[bool, _flag()] = False
 

@@ -255,27 +255,15 @@ def _made(
 
     benches: dict[str, AtRest] = {}
 
-    def run(
-        recording: "sagnac.Recording",
-        chosen: "sagnac.Settings",
-        /,
-        *,
-        progress: Progress | None = None,
-    ) -> "sagnac.Analysis":
-        bench = at_rest(recording, chosen, progress=progress, lines_in=lines_in)
+    def run(recording: "sagnac.Recording", chosen: "sagnac.Settings", /, **how: Any) -> Any:
+        bench = at_rest(recording, chosen, lines_in=lines_in, **how)
         analysis = bench.analysis.with_seconds(read.seconds)
         (name,) = chosen.gyros
         benches[name] = replace(bench, analysis=analysis)
         return analysis
 
-    def run_force(
-        recording: "sagnac.Recording",
-        chosen: "sagnac.Settings",
-        /,
-        *,
-        progress: Progress | None = None,
-    ) -> "sagnac.Analysis":
-        return at_rest(recording, chosen, progress=progress).analysis
+    def run_force(recording: "sagnac.Recording", chosen: "sagnac.Settings", /, **how: Any) -> Any:
+        return at_rest(recording, chosen, **how).analysis
 
     still = replace(read.recording, table=None, null_pulse=None)
     names = settings.gyros_of(still)
