@@ -32,29 +32,29 @@ def test_the_limit_is_that_of_chi_squared():
 
 
 def test_a_curve_that_is_a_model_gives_that_model():
-    found = overbound(exact(4.0 / TAU + 1e-4 * TAU / 3.0)).model
+    found = overbound(exact(4.0 / TAU + 1e-4 * TAU / 3.0))
     assert (found.white, found.walk, found.markov) == (
         pytest.approx(2.0, rel=1e-6), pytest.approx(0.01, rel=1e-4), (),
     )  # fmt: skip
-    assert overbound(exact(9.0 / TAU)).model.white == pytest.approx(3.0)
+    assert overbound(exact(9.0 / TAU)).white == pytest.approx(3.0)
 
 
 def test_a_markov_rate_is_taken_where_it_is_worth_it():
     variance = 1.0 / TAU + markov_allan_variance(TAU, 0.05, 32.0)
-    simple = overbound(exact(variance), most_markov=0)
-    full = overbound(exact(variance), most_markov=2)
-    assert simple.model.markov == ()
-    assert len(full.model.markov) == 1
-    assert 10.0 < full.model.markov[0].correlation_time < 100.0
+    limit = exact(variance)
+    simple, full = (overbound(limit, most_markov=most) for most in (0, 2))
+    assert simple.markov == ()
+    assert len(full.markov) == 1
+    assert 10.0 < full.markov[0].correlation_time < 100.0
     for found in (simple, full):
-        assert np.all(found.model.allan_deviation(TAU) >= np.sqrt(variance) * (1.0 - 1e-9))
-    assert full.inflation < min(1.02, simple.inflation)
+        assert np.all(found.allan_deviation(TAU) >= np.sqrt(variance) * (1.0 - 1e-9))
+    assert limit.inflation(full) < min(1.02, limit.inflation(simple))
 
 
 @pytest.mark.parametrize("bend", [0.05, 0.3])
 def test_no_pair_of_white_noise_and_a_walk_is_inflated_less(bend):
     variance = 1.0 / TAU + bend * markov_allan_variance(TAU, 0.3, 20.0) + 1e-6 * TAU / 3.0
-    found = overbound(exact(variance), most_markov=0).model
+    found = overbound(exact(variance), most_markov=0)
     inflation = np.mean(np.log(found.allan_deviation(TAU) ** 2 / variance))
     # For every N the least K that lies above.
     for square in np.linspace(0.0, (variance * TAU).max(), 2000):
@@ -65,11 +65,11 @@ def test_no_pair_of_white_noise_and_a_walk_is_inflated_less(bend):
 
 def test_what_a_tool_wants_is_there():
     limit = exact(1.0 / TAU)
-    walks = overbound(limit, most_markov=0, walks=True).model
+    walks = overbound(limit, most_markov=0, walks=True)
     assert walks.walk**2 * TAU[-1] / 3.0 == pytest.approx(0.02 / TAU[-1], rel=1e-6)
-    assert overbound(limit, most_markov=0, least_white=1.5).model.white == pytest.approx(1.5)
+    assert overbound(limit, most_markov=0, least_white=1.5).white == pytest.approx(1.5)
     noisy = exact(1.0 / TAU + 3.0 * 0.7**2 / TAU**2)
-    assert overbound(noisy, angle=True).model.angle == pytest.approx(0.7, rel=1e-3)
+    assert overbound(noisy, angle=True).angle == pytest.approx(0.7, rel=1e-3)
 
 
 def test_too_short_a_curve_is_refused():

@@ -50,7 +50,7 @@ def test_the_model_lies_above_the_truth_and_not_far_above():
             truth = 1.0 / limit.tau + walk**2 * limit.tau / 3.0
             truth = truth + markov_allan_variance(limit.tau, driving_noise, time)
             for name, terms in models.items():
-                model = overbound(limit, **terms).model
+                model = overbound(limit, **terms)
                 ratio = model.allan_deviation(limit.tau) / np.sqrt(truth)
                 held[name] += bool(ratio.min() >= 1.0)
                 inflated[name].append(float(np.median(ratio)))

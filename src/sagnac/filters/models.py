@@ -195,26 +195,9 @@ class UpperLimit:
     limit: FloatArray
     confidence: float
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Overbound:
-    """A model above an upper limit.
-
-    Attributes
-    ----------
-    model
-        Its terms.
-    limit
-        What it lies above.
-    """
-
-    model: FilterModel
-    limit: UpperLimit
-
-    @property
-    def inflation(self) -> float:
-        """Median over the cluster times of model over measured deviation."""
-        return float(np.median(self.model.allan_deviation(self.limit.tau) / self.limit.deviation))
+    def inflation(self, model: FilterModel) -> float:
+        """Median over the cluster times of the deviation of a model over the measured one."""
+        return float(np.median(model.allan_deviation(self.tau) / self.deviation))
 
 
 def upper_limit(
@@ -260,7 +243,7 @@ def overbound(
     least_white: float = 0.0,
     angle: bool = False,
     walks: bool = False,
-) -> Overbound:
+) -> FilterModel:
     """The smallest model of some terms above an upper limit.
 
     With Markov rates the mean excess of the variance is the least. White noise and a walk alone
@@ -291,9 +274,8 @@ def overbound(
     least = (least_white**2, _LEAST_WALK * 3.0 * limit.limit[-1] ** 2 / limit.tau[-1] * walks)
     if most_markov == 0 and not angle:
         white, walk = _white_and_slow(limit, limit.tau / 3.0, least)
-        model = FilterModel(white=float(np.sqrt(white)), walk=float(np.sqrt(walk)))
-        return Overbound(model=model, limit=limit)
-    best = _smallest(limit, (), least, angle)
+        return FilterModel(white=float(np.sqrt(white)), walk=float(np.sqrt(walk)))
+    excess, best = _smallest(limit, (), least, angle)
     chosen: tuple[float, ...] = ()
     for _ in range(most_markov):
         tried = {
@@ -301,11 +283,11 @@ def overbound(
             for time in _correlation_times(limit.tau)
             if time not in chosen
         }
-        times = min(tried, key=lambda each: tried[each].excess)
-        if tried[times].excess > (1.0 - _WORTH) * best.excess:
+        times = min(tried, key=lambda each: tried[each][0])
+        if tried[times][0] > (1.0 - _WORTH) * excess:
             break
-        best, chosen = tried[times], times
-    return Overbound(model=best.model, limit=limit)
+        chosen, (excess, best) = times, tried[times]
+    return best
 
 
 def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0) -> FilterModel:
@@ -368,14 +350,6 @@ def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Candidate:
-    """A model and the mean of its variance over the squared limit."""
-
-    model: FilterModel
-    excess: float
-
-
 def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
     """Markov times, s, from the first cluster time to the last, even in the logarithm."""
     decades = float(np.log10(tau[-1] / tau[0]))
@@ -412,8 +386,8 @@ def _white_and_slow(
 
 def _smallest(
     limit: UpperLimit, times: tuple[float, ...], least: tuple[float, float], angle: bool
-) -> _Candidate:
-    """Squares of the terms by a linear program: least mean excess, above the limit everywhere.
+) -> tuple[float, FilterModel]:
+    """Least mean of the variance over the squared limit, by a linear program, and its model.
 
     `least` are the smallest squares of the white noise and of the walk.
     """
@@ -449,4 +423,4 @@ def _smallest(
             if square > 0.0
         ),
     )
-    return _Candidate(model=model, excess=float((relative @ solved).mean()))
+    return float((relative @ solved).mean()), model

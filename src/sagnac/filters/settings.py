@@ -202,18 +202,7 @@ def _own(pair: Sensor, name: str, stated: Mapping[str, Any]) -> Sensor:
         square = high if math.isnan(white) else white
         variance = pair.deviation**2 + (square**2 - pair.white**2) / pair.tau
         own = np.sqrt(np.maximum(variance, square**2 / pair.tau))
-    return Sensor(
-        name=name,
-        tau=pair.tau,
-        deviation=own,
-        edf=pair.edf,
-        white=white,
-        white_high=high,
-        angle=pair.angle,
-        sample_rate=pair.sample_rate,
-        source=pair.source,
-        covariance=pair.covariance,
-    )
+    return replace(pair, name=name, deviation=own, white=white, white_high=high)
 
 
 def _walk(
@@ -273,9 +262,7 @@ class FilterSetting:
 
     def inflation(self, model: FilterModel) -> float | None:
         """Median over the cluster times of model over measured deviation; None if stated."""
-        if self.limit is None:
-            return None
-        return float(np.median(model.allan_deviation(self.limit.tau) / self.limit.deviation))
+        return None if self.limit is None else self.limit.inflation(model)
 
     def as_markov(self, time: float) -> Self:
         """The same with one Markov rate of this correlation time, s, in the place of the walk."""
@@ -351,10 +338,8 @@ def setting_of(sensor: Sensor, *, confidence: float = 0.95, most_markov: int = 2
     return FilterSetting(
         name=sensor.name,
         kind=sensor.kind,
-        simple=overbound(limit, most_markov=0, least_white=seen, walks=True).model,
-        full=overbound(
-            limit, most_markov=most_markov, least_white=seen, angle=sensor.angle > 0.0
-        ).model,
+        simple=overbound(limit, most_markov=0, least_white=seen, walks=True),
+        full=overbound(limit, most_markov=most_markov, least_white=seen, angle=sensor.angle > 0.0),
         source=sensor.source,
         limit=limit,
         sample_rate=sensor.sample_rate,
@@ -375,9 +360,8 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
     limit = envelope(limits)
-    return FilterSetting(
-        name=name,
-        kind=loudest.kind,
+    return replace(
+        loudest,
         simple=FilterModel(
             white=loudest.simple.white, walk=max(one.simple.walk for one in settings)
         ),
@@ -386,12 +370,8 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
             most_markov=max(len(one.full.markov) for one in settings),
             least_white=max(one.full.white for one in settings),
             angle=any(one.full.angle > 0.0 for one in settings),
-        ).model,
-        source=loudest.source,
+        ),
         limit=limit,
-        sample_rate=loudest.sample_rate,
-        estimate=loudest.estimate,
-        covariance=loudest.covariance,
     )
 
 

@@ -278,6 +278,8 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
         limits=[typeset(limit.in_words) for one in specifications for limit in one.limits],
         spans=_span_figures(lines),
         **_listed(lines),
+        answer=_answer,
+        states=[line.state for line in lines],
         version=__version__,
     )
     path = folder / "index.html"
@@ -318,7 +320,7 @@ def _group(
         "why": scatter.why,
         "left_out": scatter.left_out,
         "figures": figures,
-        "tables": _cell_tables(done),
+        "units": _by_unit(done),
         **_scatter_words(scatter),
     }
 
@@ -380,34 +382,16 @@ def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _cell_tables(lines: Iterable[Line]) -> list[dict[str, Any]]:
-    """Units, each with days down and rates across, as the paper prints its tables."""
+def _by_unit(lines: Iterable[Line]) -> dict[str, list[Line]]:
+    """Lines of each unit that was measured on several days or at several rates."""
     units: dict[str, list[Line]] = {}
     for line in lines:
         units.setdefault(line.unit, []).append(line)
-    tables = []
-    for unit, own in units.items():
-        rates = sorted({line.rate_deg_per_s for line in own})
-        days = list(dict.fromkeys(line.day for line in own))
-        if len(rates) < 2 and len(days) < 2:
-            continue
-        rows = [
-            (
-                day or "–",
-                [
-                    [
-                        _answer(line)
-                        for line in own
-                        if (line.day, line.rate_deg_per_s) == (day, rate)
-                    ]
-                    for rate in rates
-                ],
-            )
-            for day in days
-        ]
-        title = f"Unit {unit}" if unit else "By day and rate"
-        tables.append({"title": title, "rates": [f"{rate:g}" for rate in rates], "rows": rows})
-    return tables
+    return {
+        unit: own
+        for unit, own in units.items()
+        if len({line.rate_deg_per_s for line in own}) > 1 or len({line.day for line in own}) > 1
+    }
 
 
 def _span_figures(lines: Iterable[Line]) -> list[tuple[Markup, str]]:
@@ -426,43 +410,35 @@ def _span_figures(lines: Iterable[Line]) -> list[tuple[Markup, str]]:
 
 def _listed(lines: Sequence[Line]) -> dict[str, Any]:
     """Every row, and the columns in which at least one row has something."""
-    cells = [_cells(line) for line in lines]
-    names = list(cells[0]) if cells else []
-    filled = [name for name in names if any(row[name]["text"] for row in cells)]
-    return {
-        "columns": [
-            {"name": name, "numeric": any("numeric" in row[name] for row in cells)}
-            for name in filled
-        ],
-        "rows": [
-            {"state": line.state, "cells": [row[name] for name in filled]}
-            for line, row in zip(lines, cells, strict=True)
-        ],
-    }
+    rows = [_cells(line) for line in lines]
+    filled = [name for name in rows[0] if any(row[name]["text"] for row in rows)] if rows else []
+    return {"columns": {name: "numeric" in rows[0][name] for name in filled}, "rows": rows}
 
 
 def _cells(line: Line) -> dict[str, dict[str, Any]]:
-    """A row of the table by the names of its columns."""
+    """A row of the table by the names of its columns: text, key to sort by, what stands beside."""
     value, interval = _answer(line)
+    file = {"text": Path(line.file).name, "key": line.file}
     span = "" if math.isnan(line.start_s) else f"{line.start_s / 3600:g}–{line.stop_s / 3600:g}"
-    link = f"{line.report}/report.html" if line.report else ""
     found = line.state == "done"
-    walk = {**_numeric(line.n_deg_per_sqrt_h, value), "range": _beside(line, interval)}
-    why = line.reason * bool(line.verdict)
     return {
-        "File": {"text": Path(line.file).name, "key": line.file, "link": link},
-        "Unit": {"text": line.unit, "key": line.unit},
-        "Day": {"text": line.day, "key": line.day},
+        "File": {**file, "link": f"{line.report}/report.html" if line.report else ""},
+        "Unit": _plain(line.unit),
+        "Day": _plain(line.day),
         "Rate (°/s)": _numeric(line.rate_deg_per_s, f"{line.rate_deg_per_s:g}"),
-        "Gyros": {"text": line.gyros, "key": line.gyros},
-        "Method": {"text": line.method, "key": line.method},
-        "Span (h)": {"text": span, "key": "" if not span else line.start_s, "numeric": True},
-        "N (°/√h)": walk,
-        "Verdict": {"text": line.verdict, "key": line.verdict, "range": why},
+        "Gyros": _plain(line.gyros),
+        "Method": _plain(line.method),
+        "Span (h)": _numeric(line.start_s, span),
+        "N (°/√h)": {**_numeric(line.n_deg_per_sqrt_h, value), "range": _beside(line, interval)},
+        "Verdict": {**_plain(line.verdict), "range": line.reason * bool(line.verdict)},
         "Lines": _numeric(line.lines if found else math.nan, str(line.lines)),
         "Notes": _numeric(line.notes if found else math.nan, str(line.notes)),
         "Length (h)": _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
     }
+
+
+def _plain(text: str) -> dict[str, Any]:
+    return {"text": text, "key": text}
 
 
 def _beside(line: Line, interval: str) -> str:

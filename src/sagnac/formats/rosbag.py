@@ -12,7 +12,7 @@ import shutil
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
@@ -217,13 +217,8 @@ def _topic(bag: AnyReader, name: str) -> _Topic:
     seconds = int(stamp.sec) * 10**9 + int(stamp.nanosec)
     if not np.array_equal(ours, expected, equal_nan=True) or first[_STAMP][0] != seconds:
         raise ValueError(f"messages of {name} are not those of sensor_msgs/Imu")
-    return _Topic(
-        name=name,
-        messages=count,
-        order=order,
-        is_stamped=seconds != 0,
-        has_forces=first[_NUMBERS][0, _ACCELERATION_SPREAD_AT] != _NOT_MEASURED,
-    )
+    measured = first[_NUMBERS][0, _ACCELERATION_SPREAD_AT] != _NOT_MEASURED
+    return replace(topic, is_stamped=seconds != 0, has_forces=measured)
 
 
 def _numbers(topic: _Topic, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:
