@@ -203,6 +203,11 @@ class Sensed:
     coefficients: Mapping[str, Mapping[str, float]]
     titles: Mapping[str, str]
 
+    @property
+    def keys(self) -> dict[str, str]:
+        """Coefficient -> its title as a key of a document."""
+        return {name: title.replace(" ", "_") for name, title in self.titles.items()}
+
 
 SENSED: Final[Mapping[Sensor, Sensed]] = {
     "gyro": Sensed(

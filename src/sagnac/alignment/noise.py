@@ -178,10 +178,9 @@ class GyroNoise:
         RecordingError
             If N is not observable.
         """
-        sensed = SENSED[sensor]
-        title_of = {name: sensed.titles[name].replace(" ", "_") for name in NAMES}
-        stated = {name: document["coefficients"].get(title) for name, title in title_of.items()}
-        stated[NAMES[0]] = document[title_of[NAMES[0]]]
+        sensed, keys = SENSED[sensor], SENSED[sensor].keys
+        stated = {name: document["coefficients"].get(keys[name]) for name in NAMES}
+        stated[NAMES[0]] = document[keys[NAMES[0]]]
         slow = document.get("slow_noise") or {}
         units = sensed.coefficients
         values: list[float] = []
@@ -193,7 +192,7 @@ class GyroNoise:
             if one["status"] == "estimated" or bounded:
                 values.append(one["value"] * units[name][one["unit"]])
             else:
-                shown = slow.get(title_of[name])
+                shown = slow.get(keys[name])
                 values.append(shown["value"] * units[name][shown["unit"]] if shown else 0.0)
             if one["status"] != "estimated":
                 unseen.append(name)
@@ -291,7 +290,7 @@ def _covariance(
         (row, place, sensed.coefficients[name][stated["units"][place]])
         for row, name in enumerate(NAMES)
         for place, title in enumerate(stated["names"])
-        if title == sensed.titles[name].replace(" ", "_") and name not in unseen
+        if title == sensed.keys[name] and name not in unseen
     ]
     for row, at, size in seen:
         for column, to, other in seen:

@@ -117,11 +117,10 @@ def covariance_data(analysis: Analysis) -> dict[str, Any] | None:
     if covariance is None:
         return None
     sensor = analysis.sensor
-    titles = SENSED[sensor].titles
     units = [field_unit(name, sensor) for name in covariance.names]
     sizes = np.array([unit.size for unit in units])
     return {
-        "names": [titles[name].replace(" ", "_") for name in covariance.names],
+        "names": [SENSED[sensor].keys[name] for name in covariance.names],
         "units": [unit.name for unit in units],
         "matrix": (covariance.matrix / sizes / sizes[:, np.newaxis]).tolist(),
     }
@@ -234,7 +233,7 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
     for name in ("bias_instability", "rate_random_walk"):
         unit = field_unit(name, sensor)
         value = getattr(found, name) / unit.size
-        data[sensed.titles[name].replace(" ", "_")] = {"value": value, "unit": unit.name}
+        data[sensed.keys[name]] = {"value": value, "unit": unit.name}
     unit = field_unit("bias_instability", sensor)
     for key, rate in zip(("markov", "second_markov"), found.rates, strict=False):
         data[key] = {

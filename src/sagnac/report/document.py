@@ -197,7 +197,7 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
             "angle_random_walk", analysis.angle_random_walk, "accelerometer"
         ),
         "coefficients": {
-            sensed.titles[name].replace(" ", "_"): _estimate(name, estimates[name], "accelerometer")
+            sensed.keys[name]: _estimate(name, estimates[name], "accelerometer")
             for name in COEFFICIENT_NAMES
             if name in estimates
         },
@@ -386,8 +386,7 @@ def _settings(document: Document, gyros: tuple[str, ...], confidence: float) -> 
 
 def _force(channel: str, stated: Document, document: Document) -> Analysis:
     """An accelerometer of the document of its gyros."""
-    titles = SENSED["accelerometer"].titles
-    keys = {name: titles[name].replace(" ", "_") for name in COEFFICIENT_NAMES}
+    keys = SENSED["accelerometer"].keys
     walk = _stored_estimate("angle_random_walk", stated["velocity_random_walk"], "accelerometer")
     return Analysis.of_fields(
         stored=stated,
@@ -397,9 +396,9 @@ def _force(channel: str, stated: Document, document: Document) -> Analysis:
         angle_random_walk=walk,
         source=stated["source"],
         coefficients={
-            name: _stored_estimate(name, stated["coefficients"][key], "accelerometer")
-            for name, key in keys.items()
-            if key in stated["coefficients"]
+            name: _stored_estimate(name, stated["coefficients"][keys[name]], "accelerometer")
+            for name in COEFFICIENT_NAMES
+            if keys[name] in stated["coefficients"]
         },
         fits={},
         per_gyro={},

@@ -228,7 +228,7 @@ def _of_document(
 
     B and K that are bounds come from the slow noise that the spectrum shows.
     """
-    keys = {name: title.replace(" ", "_") for name, title in SENSED[kind].titles.items()}
+    keys = SENSED[kind].keys
     found = {name: stated["coefficients"].get(key) for name, key in keys.items()}
     found["angle_random_walk"] = walk
     slow = stated.get("slow_noise") or {}
