@@ -56,14 +56,7 @@ def test_intervals_and_bounds_of_three_gyros_hold(samples, truths):
     assert held.min() >= 0.9 * runs
 
 
-@pytest.mark.parametrize(
-    ("gyros", "error", "message"),
-    [
-        ({"x": np.ones(50), "y": np.ones(50)}, ValueError, "takes three"),
-        ({"x": white(50, 1), "y": white(50, 2), "z": white(49, 3)}, ValueError, "one span"),
-        ({"x": white(500, 1), "y": white(500, 1), "z": white(500, 3)}, RecordingError, "the same"),
-    ],
-)
-def test_three_cornered_hat_refusals(gyros, error, message):
-    with pytest.raises(error, match=message):
+def test_a_gyro_that_stands_twice_is_refused():
+    gyros = {"x": white(500, 1), "y": white(500, 1), "z": white(500, 3)}
+    with pytest.raises(RecordingError, match="the same"):
         three_cornered_hat(gyros, kind="rate", sample_rate=1.0)

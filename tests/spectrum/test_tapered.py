@@ -73,19 +73,6 @@ def test_segments_and_decimation_join_without_a_step():
     assert np.abs(pull).max() < 4.0
 
 
-@pytest.mark.parametrize(
-    ("values", "rate", "what"),
-    [
-        (np.ones(10), 1.0, "shape"),
-        (np.full(100, np.nan), 1.0, "finite"),
-        (np.ones(100), 0.0, "sample_rate"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(values, rate, what):
-    with pytest.raises(ValueError, match=what):
-        tapered_spectrum(values, sample_rate=rate)
-
-
 def test_low_pass_is_that_of_scipy():
     expected = firwin(81, 0.36, window=("kaiser", 0.1102 * (tapered._STOP - 8.7)))
     np.testing.assert_allclose(tapered._low_pass(81, 0.18), expected, atol=1e-15)

@@ -216,14 +216,6 @@ class Optimum:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Held:
-    """One squared coefficient that keeps its value: its column, and the square."""
-
-    column: int
-    square: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class _Place:
     """Squares of the free terms, the mean of the ordinates there, and -2 log likelihood."""
 
@@ -236,7 +228,7 @@ def maximize(
     spectrum: Ordinates,
     *,
     start: FloatArray | None = None,
-    held: Held | None = None,
+    held: int | None = None,
 ) -> Optimum:
     """Most likely squared coefficients, one of them held if asked.
 
@@ -247,16 +239,13 @@ def maximize(
     start
         (terms,) squares to begin with.
     held
-        The one that keeps its value.
+        Column of the one that keeps its value, which `start` gives.
     """
     basis = spectrum.basis
-    free = np.ones(basis.shape[1], dtype=np.bool_)
-    offset = np.zeros(spectrum.power.size)
-    if held is not None:
-        free[held.column] = False
-        offset = basis[:, held.column] * held.square
-    columns = basis[:, free]
-    place = _start(spectrum, columns, offset, None if start is None else start[free])
+    squares = np.zeros(basis.shape[1]) if start is None else start.copy()
+    free = np.arange(squares.size) != held
+    offset, columns = basis[:, ~free] @ squares[~free], basis[:, free]
+    place = _start(spectrum, columns, offset, squares[free])
     while place.squares.size and math.isfinite(place.deviance):
         before = place.deviance
         move = _newton_move(spectrum, columns, place)
@@ -264,9 +253,10 @@ def maximize(
         if before - place.deviance < CONVERGED:
             break
     finite = math.isfinite(place.deviance)
+    squares[free] = place.squares
     weight = spectrum.weight / place.mean**2 if finite else np.zeros(place.mean.size)
     return Optimum(
-        squares=_joined(place.squares, free, held),
+        squares=squares,
         deviance=place.deviance,
         fisher=0.5 * basis.T @ (weight[:, np.newaxis] * basis),
         mean=place.mean,
@@ -277,11 +267,9 @@ def _start(
     spectrum: Ordinates,
     columns: FloatArray,
     offset: FloatArray,
-    squares: FloatArray | None,
+    squares: FloatArray,
 ) -> _Place:
     """Where the search begins: `squares` if every mean is positive there, else by least squares."""
-    if squares is None:
-        squares = np.zeros(columns.shape[1])
     mean = offset + columns @ squares
     if not mean.min() > 0.0:
         squares = _non_negative_start(spectrum, columns)
@@ -325,14 +313,6 @@ def _deviance(spectrum: Ordinates, mean: FloatArray) -> float:
     if not mean.min() > 0.0:
         return math.inf
     return float(spectrum.weight @ (np.log(mean) + spectrum.power / mean))
-
-
-def _joined(squares: FloatArray, free: NDArray[np.bool_], held: Held | None) -> FloatArray:
-    whole = np.zeros(free.size)
-    whole[free] = squares
-    if held is not None:
-        whole[held.column] = held.square
-    return whole
 
 
 def _positive_scale(matrix: FloatArray) -> FloatArray | None:
@@ -506,7 +486,8 @@ def profile_interval(
 
     def deviance(square: float) -> float:
         start = best.squares + direction * (square - value)
-        return maximize(spectrum, start=start, held=Held(column=column, square=square)).deviance
+        start[column] = square
+        return maximize(spectrum, start=start, held=column).deviance
 
     profile = Profile(
         deviance=deviance, lowest=best.deviance, value=value, error=error, confidence=confidence
@@ -528,15 +509,13 @@ def _missed(spectrum: Ordinates, column: int, error: float, confidence: float) -
     as bounds. The spectrum that is expected with the square is fitted without it (Cowan et al.,
     Eur. Phys. J. C 71, 1554, 2011).
     """
-    without = maximize(spectrum, held=Held(column=column, square=0.0))
+    without = maximize(spectrum, held=column)
     wanted = detected(confidence)
 
     def short(square: float) -> float:
         mean = without.mean + square * spectrum.basis[:, column]
         expected = replace(spectrum, power=mean)
-        fitted = maximize(
-            expected, start=without.squares, held=Held(column=column, square=0.0)
-        ).deviance
+        fitted = maximize(expected, start=without.squares, held=column).deviance
         return math.sqrt(max(fitted - _deviance(expected, mean), 0.0)) - wanted
 
     found = crossing(short, 0.0, wanted * error)

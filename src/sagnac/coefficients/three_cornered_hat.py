@@ -93,8 +93,6 @@ def three_cornered_hat(
     ------
     RecordingError
         If a sample is not finite, the differences do not vary, or too little is left.
-    ValueError
-        If there are not three gyros of one length, or another argument makes no sense.
     """
     spectra = _pair_spectra(gyros, kind, sample_rate, masked, band)
     # The spectral matrix of the two differences is linear in the squares; scoring is least squares
@@ -180,14 +178,9 @@ def _pair_spectra(
     masked: Sequence[tuple[float, float]],
     band: tuple[float, float] | None,
 ) -> _PairSpectra:
-    if len(gyros) != 3:
-        raise ValueError(f"gyros has {len(gyros)} channels; a three-cornered hat takes three")
     channels = [
         angle_increments(values, kind=kind, sample_rate=sample_rate) for values in gyros.values()
     ]
-    sizes = {channel.size for channel in channels}
-    if len(sizes) != 1:
-        raise ValueError(f"gyros have {sorted(sizes)} increments; give one span of all three")
     require_increments(channels[0].size)
     samples, interval = cosine_length(channels[0].size), 1.0 / sample_rate
     # A ramp lives in the lowest indices, and least squares took what noise looks like one.

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len
 
 from sagnac.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty
-from sagnac.recording.channel import require_rate
 from sagnac.spectrum.periodogram import (
     CELL,
     FINE,
@@ -142,16 +141,8 @@ def tapered_spectrum(
     Returns
     -------
     TaperedSpectrum
-
-    Raises
-    ------
-    ValueError
-        If a sample is not finite, there are fewer than 64, or another argument makes no sense.
     """
     values = np.asarray(increments, dtype=np.float64)
-    if values.ndim != 1 or values.size < LEAST_SAMPLES:
-        raise ValueError(f"increments has shape {values.shape}; give {LEAST_SAMPLES} or more")
-    require_rate(sample_rate)
     record = _straight(values)
     cells = _cells(record, sample_rate, segment)
     if values.size > segment:
@@ -176,8 +167,6 @@ def _straight(values: FloatArray) -> _Straight:
         part = values[block]
         sums += [weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2]
     total, moment, weights, spread = sums
-    if not (math.isfinite(total) and math.isfinite(moment)):
-        raise ValueError("a sample is not finite; leave gaps out first")
     return _Straight(values=values, slope=float(moment / spread), middle=float(total / weights))
 
 

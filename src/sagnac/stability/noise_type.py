@@ -332,11 +332,6 @@ def equivalent_degrees_of_freedom(
     """
     row = properties_of(estimator)
     check_noise_type(noise_type, row)
-    smallest, largest = row.shortest, row.longest(samples)
-    if not smallest <= cluster <= largest:
-        raise ValueError(
-            f"cluster {cluster} is out of range for {estimator}; use {smallest} to {largest}"
-        )
     return row.freedom(noise_type, cluster, samples, row.windows(cluster, samples))
 
 
