@@ -28,11 +28,6 @@ class Spectrum:
     density: FloatArray
 
     def __post_init__(self) -> None:
-        if self.frequency.shape != self.density.shape or self.frequency.ndim != 1:
-            raise ValueError(
-                f"frequency has shape {self.frequency.shape} and density {self.density.shape}; "
-                "give one value of each for every bin"
-            )
         for array in (self.frequency, self.density):
             array.flags.writeable = False
 
