@@ -30,3 +30,13 @@ def test_rows_outlive_the_scratch_as_an_array(monkeypatch, in_file):
         values = table.as_array(55)
     assert arrays.is_mapped(values) == in_file
     np.testing.assert_array_equal(values, np.arange(55.0))
+
+
+@pytest.mark.parametrize("in_file", [False, True])
+def test_numbers_of_double_precision_fit_rows_of_single(monkeypatch, in_file):
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0 if in_file else 1000)
+    values = np.random.default_rng(1).standard_normal((3, 10))
+    with scratch(3, 5, np.complex64) as table:
+        table.as_real().write(0, 0, values)
+        found = table.as_real().read(slice(0, 3), slice(0, 10))
+    np.testing.assert_array_equal(found, values.astype(np.float32))

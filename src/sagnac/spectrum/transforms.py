@@ -52,7 +52,7 @@ class Scratch:
         if self.file is None:
             self.values[row : row + block.shape[0], column : column + block.shape[1]] = block
             return
-        block = np.ascontiguousarray(block)
+        block = np.ascontiguousarray(block, self.values.dtype)
         for index, line in enumerate(block, start=row):
             self.file.seek((index * self.width + column) * block.itemsize)
             self.file.write(line.view(np.uint8))
