@@ -175,7 +175,7 @@ def least_bound(bench: Bench) -> float:
     """Bound of N, in N, of an observer who is told the spectrum of this encoder's errors.
 
     The spectrum is that of the true errors without what a share, a delay and two orders explain.
-    Ordinates are drawn from it and a walk as exponential numbers; each N^2 keeps its likelihood,
+    Ordinates are drawn from it and a walk as exponential numbers; each N keeps its likelihood,
     and the bound is its quantile of 95 %, the median of two hundred draws. A walk of the latch is
     no one's to tell from the gyro's.
     """
@@ -202,7 +202,7 @@ def least_bound(bench: Bench) -> float:
     drawn = random.gamma(counts, (1.0 + level) / counts, size=(200, counts.size))
     mean = WALKS[:, np.newaxis] + level
     logarithm = -(drawn @ (counts / mean).T) - np.log(mean) @ counts
-    weight = np.exp(logarithm - logarithm.max(axis=1, keepdims=True)) * WALKS
+    weight = np.exp(logarithm - logarithm.max(axis=1, keepdims=True)) * np.sqrt(WALKS)
     below = np.cumsum(weight, axis=1) / weight.sum(axis=1, keepdims=True)
     bounds = [np.sqrt(np.interp(0.95, row, WALKS)) for row in below]
     latch = bench.shares[0] * bench.rate * DEGREE * bench.latency_walk / np.sqrt(bench.seconds)
