@@ -122,11 +122,13 @@ def test_what_the_levels_allow_bounds_a_lone_gyro_behind_jitter():
         ({"rate": 20.0}, 3.0),
         ({"rate": 20.0, "latency": 2e-3, "latency_drift": 1e-3}, 4.0),
         ({"rate": 20.0, "step": 36.0}, 100.0),
+        ({"motion": "swinging", "swing": 200.0, "seconds": 600.0, "latency": 2e-3}, 5.0),
     ],
-    ids=["jitter", "delay that drifts", "steps"],
+    ids=["jitter", "delay that drifts", "steps", "swing"],
 )
 def test_the_lowest_frequencies_bound_a_lone_gyro_behind_its_encoder(settings, most):
-    result = analyzed(("x",), RING_LASER, seconds=1800.0, jitter=20e-6, seed=8, **settings)
+    usual = {"seconds": 1800.0, "jitter": 20e-6, "seed": 8}
+    result = analyzed(("x",), RING_LASER, **{**usual, **settings})
     answer = result.angle_random_walk
     assert answer.status == "upper bound"
     assert 1.0 <= answer.to("deg/sqrt(h)").high / RING_LASER < most

@@ -34,7 +34,7 @@ from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.encoder_faults import LEAST_SHARE, table_share
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import averages_of
-from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
+from sagnac.table.turns import mean_rate
 
 # Standard errors beyond which nothing lies.
 _FAR: Final = 20.0
@@ -242,7 +242,7 @@ def _lowered(
     if own.status == "estimated" or residual is None or readings is None:
         return answer
     block = residual.size // _AVERAGES
-    if block == 0 or full_turns(readings) < FEW_TURNS:
+    if block == 0:
         return answer
     averages, angle = averages_of(residual, block), averages_of(readings, block)
     rate = np.gradient(angle)
