@@ -385,17 +385,22 @@ def _hat(
     first, middle, last = settings.gyros
     step = max(1, round(left.rate / fine.rate))
     # The hat uses differences only, so the first gyro may stand at zero.
-    separation = three_cornered_hat(
-        {
-            middle: -PAIR_SIZE * every(second.removal.residual, step),
-            first: np.zeros(fine.angle.size),
-            last: -PAIR_SIZE * every(left.removal.residual, step),
-        },
-        kind="angle",
-        sample_rate=fine.rate,
-        confidence=settings.confidence,
-        masked=left.removal.masked + second.removal.masked,
-        band=(0.0, 0.0 if likelihood.band is None else likelihood.band.high),
-    )
+    try:
+        separation = three_cornered_hat(
+            {
+                middle: -PAIR_SIZE * every(second.removal.residual, step),
+                first: np.zeros(fine.angle.size),
+                last: -PAIR_SIZE * every(left.removal.residual, step),
+            },
+            kind="angle",
+            sample_rate=fine.rate,
+            confidence=settings.confidence,
+            masked=left.removal.masked + second.removal.masked,
+            band=(0.0, 0.0 if likelihood.band is None else likelihood.band.high),
+        )
+    except RecordingError as error:
+        # Vibration in either difference may leave no band to both.
+        note = Note(text=f"no angle random walk of each gyro alone: {error}", level="warning")
+        return Separation(angle_random_walk={}, notes=(note,))
     own = separation.angle_random_walk
     return replace(separation, angle_random_walk={name: own[name] for name in settings.gyros})
