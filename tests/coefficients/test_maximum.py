@@ -1,5 +1,7 @@
 """The maximum of a likelihood in its steps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,14 @@ def test_bins_that_stand_out_are_left_out_and_the_rest_departs():
     assert with_departure(exact(2.0, 5.0)).departure == 0.0
     rough = exact(2.0, 0.0, bins=400).power * np.where(np.arange(400) % 2, 0.6, 1.4)
     assert with_departure(spectrum(rough)).departure == pytest.approx(0.4, rel=0.3)
+
+
+def test_a_departure_too_small_to_weigh_is_the_least():
+    """Bins of so many ordinates that 5e-5 is no chance."""
+    ordinates = spectrum(np.ones(80))
+    power = exact(2.0, 0.0).power * np.where(np.arange(80) % 2, 1.0 - 5e-5, 1.0 + 5e-5)
+    many = np.full(80, 1e10)
+    assert with_departure(replace(ordinates, power=power, count=many, weight=many)).departure == 1e-4
 
 
 def test_intervals_are_of_the_profile():

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -446,6 +447,8 @@ def _departure(spectrum: Ordinates, start: FloatArray) -> tuple[Ordinates, float
         ratio = spectrum.power / best.mean - 1.0
         return trial, 0.5 * float(weight[used] @ ratio[used] ** 2) / freedom
 
+    # Asked twice at the ends, and the way there may lead to another maximum.
+    @cache
     def excess(log_departure: float) -> float:
         # In proportion to 1 / departure^2 far out: almost a line, on which brentq is at home.
         return math.log(max(weighted(math.exp(log_departure))[1], 1e-9))
@@ -454,10 +457,12 @@ def _departure(spectrum: Ordinates, start: FloatArray) -> tuple[Ordinates, float
     chance = 5.0 * math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[used]))
     if (chi_squared - 1.0) * freedom < chance:
         return trial, 0.0
+    least, most = math.log(_LEAST_DEPARTURE), math.log(_MOST_DEPARTURE)
     departure = _MOST_DEPARTURE
-    if excess(math.log(departure)) < 0.0:
-        least = math.log(_LEAST_DEPARTURE)
-        departure = math.exp(brentq(excess, least, math.log(departure), xtol=1e-3))
+    if excess(most) < 0.0:
+        departure = _LEAST_DEPARTURE
+        if excess(least) > 0.0:
+            departure = math.exp(brentq(excess, least, most, xtol=1e-3))
     return weighted(departure)[0], departure
 
 
