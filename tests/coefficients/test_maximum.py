@@ -71,7 +71,8 @@ def test_a_departure_too_small_to_weigh_is_the_least():
     ordinates = spectrum(np.ones(80))
     power = exact(2.0, 0.0).power * np.where(np.arange(80) % 2, 1.0 - 5e-5, 1.0 + 5e-5)
     many = np.full(80, 1e10)
-    assert with_departure(replace(ordinates, power=power, count=many, weight=many)).departure == 1e-4
+    weighed = with_departure(replace(ordinates, power=power, count=many, weight=many))
+    assert weighed.departure == 1e-4
 
 
 def test_intervals_are_of_the_profile():
