@@ -69,6 +69,20 @@ def test_the_angle_follows_tables_that_stop_turn_back_and_swing(motion, jitter):
     assert np.std(error_of(found.angle, recorded)) < OWN + 1.0 * ARCSECOND
 
 
+def test_what_a_gyro_hums_is_no_motion_while_the_table_stands():
+    recorded = simulate(bench(motion="dwelling", hunting=0.0, readout=0.0))
+    hum = 1e-6 * np.cos(2.0 * np.pi * 23.0 * np.arange(recorded.table.size) / RATE)
+    angles = dict(recorded.angles, x=recorded.angles["x"] + hum)
+    found = estimated(replace(recorded, angles=angles), "xz")
+    assert found.smoothed
+    speed = np.abs(np.diff(recorded.true_table)) * RATE
+    # A second from where it turns.
+    stands = np.convolve(speed > 1e-3 * speed.max(), np.ones(201), mode="same") == 0.0
+    steps = np.diff(found.angle - recorded.true_table)
+    assert stands.mean() > 0.3
+    assert np.std(steps[stands]) < 0.1 * np.std(np.diff(hum)) / 2.0 / 0.577
+
+
 def test_steps_of_the_encoder_leave_the_angle():
     step = 36.0 * ARCSECOND
     recorded = simulate(bench(step=36.0))

@@ -62,6 +62,8 @@ _TURNS_IN_STRETCH: Final = 4.0
 _MOST_ORDERS: Final = 36
 _CLEAR: Final = 2.0
 _PART_OF_RATE: Final = 0.35
+# Part of the rms rate below which the table stands.
+_STANDS: Final = 0.01
 # Corner of the readings in the angle, Hz: not below this, and cycles of it in the record at least.
 _LOWEST_CORNER: Final = 0.01
 _FEWEST_CYCLES: Final = 8.0
@@ -382,6 +384,22 @@ def _led(
         place = np.arange(piece.start, piece.stop, dtype=np.float64)
         beyond = np.maximum(place - middles[-1], 0.0) * slope
         led[piece] += np.interp(place, middles, known) + beyond
+    return _without_hum(led, block)
+
+
+def _without_hum(led: FloatArray, block: int) -> FloatArray:
+    """(samples,) the angle, smooth where the table stands: a gyro's own hum is no motion there.
+
+    Beside a hum that is searched for lines it would make a product that stands still.
+    """
+    coarse = averages_of(led, block)
+    steps = np.abs(np.gradient(coarse))
+    stands = steps < _STANDS * math.sqrt(float(np.mean(steps**2)))
+    middles = np.arange(coarse.size) * block + 0.5 * (block - 1)
+    for piece in blocks(led.size if stands.any() else 0):
+        place = np.arange(piece.start, piece.stop)
+        place = place[stands[np.minimum(place // block, coarse.size - 1)]]
+        led[place] = np.interp(place, middles, coarse)
     return led
 
 
