@@ -411,7 +411,11 @@ def write_png(figure: Figure, path: Path) -> None:
     """
     picture = BytesIO()
     with mpl.rc_context(STYLE):
-        figure.savefig(picture, format="png", dpi=200, metadata={"Software": None})
+        # A quarter larger than at the usual level, for a third of the time.
+        quick = {"compress_level": 2}
+        figure.savefig(
+            picture, format="png", dpi=200, metadata={"Software": None}, pil_kwargs=quick
+        )
     write_bytes(path, picture.getvalue())
 
 

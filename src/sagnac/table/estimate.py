@@ -19,7 +19,7 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac.arrays import FloatArray, blocks, differences, elementwise, empty, mean, square
+from sagnac.arrays import FloatArray, blocks, elementwise, empty
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
     LARGEST_EARTH_RATE,
@@ -204,13 +204,14 @@ def estimated_table(
     if delay is not None and not delay.is_seen:
         readings, delay = encoder, None
         fit = _Fit.of(read, sensed, interval)
-    noise = _noise(gyros, shares / strength, encoder, delay, sample_rate)
+    gyro = elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
+    noise = _noise(gyro, encoder, delay, sample_rate)
     corner = fit.corner(_own_walk(coarse, shares))
     angle = readings
     if corner > _AS_READ / interval:
         corner = math.inf
     else:
-        angle = _led(gyros, shares / strength, fit.guide(corner), block)
+        angle = _led(gyro, fit.guide(corner), block)
     return EstimatedTable(
         angle=angle,
         readings=readings,
@@ -347,39 +348,29 @@ def _own_walk(coarse: FloatArray, shares: FloatArray) -> float:
     return float(np.mean(walks)) / strength
 
 
-def _noise(
-    gyros: Sequence[FloatArray],
-    weights: FloatArray,
-    encoder: FloatArray,
-    delay: Delay | None,
-    sample_rate: float,
-) -> float:
+def _noise(gyro: FloatArray, encoder: FloatArray, delay: Delay | None, sample_rate: float) -> float:
     """Rms of readings about the gyros at the instants of the encoder, sample by sample, rad.
 
     Readings that are shifted by a delay have less noise than those that were made.
     """
-    sensed = _weighted(gyros, weights)
     if delay is not None:
         back = replace(delay, mean=-delay.mean, change=-delay.change)
-        sensed = _undelayed(sensed, back, sample_rate)
-    steps = differences(elementwise(np.subtract, encoder, sensed, out=sensed))
-    return math.sqrt(0.5 * max(square(steps) / steps.size - mean(steps) ** 2, 0.0))
+        gyro = _undelayed(gyro, back, sample_rate)
+    count, total, squares = encoder.size - 1, 0.0, 0.0
+    for block in blocks(count):
+        here = slice(block.start, block.stop + 1)
+        steps = np.diff(encoder[here] - gyro[here])
+        total, squares = total + float(steps.sum()), squares + float(steps @ steps)
+    return math.sqrt(0.5 * max(squares / count - (total / count) ** 2, 0.0))
 
 
-def _weighted(gyros: Sequence[FloatArray], weights: FloatArray) -> FloatArray:
-    return elementwise(lambda *here: weights @ np.stack(here), *gyros)
-
-
-def _led(
-    gyros: Sequence[FloatArray], weights: FloatArray, guide: FloatArray, block: int
-) -> FloatArray:
-    """(samples,) the gyros' angle led by a guide, which is known at the middle of each block."""
+def _led(led: FloatArray, guide: FloatArray, block: int) -> FloatArray:
+    """The gyros' angle, changed in place: led by a guide that is known in the middle of blocks."""
     ends = guide[[0, -1]] + np.array([-0.5, 0.5]) * (guide[[1, -1]] - guide[[0, -2]])
     known = np.concatenate([ends[:1], guide, ends[1:]])
     middles = np.arange(-1.0, guide.size + 1.0) * block + 0.5 * (block - 1)
     middles[[0, -1]] += np.array([0.5, -0.5]) * block
     slope = (known[-1] - known[-2]) / (middles[-1] - middles[-2])
-    led = _weighted(gyros, weights)
     for piece in blocks(led.size):
         place = np.arange(piece.start, piece.stop, dtype=np.float64)
         beyond = np.maximum(place - middles[-1], 0.0) * slope
