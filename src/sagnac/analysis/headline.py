@@ -350,6 +350,8 @@ def _curve(evidence: Evidence, spectra: _Spectra | None) -> _Read:
 
 def _levels(evidence: Evidence, spectra: _Spectra | None) -> _Read:
     estimate = None if spectra is None else spectra.every.average.angle_random_walk
+    if estimate is None or estimate.status == "not observable":
+        return _Read(source=f"nothing: no candidate is borne out by {_bounded(evidence)}")
     source = f"the spectrum of {_bounded(evidence)} below its roll-off"
     return _Read(estimate=estimate, source=source)
 

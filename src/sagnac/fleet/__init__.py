@@ -1,5 +1,5 @@
 """Many recordings, one table: planned, measured by several processes, resumed, and put together.
 
-`config` makes tasks of files, `measure` does one of them in any process, `cluster` and `runner` say
-where, and `runner` keeps what is done. `table` and `page` are what comes out.
+`campaign` is what the door calls, `tasks` makes tasks of files and does one of them in any process,
+and `runner` says where and keeps what is done. `table` and `page` are what comes out.
 """
