@@ -229,6 +229,32 @@ def test_no_delay_is_named_for_a_ripple_that_stands_between_two_groups_of_freque
     assert estimated_table(angles, recording.table.values, 200.0).delay is None
 
 
+@pytest.mark.parametrize("seed", [2, 3])
+def test_no_drift_is_read_off_a_table_that_stands_for_good(seed):
+    """It turns at 40 deg/s for the first half; in the other nothing goes with its angle."""
+    random, time = np.random.default_rng(seed), np.arange(round(SECONDS * RATE)) / RATE
+    rate = 40.0 * DEGREE * np.clip((0.5 * SECONDS - time) / 3.0, 0.0, 1.0)
+    table = np.cumsum(rate) / RATE + 12.3 * DEGREE
+    table = table + 0.01 * DEGREE * np.cumsum((rate > 0.0) * np.cos(12.0 * table)) / RATE
+    sizes = {1: 2.0, 2: 0.8, 3: 0.3, 4: 0.5, 6: 0.1, 12: 0.2, 36: 0.05}
+    gyros = []
+    for share, phase in ((0.577, 0.0), (0.575, 2.1)):
+        angle = share * table + np.cumsum(5e-5 * np.cos(table - phase)) / RATE + 2e-5 * time
+        angle += np.cumsum(random.standard_normal(time.size)) * 1e-4 * DEGREE / 60.0 / 10.0
+        for order, size in sizes.items():
+            own = size * ARCSECOND * (0.5 + random.random())
+            angle += own * np.cos(order * table + 2.0 * np.pi * random.random())
+        for frequency, size in ((7.13, 0.02), (0.83, 0.05), (31.7, 0.004)):
+            turned = 2.0 * np.pi * (frequency * time + random.random())
+            angle += size * ARCSECOND * np.cos(turned)
+        gyros.append(angle)
+    read = table + 1e-5 * DEGREE * random.standard_normal(time.size)
+    found = estimated_table(gyros, read, RATE)
+    weights = np.sqrt(2.0) * found.shares[::-1] / np.hypot(*found.shares)
+    pair = weights[0] * gyros[0] - weights[1] * gyros[1]
+    assert order_drift(found, pair, RATE, share=0.0) is None
+
+
 @pytest.mark.parametrize("corner", [0.004, 0.03, 0.7])
 def test_smoothed_is_a_butterworth_filter_there_and_back(corner):
     """Beside that of scipy, which runs over a long odd extension."""

@@ -60,6 +60,8 @@ _MOST_STRETCHES: Final = 24
 _FEWEST_STRETCHES: Final = 8
 _TURNS_IN_STRETCH: Final = 4.0
 _MOST_ORDERS: Final = 36
+# Part of the turns of all stretches on average that each of a table that turns evenly has.
+_EVEN: Final = 0.5
 _CLEAR: Final = 2.0
 _PART_OF_RATE: Final = 0.35
 # Part of the rms rate below which the table stands.
@@ -246,7 +248,8 @@ def order_drift(
     Returns
     -------
     Drift or None
-        None if the orders keep their phases.
+        None if the orders keep their phases, or the table does not turn evenly from stretch to
+        stretch.
     """
     block = max(1, round(sample_rate / KINEMATIC_RATE))
     known = averages_of(table.angle, block)
@@ -256,6 +259,10 @@ def order_drift(
     orders = np.arange(1.0, min(_MOST_ORDERS, highest) + 1.0)
     stretches = min(_MOST_STRETCHES, math.floor(turned / _TURNS_IN_STRETCH))
     if stretches < _FEWEST_STRETCHES or orders.size == 0:
+        return None
+    ends = np.linspace(0, known.size - 1, stretches + 1).astype(np.int64)
+    if np.abs(np.diff(known[ends])).min() < _EVEN * turned * 2.0 * np.pi / stretches:
+        # Where the table stands, orders have no phase that would go on.
         return None
     place = (np.arange(known.size) + 0.5) / known.size - 0.5
     # A delay that was seen has an error of its own, which the orders mend.
