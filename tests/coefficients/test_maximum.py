@@ -67,7 +67,7 @@ def test_bins_that_stand_out_are_left_out_and_the_rest_departs():
 
 
 def test_a_departure_too_small_to_weigh_is_the_least():
-    """Bins of so many ordinates that 5e-5 is no chance."""
+    """With 1e10 ordinates in a bin, a departure of 5e-5 is more than chance."""
     ordinates = spectrum(np.ones(80))
     power = exact(2.0, 0.0).power * np.where(np.arange(80) % 2, 1.0 - 5e-5, 1.0 + 5e-5)
     many = np.full(80, 1e10)

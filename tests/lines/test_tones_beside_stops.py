@@ -14,7 +14,7 @@ RATE = 200.0
     [(900.0, 50.0, 1, 1.5e-7), (1800.0, 100.0, 4, 1.5e-7), (900.0, 50.0, 1, 1.5e-6)],
 )
 def test_mains_that_wander_are_no_order_and_cost_none(seconds, half, seed, size):
-    """Of the table as its gyros know it: what one of them hums is in its angle."""
+    """The table angle holds a part of the mains, as an angle that the gyros lead does."""
     random = np.random.default_rng(seed)
     time = np.arange(round(RATE * seconds)) / RATE
     phase = time % (2.0 * half)
