@@ -8,7 +8,7 @@ import pytest
 
 from sagnac.analysis.settings import Method
 from sagnac.cli import main
-from sagnac.cli.commands.measure import METHODS
+from sagnac.cli.measure import METHODS
 from tests.cli.examples import STATED, one_line, strict
 
 

@@ -4,8 +4,7 @@ import dataclasses
 import json
 import re
 
-from sagnac.cli import main
-from sagnac.cli.commands import simulated
+from sagnac.cli import main, simulated
 from sagnac.rig.config import PRESETS
 
 

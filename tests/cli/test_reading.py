@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.cli.reading import naming, read_file
+from sagnac.cli.output import naming, read_file
 from sagnac.errors import RecordingError
 from sagnac.formats import Statement
 from sagnac.recording.model import Recording

@@ -12,8 +12,8 @@ import pytest
 
 import sagnac
 from sagnac.cli import main
-from sagnac.report.files import folder_name
 from sagnac.report.folder import write_report
+from sagnac.report.sections import folder_name
 from tests.cli.examples import STATED, one_line_among
 from tests.handmade import analysis as handmade
 

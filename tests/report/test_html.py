@@ -3,7 +3,7 @@
 import pytest
 from jinja2 import UndefinedError
 
-from sagnac.report.files import rendered
+from sagnac.report.sections import rendered
 
 
 def test_a_template_without_its_values_is_an_error():

@@ -8,8 +8,8 @@ import pytest
 from pypdf import PdfReader
 
 from sagnac.errors import MissingExtra, RecordingError
-from sagnac.report.files import TitleBlock, write_pdf
 from sagnac.report.page import page
+from sagnac.report.sections import TitleBlock, write_pdf
 from tests.handmade import analysis
 
 A4 = (595.3, 841.9)  # points of 1/72 inch

@@ -7,9 +7,8 @@ import pytest
 
 from sagnac.analysis.settings import Method
 from sagnac.coefficients.model_average import ModelChoice
-from sagnac.report.files import TitleBlock, rendered
 from sagnac.report.page import page
-from sagnac.report.sections import REFERENCES, cited
+from sagnac.report.sections import REFERENCES, TitleBlock, cited, rendered
 from tests.handmade import SHA256, analysis
 from tests.report.examples import checked
 

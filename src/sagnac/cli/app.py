@@ -21,13 +21,13 @@ from typing import Final, TextIO
 
 from cyclopts import App, CycloptsError, UnusedCliTokensError
 
-from sagnac.cli.commands.campaign import campaign
-from sagnac.cli.commands.look import app as page
-from sagnac.cli.commands.look import check, convert, plan
-from sagnac.cli.commands.measure import analyze, avar, compare, lines
-from sagnac.cli.commands.onward import align, export
-from sagnac.cli.commands.simulated import demo, reproduce, simulate
+from sagnac.cli.campaign import campaign
+from sagnac.cli.look import app as page
+from sagnac.cli.look import check, convert, plan
+from sagnac.cli.measure import analyze, avar, compare, lines
+from sagnac.cli.onward import align, export
 from sagnac.cli.output import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
+from sagnac.cli.simulated import demo, reproduce, simulate
 from sagnac.errors import visible
 from sagnac.version import __version__
 

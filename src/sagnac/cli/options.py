@@ -1,6 +1,6 @@
-"""The options that several commands share, and what each of them is turned into."""
+"""The options that several commands share, what each is turned into, and a TOML of them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
@@ -21,12 +21,15 @@ from sagnac.texts import (
     one_or_by_name,
     seconds,
     span,
+    text_of,
+    toml_table,
+    value_of,
 )
 from sagnac.units import RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method
-    from sagnac.report.files import TitleBlock
+    from sagnac.report.sections import TitleBlock
     from sagnac.stability import Estimator
 
 READING: Final = Group("What the file does not say", sort_key=1)
@@ -426,7 +429,7 @@ def title_block_of(heading: Heading) -> "TitleBlock":
     OSError
         If it cannot be read.
     """
-    from sagnac.report.files import TitleBlock, require_pdf
+    from sagnac.report.sections import TitleBlock, require_pdf
 
     if heading.pdf:
         require_pdf()
@@ -488,3 +491,67 @@ def _of_option(error: ValueError) -> str:
     if option not in {field.name for field in fields(Options)}:
         return str(error)
     return f"--{option.replace('_', '-')}{space}{said}"
+
+
+# ---- settings file -----------------------------------------------------------------
+
+# What belongs to one run alone.
+_LEFT_OUT: Final = ("debug", "as_json", "settings", "memory")
+_NAMES: Final = tuple(field.name for field in fields(Options) if field.name not in _LEFT_OUT)
+
+
+def settings_text(options: Options) -> str:
+    """Options that were typed, as TOML; empty if none was."""
+    stated = {name: getattr(options, name) for name in _NAMES}
+    typed = {name: value for name, value in stated.items() if value != getattr(NO_OPTIONS, name)}
+    if typed.get("slice"):
+        typed["slice"] = text_of(typed["slice"])
+    return toml_table(typed)
+
+
+def with_settings(options: Options) -> Options:
+    """The options with those of their settings file where nothing was typed.
+
+    Raises
+    ------
+    UsageError
+        If the file is no TOML, or has a key that is no option.
+    OSError
+        If it cannot be read.
+    """
+    from sagnac.documents import ANY, read_toml, table
+
+    path = options.settings
+    if path is None:
+        return options
+    try:
+        stated = read_toml(path, table(dict.fromkeys(_NAMES, ANY)))
+    except ValueError as error:
+        raise UsageError(f"--settings {path}: {error}") from None
+    found = {
+        name: _stated_value(name, value)
+        for name, value in stated.items()
+        if getattr(options, name) == getattr(NO_OPTIONS, name)
+    }
+    return replace(options, **found)
+
+
+def _stated_value(name: str, value: Any) -> Any:
+    if isinstance(value, str):
+        try:
+            return value_of(name, value)
+        except ValueError as error:
+            raise UsageError(f"--settings: {error}") from None
+    return tuple(value) if isinstance(value, list) else value
+
+
+def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:
+    """Files that a run reads: recordings, the TOML beside each, and what its options name."""
+    stated = [getattr(options, name, None) for name in ("settings", "spec", "layout")]
+    named = [Path(one) for one in (*stated, *more) if one is not None]
+    beside = [
+        place
+        for file in files
+        for place in (file, file.with_name(f"{file.name}.toml"), file.with_suffix(".toml"))
+    ]
+    return [*beside, *named]

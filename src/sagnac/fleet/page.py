@@ -28,8 +28,8 @@ from sagnac.formats.files import write_text
 from sagnac.plot.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
 from sagnac.repeatability.study import Repeatability
 from sagnac.report.figures import STYLE, PowersOfTen, legend_above, styled, svg, write_png
-from sagnac.report.files import rendered
 from sagnac.report.quantities import number, typeset
+from sagnac.report.sections import rendered
 from sagnac.units import HOUR
 from sagnac.version import __version__
 

@@ -5,8 +5,7 @@ draws on the current one of ``pyplot``. Values are in the field's units and per 
 """
 
 from sagnac.plot.density import lines, self_noise, spectrum
-from sagnac.plot.deviation import stability
-from sagnac.plot.remainder import orders, parts, residual, residual_by_angle
+from sagnac.plot.deviation import orders, parts, residual, residual_by_angle, stability
 
 __all__ = [
     "lines",

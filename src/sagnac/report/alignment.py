@@ -16,8 +16,8 @@ from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
 from sagnac.report.figures import legend_above, styled
-from sagnac.report.files import rendered
 from sagnac.report.quantities import TITLES, number
+from sagnac.report.sections import rendered
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR, SENSED
 
 # ---- alignment ---------------------------------------------------------------------

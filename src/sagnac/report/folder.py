@@ -10,7 +10,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.formats.files import replacing_folder, write_text
 from sagnac.overwriting import outputs_in, require_free
 from sagnac.report import document, figures, page, sections
-from sagnac.report.files import TitleBlock, folder_name, write_pdf
+from sagnac.report.sections import TitleBlock, folder_name, write_pdf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

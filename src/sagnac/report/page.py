@@ -31,7 +31,6 @@ from sagnac.report.figures import (
     svg,
     unit_figure,
 )
-from sagnac.report.files import TitleBlock, placed_notes, rendered
 from sagnac.report.quantities import (
     FIT_TITLES,
     TITLES,
@@ -49,10 +48,13 @@ from sagnac.report.quantities import (
 from sagnac.report.sections import (
     DECISIONS,
     HEADER,
+    TitleBlock,
     cited,
     force_notes,
     force_rows,
     gyro_text,
+    placed_notes,
+    rendered,
     risk_text,
     share_remarks,
     share_rows,

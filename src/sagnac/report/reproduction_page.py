@@ -17,7 +17,6 @@ from sagnac.paper.prediction import DRIVEN, FIGURE_2, FIGURE_3, TABLE_1, TABLE_2
 from sagnac.paper.reproduce import Cell, Order, Reproduction, outcomes_of_table
 from sagnac.paper.trials import FORM, FORMS, NEAREST_TRIAL
 from sagnac.report.figures import svg, write_png
-from sagnac.report.files import rendered
 from sagnac.report.quantities import number
 from sagnac.report.reproduction_tables import (
     ORDERS,
@@ -42,6 +41,7 @@ from sagnac.report.reproduction_tables import (
     tables,
     turning_over_rest,
 )
+from sagnac.report.sections import rendered
 from sagnac.units import DEGREE
 from sagnac.version import __version__
 

@@ -20,7 +20,6 @@ from sagnac.coefficients.self_noise import SelfNoise
 from sagnac.errors import Note, counted, ranked
 from sagnac.recording.model import Recording
 from sagnac.report import as_typed, error_text, note_text
-from sagnac.report.files import placed_notes
 from sagnac.report.quantities import (
     FIT_TITLES,
     TITLES,
@@ -48,6 +47,7 @@ from sagnac.report.sections import (
     found_text,
     gyro_text,
     overall_decision,
+    placed_notes,
     risk_text,
     share_remarks,
     share_rows,

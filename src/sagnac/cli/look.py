@@ -22,17 +22,21 @@ from sagnac.cli.options import (
     Force,
     Options,
     Reading,
+    inputs,
     settings_of,
     statement_of,
+    with_settings,
 )
-from sagnac.cli.output import DATA_ERROR, DONE, UsageError, complain, print_paths
-from sagnac.cli.reading import (
+from sagnac.cli.output import (
+    DATA_ERROR,
+    DONE,
+    UsageError,
     command_for,
     command_with_accelerometers,
-    inputs,
+    complain,
     naming,
+    print_paths,
     read_file,
-    with_settings,
 )
 from sagnac.errors import rounded
 from sagnac.texts import names

@@ -24,18 +24,30 @@ from sagnac.cli.options import (
     Options,
     band,
     estimators_of,
+    inputs,
     one_argument,
     settings_of,
+    settings_text,
     statement_of,
     title_block_of,
+    with_settings,
 )
-from sagnac.cli.output import DONE, Progress, UsageError, explain, print_documents, verdict_status
-from sagnac.cli.reading import ReadFile, inputs, naming, read_file, settings_text, with_settings
+from sagnac.cli.output import (
+    DONE,
+    Progress,
+    ReadFile,
+    UsageError,
+    explain,
+    naming,
+    print_documents,
+    read_file,
+    verdict_status,
+)
 
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method
     from sagnac.analysis.still_bench import AtRest
-    from sagnac.report.files import TitleBlock
+    from sagnac.report.sections import TitleBlock
 
 
 # ---- analyze -----------------------------------------------------------------------
@@ -310,7 +322,7 @@ def _outputs(
 ) -> list[overwriting.Outputs]:
     """Places to be written: a folder for each gyro beside the page of all, and the forces'."""
     names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
-    from sagnac.report.files import folder_name
+    from sagnac.report.sections import folder_name
 
     made = [overwriting.outputs_in(output / folder_name(name), "report") for name in names]
     if len(names) > 1:
@@ -331,8 +343,8 @@ def _bench_reported(
     One gyro's report goes into a folder of its own, too.
     """
     results.ready_to_draw()
-    from sagnac.report.files import folder_name
     from sagnac.report.folder import write_accelerometers
+    from sagnac.report.sections import folder_name
 
     analysis = made.analysis
     place = output if analysis.gyros else output / folder_name(analysis.channel)
