@@ -54,7 +54,7 @@ def both(request):
     }.get(request.param)
     made = made or still(request.param.removeprefix("measured "))
     text = document.to_json(document.analysis_document(made))
-    blank = figures.ReportFigures(stability=Figure(), spectrum=Figure())
+    blank = {"stability": Figure(), "spectrum": Figure()}
     return tree(page.page(made, blank)), json.loads(text), made
 
 

@@ -11,44 +11,44 @@ from sagnac.report.figures import STYLE, legend_above, styled
 
 def test_the_style_ends_with_the_figure_and_the_legend_stands_above():
     size = mpl.rcParams["font.size"]
-    with styled() as canvas:
+    with styled() as (_figure, axes):
         assert mpl.rcParams["font.size"] == STYLE["font.size"]
-        canvas.axes.plot([1.0, 2.0], [1.0, 2.0], label="a")
-        legend_above(canvas.axes, columns=2)
+        axes.plot([1.0, 2.0], [1.0, 2.0], label="a")
+        legend_above(axes, columns=2)
     assert mpl.rcParams["font.size"] == size
-    legend = canvas.axes.get_legend().get_window_extent()
-    assert legend.y0 >= canvas.axes.get_window_extent().y1 - 5.0
+    legend = axes.get_legend().get_window_extent()
+    assert legend.y0 >= axes.get_window_extent().y1 - 5.0
 
 
 @pytest.mark.parametrize("entries", [1, 3, 4, 7, 9])
 def test_the_room_above_follows_the_rows_of_the_legend(entries):
-    with styled() as canvas:
+    with styled() as (figure, axes):
         for number in range(entries):
-            canvas.axes.plot([1.0, 2.0], [1.0, 2.0], label=f"entry {number}")
-        legend_above(canvas.axes, columns=3)
-    legend = canvas.axes.get_legend().get_window_extent()
-    assert legend.y0 >= canvas.axes.get_window_extent().y1 - 5.0
-    assert legend.y1 <= canvas.figure.bbox.y1
-    assert legend.y1 >= 0.97 * canvas.figure.bbox.y1
+            axes.plot([1.0, 2.0], [1.0, 2.0], label=f"entry {number}")
+        legend_above(axes, columns=3)
+    legend = axes.get_legend().get_window_extent()
+    assert legend.y0 >= axes.get_window_extent().y1 - 5.0
+    assert legend.y1 <= figure.bbox.y1
+    assert legend.y1 >= 0.97 * figure.bbox.y1
 
 
 def test_the_power_of_ten_stands_with_the_unit():
-    with styled() as canvas:
-        canvas.axes.plot([0.0, 900.0], [2.1e-5, 2.6e-5])
-        canvas.axes.set(xlabel="time (s)", ylabel="N, x (°/√h)")
-    canvas.figure.draw_without_rendering()
-    assert canvas.axes.get_ylabel() == "N, x (10⁻⁵ °/√h)"
-    assert canvas.axes.get_xlabel() == "time (s)"
-    assert canvas.axes.yaxis.get_offset_text().get_text() == ""
-    shown = {label.get_text() for label in canvas.axes.get_yticklabels()}
+    with styled() as (figure, axes):
+        axes.plot([0.0, 900.0], [2.1e-5, 2.6e-5])
+        axes.set(xlabel="time (s)", ylabel="N, x (°/√h)")
+    figure.draw_without_rendering()
+    assert axes.get_ylabel() == "N, x (10⁻⁵ °/√h)"
+    assert axes.get_xlabel() == "time (s)"
+    assert axes.yaxis.get_offset_text().get_text() == ""
+    shown = {label.get_text() for label in axes.get_yticklabels()}
     assert {"2.2", "2.4", "2.6"} <= shown
 
 
 def test_a_linear_axis_of_ordinary_numbers_names_no_power():
-    with styled() as canvas:
-        canvas.axes.plot([0.0, 1.0], [100.0, 101.0])
-        canvas.axes.set_ylabel("rate (°/h)")
-    assert canvas.axes.get_ylabel() == "rate (°/h)"
+    with styled() as (_figure, axes):
+        axes.plot([0.0, 1.0], [100.0, 101.0])
+        axes.set_ylabel("rate (°/h)")
+    assert axes.get_ylabel() == "rate (°/h)"
 
 
 def drawn(axes):
@@ -65,30 +65,30 @@ def test_minor_ticks_drawn_at_once_look_as_those_of_matplotlib(monkeypatch, reac
         with monkeypatch.context() as patched:
             if not at_once:
                 patched.setattr(style, "_draw_minor_ticks_at_once", lambda *_: None)
-            with style.styled() as canvas:
-                canvas.axes.loglog(reach, [1.0, 40.0], color="k")
-        own = canvas.axes.xaxis.get_minorticklocs()
+            with style.styled() as (_figure, axes):
+                axes.loglog(reach, [1.0, 40.0], color="k")
+        own = axes.xaxis.get_minorticklocs()
         assert (len(own) == 0) == (at_once and reach[1] > 10.0 * reach[0])
         with mpl.rc_context(style.STYLE):
-            pictures.append(drawn(canvas.axes))
+            pictures.append(drawn(axes))
     np.testing.assert_array_equal(*pictures)
 
 
 def test_within_a_decade_minor_ticks_keep_their_labels():
-    with style.styled() as canvas:
-        canvas.axes.loglog([2.0, 5.0], [1.0, 1.0])
-    drawn(canvas.axes)
-    labels = [label.get_text() for label in canvas.axes.get_xticklabels(minor=True)]
+    with style.styled() as (_figure, axes):
+        axes.loglog([2.0, 5.0], [1.0, 1.0])
+    drawn(axes)
+    labels = [label.get_text() for label in axes.get_xticklabels(minor=True)]
     assert any(labels)
 
 
 @pytest.mark.parametrize("layout", ["figure.constrained_layout.use", "figure.autolayout"])
 def test_a_layout_of_the_users_own_settings_moves_no_figure(layout):
     def place(settings):
-        with mpl.rc_context(settings), styled() as canvas:
-            canvas.axes.plot([1.0, 2.0], [3.0, 4.0], label="a")
-            legend_above(canvas.axes, 2)
-            FigureCanvasAgg(canvas.figure).draw()
-        return canvas.axes.get_position().bounds
+        with mpl.rc_context(settings), styled() as (figure, axes):
+            axes.plot([1.0, 2.0], [3.0, 4.0], label="a")
+            legend_above(axes, 2)
+            FigureCanvasAgg(figure).draw()
+        return axes.get_position().bounds
 
     assert place({layout: True}) == place({})

@@ -21,11 +21,10 @@ from typing import Final, TextIO
 
 from cyclopts import App, CycloptsError, UnusedCliTokensError
 
-from sagnac.cli.campaign import campaign
 from sagnac.cli.look import app as page
 from sagnac.cli.look import check, convert, plan
 from sagnac.cli.measure import analyze, avar, compare, lines
-from sagnac.cli.onward import align, export
+from sagnac.cli.onward import align, campaign, export
 from sagnac.cli.output import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
 from sagnac.cli.simulated import demo, reproduce, simulate
 from sagnac.errors import visible

@@ -31,6 +31,7 @@ from sagnac.cli.output import (
     DATA_ERROR,
     DONE,
     UsageError,
+    as_usage,
     command_for,
     command_with_accelerometers,
     complain,
@@ -225,12 +226,8 @@ def plan(
 
         with naming(file, read.recording):
             analysis = sagnac.analyze(read.recording, settings, progress=progress)
-            try:
+            with as_usage():
                 found = sagnac.plan(analysis, within=widths or WIDTHS)
-            except ValueError as error:
-                if type(error) is not ValueError:
-                    raise
-                raise UsageError(f"--{error}") from None
     if options.as_json:
         print(json.dumps(_plan_document(found.plans, found.refused), allow_nan=False, indent=1))
     else:

@@ -101,8 +101,8 @@ def analyze(
     if several and not options.as_json:
         results.print_closing(named)
     if options.as_json and done:
-        results.print_documents(done, single=not several)
-    return failed or results.verdict_status(done)
+        print_documents(done, single=not several)
+    return failed or verdict_status(done)
 
 
 def _stated(
@@ -223,15 +223,15 @@ def avar(
                 if alone is not None:
                     paths.append(_drawn(alone, output))
     if options.as_json:
-        analyses = made.analysis.each
-        single = not made.analysis.gyros
-        beside = None
-        if alone is not None:
-            from sagnac.report.document import self_noise_data
+        from sagnac.report.document import self_noise_data
 
-            beside = self_noise_data(alone)
-        results.print_documents(analyses, single=single, unit=made.analysis, beside=beside)
-        return results.verdict_status([made.analysis])
+        print_documents(
+            made.analysis.each,
+            single=not made.analysis.gyros,
+            unit=made.analysis,
+            beside={} if alone is None else self_noise_data(alone),
+        )
+        return verdict_status([made.analysis])
     for name, bench in made.benches.items():
         _print_bench(
             bench, made.analysis.gyros.get(name, made.analysis), curve or estimator is not None
@@ -243,7 +243,7 @@ def avar(
     results.print_beside(made.analysis)
     results.print_paths(paths)
     results.print_closing([("", made.analysis)])
-    return results.verdict_status([made.analysis])
+    return verdict_status([made.analysis])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -433,11 +433,11 @@ def compare(
 
     if options.as_json:
         print(to_json(comparison_document(found.analyses, found.refused)))
-        return results.verdict_status([found.best])
+        return verdict_status([found.best])
     for each in text.methods_by_gyro(found.analyses).values():
         print(f"{file}: {text.comparison(each, found.refused)}")
     results.print_paths(written)
-    return results.verdict_status([found.best])
+    return verdict_status([found.best])
 
 
 def _compared(

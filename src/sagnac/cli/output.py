@@ -44,6 +44,17 @@ class UsageError(Exception):
     """Wrong usage that the argument parser cannot see."""
 
 
+@contextmanager
+def as_usage() -> Iterator[None]:
+    """What the library says of an argument is wrong usage of the option of that name."""
+    try:
+        yield
+    except ValueError as error:
+        if type(error) is not ValueError:
+            raise
+        raise UsageError(f"--{error}") from error
+
+
 def explain(error: Exception) -> int:
     """Say in one line on standard error what went wrong.
 

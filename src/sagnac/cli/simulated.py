@@ -12,7 +12,7 @@ import sagnac
 from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import OUTPUT, Debug, Duration, Folder, Force, Workers
-from sagnac.cli.output import DONE, UsageError, complain, print_paths, standings
+from sagnac.cli.output import DONE, UsageError, as_usage, complain, print_paths, standings
 from sagnac.errors import one_line
 
 # ---- simulate ----------------------------------------------------------------------
@@ -241,10 +241,8 @@ def reproduce(
     from sagnac.report import reproduction_page as pages
     from sagnac.report.reproduction_tables import summary
 
-    try:
+    with as_usage():
         means = means_of(workers)
-    except ValueError as error:
-        raise UsageError(f"--{error}") from error
     try:
         found = make(made(folder), QUICK if quick else Scope(), means=means, told=standings())
     except KeyboardInterrupt:

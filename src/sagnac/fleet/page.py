@@ -27,7 +27,7 @@ from sagnac.fleet.table import (
 from sagnac.formats.files import write_text
 from sagnac.plot.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
 from sagnac.repeatability.study import Repeatability
-from sagnac.report.figures import STYLE, PowersOfTen, legend_above, styled, svg, write_png
+from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
 from sagnac.report.quantities import number, typeset
 from sagnac.report.sections import rendered
 from sagnac.units import HOUR
@@ -108,28 +108,27 @@ def control_chart(
     limits
         Of N, deg/sqrt(h), a line each.
     """
-    with styled() as canvas:
+    with styled(4) as (figure, axes):
         for place, limit in enumerate(limits):
             label = None if place else "limit"
-            canvas.axes.axhline(limit, color=INK, linewidth=1.2, linestyle="-.", label=label)
-        _intervals(canvas.axes, np.arange(1.0, len(lines) + 1.0), lines)
+            axes.axhline(limit, color=INK, linewidth=1.2, linestyle="-.", label=label)
+        _intervals(axes, np.arange(1.0, len(lines) + 1.0), lines)
         if found is not None:
-            canvas.axes.axhline(found.mean.value, color=INK, linewidth=0.9, label="mean")
-            canvas.axes.axhspan(
+            axes.axhline(found.mean.value, color=INK, linewidth=0.9, label="mean")
+            axes.axhspan(
                 found.mean.low, found.mean.high, color=GREEN, alpha=0.15, label="its interval"
             )
             if found.next_unit is not None:
                 for limit in (found.next_unit.low, found.next_unit.high):
-                    canvas.axes.axhline(limit, color=ORANGE, linewidth=0.9, linestyle="--")
-                canvas.axes.plot([], [], "--", color=ORANGE, label="next unit")
+                    axes.axhline(limit, color=ORANGE, linewidth=0.9, linestyle="--")
+                axes.plot([], [], "--", color=ORANGE, label="next unit")
             for outlier in found.outliers:
-                canvas.axes.plot(
+                axes.plot(
                     outlier.index + 1.0, lines[outlier.index].n_deg_per_sqrt_h, "o",
                     markersize=9.0, markerfacecolor="none", color=ORANGE,
                 )  # fmt: skip
-        _scale(canvas.axes, "recording, in the order of the table")
-        legend_above(canvas.axes, columns=4)
-    return canvas.figure
+        _scale(axes, "recording, in the order of the table")
+    return figure
 
 
 def write_overview(
@@ -183,11 +182,10 @@ def _row_name(line: Line, *, several: bool) -> str:
 def time_chart(lines: Sequence[Line]) -> Figure:
     """N of the spans of one recording against time, with intervals."""
     middle = np.array([0.5 * (line.start_s + line.stop_s) for line in lines]) / HOUR
-    with styled() as canvas:
-        _intervals(canvas.axes, middle, lines)
-        _scale(canvas.axes, "time from the start (h)")
-        legend_above(canvas.axes, columns=2)
-    return canvas.figure
+    with styled(2) as (figure, axes):
+        _intervals(axes, middle, lines)
+        _scale(axes, "time from the start (h)")
+    return figure
 
 
 def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:

@@ -27,10 +27,6 @@ from sagnac.units import DEGREE_PER_ROOT_HOUR, field_unit
 
 # ---- table -------------------------------------------------------------------------
 
-NUMBER: Final = pa.float64()
-TEXT: Final = pa.string()
-COUNT: Final = pa.int64()
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
@@ -92,7 +88,11 @@ class Line:
     same_as: str = ""
 
 
-_TYPES: Final[Mapping[object, pa.DataType]] = {str: TEXT, float: NUMBER, int: COUNT}
+_TYPES: Final[Mapping[object, pa.DataType]] = {
+    str: pa.string(),
+    float: pa.float64(),
+    int: pa.int64(),
+}
 
 
 def lines_of(rows: Iterable[Row]) -> list[Line]:

@@ -15,7 +15,7 @@ from sagnac.alignment.noise import NAMES, GyroNoise
 from sagnac.arrays import FloatArray
 from sagnac.coefficients.laws import CoefficientName
 from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
-from sagnac.report.figures import legend_above, styled
+from sagnac.report.figures import styled
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.sections import rendered
 from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR, SENSED
@@ -48,8 +48,7 @@ def compass_figure(
     compass = azimuth_error(noise, latitude=latitude, times=times, confidence=confidence)
     highest = GyroNoise(angle_random_walk=0.0, bias_instability=highest_bias_instability)
     bound = azimuth_error(highest, latitude=latitude, times=times, confidence=confidence).floor
-    with styled() as canvas:
-        axes = canvas.axes
+    with styled(3) as (figure, axes):
         _draw_compass(axes, compass)
         for floor, label in ((compass.floor, "floor by B"), (bound, "floor by B, at most")):
             if floor > 0.0:
@@ -57,22 +56,19 @@ def compass_figure(
                     floor / ARCMINUTE, color=INK, linewidth=0.9, linestyle=":", label=label
                 )
         _label_axes(axes, latitude)
-        legend_above(axes, columns=3)
-    return canvas.figure
+    return figure
 
 
 def azimuth_figure(prospect: Prospect) -> Figure:
     """Azimuth error against time, what N, B and K make of it, and the filter's."""
-    with styled() as canvas:
-        axes = canvas.axes
+    with styled(3) as (figure, axes):
         _draw_compass(axes, prospect.compass)
         axes.plot(
             prospect.filtered.times, prospect.filtered.azimuth / ARCMINUTE, color=ORANGE,
             label="Kalman filter, one position",
         )  # fmt: skip
         _label_axes(axes, prospect.latitude)
-        legend_above(axes, columns=3)
-    return canvas.figure
+    return figure
 
 
 def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
@@ -365,8 +361,7 @@ def drift_figure(unaided: Unaided) -> Figure:
     heading = unaided.along.heading
     sigma = heading.deviation(misaligned=False) / DEGREE
     spread = np.exp(0.5 * heading.reach)
-    with styled() as canvas:
-        axes = canvas.axes
+    with styled(3) as (figure, axes):
         axes.plot(heading.times, sigma, color=BLUE, label="heading drift")
         axes.fill_between(
             heading.times, sigma / spread, sigma * spread, color=BLUE, alpha=0.18, linewidth=0.0,
@@ -385,5 +380,4 @@ def drift_figure(unaided: Unaided) -> Figure:
                 label="with the worst upper bound",
             )  # fmt: skip
         logarithmic(axes, "time without aiding (s)", "heading drift, 1 σ (°)")
-        legend_above(axes, columns=3)
-    return canvas.figure
+    return figure

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from io import BytesIO, StringIO
 from itertools import cycle
 from pathlib import Path
@@ -101,14 +100,6 @@ def _plain(power: re.Match[str]) -> str:
     return f"{factor}{'·' if factor else ''}10{exponent.translate(_RAISED)}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Canvas:
-    """A figure and the one axis in it."""
-
-    figure: Figure
-    axes: Axes
-
-
 class _Mantissas(ScalarFormatter):
     """Numbers of a linear axis; their common power of ten stands with the unit of the axis."""
 
@@ -165,13 +156,18 @@ def _draw_minor_ticks_at_once(axes: Axes, axis: Axis) -> None:
 
 
 @contextmanager
-def styled() -> Iterator[Canvas]:
-    """A figure in the style of the reports."""
+def styled(columns: int = 0) -> Iterator[tuple[Figure, Axes]]:
+    """A figure in the style of the reports, and its axis.
+
+    At the end a legend of `columns` columns is put above the plot, if that is not 0.
+    """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=_SIZE)
         axes = figure.add_subplot()
         figure.subplots_adjust(**_FRAME, top=1.0 - _ABOVE / _SIZE[1])
-        yield Canvas(figure=figure, axes=axes)
+        yield figure, axes
+        if columns:
+            legend_above(axes, columns)
         for each in figure.axes:
             for axis, scale in ((each.xaxis, each.get_xscale()), (each.yaxis, each.get_yscale())):
                 if scale == "log":
@@ -217,11 +213,11 @@ _HUNDREDTHS: Final = re.compile(r"(\.\d{2})\d+")
 
 def _drawn(draw: Callable[..., Axes], result: Analysis | SelfNoise, columns: int) -> Figure:
     """A picture of a result, its legend above it."""
-    with styled() as canvas:
-        draw(result, canvas.axes)
-        if canvas.axes.get_legend() is not None:
-            legend_above(canvas.axes, columns)
-    return canvas.figure
+    with styled() as (figure, axes):
+        draw(result, axes)
+        if axes.get_legend() is not None:
+            legend_above(axes, columns)
+    return figure
 
 
 def stability_figure(analysis: Analysis) -> Figure:
@@ -245,8 +241,7 @@ def residual_figure(analysis: Analysis) -> Figure | None:
     """The residual against time; on a table also against its angle, and by orders."""
     if analysis.residual is None or analysis.residual.time.size < 2:
         return None
-    with styled() as canvas:
-        figure = canvas.figure
+    with styled() as (figure, _axes):
         sides = {"left": figure.subplotpars.left, "right": figure.subplotpars.right}
         figure.clear()
         if analysis.residual.by_angle is None:
@@ -270,11 +265,11 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     analyses
         By method, all of one recording.
     """
-    with styled() as canvas:
+    with styled(2) as (figure, axes):
         for method, analysis in analyses.items():
             curve = analysis.curve
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])
-            canvas.axes.errorbar(
+            axes.errorbar(
                 curve.tau,
                 curve.deviation / DEGREE_PER_HOUR,
                 yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR,
@@ -285,9 +280,8 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
                 label=f"{method}: {_short_answer(analysis)}",
             )
         one = next(iter(analyses.values()))
-        logarithmic(canvas.axes, "cluster time τ (s)", f"Allan deviation, {channel_of(one)} (°/h)")
-        legend_above(canvas.axes, columns=2)
-    return canvas.figure
+        logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel_of(one)} (°/h)")
+    return figure
 
 
 def unit_figure(analysis: Analysis) -> Figure:
@@ -297,10 +291,10 @@ def unit_figure(analysis: Analysis) -> Figure:
 
 def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
     """Allan deviation of several channels against cluster time, as recorded, in a unit of rate."""
-    with styled() as canvas:
+    with styled(6) as (figure, axes):
         for analysis, color in zip(analyses, cycle((BLUE, ORANGE, GREEN, INK)), strict=False):
             curve = analysis.curve_before
-            canvas.axes.plot(
+            axes.plot(
                 curve.tau,
                 curve.deviation / unit.size,
                 color=color,
@@ -309,7 +303,7 @@ def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
                 linewidth=0.9,
                 label=literal(analysis.channel),
             )
-            canvas.axes.fill_between(
+            axes.fill_between(
                 curve.tau,
                 curve.low / unit.size,
                 curve.high / unit.size,
@@ -317,9 +311,8 @@ def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
                 alpha=0.15,
                 linewidth=0,
             )
-        logarithmic(canvas.axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
-        legend_above(canvas.axes, columns=6)
-    return canvas.figure
+        logarithmic(axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
+    return figure
 
 
 def force_figure(analyses: Sequence[Analysis]) -> Figure:
@@ -332,36 +325,19 @@ def self_noise_figure(found: SelfNoise) -> Figure:
     return _drawn(plot.self_noise, found, 4)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReportFigures:
-    """The figures of one analysis, drawn once for the page and for the files beside it.
+def report_figures(analysis: Analysis) -> dict[str, Figure]:
+    """The figures of one analysis by name, drawn once for the page and for the files beside it.
 
-    Attributes
-    ----------
-    stability
-        Allan deviation against cluster time.
-    spectrum
-        Rate spectrum.
-    parts
-        N against time; None if fewer than two parts show it.
-    residual
-        What removal leaves, against time and table angle; None if it was not kept.
+    ``stability``, ``spectrum``, ``parts`` and ``residual``; one that there is nothing for is left
+    out.
     """
-
-    stability: Figure
-    spectrum: Figure
-    parts: Figure | None = None
-    residual: Figure | None = None
-
-
-def report_figures(analysis: Analysis) -> ReportFigures:
-    """The figures of a report."""
-    return ReportFigures(
-        stability=stability_figure(analysis),
-        spectrum=spectrum_figure(analysis),
-        parts=parts_figure(analysis),
-        residual=residual_figure(analysis),
-    )
+    drawn = {
+        "stability": stability_figure(analysis),
+        "spectrum": spectrum_figure(analysis),
+        "parts": parts_figure(analysis),
+        "residual": residual_figure(analysis),
+    }
+    return {name: figure for name, figure in drawn.items() if figure is not None}
 
 
 def svg(figure: Figure, name: str, description: str) -> str:
@@ -451,8 +427,7 @@ def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
     level = np.eye(3)  # rows: north, east, down
     null, table = _turned(_HEADING), _turned(_HEADING + _TURNED)
     gyros = table_to_gyro_matrix(*shares) @ table
-    with styled() as canvas:
-        axes = canvas.axes
+    with styled() as (figure, axes):
         axes.set_aspect("equal")
         axes.set_axis_off()
         _draw_table(axes, null, table)
@@ -465,7 +440,7 @@ def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
             _draw_axes(axes, rows, color, style, names)
         _draw_angle(axes)
         axes.set(xlim=(-1.4, 1.55), ylim=(-1.3, 0.6))
-    return canvas.figure
+    return figure
 
 
 def _turned(angle: float) -> FloatArray:

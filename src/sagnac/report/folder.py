@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import quote
 
+from matplotlib.figure import Figure
+
 from sagnac.analysis.result import Analysis
 from sagnac.formats.files import replacing_folder, write_text
 from sagnac.overwriting import outputs_in, require_free
@@ -143,26 +145,21 @@ class _Sheet:
     pdf: bool
     with_forces: bool
 
+    def shown(self, analysis: Analysis) -> Analysis:
+        """The analysis as its page shows it."""
+        return analysis if self.with_forces else replace(analysis, accelerometers={})
+
 
 def _write_unit(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
     """The page of several gyros that were taken alone, and each one's own report."""
     began = time.perf_counter()
     places = {name: folder_name(name) for name in analysis.gyros}
     links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
-    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
-    text = page.unit_page(shown, block=sheet.block, settings=sheet.settings, links=links)
-    write_text(folder / "report.html", text)
-    figures.write_png(figures.unit_figure(analysis), folder / "stability.png")
-    names = [
-        "report.html",
-        *_printed(text, folder, pdf=sheet.pdf),
-        "analysis.json",
-        "stability.png",
-    ]
-    if sheet.settings:
-        write_text(folder / "settings.toml", sheet.settings)
-        names.append("settings.toml")
-    paths = [Path(name) for name in names]
+    text = page.unit_page(
+        sheet.shown(analysis), block=sheet.block, settings=sheet.settings, links=links
+    )
+    drawn = {"stability": figures.unit_figure(analysis)}
+    paths = _write_files(folder, {"report.html": text}, drawn, sheet)
     each = {}
     for name, one in analysis.gyros.items():
         place = folder / places[name]
@@ -170,46 +167,50 @@ def _write_unit(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
         own = _write_gyro(one, place, sheet)
         each[name] = own.analysis
         paths += [Path(places[name]) / path for path in own.paths]
-    spent = time.perf_counter() - began
-    analysis = replace(analysis, gyros=each, seconds={**analysis.seconds, "report": spent})
-    _write_document(analysis, folder)
-    return Report(analysis=analysis, paths=tuple(paths))
+    return _with_document(replace(analysis, gyros=each), folder, began, paths)
 
 
 def _write_gyro(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
     """The report of one analysis; its paths are relative to the folder."""
     began = time.perf_counter()
-    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
     drawn = figures.report_figures(analysis)
-    pictures = {"stability.png": drawn.stability, "spectrum.png": drawn.spectrum}
-    if drawn.parts is not None:
-        pictures["parts.png"] = drawn.parts
+    text = page.page(sheet.shown(analysis), drawn, block=sheet.block, settings=sheet.settings)
     texts = {
-        "report.html": page.page(shown, drawn, block=sheet.block, settings=sheet.settings),
+        "report.html": text,
         "stability.csv": sections.stability_table(analysis),
         "lines.csv": sections.line_table(analysis),
     }
     if analysis.family:
         texts["family.csv"] = sections.family_table(analysis)
         texts["psd.csv"] = sections.density_table(analysis)
+    # The residual stands on the page alone.
+    drawn.pop("residual", None)
+    return _with_document(analysis, folder, began, _write_files(folder, texts, drawn, sheet))
+
+
+def _write_files(
+    folder: Path, texts: Mapping[str, str], drawn: Mapping[str, Figure], sheet: _Sheet
+) -> list[Path]:
+    """Write texts, the first of which is the page, and figures; all names of the report."""
     if sheet.settings:
-        texts["settings.toml"] = sheet.settings
-    for name, figure in pictures.items():
-        figures.write_png(figure, folder / name)
+        texts = {**texts, "settings.toml": sheet.settings}
+    for name, figure in drawn.items():
+        figures.write_png(figure, folder / f"{name}.png")
     for name, text in texts.items():
         write_text(folder / name, text)
-    spent = time.perf_counter() - began
-    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
-    _write_document(analysis, folder)
     first, *others = texts
     printed = _printed(texts[first], folder, pdf=sheet.pdf)
-    names = (first, *printed, "analysis.json", *others, *pictures)
-    return Report(analysis=analysis, paths=tuple(map(Path, names)))
+    names = (first, *printed, "analysis.json", *others, *(f"{name}.png" for name in drawn))
+    return [Path(name) for name in names]
 
 
-def _write_document(analysis: Analysis, folder: Path) -> None:
+def _with_document(analysis: Analysis, folder: Path, began: float, paths: list[Path]) -> Report:
+    """Write the document, which holds the time since `began`."""
+    spent = time.perf_counter() - began
+    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
     text = document.to_json(document.analysis_document(analysis))
     write_text(folder / "analysis.json", text + "\n")
+    return Report(analysis=analysis, paths=tuple(paths))
 
 
 def _printed(text: str, folder: Path, *, pdf: bool) -> list[str]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from sagnac.alignment.noise import GyroNoise
 from sagnac.analysis.result import (
@@ -24,7 +25,6 @@ from sagnac.report import error_text, note_text
 from sagnac.report.alignment import compass_figure
 from sagnac.report.document import analysis_document
 from sagnac.report.figures import (
-    ReportFigures,
     comparison_figure,
     force_figure,
     report_figures,
@@ -71,11 +71,17 @@ _METHODS: Final[Mapping[str, str]] = {
     "none": "none: nothing removed",
 }
 
+# Figures of a report in words.
+_PICTURES: Final = {
+    "stability": "Allan deviation against cluster time, with the fit",
+    "spectrum": "Rate spectrum, with the periodic components marked",
+    "parts": "Angle random walk over parts of the recording, against time",
+    "residual": "What removal leaves, against time and table angle",
+}
 # Latitude of the figure on heading.
 _LATITUDE: Final = 45.0 * DEGREE
-# Title of the coefficients if the answer is of likelihood and average.
-# By the member of the average that the answer is of. A fit whose interval is the answer's as well
-# stands as itself.
+# Title of the coefficients by the member of the average that the answer is of. A fit whose
+# interval is the answer's as well stands as itself.
 _ANSWERS: Final = {
     "average": "Average over bands and terms",
     "both": "Likelihood (N), average (the others)",
@@ -138,7 +144,7 @@ def write_page(analysis: Analysis, path: Path) -> None:
 
 def page(
     analysis: Analysis,
-    figures: ReportFigures | None = None,
+    figures: Mapping[str, Figure] | None = None,
     *,
     block: TitleBlock | None = None,
     settings: str = "",
@@ -150,7 +156,7 @@ def page(
     analysis
         What it is of.
     figures
-        Those of the analysis, drawn here if they are not given.
+        Those of the analysis by name, drawn here if they are not given.
     block
         What stands on top.
     settings
@@ -158,15 +164,9 @@ def page(
     """
     placed, heading, fits = placed_notes(analysis), block or TitleBlock(), _fits(analysis)
     drawn, residual = figures or report_figures(analysis), analysis.residual
-    pictures = {
-        "stability": (drawn.stability, "Allan deviation against cluster time, with the fit"),
-        "spectrum": (drawn.spectrum, "Rate spectrum, with the periodic components marked"),
-        "parts": (drawn.parts, "Angle random walk over parts of the recording, against time"),
-        "residual": (drawn.residual, "What removal leaves, against time and table angle"),
-    }
     svgs = {
-        name: figure and Markup(svg(figure, name, said))
-        for name, (figure, said) in pictures.items()
+        name: Markup(svg(drawn[name], name, said)) if name in drawn else None
+        for name, said in _PICTURES.items()
     }
     return _rendered(
         "report.html",

@@ -22,7 +22,7 @@ from sagnac.paper.reproduce import (
 )
 from sagnac.paper.trials import FORMS, Form
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, logarithmic
-from sagnac.report.figures import frames_figure, legend_above, styled
+from sagnac.report.figures import frames_figure, styled
 from sagnac.report.quantities import number
 from sagnac.report.sections import cell, csv_text
 from sagnac.report.text import table
@@ -233,8 +233,7 @@ def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
 
 
 def _fris_figure(fris: Outcome, fos: Outcome) -> Figure:
-    with styled() as canvas:
-        axes = canvas.axes
+    with styled(3) as (figure, axes):
         axes.plot(
             fris.tau_s, fris.deviation, color=ORANGE, marker="^", linewidth=1.0, label="fris, 9 s"
         )
@@ -243,13 +242,11 @@ def _fris_figure(fris: Outcome, fos: Outcome) -> Figure:
         )
         _truth_line(axes, fos)
         logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z per gyro (°/h)")
-        legend_above(axes, columns=3)
-    return canvas.figure
+    return figure
 
 
 def _intervals_figure(outcomes: Sequence[Outcome]) -> Figure:
-    with styled() as canvas:
-        axes = canvas.axes
+    with styled(4) as (figure, axes):
         for outcome, color, marker in zip(
             outcomes, (BLUE, GREEN, ORANGE), ("o", "D", "^"), strict=True
         ):
@@ -263,8 +260,7 @@ def _intervals_figure(outcomes: Sequence[Outcome]) -> Figure:
             )
         _truth_line(axes, outcomes[0])
         logarithmic(axes, "cluster time τ (s)", "Allan deviation, z (°/h)")
-        legend_above(axes, columns=4)
-    return canvas.figure
+    return figure
 
 
 def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
@@ -276,8 +272,7 @@ def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
         np.sqrt(2.0) * np.array(curve)[kept]
         for curve in (outcome.low_curve, outcome.deviation, outcome.high_curve)
     )
-    with styled() as canvas:
-        axes = canvas.axes
+    with styled(3) as (figure, axes):
         axes.fill_between(
             tau,
             low,
@@ -290,8 +285,7 @@ def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
         axes.plot(tau, middle, color=BLUE, marker="o", linestyle="none", label="x − z")
         _truth_line(axes, outcome, float(np.sqrt(2.0)))
         logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")
-        legend_above(axes, columns=3)
-    return canvas.figure
+    return figure
 
 
 def _truth_line(axes: Axes, outcome: Outcome, times: float = 1.0) -> None:
@@ -309,8 +303,7 @@ def _truth_line(axes: Axes, outcome: Outcome, times: float = 1.0) -> None:
 def _rate_figure(reproduction: Reproduction) -> Figure:
     prediction = reproduction.prediction
     rates = prediction.rates / DEGREE
-    with styled() as canvas:
-        axes = canvas.axes
+    with styled(3) as (figure, axes):
         for values, label, color, style in (
             (prediction.total, "predicted", INK, "-"),
             (prediction.lock_in, "lock-in", BLUE, "--"),
@@ -326,8 +319,7 @@ def _rate_figure(reproduction: Reproduction) -> Figure:
         published = [one.published for one in cells]
         axes.plot(at, published, linestyle="none", marker="x", color=ORANGE, label="paper, Table 2")
         logarithmic(axes, "table rate (°/s)", "N̄ (°/√h)")
-        legend_above(axes, columns=3)
-    return canvas.figure
+    return figure
 
 
 # ---- reproduction tables -----------------------------------------------------------
