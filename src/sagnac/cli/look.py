@@ -228,18 +228,15 @@ def plan(
             analysis = sagnac.analyze(read.recording, settings, progress=progress)
             with as_usage():
                 found = sagnac.plan(analysis, within=widths or WIDTHS)
-    if options.as_json:
-        print(json.dumps(_plan_document(found.plans, found.refused), allow_nan=False, indent=1))
-    else:
-        said = [f"{name}: {why}" for name, why in _texts(found.refused).items()]
-        print("\n\n".join([*(_text(one) for one in found.plans), *said]))
-    return DONE
-
-
-def _texts(refused: "Mapping[str, sagnac.RecordingError]") -> dict[str, str]:
     from sagnac.report import error_text
 
-    return {name: error_text(error) for name, error in refused.items()}
+    refused = {name: error_text(error) for name, error in found.refused.items()}
+    if options.as_json:
+        print(json.dumps(_plan_document(found.plans, refused), allow_nan=False, indent=1))
+    else:
+        said = [f"{name}: {why}" for name, why in refused.items()]
+        print("\n\n".join([*(_text(one) for one in found.plans), *said]))
+    return DONE
 
 
 def _widths(text: str) -> tuple[float, ...]:
@@ -302,15 +299,13 @@ def _spoken(hours: float | None) -> str:
     return f"{hours:.3g} h" if hours < 100.0 else f"{hours / 24.0:.3g} days"
 
 
-def _plan_document(
-    plans: "Sequence[Plan]", refused: "Mapping[str, sagnac.RecordingError]"
-) -> dict[str, Any]:
+def _plan_document(plans: "Sequence[Plan]", refused: Mapping[str, str]) -> dict[str, Any]:
     """The plan of the first gyro, and if there are several that of each by name."""
     document = {"schema": PLAN_SCHEMA, "version": __version__, **_plain(plans[0])}
     if len(plans) > 1:
         document["gyros"] = {plan.analysis.channel: _plain(plan) for plan in plans}
     if refused:
-        document["refused"] = _texts(refused)
+        document["refused"] = refused
     return document
 
 

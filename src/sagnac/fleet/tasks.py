@@ -71,11 +71,6 @@ class Task:
         }
         return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
 
-    @property
-    def gyros(self) -> str:
-        """Gyros as they are typed: ``x,z``; ``all`` if none is named."""
-        return ",".join(self.settings.gyros) or "all"
-
 
 def with_digest(task: Task) -> Task:
     """The task with the digest of its file; unchanged if the file cannot be read.

@@ -43,13 +43,13 @@ _SLOPES: Final[Mapping[CoefficientName, str]] = {
     "rate_ramp": "+1",
 }
 _ROOM_FOR_LABEL: Final = 75.0  # points
-# What stands at the axis of deviations, before and behind the channel.
 # Name of the drawn sum, by the member of the average that gives the answer.
 _NAMES: Final = {
     "average": "average",
     "both": "N of the likelihood",
     "whole band": "likelihood",
 }
+# Label of the axis of deviations before and behind the channel.
 _OF_CHANNEL: Final = "Allan deviation, "
 _UNIT: Final = " (°/h)"
 

@@ -58,12 +58,8 @@ def white_deviation(deg_per_sqrt_h: float, tau: FloatArray | float) -> FloatArra
 
 def excess(outcome: Outcome) -> float:
     """How many times the curve stands above the white rate that was simulated, at most."""
-    return float(
-        np.max(
-            np.array(outcome.deviation)
-            / white_deviation(outcome.truth_deg_per_sqrt_h, np.array(outcome.tau_s))
-        )
-    )
+    white = white_deviation(outcome.truth_deg_per_sqrt_h, np.array(outcome.tau_s))
+    return float(np.max(np.array(outcome.deviation) / white))
 
 
 def estimate_of(outcome: Outcome) -> float:
