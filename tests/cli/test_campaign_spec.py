@@ -83,6 +83,12 @@ def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):
         "4 pass, 0 fail, 0 undecided; 2 of 2 units pass, yield 100 % (16 to 100 %)"
         in capsys.readouterr().out
     )
+    # A copy in another folder and format is no second unit.
+    copied = tmp_path / "again.csv"
+    assert main(["convert", files[0], str(copied)]) == 0
+    words = ["campaign", *files, str(copied), "-o", str(tmp_path / "copied"), "--workers", "1"]
+    assert main([*words, "--spec", "1e-2"]) == 0
+    assert "4 pass, 0 fail, 0 undecided; 2 of 2 units pass" in capsys.readouterr().out
     # Without a limit nothing is said of one.
     other = tmp_path / "other"
     assert main(["campaign", *files, "-o", str(other), "--workers", "1"]) == 0

@@ -14,9 +14,10 @@ import yaml
 from sagnac.coefficients.laws import markov_allan_variance
 from sagnac.errors import RecordingError
 from sagnac.filters.definitions import definition_of
+from sagnac.filters.export import datasheet_setting
 from sagnac.filters.models import FilterModel, Markov, UpperLimit
 from sagnac.filters.settings import FilterSetting, sensors_in, setting_of, worst
-from sagnac.filters.tools import FORMATS, Wanted, exported
+from sagnac.filters.tools import FORMATS, Wanted, exported, settings_in
 from tests.filters.examples import document, keys
 
 TAU = np.array([1.0, 10.0])
@@ -191,6 +192,50 @@ def test_psins_is_called_with_the_units_of_its_own():
             variance = walk_as_markov(level, bias, float(read[time]), TAU)
             assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-5)), kind
             assert np.all(variance <= one.limit.limit**2 * 1.1), kind
+
+
+@pytest.mark.parametrize("tool", ["psins", "gnss-ins-sim", "gazebo"])
+@pytest.mark.parametrize("gyros", [TRIAD, (datasheet_setting("N=0.15deg/sqrt(h),B=3deg/h@30s"),)])
+def test_a_bias_that_is_stated_of_accelerometers_is_not_forgotten_as_that_of_gyros(tool, gyros):
+    bias = datasheet_setting("N=80ug/sqrt(Hz),B=0.01mg@100s")
+    model = FilterModel(white=1e-3, walk=1e-5)
+    walk = FilterSetting(name="a", kind="accelerometer", simple=model, full=model, source="stated")
+    (of_bias,), (of_walk,) = (
+        settings_in(tool, Wanted(settings=gyros, accelerometers=(one,), rate=200.0))[
+            -1
+        ].simple.markov
+        for one in (bias, walk)
+    )
+    # B is the Allan deviation at its cluster time, which is the highest one.
+    tau = np.array([90.0, 100.0, 110.0])
+    deviation = np.sqrt(markov_allan_variance(tau, of_bias.driving_noise, of_bias.correlation_time))
+    assert deviation[1] == pytest.approx(1e-5 * 9.80665, rel=1e-6)
+    assert deviation[1] == np.max(deviation)
+    # A walk has K sqrt(tau/3), for an hour.
+    tau = np.array([1.0, 600.0, 3600.0])
+    deviation = np.sqrt(markov_allan_variance(tau, of_walk.driving_noise, of_walk.correlation_time))
+    np.testing.assert_allclose(deviation, 1e-5 * np.sqrt(tau / 3.0), rtol=0.05)
+
+
+def with_white(wanted, times):
+    """The same with accelerometers whose white noise is this many times as high."""
+    (one,) = wanted.accelerometers
+    louder = dataclasses.replace(one.simple, white=times * one.simple.white)
+    force = dataclasses.replace(one, simple=louder, full=louder)
+    return dataclasses.replace(wanted, accelerometers=(force,))
+
+
+@pytest.mark.parametrize("tool", FORMATS)
+def test_measured_gyros_that_forget_nothing_go_with_accelerometers_that_are_stated(tool):
+    model = FilterModel(white=1e-3, walk=1e-5)
+    stated = FilterSetting(name="a", kind="accelerometer", simple=model, full=model, source="b")
+    gyros = tuple(dataclasses.replace(one, full=one.simple) for one in TRIAD)
+    wanted = Wanted(settings=gyros, accelerometers=(stated,), rate=200.0)
+    forces = [one for one in settings_in(tool, wanted) if one.kind == "accelerometer"]
+    assert all(one.simple.white == 1e-3 for one in forces)
+    # What a tool has no place for changes nothing in its file.
+    louder = exported(tool, with_white(wanted, 2.0))
+    assert (louder != exported(tool, wanted)) == bool(forces)
 
 
 def test_imu_sensor_by_the_algorithm_of_its_page():

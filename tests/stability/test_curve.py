@@ -63,7 +63,8 @@ GAPPED = np.where(np.arange(100) == 42, np.nan, np.arange(100) % 7)
         ({"taus": [0.0]}, "0 s is out of range"),
         ({"taus": []}, "give one or more"),
         ({"taus": [math.nan]}, "not finite"),
-        ({"values": np.ones((3, 3))}, "give one channel"),
+        ({"values": np.ones((3, 3))}, "give one column"),
+        ({"values": np.ma.masked_equal([1.0, 1e3, 2.0], 1e3)}, r"sample 1 \(0.5 s\) is missing"),
         ({"values": [1.0]}, "has 1 samples; an Allan variance takes 2 or more"),
         ({"values": np.arange(5.0), "estimator": "theo1"}, "too few for theo1"),
         ({"values": np.arange(50.0), "estimator": "theoh"}, "too few for theoh"),
@@ -82,6 +83,19 @@ def test_every_refusal_is_one_line(change, words):
     with pytest.raises(ValueError, match=words) as refusal:
         stability_curve(arguments.pop("values"), **arguments)
     assert "\n" not in str(refusal.value)
+
+
+def test_what_a_mask_hides_is_missing():
+    rate = np.random.default_rng(5).standard_normal(2000)
+    spoilt, missing = rate.copy(), rate.copy()
+    spoilt[300:310], missing[300:310] = 1e3, np.nan
+    masked = np.ma.masked_greater(spoilt, 100.0)
+    told, hidden = (
+        stability_curve(values, kind="rate", sample_rate=10.0, gaps="omit")
+        for values in (missing, masked)
+    )
+    np.testing.assert_array_equal(hidden.deviation, told.deviation)
+    assert hidden.notes == told.notes
 
 
 # --- the result ----------------------------------------------------------------------------

@@ -351,6 +351,8 @@ def app(
     no_browser
         Print the address, open nothing.
     """
+    if not 0 <= port <= 65_535:
+        raise UsageError(f"--port is {port}; give 1 to 65535, or 0 for any that is free")
     from sagnac.app.server import serve
 
     def opened(address: str) -> None:

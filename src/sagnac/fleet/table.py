@@ -470,11 +470,11 @@ class Yield:
 
 
 def yield_of(campaign: Campaign) -> Yield | None:
-    """The decisions of a campaign; None if nothing was stated that gyros have to keep."""
+    """The decisions of a campaign, equal data once; None if nothing was stated to be kept."""
     found: dict[str, list[Decision]] = {}
-    for row in campaign.rows:
+    for row, line in zip(campaign.rows, lines_of(campaign.rows), strict=True):
         verdict = row.result.analysis.get("verdict")
-        if verdict and span_of(row.task) is None:
+        if verdict and span_of(row.task) is None and not line.same_as:
             unit = row.task.labels.get("unit") or row.task.path
             found.setdefault(unit, []).extend(verdict["gyros"].values())
     if not found:

@@ -53,7 +53,7 @@ from scipy import fft
 
 from sagnac.arrays import FloatArray, pandas_for
 from sagnac.errors import Note, require_choice, require_confidence
-from sagnac.recording.channel import Kind, require_rate
+from sagnac.recording.channel import Kind, numbers, require_rate
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.noise_type import (
@@ -114,9 +114,7 @@ def deviation_at_every_tau(
     >>> tau.size, bool(abs(deviation[0] - 1.0) < 0.05)
     (5000, True)
     """
-    samples = np.asarray(values, dtype=np.float64)
-    if samples.ndim != 1:
-        raise ValueError(f"values has shape {samples.shape}; give one channel, shape (samples,)")
+    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
     angle = np.asarray(accumulated_track(samples, kind, sample_rate, "reject").angle)
     cluster = np.arange(1, (angle.size - 1) // 2 + 1)
     variance = _sums_of_all_clusters(angle) / (2.0 * cluster**2 * (angle.size - 2.0 * cluster))
@@ -444,9 +442,7 @@ def stability_curve(
     require_confidence(confidence)
     if noise_type is not None:
         check_noise_type(noise_type, row)
-    samples = np.asarray(values, dtype=np.float64)
-    if samples.ndim != 1:
-        raise ValueError(f"values has shape {samples.shape}; give one channel, shape (samples,)")
+    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
     only_whole = estimator if row.whole_record_only else None
     track = accumulated_track(samples, kind, sample_rate, gaps, only_whole=only_whole)
     angles = track.angle.size
