@@ -62,7 +62,7 @@ def test_status_words_and_page_are_those_of_the_verdict(  # noqa: PLR0917
     decisions = [row["verdict"] for row in found[:6]]
     passed, failed, _ = map(int, re.findall(r"\d+", said))
     assert (decisions.count("pass"), decisions.count("fail")) == (passed, failed)
-    assert found[6]["state"] == "failed"
+    assert (found[6]["state"], found[6]["verdict"]) == ("failed", "undecided")
     assert "stuck" in found[6]["reason"]
     # A row that passes has no reason; each other one says why, in the table, here and on the page.
     for row in found[:6]:
@@ -94,6 +94,45 @@ def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):
     assert main(["campaign", *files, "-o", str(other), "--workers", "1"]) == 0
     assert "yield" not in capsys.readouterr().out
     assert "limit" not in (other / "index.html").read_text()
+
+
+def test_a_unit_that_cannot_be_measured_counts_in_the_yield(rack, tmp_path, capsys):
+    dead, copied = tmp_path / "dead.csv", tmp_path / "copied.csv"
+    for path in (dead, copied):
+        path.write_text("x[rad/s],y[rad/s]\n" + "0.25,0.5\n" * 500)
+    words = [str(rack / "U0.parquet"), str(rack / "U1.parquet"), str(dead), str(copied)]
+    words += ["--kind", "rate", "--rate", "50", "--workers", "1"]
+    output = tmp_path / "judged"
+    assert main(["campaign", *words, "-o", str(output), "--spec", "1e-2"]) == 1
+    said = (
+        "4 pass, 0 fail, 0 undecided",
+        "2 of 3 units pass, 1 not measured, yield 67 % (9 to 99 %)",
+    )
+    shown = capsys.readouterr().out
+    page = (output / "index.html").read_text()
+    assert all(one in text for one in said for text in (shown, page))
+    assert 'class="verdict undecided"' in page
+    # Beside its verdict; what is wrong with it stands once, at the head of the page.
+    assert page.count("not measured</span>") == 2
+    verdicts = [(row["state"], row["verdict"]) for row in rows(output)]
+    assert verdicts == [("done", "pass")] * 4 + [("failed", "undecided")] * 2
+    # If nothing is to be kept, nothing is decided.
+    assert main(["campaign", *words, "-o", str(tmp_path / "plain")]) == 1
+    assert {row["verdict"] for row in rows(tmp_path / "plain")} == {""}
+
+
+def test_nothing_is_said_to_be_kept_at_the_first_start(rack, tmp_path, capsys):
+    folder = tmp_path / "some"
+    folder.mkdir()
+    for name in ("A", "A_1"):
+        (folder / f"{name}.parquet").write_bytes((rack / "U0.parquet").read_bytes())
+    words = ["campaign", str(folder), "-o", str(tmp_path / "out"), "--workers", "1"]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert "1 row analyzed now\n" in shown
+    assert {row["report"].partition("-")[0] for row in rows(tmp_path / "out")} == {"reports/A"}
+    assert main(words) == 0
+    assert "0 rows analyzed now, 1 kept from an earlier start" in capsys.readouterr().out
 
 
 def test_the_limit_may_stand_in_the_campaign_s_own_file(rack, tmp_path, capsys):

@@ -381,8 +381,7 @@ def _print_campaign(report: "sagnac.CampaignReport", output: Path, confidence: f
         limits = [limit.in_words for one in specifications_of(made) for limit in one.limits]
         print(f"{', '.join(limits)}: {found.in_words()}; {found.share_in_words()}")
     _print_reasons(lines)
-    kept = len(made.rows) - made.computed
-    before = f", {kept} kept from an earlier start, which was resumed" if kept else ""
+    before = f", {made.kept} kept from an earlier start, which was resumed" if made.kept else ""
     print(f"{counted(made.computed, 'row')} analyzed now{before}")
     if report.replaced:
         lost = counted(report.replaced, "line")

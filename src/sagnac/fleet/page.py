@@ -428,7 +428,7 @@ def _cells(line: Line) -> dict[str, dict[str, Any]]:
         "Method": _plain(line.method),
         "Span (h)": _numeric(line.start_s, span),
         "N (°/√h)": {**_numeric(line.n_deg_per_sqrt_h, value), "range": _beside(line, interval)},
-        "Verdict": {**_plain(line.verdict), "range": line.reason * bool(line.verdict)},
+        "Verdict": {**_plain(line.verdict), "range": _why(line) * bool(line.verdict)},
         "Lines": _numeric(line.lines if found else math.nan, str(line.lines)),
         "Notes": _numeric(line.notes if found else math.nan, str(line.notes)),
         "Length (h)": _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
@@ -437,6 +437,11 @@ def _cells(line: Line) -> dict[str, dict[str, Any]]:
 
 def _plain(text: str) -> dict[str, Any]:
     return {"text": text, "key": text}
+
+
+def _why(line: Line) -> str:
+    """Why it does not pass; that of what was not measured stands at the head of the page."""
+    return line.reason if line.state == "done" else "not measured"
 
 
 def _beside(line: Line, interval: str) -> str:

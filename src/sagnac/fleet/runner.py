@@ -291,11 +291,16 @@ class Campaign:
     rows
         Of whole recordings, and of their spans after them.
     computed
-        How many of them were not kept from before.
+        How many results were not kept from before; equal files have one.
     """
 
     rows: tuple[Row, ...]
     computed: int
+
+    @property
+    def kept(self) -> int:
+        """How many results were kept from before."""
+        return len({row.result.key for row in self.rows}) - self.computed
 
     @property
     def each(self) -> tuple[Row, ...]:
@@ -370,7 +375,8 @@ def _rows(
         if kept := _kept(folder, key):
             results[key] = kept
         else:
-            todo[key] = task
+            # Of equal files the first has the report.
+            todo.setdefault(key, task)
     began = time.perf_counter()
 
     def standing() -> Standing:

@@ -98,7 +98,8 @@ _TYPES: Final[Mapping[object, pa.DataType]] = {
 def lines_of(rows: Iterable[Row]) -> list[Line]:
     """The lines of rows; one whose data an earlier row has, too, names its file.
 
-    A copy is no second measurement, whatever it is called and in whatever format it is.
+    A copy is no second measurement, whatever it is called and in whatever format it is. One that
+    was not measured is told by its key, which holds the digest of the file.
     """
     first: dict[object, str] = {}
     lines = []
@@ -114,7 +115,9 @@ def lines_of(rows: Iterable[Row]) -> list[Line]:
 def _data_of(row: Row) -> object:
     """Fingerprint that no two measurements share: the curve to nine digits, and how it was made."""
     curve = row.result.analysis.get("curve", {}).get("deviation_deg_per_h")
-    if row.result.state != "done" or not curve:
+    if row.result.state != "done":
+        return row.result.key, tuple(row.result.analysis.get("input", {}).get("gyros", ()))
+    if not curve:
         return None
     task = row.task
     points = tuple(f"{value:.8e}" for value in curve)
@@ -147,7 +150,7 @@ def line_of(row: Row) -> Line:
         k_deg_per_h_per_sqrt_h=_estimated(analysis, "rate_random_walk"),
         band_low_hz=_number(band[0]),
         band_high_hz=_number(band[1]),
-        verdict=analysis.get("verdict", {}).get("overall", ""),
+        verdict=_verdict_on(row),
         duration_s=_number(given.get("duration_s")),
         lines=int(analysis.get("lines", 0)),
         notes=len(analysis.get("notes", ())),
@@ -243,6 +246,14 @@ def _rate(task: Task, table_rate: Any, *, measured: bool) -> float:
         if not measured:
             return math.nan
         return 0.0 if table_rate is None else round(abs(float(table_rate)), 1)
+
+
+def _verdict_on(row: Row) -> str:
+    """Its verdict, empty if nothing was stated to be kept; what was not measured is undecided."""
+    stated = row.task.settings.specification is not None
+    if row.result.state != "done":
+        return "undecided" if stated else ""
+    return str(row.result.analysis.get("verdict", {}).get("overall", ""))
 
 
 def _reason(analysis: Mapping[str, Any]) -> str:
@@ -428,13 +439,17 @@ class Yield:
     Attributes
     ----------
     gyros
-        Of each gyro of each recording.
+        Of each gyro of each recording that was measured.
     units
-        Of each unit: it fails if one of its gyros does. A unit that has no name is a recording.
+        Of each unit: it fails if one of its gyros does, and does not pass if a recording of it
+        could not be measured. A unit that has no name is a recording.
+    unmeasured
+        Units of which a recording could not be measured.
     """
 
     gyros: tuple[Decision, ...]
     units: tuple[Decision, ...]
+    unmeasured: int = 0
 
     @property
     def decision(self) -> Decision:
@@ -460,28 +475,39 @@ class Yield:
         return ", ".join(f"{self.gyros.count(name)} {name}" for name in names)
 
     def share_in_words(self) -> str:
-        """Units: ``3 of 4 units pass, yield 75 % (19 to 99 %)``."""
+        """Units: ``3 of 4 units pass, 1 not measured, yield 75 % (19 to 99 %)``."""
         low, high = self.share
         passed, units = self.units.count("pass"), len(self.units)
+        without = f", {self.unmeasured} not measured" if self.unmeasured else ""
         return (
-            f"{passed} of {counted(units, 'unit')} pass, yield {100.0 * passed / units:.0f} % "
-            f"({100.0 * low:.0f} to {100.0 * high:.0f} %)"
+            f"{passed} of {counted(units, 'unit')} pass{without}, "
+            f"yield {100.0 * passed / units:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
         )
 
 
 def yield_of(campaign: Campaign) -> Yield | None:
     """The decisions of a campaign, equal data once; None if nothing was stated to be kept."""
     found: dict[str, list[Decision]] = {}
+    unmeasured: set[str] = set()
     for row, line in zip(campaign.rows, lines_of(campaign.rows), strict=True):
-        verdict = row.result.analysis.get("verdict")
-        if verdict and span_of(row.task) is None and not line.same_as:
-            unit = row.task.labels.get("unit") or row.task.path
-            found.setdefault(unit, []).extend(verdict["gyros"].values())
+        if not line.verdict or span_of(row.task) is not None or line.same_as:
+            continue
+        unit = row.task.labels.get("unit") or row.task.path
+        decisions = found.setdefault(unit, [])
+        if row.result.state == "done":
+            decisions.extend(row.result.analysis["verdict"]["gyros"].values())
+        else:
+            unmeasured.add(unit)
     if not found:
         return None
+    without: list[Decision] = ["undecided"]
     return Yield(
         gyros=tuple(decision for unit in found.values() for decision in unit),
-        units=tuple(overall(unit) for unit in found.values()),
+        units=tuple(
+            overall([*decisions, *without * (unit in unmeasured)])
+            for unit, decisions in found.items()
+        ),
+        unmeasured=len(unmeasured),
     )
 
 
