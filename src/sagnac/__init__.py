@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from sagnac.coefficients.self_noise import SelfNoise, self_noise
     from sagnac.errors import MissingExtra, Note, RecordingError
     from sagnac.filters.export import Exported, export
-    from sagnac.fleet import CampaignReport, campaign
+    from sagnac.fleet.campaign import CampaignReport, campaign
     from sagnac.formats import Statement, columns, missing, read, write
     from sagnac.lines.model import Line, Removal
     from sagnac.lines.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
@@ -84,7 +84,7 @@ _HOME: Final = {
         "coefficients.self_noise": "SelfNoise self_noise",
         "errors": "MissingExtra Note RecordingError",
         "filters.export": "Exported export",
-        "fleet": "CampaignReport campaign",
+        "fleet.campaign": "CampaignReport campaign",
         "formats": "Statement columns missing read write",
         "lines.model": "Line Removal",
         "lines.orthogonal_search": "OrthogonalSearch fast_orthogonal_search",

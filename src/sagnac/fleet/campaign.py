@@ -1,0 +1,175 @@
+"""A campaign from recordings to its table and page."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sagnac.analysis.settings import Settings
+from sagnac.arrays import pandas_for
+from sagnac.fleet.page import write_overview, write_page
+from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
+from sagnac.fleet.table import Line, lines_of, rows_replaced, walk_limits, write_tables
+from sagnac.fleet.tasks import Choices, tasks_of
+from sagnac.formats.statement import Statement
+from sagnac.overwriting import outputs_in, require_free
+from sagnac.processes import Standing, means_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignReport:
+    """A campaign that has been done and written.
+
+    Attributes
+    ----------
+    campaign
+        Its rows.
+    lines
+        Of the table: N, its interval and its status for each gyro of each recording.
+    paths
+        Page, tables and picture.
+    replaced
+        Lines of another campaign that the table in the folder had before.
+
+    Examples
+    --------
+    That of no recordings; `campaign` makes one of some.
+
+    >>> report = CampaignReport(campaign=Campaign(rows=(), computed=0), lines=(), paths=())
+    >>> report.to_frame().empty, report.campaign.failed
+    (True, ())
+    """
+
+    campaign: Campaign
+    lines: tuple[Line, ...]
+    paths: tuple[Path, ...]
+    replaced: int = 0
+
+    def to_frame(self) -> Any:
+        """The table as a pandas frame; column names carry the units.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        rows = [asdict(line) for line in self.lines]
+        return pandas_for("a campaign as a data frame").DataFrame(rows)
+
+
+def campaign(
+    sources: str | Path | Sequence[str | Path],
+    folder: str | Path,
+    settings: Settings | None = None,
+    *,
+    pattern: str = "",
+    span: float | None = None,
+    workers: int | None = None,
+    memory: float | None = None,
+    scheduler: str | None = None,
+    told: Callable[[Standing], None] | None = None,
+    force: bool = False,
+    **choices: Any,
+) -> CampaignReport:
+    """Analyze many recordings, and put them together in one table and on one page.
+
+    Parameters
+    ----------
+    sources
+        A TOML of a campaign, or recordings and folders of recordings.
+    folder
+        ``campaign.csv``, ``campaign.parquet``, ``index.html``, ``campaign.png`` and the reports go
+        into it. What an earlier start with the same folder has done is kept.
+    settings
+        For all recordings; ``Settings()`` unless given.
+    pattern
+        A regular expression that finds ``(?P<unit>…)``, ``(?P<day>…)`` and ``(?P<rate>…)`` in the
+        path of a recording.
+    span
+        Also cut each recording into spans of this length, s.
+    workers, memory
+        Processes on this machine, and bytes that they may take together.
+    scheduler
+        Address of a Dask cluster to work on instead, ``tcp://host:8786``.
+    told
+        Called with where it stands after each recording.
+    force
+        Replace a table or page there that no campaign made, too.
+    **choices
+        Fields of `Settings` and of `sagnac.formats.Statement`, for all recordings:
+        ``method="none"``, ``kind="rate"``, ``unit="deg/h"``, ``sample_rate=100.0``.
+
+    Returns
+    -------
+    CampaignReport
+        A recording that cannot be analyzed is a row that says why.
+
+    Raises
+    ------
+    RecordingError
+        If a source is not there, the folder cannot be written to, or there are no workers.
+    WouldOverwrite
+        If a table or page is there that no campaign made, and `force` is not set.
+    ValueError
+        If a choice cannot be.
+    TypeError
+        If a choice is a field of neither.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from sagnac import Recording, write
+    >>> random = np.random.default_rng(1)
+    >>> with TemporaryDirectory() as place:
+    ...     rack = Path(place) / "rack"
+    ...     rack.mkdir()
+    ...     rate = random.standard_normal(3000)
+    ...     still = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    ...     path = write(still, rack / "A.npz")
+    ...     report = campaign(rack, Path(place) / "report", workers=1, method="none")
+    >>> [(Path(line.file).name, line.state, line.gyros) for line in report.lines]
+    [('A.npz', 'done', 'x')]
+    """
+    listed = [sources] if isinstance(sources, str | Path) else sources
+    paths, place = [Path(source) for source in listed], Path(folder).absolute()
+    tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
+    if scheduler is not None and (workers is not None or memory is not None):
+        raise ValueError("workers and memory are of this machine; a cluster has its own")
+    completed: Completed = (
+        partial(completed_here, means=means_of(workers, memory))
+        if scheduler is None
+        else partial(completed_there, scheduler=scheduler)
+    )
+    require_free(outputs_in(place, "campaign"), [Path(task.path) for task in tasks], force=force)
+    made = run(tasks, place, completed, span=span, told=told)
+    lines = tuple(lines_of(made.each))
+    replaced = rows_replaced(place, made.rows)
+    title = paths[0].stem if len(paths) == 1 else f"{len(tasks)} recordings"
+    return CampaignReport(
+        campaign=made,
+        lines=lines,
+        replaced=replaced,
+        paths=(
+            write_page(made, lines, place, title),
+            *write_tables(lines, place),
+            *write_overview(lines, walk_limits(made), place),
+        ),
+    )
+
+
+def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices:
+    """Each choice where it belongs; the gyros belong to both."""
+    of_settings, of_statement = (
+        {name: value for name, value in given.items() if name in {one.name for one in fields(kind)}}
+        for kind in (Settings, Statement)
+    )
+    unknown = [name for name in given if name not in of_settings and name not in of_statement]
+    if unknown:
+        raise TypeError(f"{unknown[0]} is a field of neither Settings nor Statement")
+    return Choices(
+        settings=replace(settings, **of_settings),
+        statement=Statement(**of_statement),
+        pattern=pattern,
+    )
