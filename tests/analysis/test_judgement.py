@@ -51,9 +51,15 @@ def test_bounds_and_what_is_not_observable(text, decision):
 
 def test_a_unit_in_doubt_decides_nothing():
     made = analysis(gyros=("x", "z"))
-    for channel, decision in (("time", "undecided"), ("x", "undecided"), ("ax, ay", "pass")):
-        doubt = Note(name="units", level="warning", channel=channel, text="looks wrong")
+    for name, channel, decision in (
+        ("units", "time", "undecided"),
+        ("units", "x", "undecided"),
+        ("motion", "x", "undecided"),
+        ("units", "ax, ay", "pass"),
+        ("spikes", "x", "pass"),
+    ):
+        doubt = Note(name=name, level="warning", channel=channel, text="looks wrong")
         verdict = judged(replace(made, notes=(*made.notes, doubt)), "3e-5deg/sqrt(h)")
         assert verdict.decision == decision
-    accepted = replace(doubt, channel="time", level="remark")
-    assert judged(replace(made, notes=(accepted,)), "3e-5deg/sqrt(h)").decision == "pass"
+        accepted = replace(doubt, level="remark")
+        assert judged(replace(made, notes=(accepted,)), "3e-5deg/sqrt(h)").decision == "pass"

@@ -82,16 +82,19 @@ def judge(
 
 
 def _doubt(analysis: Analysis) -> str:
-    """Why no figure decides: a unit of the gyros or of time looks wrong, and nobody accepted it."""
+    """Why no figure decides: a unit of the gyros or of time looks wrong, and nobody accepted it.
+
+    A gyro that turns steadily, and no encoder with it, is in a wrong unit or on a table.
+    """
     doubted = {
         name
         for one in (analysis, *analysis.each)
         for note in one.findings
-        if note.name == "units" and note.level == "warning"
+        if note.name in ("units", "motion") and note.level == "warning"
         for name in note.channel.split(", ")
     }
     known = [name for name in ("time", *analysis.settings.gyros) if name in doubted]
-    return f"the unit of {', '.join(known)} is in doubt" if known else ""
+    return f"the unit or motion of {', '.join(known)} is in doubt" if known else ""
 
 
 def _rows(analysis: Analysis, limit: Limit, specification: Specification) -> list[Judgement]:

@@ -21,6 +21,7 @@ from sagnac.units import (
     ACCELERATION_UNITS,
     DEGREE,
     DEGREE_PER_HOUR,
+    DEGREE_PER_ROOT_HOUR,
     EARTH_RATE,
     STANDARD_GRAVITY,
     UNITS,
@@ -32,6 +33,8 @@ from sagnac.units import (
 # No gyro turns at 5000 deg/s for long, and none is stable to 1e-6 deg/h from sample to sample.
 FASTEST_RATE: Final = 5000.0 * DEGREE
 SLOWEST_RATE: Final = 1e-6 * DEGREE_PER_HOUR
+# Ten times the random walk of the noisiest gyros on sale.
+STRONGEST_WALK: Final = 60.0 * DEGREE_PER_ROOT_HOUR
 # Gyros are read at 1 Hz and faster. Means over longer times are recorded for a day; at 1 Hz a few
 # days are usual. If a recording is slower than the first number, Hz, and longer than the second, s,
 # its stamps may be ms that were taken as s.
@@ -42,8 +45,14 @@ _USUAL: Final = (5.0, 2e4)
 _COMMON: Final = 200.0
 
 
-def wrong_unit_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """A gyro that turns too fast or scatters too little for one: a warning."""
+def wrong_unit_notes(
+    recording: Recording, profile: Profile, *, standing: bool
+) -> tuple[Note, ...]:
+    """A gyro that turns too fast, or scatters too little or too much for one: a warning.
+
+    Motion scatters as it likes; on a bench it is noise that does, from sample to sample as from
+    second to second.
+    """
     rates, _ = block_rates(recording, profile.channel)
     typical = float(np.median(np.abs(rates)))
     scatter = float(np.sqrt(np.mean(np.square(np.diff(rates))))) if rates.size > 1 else typical
@@ -57,9 +66,29 @@ def wrong_unit_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]
             f"scatters by only {scatter / DEGREE_PER_HOUR:.2g} deg/h from second to second: "
             "the unit or kind looks wrong ({unit}, {kind})"
         )
+    elif standing and (walk := _least_walk(recording, profile, scatter, rates.size)):
+        text = (
+            f"scatters like an angle random walk of {walk / DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h), "
+            "over ten times that of the noisiest: the unit or kind looks wrong ({unit}, {kind})"
+        )
     else:
         return ()
     return (Note(name="units", level="warning", channel=profile.channel.name, text=text),)
+
+
+def _least_walk(recording: Recording, profile: Profile, scatter: float, blocks: int) -> float:
+    """Random walk of a gyro, rad/sqrt(s), by samples or by seconds, the lesser; 0 if it may be."""
+    if profile.channel.sensor != "gyro":
+        return 0.0
+    by_seconds = scatter * math.sqrt(0.5 * recording.duration / blocks)
+    walk = min(by_seconds, _walk_by_samples(recording, profile))
+    return walk if walk > STRONGEST_WALK else 0.0
+
+
+def _walk_by_samples(recording: Recording, profile: Profile) -> float:
+    """Random walk that would scatter a gyro from sample to sample as it does, rad/sqrt(s)."""
+    turned = profile.scale / (recording.sample_rate if profile.channel.kind == "rate" else 1.0)
+    return turned * math.sqrt(recording.sample_rate)
 
 
 def rate_doubts(recording: Recording) -> tuple[Note, ...]:
@@ -279,12 +308,10 @@ def motion_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         return ()
     middle = float(np.median(rates))
     off = np.abs(rates - middle)
-    scale = profile.scale * (1.0 if gyro.kind == "rate" else recording.sample_rate)
-    length = recording.samples / rates.size
-    limit = max(TURNING_RATE, _SIGMAS * scale / np.sqrt(length))
+    walk = _walk_by_samples(recording, profile)
+    limit = max(TURNING_RATE, _SIGMAS * walk / math.sqrt(recording.duration / rates.size))
     moves = np.flatnonzero(off > limit)
     if moves.size == 0:
-        walk = scale / math.sqrt(recording.sample_rate)
         return _turns_steadily(recording, gyro, middle, max(TURNING_RATE, _BIAS_OVER_WALK * walk))
     between = longest_between(rates.size, moves)
     edges = np.append(starts, recording.samples)
@@ -293,8 +320,8 @@ def motion_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
         f"{100.0 * moves.size / rates.size:.2g} % of the record, first at "
         f"{second_of(recording, int(starts[moves[0]])):.1f} s, and no encoder is looked at: this "
-        f"is no still bench; use sagnac analyze with the encoder ({{table}}), or "
-        f"{remedy_of(recording, still)}"
+        f"is no still bench; use sagnac analyze with the encoder ({{table}}), state the right "
+        f"{{unit}}, or {remedy_of(recording, still)}"
     )
     return (Note(name="motion", level="error", channel=gyro.name, text=text),)
 

@@ -81,7 +81,7 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
         chosen = [recording.gyro(gyro.name) for gyro in chosen]
     profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
     for profile in profiles.values():
-        notes += physics.wrong_unit_notes(recording, profile)
+        notes += physics.wrong_unit_notes(recording, profile, standing=not turns)
         notes += _of_samples(recording, profile, standing=not turns)
     notes += repeats.pair_notes(profiles, partial(_sense_alike, recording))
     if recording.table is not None and not turns:
