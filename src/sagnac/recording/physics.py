@@ -45,9 +45,7 @@ _USUAL: Final = (5.0, 2e4)
 _COMMON: Final = 200.0
 
 
-def wrong_unit_notes(
-    recording: Recording, profile: Profile, *, standing: bool
-) -> tuple[Note, ...]:
+def wrong_unit_notes(recording: Recording, profile: Profile, *, standing: bool) -> tuple[Note, ...]:
     """A gyro that turns too fast, or scatters too little or too much for one: a warning.
 
     Motion scatters as it likes; on a bench it is noise that does, from sample to sample as from
