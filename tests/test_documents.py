@@ -8,6 +8,7 @@ from importlib.resources import files
 import pytest
 
 from sagnac.alignment.noise import GyroNoise
+from sagnac.analysis.result import Analysis
 from sagnac.cli import main
 from sagnac.documents import ANALYSIS, check_analysis, read_analyses
 from sagnac.errors import RecordingError
@@ -123,3 +124,19 @@ def test_every_value_may_be_edited_and_no_command_fails_inside(tmp_path, capsys)
                 if status not in (0, 1) or "internal error" in said or not sound:
                     wrong.append((words[0], place, value, said))
     assert wrong == []
+
+
+def test_the_text_of_a_document_is_taken_as_its_file_is(tmp_path):
+    made = analysis()
+    text = made.to_json(tmp_path / "analysis.json")
+    of_file = Analysis.from_json(tmp_path / "analysis.json")
+    assert Analysis.from_json(text).to_json() == of_file.to_json()
+    with pytest.raises(RecordingError, match="text: is no JSON"):
+        Analysis.from_json("{")
+
+
+def test_a_value_that_no_rule_allows_is_shown():
+    document = analysis_document(analysis())
+    document["settings"]["interval_s"] = "x"
+    with pytest.raises(ValueError, match=r"settings.interval_s is 'x', which it does not allow"):
+        check_analysis(document)

@@ -1,12 +1,15 @@
 """Errors and notes as data, and how they are worded."""
 
 import pickle
+import re
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 
+from sagnac import Recording, align, analyze, plan
+from sagnac.alignment.noise import GyroNoise
 from sagnac.analysis.settings import Settings
 from sagnac.errors import (
     MissingExtra,
@@ -20,6 +23,11 @@ from sagnac.errors import (
 from sagnac.formats import Statement
 
 LONG = np.arange(100_000.0)
+NOISE = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
+
+
+def still(x=tuple(range(100)), sample_rate=10.0):
+    return Recording.from_arrays(x=x, kind="rate", unit="deg/h", sample_rate=sample_rate)
 
 
 def option(name, value):
@@ -93,3 +101,27 @@ def test_a_value_is_shown_in_one_short_line(value):
     with pytest.raises((ValueError, TypeError)) as caught:
         Settings(gyros=value)
     assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: plan(still(), within="1%"), "within is '1%'; give a half width"),
+        (lambda: plan(still(), within=["0.01"]), "within is '0.01'; give a half width"),
+        (lambda: align((NOISE,) * 3, after=["60s"]), "after is '60s'; give seconds"),
+        (lambda: align((NOISE,) * 3, after="60s"), "after is '60s'; give seconds"),
+        (lambda: align((NOISE,) * 3, bias="1deg/h"), "bias is '1deg/h'; give zero"),
+        (lambda: align((NOISE,) * 3, confidence="95%"), "confidence is '95%'; give a number"),
+        (lambda: align((1.0, 1.0, 1.0)), "give one analysis of all gyros"),
+        (lambda: still(sample_rate="200"), "sample_rate is '200'; give samples per second"),
+        (lambda: analyze(still(), confidence="0.9"), "confidence is '0.9'; give a number"),
+    ],
+)
+def test_what_is_no_number_is_named(call, said):
+    with pytest.raises(ValueError, match=re.escape(said)):
+        call()
+
+
+def test_an_empty_gyro_is_short_and_not_stuck():
+    with pytest.raises(RecordingError, match="x: has too few samples"):
+        analyze(still(x=[]))

@@ -113,8 +113,13 @@ class Documented(Protocol):
         ...
 
 
-def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:
+def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:
     """The analyses in an ``analysis.json``, in a document of several, or in a folder of such files.
+
+    Parameters
+    ----------
+    source
+        A path, or the text of a document.
 
     Returns
     -------
@@ -127,9 +132,10 @@ def read_analyses(path: Path) -> tuple[Mapping[str, Any], ...]:
     RecordingError
         If the file cannot be read, is no JSON, or breaks the schema: where, and what is expected.
     """
-    if path.is_dir():
-        return tuple(one for file in documents_of(path) for one in read_analyses(file))
-    content = _json(path)
+    if isinstance(source, Path) and source.is_dir():
+        return tuple(one for file in documents_of(source) for one in read_analyses(file))
+    path = source if isinstance(source, Path) else Path("text")
+    content = _json(path, None if isinstance(source, Path) else source)
     schema = content.get("schema") if isinstance(content, dict) else None
     if schema == ANALYSES:
         several = content.get("analyses")
@@ -177,12 +183,15 @@ def check_analysis(document: object) -> None:
         _validator()(document)
     except fastjsonschema.JsonSchemaValueException as error:
         said = error.message.removeprefix("data.").split(" definition", 1)[0]
+        if error.rule == "anyOf":
+            said = f"{'.'.join(error.path[1:])} is {quoted(error.value)}, which it does not allow"
         raise ValueError(said) from None
 
 
-def _json(path: Path) -> Any:
+def _json(path: Path, text: str | None) -> Any:
     try:
-        return json.loads(path.read_text(encoding="utf-8"), parse_constant=_refused)
+        text = path.read_text(encoding="utf-8") if text is None else text
+        return json.loads(text, parse_constant=_refused)
     except OSError as error:
         raise RecordingError(
             f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"

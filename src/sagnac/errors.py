@@ -10,6 +10,7 @@ import re
 import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
@@ -293,6 +294,17 @@ def require_choice(name: str, value: object, allowed: Any) -> None:
         raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")
 
 
+def is_finite(value: object) -> bool:
+    """Whether a value is one finite number; text, None and lists of numbers are not.
+
+    Examples
+    --------
+    >>> is_finite(2), is_finite("2"), is_finite(float("nan"))
+    (True, False, False)
+    """
+    return isinstance(value, Real) and math.isfinite(value)
+
+
 def require_confidence(confidence: float) -> None:
     """Refuse a confidence that is no probability.
 
@@ -301,5 +313,5 @@ def require_confidence(confidence: float) -> None:
     ValueError
         If it is not between 0 and 1.
     """
-    if not 0.0 < confidence < 1.0:
+    if not (is_finite(confidence) and 0.0 < confidence < 1.0):
         raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")

@@ -126,6 +126,14 @@ def test_a_warm_up_is_taken_off():
     found, truth = analysis_of(warming, gyro=Gyro(walk=0.1), rate=5.0, time=100.0)
     assert holds(found, truth)
     assert "(warm-up)" in texts(found)
+    # It lasts for 460 of 600 s.
+    assert "slice=" not in texts(found).split("(warm-up)")[1].split("covariates")[0]
+
+
+def test_a_short_warm_up_can_be_sliced_off():
+    found, truth = analysis_of(warming, gyro=Gyro(walk=0.1), rate=20.0, time=30.0)
+    assert holds(found, truth)
+    assert "slice=1" in texts(found).split("(warm-up)")[1].split("covariates")[0]
 
 
 def test_two_gyros_that_share_noise_at_rest_are_each_what_they_are_alone():

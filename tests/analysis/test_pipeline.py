@@ -245,6 +245,7 @@ def turned(turns, samples=8000, *, share=0.577):
             ["x", "times as fast as the table", "unit"],
         ),
         (still(400), Settings(gyros=("x",), interval=1.0), ["a curve needs 32", "interval=0.31s"]),
+        (still(40), Settings(gyros=("x",), interval=1.0), ["a curve needs 32", "interval=0.05s"]),
         (
             turned(1.0, 180),
             Settings(gyros=("x",), interval=0.1),
@@ -259,6 +260,7 @@ def turned(turns, samples=8000, *, share=0.577):
         "no full turn",
         "too fast",
         "too short",
+        "too short for half of it",
         "too short to follow a table",
         "unknown",
         "twice",

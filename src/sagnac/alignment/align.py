@@ -21,7 +21,7 @@ from sagnac.alignment.error_model import (
 )
 from sagnac.alignment.noise import GyroNoise, Unit
 from sagnac.documents import Documented
-from sagnac.errors import quoted
+from sagnac.errors import is_finite, quoted, require_confidence
 from sagnac.units import DEGREE
 
 # Where no latitude is stated: it counts little without aiding over minutes.
@@ -190,11 +190,13 @@ def align(
     """
     if table_rate is not None and latitude is None:
         raise ValueError("table_rate needs a latitude, since azimuth is found from Earth rate")
-    if bias is not None and not bias >= 0.0:
+    if bias is not None and not (is_finite(bias) and bias >= 0.0):
         raise ValueError(f"bias is {quoted(bias)}; give zero or more")
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")
-    after = (after,) if isinstance(after, float | int) else after
+    require_confidence(confidence)
+    after = (after,) if isinstance(after, float | int | str) else after
+    for time in after:
+        if not (is_finite(time) and time > 0.0):
+            raise ValueError(f"after is {quoted(time)}; give seconds, above zero")
     noises, accelerometers = _unit(source)
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
     loudest = max(noises, key=lambda one: one.angle_random_walk)
@@ -254,5 +256,9 @@ def _unit(source: Documented | str | Path | Triad) -> Unit:
     if isinstance(source, str | Path):
         return GyroNoise.unit_from_json(Path(source))
     if isinstance(source, tuple):
+        if not all(isinstance(one, GyroNoise) for one in source):
+            raise ValueError(
+                f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"
+            )
         return source, ()
     return GyroNoise.unit_from_document(json.loads(source.to_json()))

@@ -94,21 +94,25 @@ def rounding_note(points: Points, interval: float | None) -> tuple[Note, ...]:
     )
 
 
-def require_length(points: int, rate: float, duration: float) -> None:
+def require_length(points: Points, recording: Recording) -> None:
     """Refuse a recording too short for a curve.
 
     Raises
     ------
     RecordingError
-        If it gives fewer than `LEAST_POINTS` angles; with the interval that would do.
+        If it gives fewer than `LEAST_POINTS` angles; with the interval that would do, if any.
     """
-    if points < LEAST_POINTS:
-        raise RecordingError(
-            f"{duration:.4g} s give {points} angles at {1.0 / rate:.4g} s, and a curve needs "
-            f"{LEAST_POINTS}",
-            remedy="record longer or ask for a shorter interval "
-            f"({{interval {duration / (2 * LEAST_POINTS):.2g}s}})",
-        )
+    size, duration = points.angle.size, recording.duration
+    if size >= LEAST_POINTS:
+        return
+    interval = max(duration / (2 * LEAST_POINTS), 1.0 / recording.sample_rate)
+    is_enough = interval * LEAST_POINTS < duration
+    raise RecordingError(
+        f"{duration:.4g} s give {size} angles at {1.0 / points.rate:.4g} s, and a curve needs "
+        f"{LEAST_POINTS}",
+        remedy="record longer"
+        + (f" or ask for a shorter interval ({{interval {interval:.2g}s}})" if is_enough else ""),
+    )
 
 
 def curves_of(

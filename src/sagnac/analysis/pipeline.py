@@ -263,7 +263,7 @@ def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prep
         points = points_at(measured.angle, rate, interval)
         if settings.method != "fris":
             # Known before the search, which takes what time there is.
-            require_length(points.angle.size, points.rate, recording.duration)
+            require_length(points, recording)
         table = turning_table(undithered.recording, gyros, settings.method)
         following = followed(difference, undithered.recording, table)
         table = settled(table, following)
@@ -291,7 +291,7 @@ def _removed(prepared: _Prepared, stages: Stages) -> _Removed:
             pair = followed(measure(recording, settings.gyros[:2]), recording, table)
             second = remainder_of(pair, table.known, recording, settings, fraction)
         points = points_of(left, settings.interval)
-        require_length(points.angle.size, points.rate, recording.duration)
+        require_length(points, recording)
     return _Removed(left=left, second=second, points=points)
 
 

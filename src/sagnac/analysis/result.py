@@ -217,6 +217,8 @@ class Analysis:
     def from_json(cls, path: str | Path) -> "Analysis":
         """The analysis that an ``analysis.json`` holds: the answer, without the recording.
 
+        A text that `to_json` returned is taken in place of a path.
+
         Raises
         ------
         RecordingError

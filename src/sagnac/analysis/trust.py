@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sagnac.analysis.averaged import Averaged
-from sagnac.analysis.corrections import WarmUp
+from sagnac.analysis.averaged import Averaged, Cleaned
 from sagnac.analysis.headline import Headline
 from sagnac.analysis.parts import Parts
 from sagnac.analysis.result import Covariance
@@ -46,7 +45,7 @@ def noticed(channel: str, found: Averaged, sensor: Sensor = "gyro") -> tuple[Not
     walk = found.average.angle_random_walk
     notes = (
         _spikes_note(found.cleaned.spikes, walk, sensor),
-        _warm_up_note(found.cleaned.warm_up, sensor),
+        _warm_up_note(found.cleaned, sensor),
         _roll_off_note(found.roll_off),
         _hump_note(found.hump, sensor),
         _elsewhere_note(found.average.rests_on.elsewhere, walk, sensor),
@@ -77,15 +76,19 @@ def _spikes_note(spikes: Spikes | None, walk: Estimate, sensor: Sensor) -> Note 
     )
 
 
-def _warm_up_note(warm_up: WarmUp | None, sensor: Sensor) -> Note | None:
+def _warm_up_note(cleaned: Cleaned, sensor: Sensor) -> Note | None:
+    warm_up = cleaned.warm_up
     if warm_up is None:
         return None
+    # What is left should be most of the record.
+    is_short = 2.0 * warm_up.until_s > cleaned.increments.size / cleaned.rate
+    left_out = "a recording begun later" if is_short else f"{{slice {warm_up.until_s:.0f}:}}"
     unit = UNITS[SENSED[sensor].rate_unit]
     return Note(
         name="warm-up",
         text=f"the rate settles by {warm_up.rate / unit.size:.3g} {unit} with a time "
         f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer, and stays "
-        f"in the curve; {{slice {warm_up.until_s:.0f}:}} leaves it out, {{covariates temperature}} "
+        f"in the curve; {left_out} leaves it out, {{covariates temperature}} "
         "fits it if there is a column of temperature",
     )
 

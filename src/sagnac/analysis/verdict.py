@@ -11,7 +11,7 @@ from sagnac.arrays import pandas_for
 from sagnac.coefficients.estimates import Estimate, Fit, FitBand, unobserved
 from sagnac.coefficients.laws import STOCHASTIC_NAMES
 from sagnac.coefficients.model_average import ModelChoice
-from sagnac.errors import RecordingError, quoted
+from sagnac.errors import RecordingError, is_finite, quoted
 from sagnac.lines.naming import WIDEST_BINS
 from sagnac.recording.model import Recording
 from sagnac.specification.limits import Limit, Specification, specification_of
@@ -324,9 +324,9 @@ def plan(
     >>> 3.0 < narrow.hours / wide.hours < 6.0
     True
     """
-    within = (within,) if isinstance(within, float | int) else within
+    within = (within,) if isinstance(within, float | int | str) else within
     for width in within:
-        if not 0.0 < width < 1.0:
+        if not (is_finite(width) and 0.0 < width < 1.0):
             raise ValueError(f"within is {quoted(width)}; give a half width such as 0.01")
     if isinstance(specification, str):
         specification = specification_of(specification)

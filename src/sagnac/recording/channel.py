@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.arrays import FloatArray, blocks, differences, elementwise, empty, mean
-from sagnac.errors import RecordingError, quoted, require_choice
+from sagnac.errors import RecordingError, is_finite, quoted, require_choice
 from sagnac.units import (
     SENSED,
     SENSORS,
@@ -242,8 +242,10 @@ def require_rate(sample_rate: float) -> None:
     ValueError
         If it is not a finite number above zero.
     """
-    if not (math.isfinite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(f"sample_rate is {sample_rate}; give samples per second, above zero")
+    if not (is_finite(sample_rate) and sample_rate > 0.0):
+        raise ValueError(
+            f"sample_rate is {quoted(sample_rate)}; give samples per second, above zero"
+        )
 
 
 # ---- pickoff -----------------------------------------------------------------------

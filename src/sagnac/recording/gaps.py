@@ -130,7 +130,8 @@ def stuck_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
         return ()
     run = runs.longest
     if run.samples == samples:
-        text = "is stuck: every sample is the same; name another channel with {gyros} or {columns}"
+        said = "is stuck: every sample is the same" if samples > 1 else "has too few samples"
+        text = f"{said}; name another channel with {{gyros}} or {{columns}}"
     else:
         before = Stretch(first=0, after=run.first)
         behind = Stretch(first=run.after, after=samples)

@@ -305,14 +305,16 @@ Document = Mapping[str, Any]
 
 
 def read_analysis(path: str | Path) -> Analysis:
-    """The analysis that a document holds.
+    """The analysis that a document holds, a file's or the text itself.
 
     Raises
     ------
     RecordingError
         If the file cannot be read, is no document of one analysis, or states what cannot be.
     """
-    documents = read_analyses(Path(path))
+    is_text = isinstance(path, str) and path.lstrip().startswith("{")
+    documents = read_analyses(path if is_text else Path(path))
+    path = "text" if is_text else path
     if len(documents) > 1:
         raise RecordingError(
             f"holds {len(documents)} analyses", path=str(path), remedy="give the document of one"
