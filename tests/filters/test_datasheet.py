@@ -8,8 +8,9 @@ import pytest
 import yaml
 
 from sagnac.coefficients.laws import markov_allan_variance
-from sagnac.filters.export import datasheet_setting
+from sagnac.filters.export import datasheet_setting, export
 from sagnac.filters.tools import Wanted, exported
+from tests.filters.examples import document
 
 DEGREE = math.pi / 180.0
 FORCE = datasheet_setting("N=80ug/sqrt(Hz),B=0.01mg@100s,range=8g")
@@ -75,3 +76,25 @@ def test_every_number_is_marked_as_stated_and_is_not_inflated():
 def test_what_is_missing_or_wrong_is_named(text, said):
     with pytest.raises(ValueError, match=said):
         datasheet_setting(text)
+
+
+def test_a_random_walk_far_above_the_lowest_deviation_is_a_wrong_unit():
+    # 9 deg/h/sqrt(Hz) is an Allan deviation of 0.9 deg/h at 100 s.
+    assert datasheet_setting("N=9deg/h/sqrt(Hz),B=0.5deg/h@100s").simple.white > 0.0
+    with pytest.raises(ValueError, match="N alone makes 18 times B"):
+        datasheet_setting("N=9deg/h/sqrt(Hz),B=0.05deg/h@100s")
+
+
+def test_an_accelerometer_without_noise_is_refused():
+    gyro = "N=0.15deg/sqrt(h),B=3deg/h@100s"
+    with pytest.raises(ValueError, match="no accelerometer is without noise"):
+        export(tool="kalibr", datasheet=[gyro], accelerometer=(0.0, 0.0))
+    assert export(tool="kalibr", datasheet=[gyro], accelerometer=(2e-3, 0.0)).notes == ()
+
+
+def test_one_gyro_for_three_axes_is_said(tmp_path):
+    one = document(tmp_path)
+    (note,) = export(one, tool="psins").notes
+    assert "stands for all three axes" in str(note)
+    assert export(one, tool="toml").notes == ()
+    assert export([one, one, one], tool="psins").notes == ()

@@ -130,6 +130,8 @@ def export(
     )  # fmt: skip
     for setting in made.settings:
         print(one_line(setting.in_words()))
+    for note in made.notes:
+        print(one_line(str(note)))
     print_paths([output])
 
 

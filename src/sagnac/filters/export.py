@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final, Literal
 
 from sagnac.documents import Documented
-from sagnac.errors import quoted, require_choice
+from sagnac.errors import Note, quoted, require_choice
 from sagnac.filters.definitions import ToolName, definition_of
 from sagnac.filters.models import FilterModel, Markov
 from sagnac.filters.settings import FilterSetting, sensors_in, sensors_of, setting_of
@@ -24,6 +24,9 @@ from sagnac.version import __version__
 FORM: Final = "such as N=0.004deg/s/sqrt(Hz),B=2deg/h@100s,bandwidth=40Hz,range=450deg/s"
 _KEYS: Final = ("N", "B", "bandwidth", "range")
 _DIGITS: Final = frozenset(".0123456789")
+# Beyond this many times B at its cluster time, N is in another unit: the random walk alone would
+# lie above the lowest Allan deviation there is.
+_ABOVE_LOWEST: Final = 3.0
 _TIME: Final = re.compile(r"\s*([0-9.eE+-]+)\s*([a-z]+)\s*")
 
 
@@ -47,7 +50,7 @@ def datasheet_setting(text: str, *, source: str = "a data sheet") -> FilterSetti
     Raises
     ------
     ValueError
-        If a number, its unit or its time is missing or wrong.
+        If a number, its unit or its time is missing or wrong, or N alone exceeds B by far.
 
     Examples
     --------
@@ -67,6 +70,9 @@ def datasheet_setting(text: str, *, source: str = "a data sheet") -> FilterSetti
     other, lowest = _in_si(text, level, "bias_instability")
     if kind != other:
         raise _wrong(text, f"N is of a {kind} and B of a {other}; state one sensor at a time")
+    if white > _ABOVE_LOWEST * lowest * math.sqrt(tau):
+        times = white / (lowest * math.sqrt(tau))
+        raise _wrong(text, f"N alone makes {times:.3g} times B at that time: a unit is wrong")
     return FilterSetting(
         name=kind,
         kind=kind,
@@ -159,6 +165,8 @@ class Exported:
         Of its file.
     settings
         The models in it, of gyros and then of accelerometers.
+    notes
+        What is worth knowing of them.
 
     Examples
     --------
@@ -170,6 +178,7 @@ class Exported:
     tool: ToolName
     text: str
     settings: tuple[FilterSetting, ...]
+    notes: tuple[Note, ...] = ()
 
 
 def tool_of(path: str | Path) -> ToolName:
@@ -305,7 +314,17 @@ def export(
     if path is not None:
         require_free(of_export(Path(path), tool), _paths(source), force=force)
         write_text(Path(path), text)
-    return Exported(tool=tool, text=text, settings=settings_in(tool, wanted))
+    return Exported(
+        tool=tool, text=text, settings=settings_in(tool, wanted), notes=_for_others(tool, measured)
+    )
+
+
+def _for_others(tool: ToolName, measured: list[FilterSetting]) -> tuple[Note, ...]:
+    """Said where the noise of one gyro that was measured is that of all axes of a unit."""
+    gyros = [one.name for one in measured if one.kind == "gyro"]
+    if len(gyros) != 1 or definition_of(tool).axes == "any":
+        return ()
+    return (Note(channel=gyros[0], text="alone was measured, and stands for all three axes"),)
 
 
 def _several(source: Source | Sequence[Source]) -> Sequence[Source]:
@@ -338,6 +357,8 @@ def _together(measured: list[FilterSetting], stated: list[FilterSetting]) -> lis
 def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
     density, walk = accelerometer
     try:
+        if not density > 0.0:
+            raise ValueError("no accelerometer is without noise; give a density above zero")
         model = FilterModel(white=density, walk=walk)
     except ValueError as error:
         raise ValueError(f"accelerometer is {quoted(accelerometer)}; {error}") from None
