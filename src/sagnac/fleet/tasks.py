@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
@@ -23,7 +24,6 @@ from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement, beside_paths, from_mapping
 from sagnac.report import error_text
 from sagnac.report.document import analysis_document, to_json
-from sagnac.report.page import write_page
 from sagnac.specification.limits import Specification, specification_of
 from sagnac.version import __version__
 
@@ -526,6 +526,7 @@ def _measured(task: Task, folder: Path) -> Result:
     report = Path(_REPORTS) / f"{Path(task.path).stem}-{task.key[:12]}"
     (folder / report).mkdir(parents=True, exist_ok=True)
     document = analysis_document(analysis)
-    write_page(analysis, folder / report / "report.html")
+    # A table of results needs no plots, which are slow to load: only who measures draws.
+    import_module("sagnac.report.page").write_page(analysis, folder / report / "report.html")
     write_text(folder / report / "analysis.json", to_json(document) + "\n")
     return done(task, document, report.as_posix())
