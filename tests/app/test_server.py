@@ -441,6 +441,12 @@ def test_without_the_extra_one_line_names_it(monkeypatch, capsys):
     assert "pip install '.[app]'" in capsys.readouterr().err
 
 
+def test_a_file_that_is_not_there_is_one_clear_line(tmp_path, capsys):
+    for path in (tmp_path / "nosuch.csv", tmp_path / "nowhere" / "nosuch.csv"):
+        assert main(["app", "--no-browser", str(path)]) == 1
+        assert capsys.readouterr().err == f"sagnac: {path}: no such file; check the path\n"
+
+
 def test_a_port_that_is_taken_is_one_clear_line(server, capsys):
     assert main(["app", "--no-browser", "--port", str(server.state.port)]) == 1
     assert "cannot be listened on" in capsys.readouterr().err

@@ -336,8 +336,8 @@ def _room(file: Path | None) -> Iterator[tuple[Room, str]]:
     place = Path.cwd() if file is None else file.resolve()
     first = "" if file is None or place.is_dir() else place.name
     root = place if place.is_dir() else place.parent
-    if not root.is_dir():
-        raise sagnac.RecordingError("no such folder", path=str(root), remedy="check the path")
+    if not place.exists():
+        raise sagnac.RecordingError("no such file", path=str(file), remedy="check the path")
     dropped = Path(tempfile.mkdtemp(prefix="sagnac-app-")).resolve()
     try:
         yield Room(root=root.resolve(), dropped=dropped), first
@@ -362,7 +362,7 @@ def serve(file: Path | None, *, port: int = 0, opened: Callable[[str], None]) ->
     MissingExtra
         If what the page needs is not installed.
     RecordingError
-        If the port is taken, or the folder is none.
+        If the port is taken, or the file is not there.
     """
     bokeh_scripts()
     # What a page does wrong it is told itself; the terminal holds the address.
