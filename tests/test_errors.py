@@ -122,6 +122,10 @@ def test_what_is_no_number_is_named(call, said):
         call()
 
 
+def test_a_rate_may_be_an_array_of_one_number():
+    assert still(sample_rate=np.array(10.0)).sample_rate == 10.0
+
+
 def test_an_empty_gyro_is_short_and_not_stuck():
     with pytest.raises(RecordingError, match="x: has too few samples"):
         analyze(still(x=[]))

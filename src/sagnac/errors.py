@@ -10,7 +10,6 @@ import re
 import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from numbers import Real
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
@@ -294,7 +293,7 @@ def require_choice(name: str, value: object, allowed: Any) -> None:
         raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")
 
 
-def is_finite(value: object) -> bool:
+def is_finite(value: Any) -> bool:
     """Whether a value is one finite number; text, None and lists of numbers are not.
 
     Examples
@@ -302,7 +301,10 @@ def is_finite(value: object) -> bool:
     >>> is_finite(2), is_finite("2"), is_finite(float("nan"))
     (True, False, False)
     """
-    return isinstance(value, Real) and math.isfinite(value)
+    try:
+        return math.isfinite(value)
+    except TypeError:
+        return False
 
 
 def require_confidence(confidence: float) -> None:

@@ -80,7 +80,7 @@ def _warm_up_note(cleaned: Cleaned, sensor: Sensor) -> Note | None:
     warm_up = cleaned.warm_up
     if warm_up is None:
         return None
-    # What is left should be most of the record.
+    # At least half of the record should be left.
     is_short = 2.0 * warm_up.until_s > cleaned.increments.size / cleaned.rate
     left_out = "a recording begun later" if is_short else f"{{slice {warm_up.until_s:.0f}:}}"
     unit = UNITS[SENSED[sensor].rate_unit]

@@ -94,7 +94,7 @@ def _doubt(analysis: Analysis) -> str:
         for name in note.channel.split(", ")
     }
     known = [name for name in ("time", *analysis.settings.gyros) if name in doubted]
-    return f"the unit or motion of {', '.join(known)} is in doubt" if known else ""
+    return f"the unit of {', '.join(known)} is in doubt" if known else ""
 
 
 def _rows(analysis: Analysis, limit: Limit, specification: Specification) -> list[Judgement]:
