@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 import sagnac
-from sagnac.arrays import FloatArray
+from sagnac.core.arrays import FloatArray
 from sagnac.recording.channel import Kind
 
 RATE: Final = 100.0

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.stability import PAGE as STABILITY_PAGE
-from sagnac.arrays import FloatArray
+from sagnac.core.arrays import FloatArray
 from sagnac.lines.grid_search import grid_search, grid_sinusoids
 from sagnac.lines.search import remove_lines
 

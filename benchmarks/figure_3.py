@@ -17,15 +17,15 @@ import numpy as np
 
 from benchmarks._made import made_page, with_stamp
 from benchmarks.stability import PAGE as STABILITY_PAGE
-from sagnac import arrays
-from sagnac.arrays import FloatArray
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import ARCSECOND
 from sagnac.paper.prediction import FIGURE_3
 from sagnac.paper.reproduce import least_squares_of
 from sagnac.paper.trials import FORMS, Form, config_of_run, with_time_lines
 from sagnac.rig.simulate import simulate
 from sagnac.rig.truth import truth_of
 from sagnac.stability.curve import StabilityCurve, stability_curve
-from sagnac.units import ARCSECOND
 
 PAGE: Final = STABILITY_PAGE.with_name("benchmarks_figure_3.md")
 SEED: Final = 3001  # of the trials in `sagnac.paper`

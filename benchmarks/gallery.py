@@ -15,7 +15,7 @@ import numpy as np
 from scipy.fft import irfft, rfftfreq
 from scipy.signal import bilinear, butter, lfilter
 
-from sagnac.arrays import FloatArray
+from sagnac.core.arrays import FloatArray
 
 Generator = np.random.Generator
 

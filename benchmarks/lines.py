@@ -25,10 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.stability import peak_memory
+from sagnac.core.units import ARCSECOND, DEGREE, HOUR
 from sagnac.lines import joint_fit, passes, search, state
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.search import remove_lines
-from sagnac.units import ARCSECOND, DEGREE, HOUR
 
 FloatArray = NDArray[np.float64]
 Found = list[tuple[str, float]]

@@ -23,11 +23,11 @@ from benchmarks.recording_lines import PAIR, true_value
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.still_bench import at_rest
-from sagnac.coefficients.estimates import Estimate
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.formats import read
+from sagnac.noise.estimates import Estimate
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
-from sagnac.units import DEGREE_PER_ROOT_HOUR
 
 # Corner, Hz, and order of the low-pass of the gyros on the table.
 FILTERS: Final = ((50.0, 1), (10.0, 1), (2.0, 1), (2.0, 2))

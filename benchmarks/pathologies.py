@@ -27,9 +27,9 @@ import sagnac
 from benchmarks._faults import PATHOLOGIES, RATE, SAMPLES, SHARES, TABLE, WALK, Pathology
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.settings import Method
-from sagnac.errors import Note, RecordingError, worded
-from sagnac.recording.effects import FAULTS, FINDINGS
-from sagnac.recording.quality import integrity, judged
+from sagnac.core.errors import Note, RecordingError, worded
+from sagnac.quality.check import integrity, judged
+from sagnac.quality.effects import FAULTS, FINDINGS
 
 PAGE: Final = STABILITY_PAGE.parent / "pathologies.md"
 RESULTS: Final = Path("out/pathologies.jsonl")

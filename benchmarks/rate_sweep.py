@@ -15,8 +15,8 @@ from scipy.constants import Planck, speed_of_light
 from scipy.special import ndtri
 
 from sagnac.analysis.result import Analysis
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Estimate, Interval, require_confidence
+from sagnac.core.arrays import FloatArray
+from sagnac.noise.estimates import Estimate, Interval, require_confidence
 
 _HELIUM_NEON: Final = 632.8e-9  # m
 _ROUNDS: Final = 20
@@ -235,7 +235,7 @@ def quantum_limit(
     --------
     A triangle of 28 cm whose mirrors lose 100 ppm, at 10 uW, in deg/sqrt(h):
 
-    >>> from sagnac.units import DEGREE_PER_ROOT_HOUR
+    >>> from sagnac.core.units import DEGREE_PER_ROOT_HOUR
     >>> limit = quantum_limit(perimeter=0.28, area=3.77e-3, loss=1e-4, power=1e-5)
     >>> round(limit / DEGREE_PER_ROOT_HOUR, 6)
     0.000122

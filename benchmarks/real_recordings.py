@@ -25,12 +25,12 @@ from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.still_bench import at_rest
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import Estimate
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ, DEGREE_PER_ROOT_HOUR
 from sagnac.formats.read_write import read
+from sagnac.noise.estimates import Estimate
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
-from sagnac.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ, DEGREE_PER_ROOT_HOUR
 
 DOCS: Final = STABILITY_PAGE.parent
 PAGE: Final = DOCS / "real_recordings.md"

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from benchmarks.recording_sets import RecordingSet
+from sagnac.core.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 from sagnac.lines.detection import detection_threshold
 from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.truth import Truth, truth_of
-from sagnac.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 
 PAIR: Final = ("x", "z")
 FALSE_ALARM: Final = 0.01  # of the search, as `analyze` runs it

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import ARCSECOND
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Channel
 from sagnac.rig.config import RigConfig, preset
@@ -28,7 +29,6 @@ from sagnac.rig.sections import (
 )
 from sagnac.rig.simulate import Simulation, simulate
 from sagnac.rig.truth import truth_of
-from sagnac.units import ARCSECOND
 
 SEED: Final = 20130227
 # What is drawn, each evenly in its logarithm.

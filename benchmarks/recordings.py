@@ -46,12 +46,12 @@ from benchmarks.recording_sets import (
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Method, Settings
-from sagnac.errors import RecordingError
-from sagnac.processes import GIBIBYTE, completed, means_of
+from sagnac.core.errors import RecordingError
+from sagnac.core.processes import GIBIBYTE, completed, means_of
+from sagnac.core.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import Pairs
 from sagnac.rig.simulate import Simulation
-from sagnac.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 
 FOLDER: Final = Path("out")
 # Two hours of three gyros at 500 Hz, and what their analysis holds, bytes.

@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks._made import made_page, with_stamp
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac import __version__
-from sagnac.coefficients.readings import READINGS, ReadingName
+from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.reproduce import Order
 from sagnac.report.reproduction_tables import ORDERS, TABLES
 

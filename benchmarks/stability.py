@@ -22,7 +22,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from sagnac import arrays, deviation_at_every_tau, stability_curve
+from sagnac import deviation_at_every_tau, stability_curve
+from sagnac.core import arrays
 from sagnac.stability import Estimator
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks_stability.md"

@@ -7,9 +7,9 @@ import numpy as np
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Spectrum
-from sagnac.coefficients.estimates import Estimate, Fit
-from sagnac.errors import Note
+from sagnac.core.errors import Note
 from sagnac.lines.model import Line
+from sagnac.noise.estimates import Estimate, Fit
 from sagnac.recording.model import Channel, Provenance, Recording
 from sagnac.stability.curve import StabilityCurve
 

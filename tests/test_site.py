@@ -13,12 +13,12 @@ from docs._site.signatures import LONGEST, MADE, signature_of
 
 import sagnac
 from sagnac.cli.app import app
-from sagnac.filters.definitions import definitions
+from sagnac.core.units import UNITS
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement
+from sagnac.navigation.definitions import definitions
 from sagnac.report.document import analysis_document
 from sagnac.stability.estimators import ESTIMATORS
-from sagnac.units import UNITS
 from tests.handmade import analysis
 
 ROOT = Path(__file__).parents[1]

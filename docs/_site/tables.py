@@ -11,11 +11,11 @@ import numpy as np
 from benchmarks._faults import PATHOLOGIES, Pathology
 
 import sagnac
-from sagnac.filters.definitions import definitions
+from sagnac.core.units import QUANTITIES, UNITS
 from sagnac.formats.registry import FORMATS, Format
-from sagnac.recording.effects import FAULTS, FINDINGS
+from sagnac.navigation.definitions import definitions
+from sagnac.quality.effects import FAULTS, FINDINGS
 from sagnac.stability.estimators import ESTIMATORS
-from sagnac.units import QUANTITIES, UNITS
 
 # Seed of the recordings that are spoilt.
 _SEED: Final = 1

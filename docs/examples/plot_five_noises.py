@@ -9,7 +9,7 @@ with its slope.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS, allan_variance
+from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, allan_variance
 
 tau = np.geomspace(0.01, 1e4, 200)
 units = dict(zip(COEFFICIENT_NAMES, (0.05, 1.0, 0.3, 0.03, 3e-4), strict=True))

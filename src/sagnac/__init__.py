@@ -8,7 +8,7 @@ Data types
     it noticed; nothing is repaired silently.
 Units
     SI inside (rad, rad/s, s); the field's units (″, °/h, °/√h) at the edges only,
-    converted in `sagnac.units` and nowhere else.
+    converted in `sagnac.core.units` and nowhere else.
 Symbols
     θ measured gyro angle, α table angle, Ω table rate, e share of the table rate a
     gyro senses, η Earth rate in the table's start frame, τ cluster time, σ(τ) Allan
@@ -29,35 +29,35 @@ Stability of names
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
-from sagnac.version import __version__
+from sagnac.core.version import __version__
 
 if TYPE_CHECKING:
     from sagnac import plot
-    from sagnac.alignment.align import Foresight, align
     from sagnac.analysis.pipeline import analyze
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.analysis.trial import Trial, trial
     from sagnac.analysis.verdict import Plans, judge, plan
-    from sagnac.coefficients.estimates import Estimate, Fit
-    from sagnac.coefficients.fit import fit_coefficients
-    from sagnac.coefficients.self_noise import SelfNoise, self_noise
-    from sagnac.errors import MissingExtra, Note, RecordingError
-    from sagnac.filters.export import Exported, export
+    from sagnac.core.errors import MissingExtra, Note, RecordingError
+    from sagnac.core.texts import keywords
     from sagnac.fleet.campaign import CampaignReport, campaign
     from sagnac.formats import Statement, columns, missing, read, write
     from sagnac.lines.model import Line, Removal
     from sagnac.lines.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
     from sagnac.lines.search import remove_lines
+    from sagnac.navigation.align import Foresight, align
+    from sagnac.navigation.export import Exported, export
+    from sagnac.noise.estimates import Estimate, Fit
+    from sagnac.noise.fit import fit_coefficients
+    from sagnac.noise.self_noise import SelfNoise, self_noise
+    from sagnac.quality.check import check
     from sagnac.recording.model import Channel, Recording
-    from sagnac.recording.quality import check
     from sagnac.report.folder import Report, write_report
     from sagnac.rig.config import RigConfig
     from sagnac.rig.simulate import simulate
-    from sagnac.specification.limits import Specification
-    from sagnac.specification.verdict import Verdict
     from sagnac.stability.curve import StabilityCurve, deviation_at_every_tau, stability_curve
-    from sagnac.texts import keywords
+    from sagnac.verdict.judgement import Verdict
+    from sagnac.verdict.limits import Specification
 
 __all__ = [
     "Analysis", "CampaignReport", "Channel", "Estimate", "Exported", "Fit", "Foresight", "Line",
@@ -73,31 +73,31 @@ __all__ = [
 _HOME: Final = {
     name: f"sagnac.{module}"
     for module, names in {
-        "alignment.align": "Foresight align",
+        "navigation.align": "Foresight align",
         "analysis.pipeline": "analyze",
         "analysis.result": "Analysis",
         "analysis.settings": "Settings",
         "analysis.trial": "Trial trial",
         "analysis.verdict": "Plans judge plan",
-        "coefficients.estimates": "Estimate Fit",
-        "coefficients.fit": "fit_coefficients",
-        "coefficients.self_noise": "SelfNoise self_noise",
-        "errors": "MissingExtra Note RecordingError",
-        "filters.export": "Exported export",
+        "noise.estimates": "Estimate Fit",
+        "noise.fit": "fit_coefficients",
+        "noise.self_noise": "SelfNoise self_noise",
+        "core.errors": "MissingExtra Note RecordingError",
+        "navigation.export": "Exported export",
         "fleet.campaign": "CampaignReport campaign",
         "formats": "Statement columns missing read write",
         "lines.model": "Line Removal",
         "lines.orthogonal_search": "OrthogonalSearch fast_orthogonal_search",
         "lines.search": "remove_lines",
         "recording.model": "Channel Recording",
-        "recording.quality": "check",
+        "quality.check": "check",
         "report.folder": "Report write_report",
         "rig.config": "RigConfig",
         "rig.simulate": "simulate",
-        "specification.limits": "Specification",
-        "specification.verdict": "Verdict",
+        "verdict.limits": "Specification",
+        "verdict.judgement": "Verdict",
         "stability.curve": "StabilityCurve deviation_at_every_tau stability_curve",
-        "texts": "keywords",
+        "core.texts": "keywords",
     }.items()
     for name in names.split()
 }

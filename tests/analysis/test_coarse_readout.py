@@ -8,7 +8,7 @@ import pytest
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.recording.model import Channel, Recording
-from tests.coefficients.examples import read_out
+from tests.noise.examples import read_out
 
 
 def bench(walk, samples, seed, *, step, rate=10.0):

@@ -8,8 +8,8 @@ import pytest
 
 import sagnac
 from sagnac.analysis.corrections import thermal_drift, without_temperature
-from sagnac.errors import RecordingError
-from tests.alignment.strapdown import coloured
+from sagnac.core.errors import RecordingError
+from tests.navigation.strapdown import coloured
 
 RATE, SECONDS = 10.0, 6000.0
 COUNT = int(RATE * SECONDS)

@@ -8,10 +8,10 @@ import pytest
 from sagnac.analysis.corrections import without_dither
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
+from sagnac.core.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 from sagnac.rig.config import preset
 from sagnac.rig.sections import DitherConfig
 from sagnac.rig.simulate import simulate
-from sagnac.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 
 PRESET = preset("dithered")
 # A line at 100 Hz cannot be put into a recording at 100 Hz; the dithers fold to 12.7 and 11.3 Hz.

@@ -9,8 +9,8 @@ from scipy import stats
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
+from sagnac.quality.readout import joint_readout
 from sagnac.recording.model import Recording
-from sagnac.recording.readout import joint_readout
 
 RATE, SECONDS = 100.0, 180.0
 # Above what the time of an encoder may wander unseen, so that one gyro alone has an estimate.

@@ -1,7 +1,7 @@
 """What the whole answer costs where five terms are the truth and the likelihood alone would do.
 
 Run by ``make test-statistics``; prints the table that stands in the documentation. The noises are
-those of `tests.coefficients.test_statistics`, made without the package.
+those of `tests.noise.test_statistics`, made without the package.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from scipy.stats import binom
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.recording.model import Recording
-from tests.coefficients.test_statistics import (
+from tests.noise.test_statistics import (
     CASES,
     SEED,
     average,

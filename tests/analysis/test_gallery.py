@@ -16,7 +16,7 @@ from scipy.stats import binom
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.coefficients.estimates import Estimate
+from sagnac.noise.estimates import Estimate
 from sagnac.recording.model import Recording
 
 SEED = 20261122

@@ -6,8 +6,8 @@ import pytest
 
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import verdict_of
-from sagnac.errors import Note
-from sagnac.specification.limits import specification_of
+from sagnac.core.errors import Note
+from sagnac.verdict.limits import specification_of
 from tests.handmade import N, analysis, estimate
 
 

@@ -8,7 +8,7 @@ import pytest
 from sagnac.analysis.encoder import of_both_alike
 from sagnac.analysis.headline import Headline
 from sagnac.analysis.measurement import Measurement
-from sagnac.coefficients.estimates import Estimate
+from sagnac.noise.estimates import Estimate
 
 SIGMA = 1.3e-3  # standard error of ln N, as of two hours at 500 Hz
 DRAWS = 1500

@@ -9,9 +9,9 @@ from benchmarks.gallery import Gyro, low_passed
 from sagnac.analysis.parts import Reading, over_parts, reading_in_band
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.coefficients.band_models import BandModel
-from sagnac.coefficients.estimates import Interval
-from sagnac.coefficients.model_average import ModelChoice
+from sagnac.noise.band_models import BandModel
+from sagnac.noise.estimates import Interval
+from sagnac.noise.model_average import ModelChoice
 from sagnac.recording.model import Recording
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac import arrays
 from sagnac.analysis.pipeline import analyze, answer_of
 from sagnac.analysis.settings import Settings
-from sagnac.errors import RecordingError
+from sagnac.core import arrays
+from sagnac.core.errors import RecordingError
+from sagnac.core.units import UNITS
 from sagnac.formats import read, write
 from sagnac.formats.arrow import writer
 from sagnac.formats.source import in_units
 from sagnac.recording.model import Channel, Provenance, Recording
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
-from sagnac.units import UNITS
 
 DEGREE = np.pi / 180
 ROOT_HOUR = DEGREE / 60.0  # rad/sqrt(s) in one deg/sqrt(h)
@@ -349,11 +349,11 @@ def test_rates_are_summed_span_by_span(monkeypatch):
 MEASURE = """
 import resource, sys
 from pathlib import Path
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.analysis.pipeline import analyze, answer_of
 from sagnac.analysis.settings import Settings
 from sagnac.formats import read
-from sagnac.recording.quality import check
+from sagnac.quality.check import check
 
 arrays.IN_MEMORY, arrays.BLOCK = 2**16, 2**16
 for name in sys.argv[1:]:

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sagnac import arrays
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.spectra import figure_spectrum, residual_of
+from sagnac.core import arrays
 from sagnac.lines.model import Removal
 
 RATE = 100.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.table_shares import table_shares
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import EncoderConfig, GyroConfig, PlatformConfig, TableConfig

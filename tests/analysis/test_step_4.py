@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.coefficients.readings import READINGS
+from sagnac.noise.readings import READINGS
 from sagnac.recording.model import Recording
 
 

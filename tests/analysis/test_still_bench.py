@@ -6,7 +6,7 @@ import pytest
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.still_bench import at_rest
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.recording.model import Channel, Recording
 
 SAMPLES, RATE = 3000, 50.0

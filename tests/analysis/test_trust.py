@@ -5,8 +5,8 @@ import pytest
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.errors import RecordingError
-from tests.recording.pathologies import PATHOLOGIES, SIGMA, of_rate, still
+from sagnac.core.errors import RecordingError
+from tests.quality.pathologies import PATHOLOGIES, SIGMA, of_rate, still
 
 WALK = 0.003  # deg/sqrt(h)
 

@@ -9,7 +9,7 @@ import pytest
 import sagnac
 from sagnac.cli import main
 from tests.cli.examples import one_line
-from tests.filters.examples import N, changed, document
+from tests.navigation.examples import N, changed, document
 
 DEGREE = math.pi / 180.0
 

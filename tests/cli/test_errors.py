@@ -3,7 +3,7 @@
 import pytest
 
 from sagnac.cli.output import DATA_ERROR, USAGE_ERROR, UsageError, explain
-from sagnac.errors import MissingExtra, RecordingError
+from sagnac.core.errors import MissingExtra, RecordingError
 
 
 @pytest.mark.parametrize(

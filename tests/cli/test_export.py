@@ -10,7 +10,7 @@ import sagnac
 from sagnac.cli import main
 from sagnac.report.document import analysis_document, to_json
 from tests.cli.examples import STATED, one_line
-from tests.filters.examples import changed, document, keys
+from tests.navigation.examples import changed, document, keys
 
 
 def test_from_a_recording_to_imu_yaml(bare, capsys, tmp_path):

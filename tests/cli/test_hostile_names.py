@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sagnac.cli import main
-from sagnac.errors import one_line
+from sagnac.core.errors import one_line
 from sagnac.formats import write
 from sagnac.recording.model import Recording
 from sagnac.report.sections import csv_text

@@ -6,7 +6,7 @@ import pytest
 
 from sagnac.cli.options import NO_OPTIONS, Options, estimators_of, settings_of, statement_of
 from sagnac.cli.output import UsageError
-from sagnac.texts import by_name, names, one_or_by_name, seconds, span
+from sagnac.core.texts import by_name, names, one_or_by_name, seconds, span
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from sagnac.cli.output import folders_of, require_writable
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats.files import made
 from sagnac.report.folder import write_report
 from tests import handmade

@@ -9,9 +9,9 @@ import pytest
 
 import sagnac
 from sagnac.cli import main
-from sagnac.documents import check_analysis
+from sagnac.core.documents import check_analysis
+from sagnac.core.overwriting import kind_of
 from sagnac.formats import read
-from sagnac.overwriting import kind_of
 from tests.cli.examples import STATED, one_line, one_line_among
 
 SIMULATED = ("--duration", "20", "--table-rate", "0", "--preset", "quiet")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.cli.output import naming, read_file
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement
 from sagnac.recording.model import Recording
 

@@ -7,7 +7,7 @@ import pytest
 import sagnac
 from sagnac.cli import main
 from tests.cli.examples import one_line
-from tests.filters.examples import document
+from tests.navigation.examples import document
 
 
 def test_simulate_takes_what_was_typed(capsys, tmp_path):

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.formats import write
 from sagnac.recording.model import Recording
-from sagnac.units import DEGREE_PER_ROOT_HOUR
 
 WALK = 1e-3 * DEGREE_PER_ROOT_HOUR
 

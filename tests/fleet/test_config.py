@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.fleet.tasks import Choices, tasks_of
 
 

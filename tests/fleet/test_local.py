@@ -7,10 +7,10 @@ import threading
 import time
 
 from sagnac.analysis.settings import Settings
+from sagnac.core.processes import GIBIBYTE, Means
 from sagnac.fleet import runner
 from sagnac.fleet.runner import run
 from sagnac.fleet.tasks import Task, result_path
-from sagnac.processes import GIBIBYTE, Means
 
 
 def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -> None:

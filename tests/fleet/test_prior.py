@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from sagnac.cli import app as cli
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR, EARTH_RATE
+from sagnac.fleet.study import Run, repeatability
 from sagnac.fleet.table import Line, prior_of, read_table, write_tables
 from sagnac.paper.prediction import TABLE_2
-from sagnac.repeatability.study import Run, repeatability
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR, EARTH_RATE
 
 NAN = math.nan
 EMPTY = Line(

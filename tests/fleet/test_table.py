@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.settings import Settings
-from sagnac.errors import MissingExtra
+from sagnac.core.errors import MissingExtra
+from sagnac.core.processes import GIBIBYTE, Means
 from sagnac.fleet import runner
 from sagnac.fleet.page import control_chart, write_overview, write_page
 from sagnac.fleet.runner import Campaign, Row, run
 from sagnac.fleet.table import groups_of, lines_of, read_table, rows_replaced, write_tables
 from sagnac.fleet.tasks import Result, Task, measure
 from sagnac.formats import read, write
-from sagnac.processes import GIBIBYTE, Means
-from sagnac.recording.effects import finding
+from sagnac.quality.effects import finding
 from sagnac.report.document import analysis_document
-from sagnac.specification.limits import specification_of
+from sagnac.verdict.limits import specification_of
 from tests.fleet.conftest import write_recording
 from tests.fleet.test_prior import TABLE
 from tests.handmade import analysis

@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from sagnac.analysis.settings import Settings
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.fleet.tasks import Task, require_same_file, with_digest
 from sagnac.formats.statement import Statement
 

@@ -9,8 +9,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from sagnac import arrays
-from sagnac.errors import RecordingError
+from sagnac.core import arrays
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, arrow, read, write
 from sagnac.formats.assemble import check_lengths
 from tests.formats.examples import (

@@ -5,7 +5,7 @@ import zlib
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import missing, read
 from sagnac.formats.binary import CHECKSUMS, declared, open_declared
 from tests.formats.examples import refused, save

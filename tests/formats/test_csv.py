@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, columns, read
 from sagnac.formats.csv import check_last
 from tests.formats.examples import SAMPLES, refused, save, text, timed, walk

@@ -4,7 +4,7 @@ import h5netcdf
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import read, write
 from tests.formats.examples import example
 from tests.formats.instruments import axes, bag, mseed, tdms, ulog

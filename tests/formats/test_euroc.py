@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from sagnac.errors import RecordingError, WouldOverwrite
+from sagnac.core.errors import RecordingError, WouldOverwrite
 from sagnac.formats import read, write
 from sagnac.formats.csv import write_euroc as write_folder
 from sagnac.formats.source import outgoing

@@ -9,7 +9,7 @@ import tempfile
 
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats.files import (
     remove_leftovers,
     replacing,

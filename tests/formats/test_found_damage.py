@@ -6,7 +6,7 @@ import h5netcdf
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
 from tests.formats.examples import refused
 from tests.formats.instruments import axes, mseed, tdms, ulog

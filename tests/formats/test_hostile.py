@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 import scipy.io
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read, write
 from sagnac.formats.files import limited, require_content, require_room
 from sagnac.formats.matlab import elements_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.source import Vector, vectors
 from tests.formats.examples import SAMPLES, walk

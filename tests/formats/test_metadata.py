@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.statement import beside, from_mapping
 from tests.formats.examples import ARCSECOND, refused, save, text, timed, walk

@@ -6,9 +6,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from sagnac.core.units import UNITS
 from sagnac.formats import Statement, arrow, read, write
 from sagnac.formats.source import in_units
-from sagnac.units import UNITS
 from tests.formats.examples import ARCSECOND, SAMPLES, example, refused, walk
 
 

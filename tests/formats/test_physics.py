@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import read
-from sagnac.recording.quality import check, judged
+from sagnac.quality.check import check, judged
 from tests.instruments import GRAVITY, Floats, bench, turntable
 
 STILL = bench(1, seconds=100.0, sample_rate=100.0, walk=0.003, bias=0.0, forces=True)

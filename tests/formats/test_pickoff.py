@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import sagnac
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.recording.channel import Pickoff
 from sagnac.recording.model import Recording
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac.errors import MissingExtra, Note, RecordingError
+from sagnac.core.errors import MissingExtra, Note, RecordingError
 from sagnac.formats import Statement, read, registry, write
 from sagnac.formats.read_write import format_of
 from sagnac.formats.registry import FORMATS, Format

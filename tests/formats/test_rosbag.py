@@ -5,7 +5,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import columns, read, write
 from sagnac.formats import rosbag as module
 from tests.formats.examples import refused

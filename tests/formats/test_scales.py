@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.channels import gyro_kind, gyro_scale, table_scale, time_unit
 from sagnac.formats.choice import Placed

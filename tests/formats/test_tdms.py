@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import missing, read
 from sagnac.formats.tdms import check_scales
 from tests.formats.examples import refused

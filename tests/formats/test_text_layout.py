@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats.text import Sample, encoding_of, lines_of, sample_of
 from sagnac.formats.text_layout import fields_of, layout
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.formats.text import (
     STYLES,
     NumberStyle,

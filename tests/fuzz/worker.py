@@ -18,10 +18,10 @@ from typing import IO
 
 import numpy as np
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
+from sagnac.quality.check import check
 from sagnac.recording.model import Recording
-from sagnac.recording.quality import check
 from tests.fuzz.mutations import MUTATIONS
 
 # Statements that leave much, little and nothing to the file.

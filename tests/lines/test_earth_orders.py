@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from sagnac.core.units import EARTH_RATE
 from sagnac.lines.components import MOST_ORDERS, turning
 from sagnac.lines.joint_fit import earth_amplitudes
-from sagnac.units import EARTH_RATE
 
 SAMPLE_RATE = 10.0
 # Below the samples that are kept at the least, so that all of them count.

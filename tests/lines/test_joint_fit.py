@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.lines import components as model
 from sagnac.lines import joint_fit
 from sagnac.lines.components import Components, joined, no_components

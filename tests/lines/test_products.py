@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.lines.components import no_components, removed
 from sagnac.lines.products import even_blocks, inner_products, sampling
 from tests.lines.test_joint_fit import MIXED, SAMPLES, wandering_table

@@ -221,7 +221,7 @@ WITHOUT = """
 import sys
 sys.modules["finufft"] = None
 import numpy as np
-from sagnac.errors import MissingExtra
+from sagnac.core.errors import MissingExtra
 from sagnac.lines.published import remove_lines_as_published
 from sagnac.lines.search import remove_lines
 from sagnac.spectrum.sums import angle_sums

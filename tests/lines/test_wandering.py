@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.lines.naming import taken_bands
 from sagnac.lines.wandering import clusters, fit_drifting, values
 

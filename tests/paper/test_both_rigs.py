@@ -6,10 +6,10 @@ import pytest
 
 from sagnac.analysis.pipeline import answer_of
 from sagnac.analysis.settings import Settings
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.recording.model import Recording
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
-from sagnac.units import DEGREE_PER_ROOT_HOUR
 from tests import second_rig
 
 HALF_AN_HOUR = 1800.0

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.paper.reproduce import least_squares_of
 from sagnac.paper.trials import FORMS, least_squares
 from sagnac.stability.curve import stability_curve
-from sagnac.units import DEGREE_PER_ROOT_HOUR
 
 
 def walk(samples):

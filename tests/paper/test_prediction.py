@@ -8,6 +8,7 @@ import pytest
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.lines.search import remove_lines
 from sagnac.paper.prediction import adequate_rate, predicted_angle_random_walk
 from sagnac.rig.config import preset
@@ -15,7 +16,6 @@ from sagnac.rig.ring_laser import RingLaser, angle_random_walk
 from sagnac.rig.sections import DisturbancesConfig, EncoderConfig
 from sagnac.rig.simulate import simulate
 from sagnac.rig.truth import truth_of
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from tests.paper.scope import RATES
 
 

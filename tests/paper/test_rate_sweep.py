@@ -9,13 +9,13 @@ from benchmarks.rate_sweep import fit_rate_sweep, sweep_of
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.fit import likelihood_fit
+from sagnac.core.units import DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.noise.estimates import Estimate
+from sagnac.noise.fit import likelihood_fit
 from sagnac.rig.config import preset
 from sagnac.rig.sections import DisturbancesConfig
 from sagnac.rig.simulate import simulate
 from sagnac.rig.truth import truth_of
-from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
 
 RATES = np.array([10.0, 20.0, 30.0, 40.0, 60.0, 80.0]) * DEGREE
 QUANTUM = 7e-9  # rad/sqrt(s)

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from sagnac.cli import app as cli
-from sagnac.coefficients.readings import READINGS
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
+from sagnac.core.processes import GIBIBYTE, Means, Standing
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.noise.readings import READINGS
 from sagnac.paper.prediction import TABLE_1, TABLE_2, plan
 from sagnac.paper.reproduce import outcomes_of_table, read_outcome, reproduce, write_outcome
-from sagnac.processes import GIBIBYTE, Means, Standing
 from sagnac.report import reproduction_page as pages
 from sagnac.report.reproduction_tables import figures_of
 from sagnac.rig.simulate import simulate
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from tests.paper.scope import SMALL
 
 

@@ -13,8 +13,8 @@ from sagnac import plot
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import ByAngle, Residual
-from sagnac.coefficients.model_average import ModelChoice
-from sagnac.coefficients.self_noise import self_noise
+from sagnac.noise.model_average import ModelChoice
+from sagnac.noise.self_noise import self_noise
 from sagnac.recording.model import Recording
 from tests.handmade import N, analysis
 from tests.report.examples import CASES

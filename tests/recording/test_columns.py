@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.recording.columns import gyro_of, pulses_of, seconds_of, table_of
 
 

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
+from sagnac.core.units import unit_of
 from sagnac.formats import Statement, read
-from sagnac.recording.encoder_faults import require_encoder_follows
+from sagnac.quality.encoder_faults import require_encoder_follows
 from sagnac.recording.encoder_readings import angle_of_readings, fill_missing, mark_missing
 from sagnac.recording.model import Channel, Recording
-from sagnac.units import unit_of
 
 ARCSECOND = math.pi / 648_000
 RATE = 500.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.pipeline import analyze
+from sagnac.quality.check import judged
 from sagnac.recording.model import Recording
-from sagnac.recording.quality import judged
 from tests.instruments import Readout, turntable
 
 

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sagnac import arrays
-from sagnac.errors import RecordingError
+from sagnac.core import arrays
+from sagnac.core.errors import RecordingError
 from sagnac.recording.channel import Channel, angle_increments, angle_of, finite_extent, unwrapped
-from tests.recording.recordings import DEGREE, RATE, noise, rate_gyro
+from tests.quality.recordings import DEGREE, RATE, noise, rate_gyro
 
 
 @given(st.lists(st.floats(-170.0, 170.0), min_size=1, max_size=60), st.floats(0.0, 359.0))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.pipeline import analyze
+from sagnac.quality.check import integrity
 from sagnac.recording.model import Recording
-from sagnac.recording.quality import integrity
 from tests.instruments import Readout, turntable
 
 RATE = 50.0

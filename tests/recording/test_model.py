@@ -5,11 +5,11 @@ import sys
 import numpy as np
 import pytest
 
-from sagnac.errors import MissingExtra, RecordingError
+from sagnac.core.errors import MissingExtra, RecordingError
 from sagnac.formats import Statement, read
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Provenance, Recording, second_of
-from tests.recording.recordings import RATE, noise, rate_gyro
+from tests.quality.recordings import RATE, noise, rate_gyro
 
 
 def test_a_gyro_that_is_not_there_is_named_with_those_that_are():

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from sagnac.recording.gaps import not_finite_notes
+from sagnac.quality.gaps import not_finite_notes
 from sagnac.recording.model import Recording
-from tests.recording.recordings import RATE, noise, rate_gyro
+from tests.quality.recordings import RATE, noise, rate_gyro
 
 
 def test_they_are_counted_with_the_first_and_the_remedy():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac import arrays
-from sagnac.errors import RecordingError
+from sagnac.core import arrays
+from sagnac.core.errors import RecordingError
 from sagnac.recording.stamps import median_step, sampling
 
 

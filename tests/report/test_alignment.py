@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.alignment.noise import GyroNoise
+from sagnac.navigation.noise import GyroNoise
 from sagnac.report import page
 from sagnac.report.alignment import compass_figure
 from tests.handmade import DEGREE, N

@@ -2,9 +2,9 @@
 
 from dataclasses import replace
 
-from sagnac.errors import Note
+from sagnac.core.errors import Note
 from sagnac.report import text
-from sagnac.specification.limits import specification_of
+from sagnac.verdict.limits import specification_of
 from tests import handmade
 from tests.handmade import N, analysis, estimate
 

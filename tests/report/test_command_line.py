@@ -2,7 +2,7 @@
 
 import pytest
 
-from sagnac.errors import Note, RecordingError
+from sagnac.core.errors import Note, RecordingError
 from sagnac.report import as_typed, error_text, note_text
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from sagnac.analysis.result import headline_fit
 from sagnac.analysis.spectra import Spectrum
-from sagnac.errors import Note
+from sagnac.core.errors import Note
 from sagnac.report import document, page, sections, text
 from tests.handmade import SHA256, N, analysis, estimate
 from tests.report.examples import strict

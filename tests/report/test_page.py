@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from sagnac.coefficients.model_average import ModelChoice
-from sagnac.errors import Note
+from sagnac.core.errors import Note
+from sagnac.noise.model_average import ModelChoice
 from sagnac.report import page
 from tests.handmade import SHA256, analysis
 from tests.report.examples import CASES, checked

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
+from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.recording.model import Recording
 from sagnac.report import document, figures, page
-from sagnac.specification.limits import specification_of
+from sagnac.verdict.limits import specification_of
 from tests.report.examples import CASES
 from tests.report.html_tree import Node, numbers, tree
 

@@ -7,7 +7,7 @@ from ctypes.util import find_library
 import pytest
 from pypdf import PdfReader
 
-from sagnac.errors import MissingExtra, RecordingError
+from sagnac.core.errors import MissingExtra, RecordingError
 from sagnac.report.page import page
 from sagnac.report.sections import TitleBlock, write_pdf
 from tests.handmade import analysis

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
+from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.report import quantities
 from tests.handmade import N, estimate
 

@@ -7,7 +7,7 @@ import pytest
 
 from sagnac.analysis.json_data import triad_data
 from sagnac.analysis.table_shares import Share, Triad
-from sagnac.coefficients.estimates import Interval
+from sagnac.noise.estimates import Interval
 from sagnac.report import text
 from sagnac.report.page import page
 from sagnac.report.sections import share_remarks, share_rows, with_interval

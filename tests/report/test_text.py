@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.spectra import Spectrum
-from sagnac.errors import Note
+from sagnac.core.errors import Note
 from sagnac.report import text
 from tests import handmade
 from tests.handmade import N, analysis, estimate

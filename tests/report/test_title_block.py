@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 
 from sagnac.analysis.settings import Method
-from sagnac.coefficients.model_average import ModelChoice
+from sagnac.noise.model_average import ModelChoice
 from sagnac.report.page import page
 from sagnac.report.sections import REFERENCES, TitleBlock, cited, rendered
 from tests.handmade import SHA256, analysis

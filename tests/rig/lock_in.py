@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sagnac import arrays
-from sagnac.arrays import FloatArray
-from sagnac.kernels import compiled
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray
+from sagnac.core.kernels import compiled
 from sagnac.rig.ring_laser import Dither, RingLaser
 
 CHUNK_STEPS = 1 << 20

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.sections import ConfigurationError, GyroConfig, TableConfig, allowed, rules_of
 from sagnac.rig.simulate import simulate

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.coefficients.laws import markov_allan_variance
+from sagnac.noise.laws import markov_allan_variance
 from sagnac.rig.gyro import LockIn, SensorErrors, SlowDrift, dither_of, ring_lasers_of
 from sagnac.rig.sections import GyroConfig, TableConfig
 from sagnac.rig.simulate import blocks

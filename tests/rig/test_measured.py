@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import sagnac
-from sagnac.recording.readout import step_shown
+from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS
+from sagnac.quality.readout import step_shown
 from sagnac.report.document import analysis_document, to_json
 from sagnac.rig.config import RigConfig
 from sagnac.rig.measured import Measured
 from sagnac.rig.sections import AccelerometerConfig, ConfigurationError, GyroConfig, TableConfig
 from sagnac.rig.simulate import simulate, write
-from sagnac.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS
 from tests.handmade import analysis, estimate
 
 STILL = TableConfig(rate_deg_per_s=0.0)

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from benchmarks.rate_sweep import quantum_limit
 
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.paper.prediction import TABLE_2
 from sagnac.rig.config import preset
 from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
 from sagnac.rig.sections import DisturbancesConfig
 from sagnac.rig.simulate import simulate
 from sagnac.stability.curve import stability_curve
-from sagnac.units import DEGREE_PER_ROOT_HOUR
 from tests.rig.lock_in import integrate
 
 TURN = 2.0 * math.pi  # a fringe of one turn makes input angle and beat phase the same

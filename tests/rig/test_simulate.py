@@ -14,7 +14,7 @@ import yaml
 
 import sagnac
 from sagnac import formats
-from sagnac.errors import MissingExtra, RecordingError
+from sagnac.core.errors import MissingExtra, RecordingError
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.sections import AccelerometerConfig, DisturbancesConfig, GyroConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate, write

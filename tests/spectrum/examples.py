@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sagnac import arrays
+from sagnac.core import arrays
 
 SAMPLES = 40_000
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.spectrum import power_laws as floors
 from sagnac.spectrum.periodogram import periodogram
 from sagnac.spectrum.power_laws import (

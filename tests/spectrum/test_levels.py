@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.coefficients.laws import rate_density_basis
+from sagnac.noise.laws import rate_density_basis
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 

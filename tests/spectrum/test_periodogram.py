@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.spectrum.periodogram import bin_sums, density, periodogram, smoothed
 from sagnac.spectrum.transforms import transform_length
 from tests.spectrum.examples import SAMPLES, as_series

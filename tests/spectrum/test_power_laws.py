@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.spectrum.power_laws import PowerLaws, bin_levels, fit_levels, fit_power_laws
 from tests.spectrum.examples import as_series
 

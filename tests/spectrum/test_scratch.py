@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.spectrum.transforms import scratch
 
 

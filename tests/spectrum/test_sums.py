@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.spectrum import sums
 from sagnac.spectrum.sums import angle_series, angle_sums, tone_sums
 from tests.spectrum.examples import as_series

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.fft import dct, idct
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.spectrum.periodogram import periodogram
 from sagnac.spectrum.transforms import (
     cosine_length,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.stability.curve import stability_curve
 from tests import naive_stability as naive
 from tests.stability.examples import ESTIMATORS, WITH_GAPS

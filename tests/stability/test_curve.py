@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import sagnac
-from sagnac.errors import MissingExtra
+from sagnac.core.errors import MissingExtra
 from sagnac.stability.curve import stability_curve
 from tests.stability.examples import THOUSAND_POINTS
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.stability.curve import deviation_at_every_tau
 from tests import naive_stability as naive
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from sagnac import arrays
-from sagnac.errors import RecordingError
+from sagnac.core import arrays
+from sagnac.core.errors import RecordingError
 from sagnac.stability.curve import stability_curve
 from tests import naive_stability as naive
 from tests.stability.examples import WITH_GAPS

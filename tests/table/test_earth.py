@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from sagnac.core.units import EARTH_RATE
 from sagnac.table.frames import earth_rate
 from sagnac.table.kinematics import LARGEST_EARTH_RATE, bounded_by_earth
-from sagnac.units import EARTH_RATE
 
 
 def ridge(free):

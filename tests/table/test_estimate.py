@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.recording.channel import angle_of
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate as make_by_rig

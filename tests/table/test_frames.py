@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sagnac.core.units import EARTH_RATE
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import EARTH_RATE
 
 deviation = st.floats(-0.01, 0.01)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.table.kinematics import (
     are_whole,
     averaged,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac import arrays
+from sagnac.core import arrays
 from sagnac.table.kinematics import averaged, kinematics, sine_cosine_integrals
 from sagnac.table.motion import follow_table, follow_table_together
 from tests.table.turning import (

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac import arrays
-from sagnac.errors import RecordingError
+from sagnac.core import arrays
+from sagnac.core.errors import RecordingError
 from sagnac.table.turns import (
     full_rotation_samples,
     full_turn_times,

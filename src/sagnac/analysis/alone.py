@@ -7,12 +7,12 @@ from typing import Protocol
 from sagnac.analysis.result import Alone, Analysis
 from sagnac.analysis.settings import Progress, Settings
 from sagnac.analysis.trust import require_strict
-from sagnac.errors import Note, RecordingError
-from sagnac.recording.effects import effect_words
+from sagnac.core.errors import Note, RecordingError
+from sagnac.quality.check import accept
+from sagnac.quality.effects import effect_words
+from sagnac.quality.profile import profile_of
+from sagnac.quality.repeats import pair_notes
 from sagnac.recording.model import Recording
-from sagnac.recording.profile import profile_of
-from sagnac.recording.quality import accept
-from sagnac.recording.repeats import pair_notes
 
 
 class Run(Protocol):

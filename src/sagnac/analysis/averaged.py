@@ -9,16 +9,16 @@ import numpy as np
 from sagnac.analysis.corrections import WarmUp, find_warm_up, without_warm_up
 from sagnac.analysis.curves import Coefficients, Points
 from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
-from sagnac.arrays import FloatArray, differences, extent
-from sagnac.coefficients.bounds import Hump, RollOff, hump_above, roll_off
-from sagnac.coefficients.estimates import Interval
-from sagnac.coefficients.fit import likelihood_fit
-from sagnac.coefficients.laws import SLOW_NAMES
-from sagnac.coefficients.model_average import Average, ModelChoice, average
-from sagnac.coefficients.ramp import rate_ramp
-from sagnac.coefficients.whole_band import levels_bear_out, with_slow_terms
-from sagnac.errors import RecordingError
-from sagnac.recording.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
+from sagnac.core.arrays import FloatArray, differences, extent
+from sagnac.core.errors import RecordingError
+from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
+from sagnac.noise.estimates import Interval
+from sagnac.noise.fit import likelihood_fit
+from sagnac.noise.laws import SLOW_NAMES
+from sagnac.noise.model_average import Average, ModelChoice, average
+from sagnac.noise.ramp import rate_ramp
+from sagnac.noise.whole_band import levels_bear_out, with_slow_terms
+from sagnac.quality.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum

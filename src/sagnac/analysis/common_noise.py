@@ -11,10 +11,10 @@ from sagnac.analysis.averaged import Averaged
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.table_angle import TurningTable
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.common_walk import CommonWalk, common_walk, differenced_factor
-from sagnac.coefficients.estimates import Estimate
-from sagnac.errors import Note, rounded
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import Note, rounded
+from sagnac.noise.common_walk import CommonWalk, common_walk, differenced_factor
+from sagnac.noise.estimates import Estimate
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import Kinematics, block_averages, block_gain, harmonic_sum, kinematics
@@ -63,7 +63,7 @@ def sharing_of(
     """Shared noise by the cross spectrum of gyros on a turning table, motion and orders taken out.
 
     What the encoder adds to every gyro looks like the gyros' own, but not like an angle random
-    walk (`coefficients.common_walk`), unless it wanders.
+    walk (`noise.common_walk`), unless it wanders.
 
     Parameters
     ----------

@@ -20,13 +20,13 @@ from scipy.linalg import cho_solve
 from scipy.optimize import minimize_scalar
 
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray, blocks, empty, extent, mean
-from sagnac.errors import Note, RecordingError
+from sagnac.core.arrays import FloatArray, blocks, empty, extent, mean
+from sagnac.core.errors import Note, RecordingError
+from sagnac.core.units import ARCSECOND, SENSED, UNITS, field_unit
 from sagnac.lines.stripping import stripped
 from sagnac.recording.channel import Channel, Pickoff, angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import averages_of
-from sagnac.units import ARCSECOND, SENSED, UNITS, field_unit
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

@@ -9,18 +9,18 @@ import numpy as np
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
-from sagnac.arrays import FloatArray, every
-from sagnac.coefficients.cosine_spectrum import cosine_spectrum
-from sagnac.coefficients.curve_fit import paper_fit, weighted_fit
-from sagnac.coefficients.estimates import Estimate, Fit, FitName, unobserved
-from sagnac.coefficients.fit import spectrum_fit
-from sagnac.coefficients.laws import COEFFICIENT_NAMES
-from sagnac.coefficients.three_cornered_hat import Separation, three_cornered_hat
-from sagnac.errors import Note, RecordingError
+from sagnac.core.arrays import FloatArray, every
+from sagnac.core.errors import Note, RecordingError
 from sagnac.lines.naming import taken_allan_variance, with_noise_restored
+from sagnac.noise.cosine_spectrum import cosine_spectrum
+from sagnac.noise.curve_fit import paper_fit, weighted_fit
+from sagnac.noise.estimates import Estimate, Fit, FitName, unobserved
+from sagnac.noise.fit import spectrum_fit
+from sagnac.noise.laws import COEFFICIENT_NAMES
+from sagnac.noise.three_cornered_hat import Separation, three_cornered_hat
+from sagnac.quality.readout import JointReadout, joint_readout
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Kind, Recording
-from sagnac.recording.readout import JointReadout, joint_readout
 from sagnac.stability import Gaps
 from sagnac.stability.curve import StabilityCurve, stability_curve
 

@@ -26,12 +26,12 @@ from sagnac.analysis.common_noise import shared_walk
 from sagnac.analysis.headline import Headline
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.table_angle import ALIKE, TurningTable
-from sagnac.arrays import FloatArray, blocks
-from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.lowest_ordinates import LEAST_AVERAGES, highest_walk
-from sagnac.errors import Note, rounded
+from sagnac.core.arrays import FloatArray, blocks
+from sagnac.core.errors import Note, rounded
+from sagnac.noise.estimates import Estimate
+from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
+from sagnac.quality.encoder_faults import LEAST_SHARE, table_share
 from sagnac.recording.channel import PAIR_SIZE
-from sagnac.recording.encoder_faults import LEAST_SHARE, table_share
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import averages_of
 from sagnac.table.turns import mean_rate

@@ -41,12 +41,12 @@ from sagnac.analysis.curves import Coefficients, Points, allan_curve, points_at,
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
-from sagnac.coefficients.bounds import CurveBound, highest_walk
-from sagnac.coefficients.estimates import Estimate, unobserved
-from sagnac.coefficients.whole_band import with_both, with_whole_band
-from sagnac.errors import Note
+from sagnac.core.errors import Note
+from sagnac.noise.bounds import CurveBound, highest_walk
+from sagnac.noise.estimates import Estimate, unobserved
+from sagnac.noise.whole_band import with_both, with_whole_band
+from sagnac.quality.readout import joint_readout
 from sagnac.recording.model import Recording
-from sagnac.recording.readout import joint_readout
 from sagnac.stability.curve import StabilityCurve
 
 # Chance at which the curve, against a sound likelihood fit, calls it impossible.

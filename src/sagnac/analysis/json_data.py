@@ -7,15 +7,15 @@ from scipy.optimize import minimize_scalar
 
 from sagnac.analysis.parts import Part
 from sagnac.analysis.result import Analysis, answer_coefficients
-from sagnac.arrays import FloatArray, extent
-from sagnac.coefficients.band_models import ORDERS
-from sagnac.coefficients.estimates import Interval
-from sagnac.coefficients.laws import CoefficientName, rate_density_basis
-from sagnac.coefficients.slow_model import untold
+from sagnac.core.arrays import FloatArray, extent
+from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, field_unit
+from sagnac.noise.band_models import ORDERS
+from sagnac.noise.estimates import Interval
+from sagnac.noise.laws import CoefficientName, rate_density_basis
+from sagnac.noise.slow_model import untold
+from sagnac.quality.profile import changes_of
+from sagnac.quality.readout import step_shown
 from sagnac.recording.channel import field_unit as unit_of_samples
-from sagnac.recording.profile import changes_of
-from sagnac.recording.readout import step_shown
-from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, field_unit
 
 
 def choice_data(analysis: Analysis) -> dict[str, Any]:

@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray, blocks, elementwise, extent
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import FloatArray, blocks, elementwise, extent
+from sagnac.core.errors import RecordingError
+from sagnac.quality.gaps import not_finite_notes, stuck_notes
 from sagnac.recording.channel import angle_of, as_one_gyro
-from sagnac.recording.gaps import not_finite_notes, stuck_notes
 from sagnac.recording.model import Recording
 
 # A departure from a straight line by fewer units of the last place is rounding.

@@ -15,11 +15,11 @@ from typing import Final
 import numpy as np
 from scipy.special import chdtri, ndtri
 
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_one_band
-from sagnac.coefficients.estimates import Interval
-from sagnac.coefficients.laws import level_laws
-from sagnac.coefficients.model_average import RULED, ModelChoice, mixture
+from sagnac.core.arrays import FloatArray
+from sagnac.noise.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_one_band
+from sagnac.noise.estimates import Interval
+from sagnac.noise.laws import level_laws
+from sagnac.noise.model_average import RULED, ModelChoice, mixture
 from sagnac.spectrum.levels import Levels
 
 # Chance at which each test says of parts that agree that they do not.

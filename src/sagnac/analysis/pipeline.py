@@ -29,15 +29,15 @@ from sagnac.analysis.spectra import figure_spectrum, multitaper_density, residua
 from sagnac.analysis.table_angle import TurningTable, followed, settled, turning_table
 from sagnac.analysis.table_shares import TableShares, table_shares
 from sagnac.analysis.trust import Trust, findings_of, markov_text, merged, noticed, require_strict
-from sagnac.arrays import differences
-from sagnac.coefficients.bounds import highest_terms, slow_noise, within_curve
-from sagnac.coefficients.estimates import Estimate, unobserved
-from sagnac.coefficients.slow_model import untold
-from sagnac.errors import Note, RecordingError, rounded
-from sagnac.kernels import cache_notes, one_thread
+from sagnac.core.arrays import differences
+from sagnac.core.errors import Note, RecordingError, rounded
+from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.lines.model import Line
+from sagnac.noise.bounds import highest_terms, slow_noise, within_curve
+from sagnac.noise.estimates import Estimate, unobserved
+from sagnac.noise.slow_model import untold
+from sagnac.quality.check import accept, judged_remainder
 from sagnac.recording.model import Recording, require_recording
-from sagnac.recording.quality import accept, judged_remainder
 from sagnac.table.turns import mean_rate, turns
 
 
@@ -143,7 +143,7 @@ def accelerometers_of(
     """An analysis of each accelerometer, its lines out, and why there is none of some.
 
     A specific force is to its integral, a velocity, what a rate is to an angle: sums, curves and
-    fits are the same, and only the units differ (`sagnac.units.SENSED`).
+    fits are the same, and only the units differ (`sagnac.core.units.SENSED`).
 
     Parameters
     ----------

@@ -8,8 +8,8 @@ import numpy as np
 
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.settings import Method, Settings
-from sagnac.arrays import FloatArray
-from sagnac.errors import Note, RecordingError
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import Note, RecordingError
 from sagnac.lines.model import Removal
 from sagnac.lines.published import LITERAL, PublishedSearch, remove_lines_as_published
 from sagnac.lines.search import remove_lines

@@ -12,18 +12,18 @@ from sagnac.analysis.parts import Part
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Residual, Spectrum
 from sagnac.analysis.table_shares import Share, Triad
-from sagnac.arrays import FloatArray, pandas_for, xarray_for
-from sagnac.coefficients.estimates import Estimate, Fit, FitName, estimate_units
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.coefficients.model_average import ModelChoice
-from sagnac.errors import Note, RecordingError
+from sagnac.core.arrays import FloatArray, pandas_for, xarray_for
+from sagnac.core.errors import Note, RecordingError
+from sagnac.core.overwriting import Outputs, require_free
+from sagnac.core.units import DEGREE_PER_HOUR, Sensor
 from sagnac.formats.files import write_text
 from sagnac.lines.model import Line
-from sagnac.overwriting import Outputs, require_free
+from sagnac.noise.estimates import Estimate, Fit, FitName, estimate_units
+from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.noise.model_average import ModelChoice
 from sagnac.recording.model import Recording
 from sagnac.spectrum.levels import Levels
 from sagnac.stability.curve import StabilityCurve
-from sagnac.units import DEGREE_PER_HOUR, Sensor
 
 _FIGURES: Final = ("value", "low", "high")
 

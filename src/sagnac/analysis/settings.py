@@ -7,14 +7,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from sagnac.coefficients.readings import PLAIN, Reading
-from sagnac.errors import RecordingError, quoted, require_choice, require_confidence
+from sagnac.core.errors import RecordingError, quoted, require_choice, require_confidence
 from sagnac.lines.published import FAIR, PublishedSearch
-from sagnac.recording.effects import FINDINGS
+from sagnac.noise.readings import PLAIN, Reading
+from sagnac.quality.effects import FINDINGS
 from sagnac.recording.model import Recording
-from sagnac.specification.limits import Specification
 from sagnac.stability import Estimator
 from sagnac.table.turns import turns
+from sagnac.verdict.limits import Specification
 
 Covariate = Literal["temperature"]
 Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
@@ -55,7 +55,7 @@ class Settings:
     strict
         Refuse a recording in which a fault is found, be it one that the answer survives.
     accepted
-        Findings taken knowingly, by name (`sagnac.recording.effects.FINDINGS`): the answer is
+        Findings taken knowingly, by name (`sagnac.quality.effects.FINDINGS`): the answer is
         given in spite of them, and a note says so.
     specification
         Limits that the gyros have to keep; None for no verdict.
@@ -63,7 +63,7 @@ class Settings:
         How ``fos-paper`` searches: grid, orders, terms, rule and order of the steps.
     step_4
         How the paper's methods read their Step 4: which squares, and whether the noise that went
-        with the lines is put back (`sagnac.coefficients.readings`).
+        with the lines is put back (`sagnac.noise.readings`).
     covariates
         What a drift at rest is fitted with and taken off by, before anything else is done.
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
-from sagnac.arrays import FloatArray, blocks, elementwise, mean, values_at
+from sagnac.core.arrays import FloatArray, blocks, elementwise, mean, values_at
 from sagnac.spectrum.periodogram import density as rate_density
 from sagnac.spectrum.periodogram import multitaper, smoothed
 

@@ -9,11 +9,11 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Progress, Settings
 from sagnac.analysis.spectra import Spectrum, multitaper_density
-from sagnac.arrays import FloatArray, differences
-from sagnac.coefficients.estimates import unobserved
-from sagnac.errors import Note, RecordingError
+from sagnac.core.arrays import FloatArray, differences
+from sagnac.core.errors import Note, RecordingError
+from sagnac.noise.estimates import unobserved
+from sagnac.quality.gaps import longest_whole_stretch, stuck_notes
 from sagnac.recording.channel import angle_of
-from sagnac.recording.gaps import longest_whole_stretch, stuck_notes
 from sagnac.recording.model import Channel, Recording
 from sagnac.recording.stamps import Places
 from sagnac.stability.curve import StabilityCurve, stability_curve

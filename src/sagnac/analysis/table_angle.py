@@ -9,15 +9,15 @@ import numpy as np
 
 from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray, differences, elementwise, mean, square
-from sagnac.errors import Note, RecordingError, rounded
+from sagnac.core.arrays import FloatArray, differences, elementwise, mean, square
+from sagnac.core.errors import Note, RecordingError, rounded
+from sagnac.core.units import ARCSECOND
+from sagnac.quality.encoder_faults import require_encoder_follows
 from sagnac.recording.channel import angle_of
-from sagnac.recording.encoder_faults import require_encoder_follows
 from sagnac.recording.model import Recording
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
 from sagnac.table.turns import SHORTEST, is_turning, mean_rate
-from sagnac.units import ARCSECOND
 
 ALIKE: Final = (0.9, 1.1)
 """Weights of a pair that take the table out of it, between which they stand for its difference."""

@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 from scipy.special import stdtrit
 
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, every
-from sagnac.coefficients.estimates import Interval
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, every
+from sagnac.core.errors import RecordingError
+from sagnac.noise.estimates import Interval
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
 

@@ -12,10 +12,10 @@ import numpy as np
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.model_average import average
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.lines.model import Line
+from sagnac.noise.estimates import Estimate
+from sagnac.noise.model_average import average
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.tapered import line_density

@@ -14,17 +14,17 @@ from sagnac.analysis.headline import Headline
 from sagnac.analysis.parts import Parts
 from sagnac.analysis.result import Covariance
 from sagnac.analysis.settings import Settings
-from sagnac.coefficients.bounds import Hump, RollOff
-from sagnac.coefficients.estimates import Estimate, Fit, FitName
-from sagnac.coefficients.laws import CoefficientName
-from sagnac.coefficients.model_average import Elsewhere
-from sagnac.coefficients.slow_model import MarkovEstimate
-from sagnac.errors import Level, Note, RecordingError, counted, rounded
-from sagnac.recording.effects import DIVIDED, doubt_of
+from sagnac.core.errors import Level, Note, RecordingError, counted, rounded
+from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
+from sagnac.noise.bounds import Hump, RollOff
+from sagnac.noise.estimates import Estimate, Fit, FitName
+from sagnac.noise.laws import CoefficientName
+from sagnac.noise.model_average import Elsewhere
+from sagnac.noise.slow_model import MarkovEstimate
+from sagnac.quality.check import accept, judged
+from sagnac.quality.effects import DIVIDED, doubt_of
+from sagnac.quality.spikes import Spikes
 from sagnac.recording.model import Recording
-from sagnac.recording.quality import accept, judged
-from sagnac.recording.spikes import Spikes
-from sagnac.units import SENSED, UNITS, Sensor, field_unit
 
 # Share of N from which on what spikes would add is worth a warning.
 _ADDS: float = 0.05

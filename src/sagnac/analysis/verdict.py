@@ -7,15 +7,15 @@ from typing import Any, Final
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis, headline_coefficients
-from sagnac.arrays import pandas_for
-from sagnac.coefficients.estimates import Estimate, Fit, FitBand, unobserved
-from sagnac.coefficients.laws import STOCHASTIC_NAMES
-from sagnac.coefficients.model_average import ModelChoice
-from sagnac.errors import RecordingError, is_finite, quoted
+from sagnac.core.arrays import pandas_for
+from sagnac.core.errors import RecordingError, is_finite, quoted
 from sagnac.lines.naming import WIDEST_BINS
+from sagnac.noise.estimates import Estimate, Fit, FitBand, unobserved
+from sagnac.noise.laws import STOCHASTIC_NAMES
+from sagnac.noise.model_average import ModelChoice
 from sagnac.recording.model import Recording
-from sagnac.specification.limits import Limit, Specification, specification_of
-from sagnac.specification.verdict import Judgement, LeftOut, Shown, Verdict, judged
+from sagnac.verdict.judgement import Judgement, LeftOut, Shown, Verdict, judged
+from sagnac.verdict.limits import Limit, Specification, specification_of
 
 
 def verdict_of(analysis: Analysis) -> Verdict | None:

@@ -27,8 +27,8 @@ from sagnac.cli.measure import analyze, avar, compare, lines
 from sagnac.cli.onward import align, campaign, export
 from sagnac.cli.output import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
 from sagnac.cli.simulated import demo, reproduce, simulate
-from sagnac.errors import visible
-from sagnac.version import __version__
+from sagnac.core.errors import visible
+from sagnac.core.version import __version__
 
 # Columns below which text does not wrap to anything that is read.
 _NARROWEST: Final = 40

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 from cyclopts import Parameter
 
 import sagnac
-from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import (
     ANALYSIS,
@@ -39,13 +38,14 @@ from sagnac.cli.output import (
     print_paths,
     read_file,
 )
-from sagnac.errors import rounded
-from sagnac.texts import names
-from sagnac.version import __version__
+from sagnac.core import overwriting
+from sagnac.core.errors import rounded
+from sagnac.core.texts import names
+from sagnac.core.version import __version__
 
 if TYPE_CHECKING:
     from sagnac.analysis.verdict import Plan, PlanRow
-    from sagnac.specification.verdict import Shown
+    from sagnac.verdict.judgement import Shown
 
 
 # ---- check -------------------------------------------------------------------------

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from cyclopts import Parameter
 
 import sagnac
-from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import (
     ANALYSIS,
@@ -43,6 +42,7 @@ from sagnac.cli.output import (
     read_file,
     verdict_status,
 )
+from sagnac.core import overwriting
 
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method
@@ -211,7 +211,7 @@ def avar(
                 overwriting.require_free(one, reads, force=force)
         with naming(file, read.recording):
             if gaps == "omit":
-                from sagnac.recording.gaps import with_gaps_marked
+                from sagnac.quality.gaps import with_gaps_marked
 
                 read = replace(read, recording=with_gaps_marked(read.recording))
             alone = None if self_noise is None else _alone(read, settings, self_noise)

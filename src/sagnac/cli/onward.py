@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 from cyclopts import Group, Parameter
 
 import sagnac
-from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import (
     NO_OPTIONS,
@@ -40,13 +39,14 @@ from sagnac.cli.output import (
     require_writable,
     standings,
 )
-from sagnac.errors import counted, one_line
-from sagnac.filters.definitions import ToolName
-from sagnac.texts import names, seconds
+from sagnac.core import overwriting
+from sagnac.core.errors import counted, one_line
+from sagnac.core.texts import names, seconds
+from sagnac.navigation.definitions import ToolName
 
 if TYPE_CHECKING:
-    from sagnac.alignment.align import Prospect, Triad, Unaided
     from sagnac.fleet.table import Line
+    from sagnac.navigation.align import Prospect, Triad, Unaided
 
 
 # ---- export ------------------------------------------------------------------------
@@ -111,7 +111,7 @@ def export(
         Of accelerometers that were not measured, m/s^2/sqrt(Hz) and m/s^3/sqrt(Hz).
     """
     del debug
-    from sagnac.filters.export import require_used, tool_of
+    from sagnac.navigation.export import require_used, tool_of
 
     given = {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
     try:
@@ -214,7 +214,7 @@ def align(
     if output is not None:
         overwriting.require_free(overwriting.outputs_in(output, "alignment"), [source], force=force)
     results.ready_to_draw()
-    from sagnac.units import DEGREE
+    from sagnac.core.units import DEGREE
 
     noises, words = _source(source, confidence)
     found = sagnac.align(

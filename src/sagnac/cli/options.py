@@ -9,7 +9,7 @@ from cyclopts import Group, Parameter, Token
 
 import sagnac
 from sagnac.cli.output import UsageError
-from sagnac.texts import (
+from sagnac.core.texts import (
     OPTION_OF,
     Span,
     Value,
@@ -25,7 +25,7 @@ from sagnac.texts import (
     toml_table,
     value_of,
 )
-from sagnac.units import RATE_UNITS, split_factor, unit_of
+from sagnac.core.units import RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
     from sagnac.analysis.settings import Method
@@ -399,7 +399,7 @@ def settings_of(
     UsageError
         If a value cannot be.
     """
-    from sagnac.coefficients.readings import READINGS
+    from sagnac.noise.readings import READINGS
 
     try:
         specification = specification_stated(options)
@@ -448,7 +448,7 @@ def specification_stated(options: Options) -> "sagnac.Specification | None":
     ValueError
         If they make no sense.
     """
-    from sagnac.specification.limits import specification_of
+    from sagnac.verdict.limits import specification_of
 
     if options.spec is None:
         if options.risk is not None:
@@ -519,7 +519,7 @@ def with_settings(options: Options) -> Options:
     OSError
         If it cannot be read.
     """
-    from sagnac.documents import ANY, read_toml, table
+    from sagnac.core.documents import ANY, read_toml, table
 
     path = options.settings
     if path is None:

@@ -17,14 +17,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TextIO
 
 import sagnac
-from sagnac.errors import one_line, visible
-from sagnac.texts import OPTION_OF, text_of
+from sagnac.core.errors import one_line, visible
+from sagnac.core.texts import OPTION_OF, text_of
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
-    from sagnac.processes import Standing
-    from sagnac.specification.verdict import Decision
+    from sagnac.core.processes import Standing
+    from sagnac.verdict.judgement import Decision
 
 
 # ---- errors ------------------------------------------------------------------------
@@ -64,7 +64,7 @@ def explain(error: Exception) -> int:
         The exit status it means.
     """
     # Not before something has gone wrong: --help and a wrong option need none of it.
-    from sagnac.errors import MissingExtra, RecordingError, WouldOverwrite
+    from sagnac.core.errors import MissingExtra, RecordingError, WouldOverwrite
     from sagnac.report import as_typed, error_text
 
     status = DATA_ERROR
@@ -229,7 +229,7 @@ def require_writable(folder: Path | None) -> None:
     RecordingError
         If it, or the first folder above it that exists, is no folder or may not be written to.
     """
-    from sagnac.errors import RecordingError
+    from sagnac.core.errors import RecordingError
 
     if folder is None:
         return

@@ -9,11 +9,11 @@ from typing import Annotated, Final, Literal
 from cyclopts import Parameter
 
 import sagnac
-from sagnac import overwriting
 from sagnac.cli import output as results
 from sagnac.cli.options import OUTPUT, Debug, Duration, Folder, Force, Workers
 from sagnac.cli.output import DONE, UsageError, as_usage, complain, print_paths, standings
-from sagnac.errors import one_line
+from sagnac.core import overwriting
+from sagnac.core.errors import one_line
 
 # ---- simulate ----------------------------------------------------------------------
 
@@ -127,8 +127,8 @@ def _config(path: Path | None, preset: str) -> "sagnac.RigConfig":
 
 def _like(path: Path, config: Path | None) -> "tuple[sagnac.RigConfig, tuple[str, ...]]":
     """The unit that an analysis measured, a TOML over it; and what is left out, in words."""
-    from sagnac.documents import read_analyses
-    from sagnac.errors import RecordingError
+    from sagnac.core.documents import read_analyses
+    from sagnac.core.errors import RecordingError
     from sagnac.rig.config import RigConfig
     from sagnac.rig.measured import Measured
     from sagnac.rig.sections import ConfigurationError
@@ -234,10 +234,10 @@ def reproduce(
     results.require_writable(folder)
     overwriting.require_free(overwriting.outputs_in(folder, "reproduction"), force=force)
     results.ready_to_draw()
+    from sagnac.core.processes import means_of
     from sagnac.formats.files import made
     from sagnac.paper.prediction import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
-    from sagnac.processes import means_of
     from sagnac.report import reproduction_page as pages
     from sagnac.report.reproduction_tables import summary
 

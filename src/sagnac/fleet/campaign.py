@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from sagnac.analysis.settings import Settings
-from sagnac.arrays import pandas_for
+from sagnac.core.arrays import pandas_for
+from sagnac.core.overwriting import outputs_in, require_free
+from sagnac.core.processes import Standing, means_of
 from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
 from sagnac.fleet.table import Line, lines_of, rows_replaced, walk_limits, write_tables
 from sagnac.fleet.tasks import Choices, tasks_of
 from sagnac.formats.statement import Statement
-from sagnac.overwriting import outputs_in, require_free
-from sagnac.processes import Standing, means_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,9 +12,11 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac.coefficients.estimates import Interval
-from sagnac.errors import rounded
+from sagnac.core.errors import rounded
+from sagnac.core.units import HOUR
+from sagnac.core.version import __version__
 from sagnac.fleet.runner import Campaign, Row
+from sagnac.fleet.study import Repeatability
 from sagnac.fleet.table import (
     Line,
     Scatter,
@@ -25,13 +27,11 @@ from sagnac.fleet.table import (
     yield_of,
 )
 from sagnac.formats.files import write_text
+from sagnac.noise.estimates import Interval
 from sagnac.plot.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
-from sagnac.repeatability.study import Repeatability
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
 from sagnac.report.quantities import number, typeset
 from sagnac.report.sections import rendered
-from sagnac.units import HOUR
-from sagnac.version import __version__
 
 # ---- figures -----------------------------------------------------------------------
 

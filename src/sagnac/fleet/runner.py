@@ -18,12 +18,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac import processes
-from sagnac.errors import MissingExtra, RecordingError
+from sagnac.core import processes
+from sagnac.core.errors import MissingExtra, RecordingError
+from sagnac.core.processes import GIBIBYTE, Means, Standing, means_of, nobody
+from sagnac.core.version import __version__
 from sagnac.fleet.tasks import Result, Task, lost, measure, read_result, span_tasks, with_digest
 from sagnac.formats.files import made
-from sagnac.processes import GIBIBYTE, Means, Standing, means_of, nobody
-from sagnac.version import __version__
 
 # ---- local -------------------------------------------------------------------------
 

@@ -12,18 +12,18 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from scipy.special import betaincinv, ndtri
 
-from sagnac.alignment.noise import GyroNoise
-from sagnac.coefficients.estimates import Interval
-from sagnac.coefficients.laws import SYMBOLS
-from sagnac.errors import RecordingError, counted
+from sagnac.core.errors import RecordingError, counted
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR, field_unit
 from sagnac.fleet.runner import Campaign, Row
+from sagnac.fleet.study import Repeatability, Run, repeatability
 from sagnac.fleet.tasks import Task, span_of
 from sagnac.formats.files import replacing, write_text
-from sagnac.repeatability.study import Repeatability, Run, repeatability
+from sagnac.navigation.noise import GyroNoise
+from sagnac.noise.estimates import Interval
+from sagnac.noise.laws import SYMBOLS
 from sagnac.report.sections import csv_text
-from sagnac.specification.limits import Specification
-from sagnac.specification.verdict import Decision, overall
-from sagnac.units import DEGREE_PER_ROOT_HOUR, field_unit
+from sagnac.verdict.judgement import Decision, overall
+from sagnac.verdict.limits import Specification
 
 # ---- table -------------------------------------------------------------------------
 

@@ -16,16 +16,16 @@ from typing import Any, Final, Literal, get_args
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
-from sagnac.errors import MissingExtra, RecordingError, quoted
+from sagnac.core.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
+from sagnac.core.errors import MissingExtra, RecordingError, quoted
+from sagnac.core.version import __version__
 from sagnac.formats import read
 from sagnac.formats.files import write_text
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement, beside_paths, from_mapping
 from sagnac.report import error_text
 from sagnac.report.document import analysis_document, to_json
-from sagnac.specification.limits import Specification, specification_of
-from sagnac.version import __version__
+from sagnac.verdict.limits import Specification, specification_of
 
 # ---- tasks -------------------------------------------------------------------------
 

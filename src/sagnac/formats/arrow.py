@@ -11,7 +11,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from sagnac.arrays import BLOCK
+from sagnac.core.arrays import BLOCK
+from sagnac.core.units import Unit
 from sagnac.formats.files import damaged, replacing
 from sagnac.formats.registry import FEATHER, PARQUET, Format
 from sagnac.formats.source import (
@@ -27,7 +28,6 @@ from sagnac.formats.source import (
 from sagnac.formats.statement import by_attributes
 from sagnac.recording.channel import Kind
 from sagnac.recording.columns import NULL_PULSE_NAME
-from sagnac.units import Unit
 
 ROWS_PER_GROUP: Final = 500_000
 _BUFFER: Final = 2**20  # bytes
@@ -245,7 +245,7 @@ def writer(
     --------
     >>> import tempfile
     >>> import numpy as np
-    >>> from sagnac.units import UNITS
+    >>> from sagnac.core.units import UNITS
     >>> folder = tempfile.TemporaryDirectory()
     >>> path = Path(folder.name) / "run.parquet"
     >>> units = {"x": UNITS["arcsec"], "table": UNITS["deg"]}

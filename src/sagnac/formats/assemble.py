@@ -11,8 +11,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import Filling, FloatArray
-from sagnac.errors import Note, RecordingError, counted
+from sagnac.core.arrays import Filling, FloatArray
+from sagnac.core.errors import Note, RecordingError, counted
+from sagnac.core.units import TIME_UNITS, canonical
 from sagnac.formats.channels import (
     Scale,
     Stretch,
@@ -38,11 +39,10 @@ from sagnac.formats.suspicions import (
     stamp_unit_notes,
     table_counter_notes,
 )
+from sagnac.quality.check import integrity
 from sagnac.recording.channel import Pickoff
 from sagnac.recording.columns import GYRO_NAMES, Conversion, pulses_of, with_lost_readings
 from sagnac.recording.model import Provenance, Recording
-from sagnac.recording.quality import integrity
-from sagnac.units import TIME_UNITS, canonical
 
 # ---- unused ------------------------------------------------------------------------
 

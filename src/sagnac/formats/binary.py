@@ -13,15 +13,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import blocks
-from sagnac.documents import ANY, NUMBER, TEXT, Schema, keep, one_of, read_toml, table
-from sagnac.errors import Note, RecordingError, counted
+from sagnac.core.arrays import blocks
+from sagnac.core.documents import ANY, NUMBER, TEXT, Schema, keep, one_of, read_toml, table
+from sagnac.core.errors import Note, RecordingError, counted
+from sagnac.core.texts import giving
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import BINARY
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statement
 from sagnac.recording.columns import ACCELEROMETER_NAMES
-from sagnac.texts import giving
 
 # ---- binary layout -----------------------------------------------------------------
 

@@ -7,16 +7,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.arrays import Filling, FloatArray, blocks, elementwise
-from sagnac.errors import Note, RecordingError, counted
-from sagnac.formats.choice import Choice, Placed
-from sagnac.formats.source import Column, Stored
-from sagnac.formats.statement import Statements, of_name, parsed_unit
-from sagnac.recording.channel import KINDS, Channel, Kind, finite_extent, unwrapped
-from sagnac.recording.columns import Conversion
-from sagnac.recording.encoder_readings import angle_of_readings
-from sagnac.recording.stamps import Sampling, sampling
-from sagnac.units import (
+from sagnac.core.arrays import Filling, FloatArray, blocks, elementwise
+from sagnac.core.errors import Note, RecordingError, counted
+from sagnac.core.units import (
     ACCELERATION_UNITS,
     ANGLE_UNITS,
     RATE_UNITS,
@@ -27,6 +20,13 @@ from sagnac.units import (
     split_factor,
     unit_of,
 )
+from sagnac.formats.choice import Choice, Placed
+from sagnac.formats.source import Column, Stored
+from sagnac.formats.statement import Statements, of_name, parsed_unit
+from sagnac.recording.channel import KINDS, Channel, Kind, finite_extent, unwrapped
+from sagnac.recording.columns import Conversion
+from sagnac.recording.encoder_readings import angle_of_readings
+from sagnac.recording.stamps import Sampling, sampling
 
 # ---- sampling ----------------------------------------------------------------------
 

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
-from sagnac.errors import Note, RecordingError
+from sagnac.core.errors import Note, RecordingError
+from sagnac.core.units import TIME_UNITS, canonical
 from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements
 from sagnac.recording.channel import PICKOFF
@@ -16,7 +17,6 @@ from sagnac.recording.columns import (
     TEMPERATURE,
     TIME_NAMES,
 )
-from sagnac.units import TIME_UNITS, canonical
 
 # Characters of a list of columns that an error shows.
 _MOST_LISTED: Final = 400

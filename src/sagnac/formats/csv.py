@@ -20,8 +20,9 @@ import pyarrow.compute as pc
 import pyarrow.csv as arrow_csv
 from numpy.typing import NDArray
 
-from sagnac.arrays import blocks
-from sagnac.errors import Note, RecordingError
+from sagnac.core.arrays import blocks
+from sagnac.core.errors import Note, RecordingError
+from sagnac.core.units import Sensor
 from sagnac.formats.files import damaged, replacing_folder, replacing_set
 from sagnac.formats.registry import CSV, EUROC, EUROC_DATA, EUROC_SENSOR
 from sagnac.formats.source import (
@@ -55,7 +56,6 @@ from sagnac.formats.text_layout import (
     preamble_of,
     preset_of,
 )
-from sagnac.units import Sensor
 
 # That many blocks are read side by side.
 _THREADS: Final = 2

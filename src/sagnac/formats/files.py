@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac.errors import MissingExtra, RecordingError
+from sagnac.core.errors import MissingExtra, RecordingError
 
 # ---- room --------------------------------------------------------------------------
 

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.io import netcdf_file
 
-from sagnac.arrays import blocks
-from sagnac.errors import RecordingError, one_line
+from sagnac.core.arrays import blocks
+from sagnac.core.errors import RecordingError, one_line
 from sagnac.formats.files import damaged, replacing, require_content
 from sagnac.formats.registry import HDF5, NETCDF
 from sagnac.formats.source import (

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymseed import MS3Record, MS3TraceList, get_error_messages
 
-from sagnac.errors import Note, RecordingError, counted
+from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import MINISEED
 from sagnac.formats.source import Column, Source, Stored, in_memory

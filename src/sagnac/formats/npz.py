@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import blocks
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import blocks
+from sagnac.core.errors import RecordingError
 from sagnac.formats.files import damaged, replacing, require_content, require_room
 from sagnac.formats.registry import NPY, NPZ
 from sagnac.formats.source import (

@@ -15,8 +15,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
-from sagnac.errors import Note, RecordingError
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import Note, RecordingError
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import PSINS
 from sagnac.formats.source import Column, Source, Stored, in_memory

@@ -7,7 +7,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac.errors import MissingExtra, RecordingError
+from sagnac.core.errors import MissingExtra, RecordingError
+from sagnac.core.overwriting import require_free
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about
 from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
@@ -21,7 +22,6 @@ from sagnac.formats.statement import (
     require_no_other,
 )
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
-from sagnac.overwriting import require_free
 from sagnac.recording.model import Kind, Provenance, Recording
 
 _AXES: Final = 3
@@ -39,8 +39,8 @@ def read(
     statement
         What the caller states. It overrides a TOML beside the file, which overrides the file.
     verify
-        Refuse data that are not sound (`sagnac.recording.quality.integrity`). Without, they come
-        as they are, for `sagnac.recording.quality.check`.
+        Refuse data that are not sound (`sagnac.quality.check.integrity`). Without, they come
+        as they are, for `sagnac.quality.check.check`.
     **stated
         The fields of a `sagnac.formats.Statement`, by name, in place of `statement`: ``gyros``,
         ``accelerometers``, ``kind``, ``unit``, ``scale``, ``sample_rate``, ``time``, ``table``,

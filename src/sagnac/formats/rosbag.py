@@ -25,8 +25,8 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
-from sagnac.arrays import blocks
-from sagnac.errors import Note, RecordingError
+from sagnac.core.arrays import blocks
+from sagnac.core.errors import Note, RecordingError
 from sagnac.formats.files import damaged, replacing_set
 from sagnac.formats.registry import ROSBAG
 from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, in_memory

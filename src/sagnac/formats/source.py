@@ -7,13 +7,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import IntegerArray, blocks
-from sagnac.errors import Note, one_line
+from sagnac.core.arrays import IntegerArray, blocks
+from sagnac.core.errors import Note, one_line
+from sagnac.core.units import UNITS, Unit, split_header
 from sagnac.formats.statement import ROLES, VOCABULARY, Statement
 from sagnac.recording.channel import PICKOFF
 from sagnac.recording.columns import NULL_PULSE_NAME, TEMPERATURE
 from sagnac.recording.model import Kind, Recording
-from sagnac.units import UNITS, Unit, split_header
 
 # ---- source ------------------------------------------------------------------------
 
@@ -222,7 +222,7 @@ class Outgoing:
         Parameters
         ----------
         length
-            Rows in a part, `sagnac.arrays.BLOCK` unless stated.
+            Rows in a part, `sagnac.core.arrays.BLOCK` unless stated.
         """
         for block in blocks(self.samples, length):
             yield block.start, self.rows(block)

@@ -10,14 +10,11 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, cast
 
-from sagnac.documents import read_toml
-from sagnac.errors import Note, RecordingError, one_line, quoted
-from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
-from sagnac.overwriting import Outputs
-from sagnac.recording.channel import KINDS, PICKOFF
-from sagnac.recording.columns import TEMPERATURE
-from sagnac.texts import value_of
-from sagnac.units import (
+from sagnac.core.documents import read_toml
+from sagnac.core.errors import Note, RecordingError, one_line, quoted
+from sagnac.core.overwriting import Outputs
+from sagnac.core.texts import value_of
+from sagnac.core.units import (
     ACCELERATION_UNITS,
     ANGLE_UNITS,
     RATE_UNITS,
@@ -25,6 +22,9 @@ from sagnac.units import (
     VELOCITY_UNITS,
     split_factor,
 )
+from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
+from sagnac.recording.channel import KINDS, PICKOFF
+from sagnac.recording.columns import TEMPERATURE
 
 # ---- unit text ---------------------------------------------------------------------
 

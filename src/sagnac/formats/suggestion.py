@@ -6,8 +6,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import RecordingError
+from sagnac.core.units import (
+    ACCELERATION_UNITS,
+    ANGLE_UNITS,
+    RATE_UNITS,
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    canonical,
+)
 from sagnac.formats.choice import (
     choose_accelerometers,
     choose_gyros,
@@ -20,14 +28,6 @@ from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statements, parsed_unit
 from sagnac.formats.suspicions import likely_time_unit
 from sagnac.recording.columns import ACCELEROMETER_NAMES
-from sagnac.units import (
-    ACCELERATION_UNITS,
-    ANGLE_UNITS,
-    RATE_UNITS,
-    TIME_UNITS,
-    VELOCITY_UNITS,
-    canonical,
-)
 
 # What stands for something that no file tells: to be replaced by whoever knows it.
 KIND: Final = "KIND"

@@ -7,12 +7,12 @@ from typing import Final
 import numpy as np
 from scipy.fft import rfft
 
-from sagnac.arrays import FloatArray, blocks
-from sagnac.errors import Note, counted
+from sagnac.core.arrays import FloatArray, blocks
+from sagnac.core.errors import Note, counted
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical
 from sagnac.formats.channels import Scale
 from sagnac.formats.statement import COUNTER_BITS
 from sagnac.recording.channel import finite_extent
-from sagnac.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical
 
 # A step is a roll-over if it covers more than this part of the range, and the usual ones less than
 # that: no gyro turns through most of its range from one sample to the next.

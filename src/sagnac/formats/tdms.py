@@ -11,8 +11,8 @@ from nptdms import TdmsFile
 from nptdms.log import log_manager
 from numpy.typing import NDArray
 
-from sagnac.arrays import blocks
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import blocks
+from sagnac.core.errors import RecordingError
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import TDMS
 from sagnac.formats.source import Column, Source, Stored, column

@@ -13,8 +13,8 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sagnac.arrays import blocks
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import blocks
+from sagnac.core.errors import RecordingError
 
 # ---- text numbers ------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
-from sagnac.errors import RecordingError
+from sagnac.core.errors import RecordingError
 from sagnac.formats.statement import Statement, parsed_unit
 from sagnac.formats.text import PLAIN, NumberStyle, Sample, TimeForm, form_of, is_in_doubt, style_of
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES

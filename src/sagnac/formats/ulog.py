@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from pyulog import ULog
 
-from sagnac.errors import Note, RecordingError, counted
+from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.formats.files import damaged
 from sagnac.formats.registry import ULOG
 from sagnac.formats.source import Column, Source, Stored, in_memory

@@ -5,8 +5,8 @@
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
-from sagnac.kernels import compiled
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.core.kernels import compiled
 
 
 @compiled(fastmath=True)

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import ComplexArray, FloatArray, blocks
+from sagnac.core.arrays import ComplexArray, FloatArray, blocks
 from sagnac.lines.components import MIX_BLOCK, mixed_down
 
 NEAR: Final = 30.0

@@ -22,7 +22,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.core.arrays import ComplexArray, FloatArray
 from sagnac.lines import _kernels
 from sagnac.spectrum.sums import angle_sums, even_turn_sums, is_even_turn
 

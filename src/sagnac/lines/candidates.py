@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.lines.components import MOST_ORDERS, Components, joined, mean_square_step, no_components
 from sagnac.lines.detection import (
     NO_PEAKS,

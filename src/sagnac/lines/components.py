@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, every, extent
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, every, extent
 from sagnac.spectrum.sums import angle_series, tones
 from sagnac.table.turns import mean_rate
 

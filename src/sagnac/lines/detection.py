@@ -14,7 +14,7 @@ import numpy as np
 import scipy.fft
 from scipy.optimize import brentq
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, blocks
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS, Components, Turning
 from sagnac.lines.joint_fit import ComponentFit

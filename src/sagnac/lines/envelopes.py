@@ -16,7 +16,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
 from sagnac.lines.baseband import Baseband, SteadyLines, sum_of_tones
 

@@ -21,7 +21,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import ArrayLike
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
 from sagnac.lines.orthogonal_search import (
     NOTHING_LEFT,

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 import scipy.linalg
 
-from sagnac.arrays import (
+from sagnac.core.arrays import (
     BLOCK,
     BooleanArray,
     ComplexArray,

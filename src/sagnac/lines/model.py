@@ -5,9 +5,9 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
-from sagnac.errors import Note, quoted
-from sagnac.units import ANGLE_UNITS, VELOCITY_UNITS
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import Note, quoted
+from sagnac.core.units import ANGLE_UNITS, VELOCITY_UNITS
 
 Scale = Literal["angle", "time"]
 SCALES: Final[tuple[Scale, ...]] = get_args(Scale)

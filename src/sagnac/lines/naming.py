@@ -5,17 +5,17 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.laws import sinusoid_allan_variance
-from sagnac.errors import Note, counted, rounded
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import Note, counted, rounded
+from sagnac.core.units import ARCSECOND
 from sagnac.lines.components import Turning
 from sagnac.lines.detection import floors, significances
 from sagnac.lines.joint_fit import ComponentFit
 from sagnac.lines.model import Line
 from sagnac.lines.wandering import DriftingLine
+from sagnac.noise.laws import sinusoid_allan_variance
 from sagnac.spectrum import periodogram
 from sagnac.stability.curve import StabilityCurve
-from sagnac.units import ARCSECOND
 
 # ---- naming ------------------------------------------------------------------------
 

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
-from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.errors import quoted
+from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
+from sagnac.core.errors import quoted
 from sagnac.lines.candidate_products import (
     CandidateProducts,
     MatrixProducts,

@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.core.units import EARTH_RATE
 from sagnac.lines import joint_fit
 from sagnac.lines.components import Components, joined
 from sagnac.lines.detection import (
@@ -27,7 +28,6 @@ from sagnac.lines.rescaling import rescaled_components
 from sagnac.lines.state import State
 from sagnac.lines.wandering import clusters, fit_drifting
 from sagnac.table.motion import follow_table
-from sagnac.units import EARTH_RATE
 
 # Share of Earth rate by which its terms may still move when they are called settled.
 _SAME_EARTH: Final = 0.02

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from sagnac.arrays import BLOCK, ComplexArray, FloatArray, IntegerArray, blocks, every
+from sagnac.core.arrays import BLOCK, ComplexArray, FloatArray, IntegerArray, blocks, every
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS, Components, phase_multiples
 from sagnac.spectrum.sums import angle_sums

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray, IntegerArray
-from sagnac.errors import Note
+from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.errors import Note
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale
 from sagnac.lines.naming import TAKEN_BINS

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, blocks
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.lines.components import MIX_BLOCK, Components, Turning, joined, mixed_down
 from sagnac.table.kinematics import averages_of
 

@@ -12,9 +12,9 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
-from sagnac.errors import Note, counted, rounded
-from sagnac.kernels import one_thread
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import Note, counted, rounded
+from sagnac.core.kernels import one_thread
 from sagnac.lines.candidates import NewLines, new_lines
 from sagnac.lines.components import Components, joined
 from sagnac.lines.detection import (

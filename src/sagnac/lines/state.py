@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from sagnac.arrays import ComplexArray, FloatArray, blocks, elementwise, empty
+from sagnac.core.arrays import ComplexArray, FloatArray, blocks, elementwise, empty
 from sagnac.lines.components import (
     MOST_ORDERS,
     Components,

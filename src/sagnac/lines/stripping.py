@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sagnac.arrays import FloatArray, blocks, empty, mean
+from sagnac.core.arrays import FloatArray, blocks, empty, mean
 
 _REACH = 1  # samples either way
 _TAPS = 2 * _REACH + 1

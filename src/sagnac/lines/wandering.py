@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import ComplexArray, FloatArray, IntegerArray
+from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
 from sagnac.lines.baseband import (
     NEAR,

@@ -22,18 +22,18 @@ from numpy.typing import ArrayLike
 
 from sagnac.analysis.result import Answer
 from sagnac.analysis.settings import Method
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.curve_fit import paper_squares
-from sagnac.coefficients.readings import READINGS, ReadingName
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import RecordingError
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.core.version import __version__
 from sagnac.lines.naming import with_noise_restored
+from sagnac.noise.curve_fit import paper_squares
+from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.rig.config import PRESETS, RigConfig
 from sagnac.rig.sections import GYRO_NAMES, GyroMode, Pairs
 from sagnac.rig.truth import truth_of
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
-from sagnac.version import __version__
 
 # ---- laboratory --------------------------------------------------------------------
 
@@ -361,7 +361,7 @@ def predicted_angle_random_walk(
 
     Examples
     --------
-    >>> from sagnac.units import DEGREE, DEGREE_PER_ROOT_HOUR
+    >>> from sagnac.core.units import DEGREE, DEGREE_PER_ROOT_HOUR
     >>> prediction = predicted_angle_random_walk([10.0 * DEGREE, 40.0 * DEGREE])
     >>> (prediction.total / DEGREE_PER_ROOT_HOUR).round(7).tolist()
     [6.61e-05, 2.93e-05]

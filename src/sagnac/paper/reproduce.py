@@ -21,14 +21,16 @@ import numpy as np
 from sagnac.analysis.pipeline import answer_of
 from sagnac.analysis.result import Answer
 from sagnac.analysis.settings import Settings
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.curve_fit import paper_fit
-from sagnac.coefficients.estimates import Estimate, Status, unobserved
-from sagnac.coefficients.readings import PLAIN, ReadingName
-from sagnac.documents import finite
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import FloatArray
+from sagnac.core.documents import finite
+from sagnac.core.errors import RecordingError
+from sagnac.core.processes import GIBIBYTE, Means, Standing, completed, nobody
+from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.formats.files import replacing
 from sagnac.lines.published import AS_PRINTED, FAIR
+from sagnac.noise.curve_fit import paper_fit
+from sagnac.noise.estimates import Estimate, Status, unobserved
+from sagnac.noise.readings import PLAIN, ReadingName
 from sagnac.paper.prediction import (
     FULL,
     TABLE_1,
@@ -43,13 +45,11 @@ from sagnac.paper.prediction import (
     predicted_angle_random_walk,
 )
 from sagnac.paper.trials import FITTED_TERMS, FORMS, Form, Trial, least_squares, trials
-from sagnac.processes import GIBIBYTE, Means, Standing, completed, nobody
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.simulate import Simulation, simulate
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import ieee_relative_error
-from sagnac.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
 # ---- outcome -----------------------------------------------------------------------
 

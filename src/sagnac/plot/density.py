@@ -10,9 +10,10 @@ import numpy as np
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.coefficients.laws import SYMBOLS
-from sagnac.coefficients.self_noise import SelfNoise
+from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR_PER_ROOT_HERTZ
 from sagnac.lines.model import Line, Scale
+from sagnac.noise.laws import SYMBOLS
+from sagnac.noise.self_noise import SelfNoise
 from sagnac.plot.frame import (
     BLUE,
     GREEN,
@@ -26,7 +27,6 @@ from sagnac.plot.frame import (
     logarithmic,
     removed,
 )
-from sagnac.units import ARCSECOND, DEGREE_PER_HOUR_PER_ROOT_HERTZ
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

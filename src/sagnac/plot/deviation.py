@@ -9,8 +9,9 @@ import numpy as np
 
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.laws import (
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
     SYMBOLS,
     CoefficientName,
@@ -29,7 +30,6 @@ from sagnac.plot.frame import (
     removed,
 )
 from sagnac.stability.curve import StabilityCurve
-from sagnac.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,14 +1,6 @@
-"""Recordings: what was measured, how good it is, and what one gyro or two give.
+"""A recording: channels, what one sample of them is, when they were read, and the table's angle.
 
-Low to high, each module importing only from those above it in this list:
-
-- `channel`: one column in SI, what one sample of it is, and the way from rate and increment to
-  angle. `stamps`: the rate that time stamps give, and stretches of samples. `effects`: what a
-  finding does to N.
-- `encoder_readings`, `columns`: names and columns as channels, and the table's angle.
-- `model`: the recording.
-- `profile`: how the noise runs through it.
-- `readout`, `distribution`, `gaps`, `encoder_faults`, `repeats`, `spikes`, `physics`: detectors,
-  each with the faults that it sees.
-- `quality`: all of these.
+Low to high: `channel` (one column in SI, and the way from rate and increment to angle) and `stamps`
+(the rate that time stamps give), `encoder_readings` and `columns` (names and columns as channels,
+and the table's angle), `model` (the recording). It knows no files and does not judge.
 """

@@ -11,9 +11,9 @@ from typing import Any, ClassVar, Final, Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac.arrays import FloatArray, blocks, differences, elementwise, empty, mean
-from sagnac.errors import RecordingError, is_finite, quoted, require_choice
-from sagnac.units import (
+from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, empty, mean
+from sagnac.core.errors import RecordingError, is_finite, quoted, require_choice
+from sagnac.core.units import (
     SENSED,
     SENSORS,
     UNITS,

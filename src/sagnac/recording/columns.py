@@ -16,7 +16,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.arrays import (
+from sagnac.core.arrays import (
     BooleanArray,
     FloatArray,
     IntegerArray,
@@ -25,11 +25,11 @@ from sagnac.arrays import (
     is_finite,
     mean,
 )
-from sagnac.errors import Note, RecordingError, counted, quoted
+from sagnac.core.errors import Note, RecordingError, counted, quoted
+from sagnac.core.units import DEGREE, sensor_of, split_header, time_scale, unit_of
 from sagnac.recording.channel import Channel, Kind, angle_of, finite_extent, numbers, unwrapped
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, angle_of_readings, runs
 from sagnac.recording.stamps import Places, is_not_finite
-from sagnac.units import DEGREE, sensor_of, split_header, time_scale, unit_of
 
 # ---- frames ------------------------------------------------------------------------
 

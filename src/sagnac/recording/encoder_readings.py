@@ -13,11 +13,11 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, every
-from sagnac.errors import Note, counted
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, every
+from sagnac.core.errors import Note, counted
+from sagnac.core.units import ARCSECOND, Unit
 from sagnac.recording.channel import finite_extent, unwrapped
 from sagnac.recording.stamps import GAP_STEPS, at_ticks, between_ticks, clock_of
-from sagnac.units import ARCSECOND, Unit
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
 # during a longer run is a guess, unless a gyro tells it. If more than this share is missing, the

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, Final, Self, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac.arrays import FloatArray, pandas_for
-from sagnac.errors import Note, RecordingError, quoted
+from sagnac.core.arrays import FloatArray, pandas_for
+from sagnac.core.errors import Note, RecordingError, quoted
 from sagnac.recording.channel import (
     PICKOFF,
     Channel,

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import (
+from sagnac.core.arrays import (
     BooleanArray,
     FloatArray,
     IntegerArray,
@@ -26,7 +26,7 @@ from sagnac.arrays import (
     is_finite,
     mean,
 )
-from sagnac.errors import Note, RecordingError
+from sagnac.core.errors import Note, RecordingError
 
 # ---- stretches ---------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ Notes and errors name an input of the package as an option of the command line.
 
 from collections.abc import Iterable
 
-from sagnac.errors import Note, RecordingError, worded
+from sagnac.core.errors import Note, RecordingError, worded
 
 
 def as_option(name: str, value: str) -> str:

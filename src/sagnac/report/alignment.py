@@ -8,22 +8,22 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac.alignment.align import Prospect, Unaided
-from sagnac.alignment.drift import PARTS, Growth
-from sagnac.alignment.error_model import AzimuthError, azimuth_error, flicker_deviation
-from sagnac.alignment.noise import NAMES, GyroNoise
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.laws import CoefficientName
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR, SENSED
+from sagnac.navigation.align import Prospect, Unaided
+from sagnac.navigation.drift import PARTS, Growth
+from sagnac.navigation.error_model import AzimuthError, azimuth_error, flicker_deviation
+from sagnac.navigation.noise import NAMES, GyroNoise
+from sagnac.noise.laws import CoefficientName
 from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
 from sagnac.report.figures import styled
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.sections import rendered
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR, SENSED
 
 # ---- alignment ---------------------------------------------------------------------
 
 ARCMINUTE: Final = 60.0 * ARCSECOND
-SCHEMA: Final = "sagnac.alignment/1"
+SCHEMA: Final = "sagnac.navigation/1"
 _SHORTEST_S: Final = 10.0
 _SHARE: Final = 0.9  # of the prior, from which on nothing was found
 
@@ -140,7 +140,7 @@ def notes_of(prospect: Prospect) -> list[str]:
 
 
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
-    """The same as JSON, schema ``sagnac.alignment/1``, SI except where a key names its unit."""
+    """The same as JSON, schema ``sagnac.navigation/1``, SI except where a key names its unit."""
     compass, filtered, highest = prospect.compass, prospect.filtered, _highest(prospect)
     turning = None
     if prospect.rotating is not None:

@@ -26,25 +26,34 @@ from sagnac.analysis.parts import Part
 from sagnac.analysis.result import Analysis, Covariance, answer_coefficients, headline_coefficients
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import verdict_of
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.estimates import (
+from sagnac.core.arrays import FloatArray
+from sagnac.core.documents import ANALYSES, ANALYSIS, finite, read_analyses
+from sagnac.core.errors import Note, RecordingError
+from sagnac.core.units import (
+    ARCSECOND,
+    DEGREE,
+    DEGREE_PER_HOUR,
+    SENSED,
+    UNITS,
+    Sensor,
+    Unit,
+    field_unit,
+)
+from sagnac.core.version import __version__
+from sagnac.lines.model import Line
+from sagnac.noise.estimates import (
     Estimate,
     Fit,
     FitName,
     estimate_units,
 )
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.coefficients.model_average import ModelChoice
-from sagnac.coefficients.self_noise import SelfNoise
-from sagnac.documents import ANALYSES, ANALYSIS, finite, read_analyses
-from sagnac.errors import Note, RecordingError
-from sagnac.lines.model import Line
+from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.noise.model_average import ModelChoice
+from sagnac.noise.self_noise import SelfNoise
 from sagnac.report import error_text, findings_data, note_text
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
 from sagnac.report.sections import line_data, overall_decision, verdict_data
 from sagnac.stability.curve import StabilityCurve
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Sensor, Unit, field_unit
-from sagnac.version import __version__
 
 # ---- document ----------------------------------------------------------------------
 

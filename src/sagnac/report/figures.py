@@ -21,13 +21,13 @@ from numpy.typing import ArrayLike
 
 from sagnac import plot
 from sagnac.analysis.result import Analysis
-from sagnac.arrays import FloatArray
-from sagnac.coefficients.self_noise import SelfNoise
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 from sagnac.formats.files import write_bytes
+from sagnac.noise.self_noise import SelfNoise
 from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, literal, logarithmic
 from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 
 # ---- style -------------------------------------------------------------------------
 

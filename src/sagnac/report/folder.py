@@ -9,8 +9,8 @@ from urllib.parse import quote
 from matplotlib.figure import Figure
 
 from sagnac.analysis.result import Analysis
+from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.formats.files import replacing_folder, write_text
-from sagnac.overwriting import outputs_in, require_free
 from sagnac.report import document, figures, page, sections
 from sagnac.report.sections import TitleBlock, folder_name, write_pdf
 

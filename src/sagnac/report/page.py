@@ -8,7 +8,6 @@ from typing import Any, Final
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from sagnac.alignment.noise import GyroNoise
 from sagnac.analysis.result import (
     Analysis,
     answer_coefficients,
@@ -17,10 +16,13 @@ from sagnac.analysis.result import (
     headline_fit,
 )
 from sagnac.analysis.verdict import verdict_of
-from sagnac.coefficients.estimates import Estimate
-from sagnac.coefficients.laws import SYMBOLS, CoefficientName
-from sagnac.errors import ranked
+from sagnac.core.errors import ranked
+from sagnac.core.units import DEGREE, field_unit
+from sagnac.core.version import __version__
 from sagnac.formats.files import write_text
+from sagnac.navigation.noise import GyroNoise
+from sagnac.noise.estimates import Estimate
+from sagnac.noise.laws import SYMBOLS, CoefficientName
 from sagnac.report import error_text, note_text
 from sagnac.report.alignment import compass_figure
 from sagnac.report.document import analysis_document
@@ -60,8 +62,6 @@ from sagnac.report.sections import (
     share_rows,
 )
 from sagnac.report.text import methods_by_gyro
-from sagnac.units import DEGREE, field_unit
-from sagnac.version import __version__
 
 _METHODS: Final[Mapping[str, str]] = {
     "fos": "fos: difference first, lines judged against the noise floor and refined",

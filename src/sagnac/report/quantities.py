@@ -11,13 +11,7 @@ from scipy.special import gammainccinv, gammaincinv
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.coefficients.estimates import Estimate, FitName
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.lines.model import Line
-from sagnac.spectrum.power_laws import running_median
-from sagnac.stability import Estimator
-from sagnac.stability.curve import StabilityCurve
-from sagnac.units import (
+from sagnac.core.units import (
     ARCSECOND,
     COEFFICIENT_UNITS,
     DEGREE_PER_HOUR,
@@ -26,6 +20,12 @@ from sagnac.units import (
     Unit,
     field_unit,
 )
+from sagnac.lines.model import Line
+from sagnac.noise.estimates import Estimate, FitName
+from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.spectrum.power_laws import running_median
+from sagnac.stability import Estimator
+from sagnac.stability.curve import StabilityCurve
 
 TITLES: Final[Mapping[CoefficientName, str]] = {
     name: SENSED["gyro"].titles[name].capitalize() for name in COEFFICIENT_NAMES

@@ -10,9 +10,11 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from sagnac.coefficients.readings import READINGS, ReadingName
+from sagnac.core.units import DEGREE
+from sagnac.core.version import __version__
 from sagnac.formats.files import replacing_folder, write_text
 from sagnac.lines.published import SLOWEST_CYCLES
+from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.prediction import DRIVEN, FIGURE_2, FIGURE_3, TABLE_1, TABLE_2, adequate_rate
 from sagnac.paper.reproduce import Cell, Order, Reproduction, outcomes_of_table
 from sagnac.paper.trials import FORM, FORMS, NEAREST_TRIAL
@@ -42,8 +44,6 @@ from sagnac.report.reproduction_tables import (
     turning_over_rest,
 )
 from sagnac.report.sections import rendered
-from sagnac.units import DEGREE
-from sagnac.version import __version__
 
 # ---- reproduction page -------------------------------------------------------------
 

@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.coefficients.readings import READINGS, ReadingName
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
+from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.prediction import FIGURE_3
 from sagnac.paper.reproduce import (
     PAPER_POINT_ERROR,
@@ -27,7 +28,6 @@ from sagnac.report.quantities import number
 from sagnac.report.sections import cell, csv_text
 from sagnac.report.text import table
 from sagnac.stability.noise_type import ieee_relative_error
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 
 # ---- reproduction values -----------------------------------------------------------
 

@@ -20,12 +20,13 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescap
 from sagnac.analysis.result import Analysis, answer_coefficients, headline_fit
 from sagnac.analysis.table_shares import Share
 from sagnac.analysis.verdict import verdict_of
-from sagnac.coefficients.estimates import Interval
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
-from sagnac.documents import ANY, read_toml, table
-from sagnac.errors import MissingExtra, Note, RecordingError, one_line, ranked, rounded
+from sagnac.core.documents import ANY, read_toml, table
+from sagnac.core.errors import MissingExtra, Note, RecordingError, one_line, ranked, rounded
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, field_unit
 from sagnac.formats.files import write_bytes
 from sagnac.lines.model import Line
+from sagnac.noise.estimates import Interval
+from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.report import note_text
 from sagnac.report.quantities import (
     curve_columns,
@@ -35,8 +36,7 @@ from sagnac.report.quantities import (
     reading,
     shown_density,
 )
-from sagnac.specification.verdict import Decision, Judgement, Verdict, overall
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, field_unit
+from sagnac.verdict.judgement import Decision, Judgement, Verdict, overall
 
 # ---- methods -----------------------------------------------------------------------
 

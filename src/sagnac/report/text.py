@@ -15,9 +15,10 @@ from rich.table import Table
 
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_estimates
 from sagnac.analysis.verdict import verdict_of
-from sagnac.coefficients.laws import COEFFICIENT_NAMES, SYMBOLS
-from sagnac.coefficients.self_noise import SelfNoise
-from sagnac.errors import Note, counted, ranked
+from sagnac.core.errors import Note, counted, ranked
+from sagnac.core.units import field_unit
+from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS
+from sagnac.noise.self_noise import SelfNoise
 from sagnac.recording.model import Recording
 from sagnac.report import as_typed, error_text, note_text
 from sagnac.report.quantities import (
@@ -53,7 +54,6 @@ from sagnac.report.sections import (
     share_rows,
 )
 from sagnac.stability.curve import StabilityCurve
-from sagnac.units import field_unit
 
 # ---- text --------------------------------------------------------------------------
 

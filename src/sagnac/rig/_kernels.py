@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.kernels import compiled
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.kernels import compiled
 
 
 class Orders(NamedTuple):

@@ -10,9 +10,10 @@ from typing import Annotated, Any, Final, Self
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
-from sagnac.documents import read_toml
-from sagnac.errors import RecordingError, quoted
+from sagnac.core.arrays import FloatArray
+from sagnac.core.documents import read_toml
+from sagnac.core.errors import RecordingError, quoted
+from sagnac.core.units import DEGREE, DEGREE_PER_HOUR
 from sagnac.recording.channel import KINDS, Kind
 from sagnac.rig.encoder import delay_growth
 from sagnac.rig.gyro import dither_of, ring_lasers_of
@@ -37,7 +38,6 @@ from sagnac.rig.sections import (
     overlaid,
 )
 from sagnac.rig.table import table_command
-from sagnac.units import DEGREE, DEGREE_PER_HOUR
 
 _CLEAR_OF_LOCK_IN = 10.0  # lock-in rates that the bias must exceed, so that jitter never locks
 

@@ -8,11 +8,11 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.units import ARCSECOND
 from sagnac.rig import _kernels
 from sagnac.rig.sections import EncoderConfig
 from sagnac.rig.table import RandomStreams, drawn_orders
-from sagnac.units import ARCSECOND
 
 _TURN: Final = 2.0 * math.pi
 _NULL_MARGIN: Final = 8.0  # null errors that a passage keeps clear

@@ -11,13 +11,8 @@ from typing import Final, Self
 import numpy as np
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
-from sagnac.arrays import FloatArray
-from sagnac.rig import _kernels
-from sagnac.rig.own_motion import Mount
-from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
-from sagnac.rig.sections import GYRO_NAMES, AccelerometerConfig, GyroConfig
-from sagnac.rig.table import Motion
-from sagnac.units import (
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import (
     ARCSECOND,
     DEGREE,
     DEGREE_PER_HOUR,
@@ -26,6 +21,11 @@ from sagnac.units import (
     Sensor,
     field_unit,
 )
+from sagnac.rig import _kernels
+from sagnac.rig.own_motion import Mount
+from sagnac.rig.ring_laser import Dither, RingLaser, angle_random_walk, mean_rate
+from sagnac.rig.sections import GYRO_NAMES, AccelerometerConfig, GyroConfig
+from sagnac.rig.table import Motion
 
 # ---- sensor errors -----------------------------------------------------------------
 

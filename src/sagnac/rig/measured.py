@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Self
 
+from sagnac.core.units import SENSED, SENSORS, UNITS, Sensor, field_unit
 from sagnac.rig.gyro import SENSOR_KEYS
 from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
-from sagnac.units import SENSED, SENSORS, UNITS, Sensor, field_unit
 
 # Errors whose coefficients are measured.
 _MEASURED: Final = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")

@@ -12,11 +12,11 @@ from typing import Self
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.core.units import ARCSECOND
 from sagnac.rig import _kernels
 from sagnac.rig.sections import GYRO_NAMES, DisturbancesConfig, MotionConfig, Pairs
 from sagnac.rig.table import Motion, Oscillator
-from sagnac.units import ARCSECOND
 
 # ---- own motion --------------------------------------------------------------------
 

@@ -46,10 +46,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
-from sagnac.arrays import FloatArray
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import ARCSECOND, DEGREE
 from sagnac.rig import _kernels
 from sagnac.rig.sections import DitherConfig, GyroConfig
-from sagnac.units import ARCSECOND, DEGREE
 
 # Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
 _RANDOM_ENOUGH: Final = 3.0  # rad: a correlation of 1 %

@@ -12,10 +12,10 @@ from difflib import get_close_matches
 from functools import cache
 from typing import Annotated, Any, Final, Literal, get_args, get_origin, get_type_hints
 
-from sagnac.arrays import FloatArray
-from sagnac.errors import quoted
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import quoted
+from sagnac.core.units import DEGREE
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
-from sagnac.units import DEGREE
 
 # ---- validation --------------------------------------------------------------------
 

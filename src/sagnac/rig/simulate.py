@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import formats
-from sagnac.arrays import BooleanArray, FloatArray
-from sagnac.errors import quoted
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.errors import quoted
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, UNITS, Sensor, Unit, unit_of
 from sagnac.formats import arrow
 from sagnac.formats.csv import write_euroc
 from sagnac.formats.files import replacing_set
@@ -44,7 +45,6 @@ from sagnac.rig.ring_laser import DitherMotion
 from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES, AccelerometerConfig, GyroConfig
 from sagnac.rig.table import Motion, Table, fastest_rate, random_streams, table_command
 from sagnac.rig.truth import Truth, truth_of
-from sagnac.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, UNITS, Sensor, Unit, unit_of
 
 BLOCK_SAMPLES: Final = 65_536
 

@@ -13,10 +13,10 @@ from typing import Any, Final, Protocol, Self
 import numpy as np
 import scipy.linalg
 
-from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.units import ARCSECOND, DEGREE
 from sagnac.rig import _kernels
 from sagnac.rig.sections import Pairs, TableConfig
-from sagnac.units import ARCSECOND, DEGREE
 
 # ---- streams -----------------------------------------------------------------------
 

@@ -7,7 +7,8 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from sagnac.arrays import ComplexArray, FloatArray
+from sagnac.core.arrays import ComplexArray, FloatArray
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import delay_growth, delay_walk
 from sagnac.rig.gyro import dither_of, ring_lasers_of
@@ -15,7 +16,6 @@ from sagnac.rig.own_motion import Disturbances, LineSet, nutation_walk
 from sagnac.rig.ring_laser import angle_random_walk, dither_frequency, folded, left_of
 from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
 from sagnac.rig.table import TableCommand, random_streams, table_command
-from sagnac.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
 TRUTH_SCHEMA: Final = "sagnac.truth/1"

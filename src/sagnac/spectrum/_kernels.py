@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import ComplexArray, FloatArray
-from sagnac.kernels import compiled
+from sagnac.core.arrays import ComplexArray, FloatArray
+from sagnac.core.kernels import compiled
 
 # Coefficients of a polynomial in a table: known here, the loops over them are unrolled.
 TERMS: Final = 8

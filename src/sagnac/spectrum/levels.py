@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from scipy.special import betainc, gammaincinv
 
-from sagnac.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.spectrum.periodogram import CELL, band_degrees_of_freedom
 from sagnac.spectrum.power_laws import running_median
 from sagnac.spectrum.tapered import Cells, TaperedSpectrum, smoothed_law

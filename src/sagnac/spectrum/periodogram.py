@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 from scipy.fft import rfft
 
-from sagnac.arrays import BLOCK, FloatArray, IntegerArray, elementwise, release
+from sagnac.core.arrays import BLOCK, FloatArray, IntegerArray, elementwise, release
 from sagnac.spectrum import _kernels, transforms
 from sagnac.spectrum.transforms import power_spectrum, transform_length
 

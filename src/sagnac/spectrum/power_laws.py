@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from scipy.optimize import nnls
 
-from sagnac.arrays import FloatArray, IntegerArray, blocks, empty, release
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, release
 from sagnac.spectrum import _kernels
 
 # ---- median ------------------------------------------------------------------------

@@ -15,8 +15,8 @@ from typing import Any, Final
 import numpy as np
 import scipy.fft
 
-from sagnac.arrays import BLOCK, ComplexArray, FloatArray, blocks
-from sagnac.errors import MissingExtra
+from sagnac.core.arrays import BLOCK, ComplexArray, FloatArray, blocks
+from sagnac.core.errors import MissingExtra
 from sagnac.spectrum import _kernels
 from sagnac.spectrum.transforms import THREADS, TONE_WIDTH
 

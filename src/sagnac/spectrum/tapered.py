@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len
 
-from sagnac.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty
+from sagnac.core.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty
 from sagnac.spectrum.periodogram import (
     CELL,
     FINE,

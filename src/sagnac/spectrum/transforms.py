@@ -20,8 +20,8 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from sagnac import arrays
-from sagnac.arrays import ComplexArray, FloatArray, block_length, blocks, empty, mapped
+from sagnac.core import arrays
+from sagnac.core.arrays import ComplexArray, FloatArray, block_length, blocks, empty, mapped
 
 # ---- scratch -----------------------------------------------------------------------
 

@@ -5,8 +5,8 @@
 
 import numpy as np
 
-from sagnac.arrays import FloatArray, IntegerArray
-from sagnac.kernels import compiled
+from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.kernels import compiled
 
 # Sums may be reordered into vector lanes, but a NaN stays a NaN and no division is guessed.
 _REORDER = {"reassoc", "contract"}

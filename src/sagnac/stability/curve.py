@@ -51,8 +51,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from sagnac.arrays import FloatArray, pandas_for
-from sagnac.errors import Note, require_choice, require_confidence
+from sagnac.core.arrays import FloatArray, pandas_for
+from sagnac.core.errors import Note, require_choice, require_confidence
 from sagnac.recording.channel import Kind, numbers, require_rate
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of

@@ -32,8 +32,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray, IntegerArray, blocks, release
-from sagnac.errors import Note, require_choice
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, release
+from sagnac.core.errors import Note, require_choice
 from sagnac.stability import Estimator, _kernels
 from sagnac.stability.freedom import (
     THEO1_EFFECTIVE,

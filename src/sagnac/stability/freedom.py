@@ -19,7 +19,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
+from sagnac.core.arrays import FloatArray
 
 # ---- laws --------------------------------------------------------------------------
 

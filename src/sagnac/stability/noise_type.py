@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincinv
 
-from sagnac.arrays import FloatArray
-from sagnac.errors import Note
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import Note
 from sagnac.stability import Estimator
 from sagnac.stability.estimators import Properties, properties_of
 from sagnac.stability.sums import Track

@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray, IntegerArray, blocks, elementwise, empty, every, mean
-from sagnac.errors import Note, RecordingError, rounded
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, empty, every, mean
+from sagnac.core.errors import Note, RecordingError, rounded
 from sagnac.recording.model import Kind
 from sagnac.recording.stamps import Places, Tally
 from sagnac.stability import Estimator, Gaps, _kernels

@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import FloatArray
-from sagnac.kernels import compiled
+from sagnac.core.arrays import FloatArray
+from sagnac.core.kernels import compiled
 
 # Even angles of a turn, a power of two, whose cosine and sine are known. With five terms of each
 # series the remainder half a step away is (pi / _POINTS)^6 / 6!: below 1e-16.

@@ -19,7 +19,8 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac.arrays import FloatArray, blocks, elementwise, empty
+from sagnac.core.arrays import FloatArray, blocks, elementwise, empty
+from sagnac.core.units import ARCSECOND
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
     LARGEST_EARTH_RATE,
@@ -28,7 +29,6 @@ from sagnac.table.kinematics import (
     sine_cosine_integrals,
 )
 from sagnac.table.whitened import Whitened, whitened
-from sagnac.units import ARCSECOND
 
 # Time over which rates are taken for the shares, s.
 _SHARE_INTERVAL: Final = 1.0

@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.arrays import FloatArray
-from sagnac.units import EARTH_RATE
+from sagnac.core.arrays import FloatArray
+from sagnac.core.units import EARTH_RATE
 
 NOMINAL_SHARE: Final = 1.0 / math.sqrt(3.0)
 _UNIT_NORM_TOLERANCE = 1e-9

@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, ComplexArray, FloatArray, block_length, blocks
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, block_length, blocks
+from sagnac.core.units import EARTH_RATE
 from sagnac.recording.channel import require_rate
 from sagnac.spectrum.sums import HIGHEST, angle_series
 from sagnac.table import _kernels
-from sagnac.units import EARTH_RATE
 
 # ---- earth -------------------------------------------------------------------------
 

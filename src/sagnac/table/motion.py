@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 import scipy.linalg.lapack
 
-from sagnac.arrays import FloatArray, blocks, empty
+from sagnac.core.arrays import FloatArray, blocks, empty
 from sagnac.table.kinematics import (
     LARGEST_EARTH_RATE,
     Kinematics,

@@ -12,8 +12,17 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sagnac.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, every, extent
-from sagnac.errors import RecordingError
+from sagnac.core.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    elementwise,
+    every,
+    extent,
+)
+from sagnac.core.errors import RecordingError
+from sagnac.core.units import ARCSECOND
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
@@ -25,7 +34,6 @@ from sagnac.table.kinematics import (
     highest_harmonic,
 )
 from sagnac.table.whitened import Whitened, whitened
-from sagnac.units import ARCSECOND
 
 # ---- turns -------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.fft import fft
 from scipy.optimize import nnls
 
-from sagnac.arrays import FloatArray, IntegerArray
+from sagnac.core.arrays import FloatArray, IntegerArray
 
 # Rounds in which noise and coefficients are fitted in turn.
 _ROUNDS: Final = 6

@@ -1,0 +1,370 @@
+"""Array types that every room shares, memory of long arrays, and data frames.
+
+A long array of float64 is mapped from a scratch file without a name, which vanishes with it; it
+reads and writes like any other. Scratch files lie in the folder for temporary files (``TMPDIR``).
+A loop over a long array goes by `blocks`, which give the memory of what they went through back.
+"""
+
+import importlib
+import mmap
+import os
+import tempfile
+import weakref
+from collections.abc import Callable, Iterator
+from typing import IO, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sagnac.core.errors import MissingExtra
+
+FloatArray = NDArray[np.float64]
+IntegerArray = NDArray[np.int64]
+BooleanArray = NDArray[np.bool_]
+ComplexArray = NDArray[np.complex128]
+
+# Eight million samples are 64 MiB an array, and a search holds some ten.
+IN_MEMORY: Final = 2**23
+# A block of a quarter million samples is 2 MiB: it stays in cache. Blocks come one after another:
+# two threads that shared them took a quarter more processor time and no less time in all
+# (two-hour recordings, three presets and methods).
+BLOCK: Final = 2**18
+# Blocks read or written before their memory is given back.
+_RELEASE_EVERY: Final = 4
+# Places that are read at once.
+_PLACES: Final = 8
+
+
+# --- memory -----------------------------------------------------------------------------------
+
+
+class _Scratch(mmap.mmap):
+    """A mapping made here. Releasing somebody else's private mapping would lose what it holds."""
+
+
+_scratches: weakref.WeakValueDictionary[int, _Scratch] = weakref.WeakValueDictionary()
+
+
+def empty(size: int) -> FloatArray:
+    """An array of `size` samples to be filled, in memory or mapped.
+
+    Raises
+    ------
+    OSError
+        If the disk that holds scratch files is full.
+
+    Examples
+    --------
+    >>> empty(3).shape
+    (3,)
+    """
+    if size <= IN_MEMORY:
+        return np.empty(size)
+    with tempfile.TemporaryFile(prefix="sagnac-") as file:
+        if hasattr(os, "posix_fallocate"):
+            # A full disk is an error here and now, not a signal at the first write.
+            os.posix_fallocate(file.fileno(), 0, 8 * size)
+        else:
+            file.truncate(8 * size)
+        return mapped(file, size)
+
+
+def mapped(file: IO[bytes], size: int) -> FloatArray:
+    """The first `size` samples of a scratch file, which may then be closed, as an array."""
+    scratch = _Scratch(file.fileno(), 8 * size)
+    _scratches[id(scratch)] = scratch
+    return np.frombuffer(scratch, dtype=np.float64)
+
+
+def is_mapped(values: NDArray[Any]) -> bool:
+    """Whether an array, or the one that it is a view of, was mapped here."""
+    owner: object = values
+    while isinstance(owner, np.ndarray):
+        owner = owner.base
+    return isinstance(owner, memoryview) and isinstance(owner.obj, _Scratch)
+
+
+def release() -> None:
+    """Give back the memory of all mapped arrays; their values stay in their files."""
+    # Not every system takes advice; there the pages go when memory is short.
+    if hasattr(mmap, "MADV_DONTNEED"):
+        # A list: another thread may map more meanwhile.
+        for reference in _scratches.valuerefs():
+            scratch = reference()
+            if scratch is not None:
+                scratch.madvise(mmap.MADV_DONTNEED)
+
+
+def block_length(multiple: int = 1) -> int:
+    """Samples in a block that is a multiple of this."""
+    return multiple * max(1, BLOCK // multiple)
+
+
+def blocks(
+    stop: int, length: int | None = None, *, start: int = 0, multiple: int = 1
+) -> Iterator[slice]:
+    """Slices from `start` to `stop`; memory is given back on the way and at the end.
+
+    Parameters
+    ----------
+    stop
+        Samples in all.
+    length
+        Samples in a slice, `BLOCK` unless stated; the last is the rest.
+    start
+        First sample.
+    multiple
+        Unless the length is stated, it is a multiple of this.
+
+    Examples
+    --------
+    >>> list(blocks(5, 2))
+    [slice(0, 2, None), slice(2, 4, None), slice(4, 5, None)]
+    """
+    length = length or block_length(multiple)
+    try:
+        for number, first in enumerate(range(start, stop, length), start=1):
+            yield slice(first, min(first + length, stop))
+            if number % _RELEASE_EVERY == 0:
+                release()
+    finally:
+        release()
+
+
+class Filling:
+    """An array that is filled from its first sample on, piece by piece.
+
+    The memory of what was filled is given back after each piece.
+
+    Parameters
+    ----------
+    size
+        Samples that there is room for.
+
+    Examples
+    --------
+    >>> filling = Filling(5)
+    >>> filling.append(np.array([1, 2]))
+    >>> filling.append(np.array([3, 4]))
+    >>> filling.filled
+    array([1., 2., 3., 4.])
+    """
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+        self._samples = 0
+        self._array: FloatArray | None = None
+
+    def append(self, values: NDArray[Any]) -> None:
+        """Add (samples,) values of any numeric type.
+
+        An array that fills the whole by itself is taken over, not copied, if it is one of
+        float64 that may be written to and is short enough to lie in memory.
+
+        Raises
+        ------
+        ValueError
+            If there is no room for them.
+        """
+        if values.size > self._size - self._samples:
+            raise ValueError(
+                f"{values.size} values follow {self._samples}; there is room for {self._size}"
+            )
+        if self._is_whole(values):
+            self._array = values
+        else:
+            self._room()[self._samples : self._samples + values.size] = values
+            release()
+        self._samples += values.size
+
+    @property
+    def filled(self) -> FloatArray:
+        """The values so far, a view."""
+        return self._room()[: self._samples]
+
+    def _is_whole(self, values: NDArray[Any]) -> bool:
+        return (
+            values.size == self._size <= IN_MEMORY
+            and values.dtype == np.float64
+            and values.flags.writeable
+            and values.flags.c_contiguous
+        )
+
+    def _room(self) -> FloatArray:
+        if self._array is None:
+            self._array = empty(self._size)
+        return self._array
+
+
+# --- whole arrays -----------------------------------------------------------------------------
+
+
+def extent(values: FloatArray) -> tuple[float, float]:
+    """Smallest and largest value; NaN where there is one among them.
+
+    Raises
+    ------
+    ValueError
+        If there is no value.
+
+    Examples
+    --------
+    >>> extent(np.array([1.0, 6.0, 2.0]))
+    (1.0, 6.0)
+    """
+    ends = [(values[block].min(), values[block].max()) for block in blocks(values.size)]
+    return float(np.min(ends)), float(np.max(ends))
+
+
+def mean(values: FloatArray) -> float:
+    """Mean value.
+
+    Raises
+    ------
+    ZeroDivisionError
+        If there is no value.
+
+    Examples
+    --------
+    >>> mean(np.array([1.0, 2.0, 6.0]))
+    3.0
+    """
+    return sum(float(values[block].sum()) for block in blocks(values.size)) / values.size
+
+
+def square(values: FloatArray) -> float:
+    """Sum of the squared values.
+
+    Examples
+    --------
+    >>> square(np.array([1.0, 2.0, 6.0]))
+    41.0
+    """
+    return sum(float(values[block] @ values[block]) for block in blocks(values.size))
+
+
+def is_finite(values: FloatArray) -> bool:
+    """Whether every value is a number, none of them infinite.
+
+    Examples
+    --------
+    >>> is_finite(np.array([1.0, np.nan]))
+    False
+    """
+    return all(np.isfinite(values[block]).all() for block in blocks(values.size))
+
+
+def differences(values: FloatArray) -> FloatArray:
+    """Each value less the one before, one fewer.
+
+    Examples
+    --------
+    >>> differences(np.array([1.0, 2.0, 6.0]))
+    array([1., 4.])
+    """
+    result = empty(max(values.size - 1, 0))
+    for block in blocks(result.size):
+        later = values[block.start + 1 : block.stop + 1]
+        np.subtract(later, values[block], out=result[block])
+    return result
+
+
+def elementwise(
+    operation: Callable[..., NDArray[Any]],
+    values: NDArray[Any],
+    *others: NDArray[Any] | float,
+    out: FloatArray | None = None,
+) -> FloatArray:
+    """An operation on values and numbers, or on values and others, one by one.
+
+    Parameters
+    ----------
+    operation
+        A ufunc, or what acts on arrays alike.
+    values
+        (samples,)
+    others
+        (samples,) or a number, each.
+    out
+        (samples,) that the results go to, which may be one of the arrays; a new array unless given.
+
+    Examples
+    --------
+    >>> elementwise(np.subtract, np.array([1, 2, 6]), 1.0)
+    array([0., 1., 5.])
+    """
+    result = empty(values.size) if out is None else out
+    for block in blocks(values.size):
+        here = (other[block] if isinstance(other, np.ndarray) else other for other in others)
+        # Single precision times a number would stay single.
+        result[block] = operation(np.asarray(values[block], dtype=np.float64), *here)
+    return result
+
+
+def every(values: FloatArray, step: int) -> FloatArray:
+    """Copy of every `step`-th value, from the first.
+
+    Examples
+    --------
+    >>> every(np.arange(7.0), 3)
+    array([0., 3., 6.])
+    """
+    result = empty(-(-values.size // step))
+    for block in blocks(result.size, -(-BLOCK // step)):
+        result[block] = values[block.start * step : block.stop * step : step]
+    return result
+
+
+def values_at(values: FloatArray, places: IntegerArray) -> FloatArray:
+    """Copies of the values at places, (places, ...), which may lie all over a long array.
+
+    A page that is read may bring two megabytes around it with it into memory.
+
+    Examples
+    --------
+    >>> values_at(np.array([1.0, 2.0, 6.0]), np.array([[0, 1], [1, 2]]))
+    array([[1., 2.],
+           [2., 6.]])
+    """
+    if not is_mapped(values):
+        return values[places]
+    result = np.empty(places.shape)
+    for some in blocks(places.shape[0], _PLACES):
+        result[some] = values[places[some]]
+    return result
+
+
+# --- data frames ------------------------------------------------------------------------------
+
+
+def pandas_for(purpose: str) -> Any:
+    """The pandas module, imported where it is needed.
+
+    Parameters
+    ----------
+    purpose
+        What needs it, for the error: ``a curve as a data frame``.
+
+    Raises
+    ------
+    MissingExtra
+        If pandas is not installed.
+    """
+    try:
+        return importlib.import_module("pandas")
+    except ImportError:
+        raise MissingExtra(purpose, "pandas", "frames") from None
+
+
+def xarray_for(purpose: str) -> Any:
+    """The xarray module, imported where it is needed: see `pandas_for`.
+
+    Raises
+    ------
+    MissingExtra
+        If xarray is not installed.
+    """
+    try:
+        return importlib.import_module("xarray")
+    except ImportError:
+        raise MissingExtra(purpose, "xarray", "frames") from None

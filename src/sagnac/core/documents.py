@@ -1,0 +1,233 @@
+"""Documents against their schema: the TOML of a user, and JSON that this package wrote."""
+
+import json
+import math
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+import fastjsonschema
+
+from sagnac.core.errors import RecordingError, quoted
+
+ANALYSIS: Final = "sagnac.analysis/1"
+ANALYSES: Final = "sagnac.analyses/1"
+Schema = Mapping[str, Any]
+
+# Values of a key of a TOML: JSON schema, with what to do about a wrong one for description.
+ANY: Final[Schema] = {}
+NUMBER: Final[Schema] = {"type": "number", "description": "give a number"}
+TEXT: Final[Schema] = {"type": "string", "description": "give text"}
+TEXTS: Final[Schema] = {
+    "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
+    "description": "give text, or a list of it",
+}
+_REMEDY: Final = "give the analysis.json that an analysis wrote, as it wrote it"
+
+
+def table(keys: Mapping[str, Schema], needed: Iterable[str] = ()) -> Schema:
+    """Schema of a table of a TOML that has these keys and no others; some may be `needed`."""
+    return {
+        "type": "object",
+        "properties": dict(keys),
+        "additionalProperties": False,
+        "required": list(needed),
+        "description": "give a table",
+    }
+
+
+def one_of(choices: Iterable[str]) -> Schema:
+    """Schema of a text that is one of a few."""
+    listed = list(choices)
+    return {"enum": listed, "description": f"use one of {', '.join(listed)}"}
+
+
+def read_toml(path: Path, schema: Schema = ANY) -> dict[str, Any]:
+    """Content of a TOML that keeps its schema.
+
+    Raises
+    ------
+    ValueError
+        If it is no TOML or breaks the schema: which key, what is wrong, and what to do. The message
+        does not name the file.
+    OSError
+        If it cannot be read.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"is no TOML: {_reason(error)}") from None
+    keep(schema, content)
+    return content
+
+
+def keep(schema: Schema, content: Any) -> None:
+    """Hold the content of a table against its schema.
+
+    Raises
+    ------
+    ValueError
+        If it breaks it: which key, what is wrong, and what to do.
+
+    Examples
+    --------
+    >>> keep(table({"risk": NUMBER}), {"risk": "low"})
+    Traceback (most recent call last):
+        ...
+    ValueError: risk is 'low'; give a number
+    """
+    try:
+        fastjsonschema.compile(dict(schema), use_default=False)(content)
+    except fastjsonschema.JsonSchemaValueException as error:
+        rule, found = error.definition, error.value
+        known = rule.get("properties", {})
+        # A key that is misspelt is better named than missed.
+        unknown = sorted(set(found) - set(known)) if known and isinstance(found, dict) else []
+        if unknown:
+            said = f"{unknown[0]!r} is not known; use {', '.join(known)}"
+        elif error.rule == "required":
+            lacking = next(key for key in rule["required"] if key not in found)
+            said = f"{lacking} is not stated; {known[lacking]['description']}"
+        else:
+            said = f"{'.'.join(error.path[1:])} is {quoted(found)}; {rule['description']}"
+        raise ValueError(said) from None
+
+
+def finite(value: Any) -> Any:
+    """The same tree with None for every NaN and infinity (JSON has neither)."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: finite(item) for key, item in value.items()}
+    return [finite(item) for item in value] if isinstance(value, list) else value
+
+
+class Documented(Protocol):
+    """Anything with a document of schema ``sagnac.analysis/1``: an analysis."""
+
+    def to_json(self) -> str:
+        """The document."""
+        ...
+
+
+def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:
+    """The analyses in an ``analysis.json``, in a document of several, or in a folder of such files.
+
+    Parameters
+    ----------
+    source
+        A path, or the text of a document.
+
+    Returns
+    -------
+    tuple of Mapping
+        Each of schema ``sagnac.analysis/1`` (``analysis-1.schema.json`` of this package). The
+        accelerometers that stand beside several go with the first.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read, is no JSON, or breaks the schema: where, and what is expected.
+    """
+    if isinstance(source, Path) and source.is_dir():
+        return tuple(one for file in documents_of(source) for one in read_analyses(file))
+    path = source if isinstance(source, Path) else Path("text")
+    content = _json(path, None if isinstance(source, Path) else source)
+    schema = content.get("schema") if isinstance(content, dict) else None
+    if schema == ANALYSES:
+        several = content.get("analyses")
+        if not isinstance(several, list) or not several:
+            raise RecordingError("holds no analyses", path=str(path), remedy=_REMEDY)
+        beside = {key: content[key] for key in ("accelerometers",) if key in content}
+        if beside and isinstance(several[0], dict):
+            several = [{**several[0], **beside}, *several[1:]]
+        return tuple(_checked(one, path) for one in several)
+    if schema != ANALYSIS:
+        raise RecordingError(f"is no document of schema {ANALYSIS}", path=str(path), remedy=_REMEDY)
+    return (_checked(content, path),)
+
+
+def documents_of(path: Path) -> tuple[Path, ...]:
+    """A file itself; of a folder its ``analysis.json``, else those of its gyros or recordings.
+
+    Raises
+    ------
+    RecordingError
+        If a folder holds none.
+    """
+    if not path.is_dir():
+        return (path,)
+    for pattern in ("analysis.json", "*/analysis.json", "reports/*/analysis.json"):
+        found = tuple(sorted(path.glob(pattern)))
+        if found:
+            return found
+    raise RecordingError(
+        "holds no analysis.json",
+        path=str(path),
+        remedy="give the folder that an analysis wrote, or that of a campaign",
+    )
+
+
+def check_analysis(document: object) -> None:
+    """Hold a document against the schema ``sagnac.analysis/1``.
+
+    Raises
+    ------
+    ValueError
+        If it breaks it: where, and what is expected.
+    """
+    try:
+        _validator()(document)
+    except fastjsonschema.JsonSchemaValueException as error:
+        said = error.message.removeprefix("data.").split(" definition", 1)[0]
+        if error.rule == "anyOf":
+            said = f"{'.'.join(error.path[1:])} is {quoted(error.value)}, which it does not allow"
+        raise ValueError(said) from None
+
+
+def _json(path: Path, text: str | None) -> Any:
+    try:
+        text = path.read_text(encoding="utf-8") if text is None else text
+        return json.loads(text, parse_constant=_refused)
+    except OSError as error:
+        raise RecordingError(
+            f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
+        ) from None
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(
+            f"is no JSON: {_reason(error)}", path=str(path), remedy=_REMEDY
+        ) from None
+
+
+def _reason(error: Exception) -> str:
+    """Why a text cannot be parsed, in one line; in words of our own if Python's are not plain."""
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start + 1} is none of UTF-8"
+    if isinstance(error, RecursionError):
+        return "it is nested too deep"
+    return " ".join(str(error).split())
+
+
+def _refused(name: str) -> float:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _checked(document: Any, path: Path) -> Mapping[str, Any]:
+    try:
+        check_analysis(document)
+    except ValueError as error:
+        raise RecordingError(
+            f"breaks its schema {ANALYSIS}: {error}", path=str(path), remedy=_REMEDY
+        ) from None
+    found: Mapping[str, Any] = document
+    return found
+
+
+@cache
+def _validator() -> Callable[[object], object]:
+    schema = json.loads(files("sagnac").joinpath("analysis-1.schema.json").read_text("utf-8"))
+    compiled: Callable[[object], object] = fastjsonschema.compile(schema, use_default=False)
+    return compiled

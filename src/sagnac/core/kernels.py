@@ -1,0 +1,107 @@
+"""Compiled loops: cached between runs if there is anywhere to cache them, else compiled anew.
+
+And products of matrices by one thread.
+"""
+
+import warnings
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import cache
+from typing import Any, Final, TypeVar
+
+import numba
+from threadpoolctl import ThreadpoolController
+
+from sagnac.core.errors import Note
+
+# Names of loops that could not be kept for the next run.
+_NOT_KEPT: Final[set[str]] = set()
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def compiled(**options: Any) -> Callable[[_Function], _Function]:
+    """Compile a loop at its first call.
+
+    Without a folder that may be written to (an installation of somebody else's, no home) nothing
+    is cached. A cache that is damaged is not used, and is written anew. While a loop runs, other
+    threads of the caller, a window that shows progress, go on.
+
+    Parameters
+    ----------
+    **options
+        Of `numba.njit`: ``fastmath``, ``error_model``, ``inline``.
+    """
+
+    def decorate(function: _Function) -> _Function:
+        loop: _Function
+        try:
+            loop = numba.njit(cache=True, nogil=True, **options)(function)
+        except RuntimeError:
+            # There is no folder to cache in.
+            _NOT_KEPT.add(function.__qualname__)
+            loop = numba.njit(cache=False, nogil=True, **options)(function)
+            return loop
+        if loop is function:
+            # NUMBA_DISABLE_JIT: it stays an interpreted loop, with nothing to cache.
+            return loop
+        _guard(loop)
+        return loop
+
+    return decorate
+
+
+# Looks through all libraries of the process, once they are loaded.
+_libraries: Final = cache(ThreadpoolController)
+
+
+def one_thread() -> AbstractContextManager[Any]:
+    """Inside, products of matrices are of one thread.
+
+    Many are small, a few large: threads would spend their time waiting for each other.
+    """
+    limited: AbstractContextManager[Any] = _libraries().limit(limits=1, user_api="blas")
+    return limited
+
+
+def cache_notes() -> tuple[Note, ...]:
+    """That compiled loops are lost with this process, if any of those used so far is."""
+    if not _NOT_KEPT:
+        return ()
+    text = (
+        "compiled loops are not kept, since no folder for them may be written to: every run "
+        "compiles them anew, which takes five seconds and more; name a folder in "
+        "NUMBA_CACHE_DIR"
+    )
+    return (Note(text=text),)
+
+
+def _guard(loop: Any) -> None:
+    """Let a cache that cannot be read or written cost a compilation, not the run."""
+    cache = loop._cache
+    load, save = cache.load_overload, cache.save_overload
+
+    def guarded_load(*arguments: Any) -> Any:
+        try:
+            return load(*arguments)
+        except Exception:
+            _forget(cache)
+            return None
+
+    def guarded_save(*arguments: Any) -> None:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                save(*arguments)
+        except Exception:
+            _NOT_KEPT.add(loop.__qualname__)
+            _forget(cache)
+
+    cache.load_overload, cache.save_overload = guarded_load, guarded_save
+
+
+def _forget(cache: Any) -> None:
+    try:
+        cache.flush()
+    except OSError:
+        return

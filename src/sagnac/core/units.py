@@ -1,0 +1,406 @@
+"""Every unit, once: the one module that converts between the field's units and SI.
+
+Inside the package every angle is in rad, every rate in rad/s and every time in s.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+from sagnac.core.errors import quoted, require_choice
+
+EARTH_RATE: Final = 7.292115e-5
+"""Earth rate, rad/s, sidereal (WGS 84)."""
+
+Quantity = Literal[
+    "angle",
+    "rate",
+    "time",
+    "angle random walk",
+    "rate random walk",
+    "rate ramp",
+    "velocity",
+    "acceleration",
+    "velocity random walk",
+    "acceleration random walk",
+    "acceleration ramp",
+]
+QUANTITIES: Final[tuple[Quantity, ...]] = get_args(Quantity)
+Sensor = Literal["gyro", "accelerometer"]
+SENSORS: Final[tuple[Sensor, ...]] = get_args(Sensor)
+
+ARCSECOND: Final = math.pi / 648_000.0
+DEGREE: Final = math.pi / 180.0
+HOUR: Final = 3600.0
+STANDARD_GRAVITY: Final = 9.80665  # m/s^2 in one g, by definition (CGPM 1901)
+_MILLI_G: Final = 1e-3 * STANDARD_GRAVITY
+
+# Size of one field unit in SI. A coefficient in SI divided by this is the field's figure.
+DEGREE_PER_ROOT_HOUR: Final = DEGREE / math.sqrt(HOUR)  # angle random walk, rad/sqrt(s)
+DEGREE_PER_HOUR: Final = DEGREE / HOUR  # bias instability, Allan deviation, rad/s
+DEGREE_PER_HOUR_PER_ROOT_HERTZ: Final = DEGREE / HOUR  # rate noise density, rad/s/sqrt(Hz)
+DEGREE_PER_HOUR_PER_ROOT_HOUR: Final = DEGREE / HOUR / math.sqrt(HOUR)  # rate random walk
+DEGREE_PER_HOUR_PER_HOUR: Final = DEGREE / HOUR / HOUR  # rate ramp, rad/s^2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unit:
+    """One unit.
+
+    Attributes
+    ----------
+    name
+        As a program writes it: ``deg/sqrt(h)``.
+    symbol
+        As a person reads it: ``°/√h``.
+    quantity
+        What it is a unit of: one of `QUANTITIES`.
+    size
+        SI size of one.
+
+    Raises
+    ------
+    ValueError
+        If the quantity is none of these or the size is not a finite number above zero.
+    """
+
+    name: str
+    symbol: str
+    quantity: Quantity
+    size: float
+
+    def __post_init__(self) -> None:
+        require_choice("quantity", self.quantity, QUANTITIES)
+        if not (math.isfinite(self.size) and self.size > 0.0):
+            raise ValueError(f"size is {quoted(self.size)}; give a finite number above zero")
+
+    def __str__(self) -> str:
+        return self.name
+
+
+_TABLE: Final[tuple[tuple[Quantity, str, str, float], ...]] = (
+    ("angle", "rad", "rad", 1.0),
+    ("angle", "mrad", "mrad", 1e-3),
+    ("angle", "urad", "µrad", 1e-6),
+    ("angle", "deg", "°", DEGREE),
+    ("angle", "arcmin", "′", 60.0 * ARCSECOND),
+    ("angle", "arcsec", "″", ARCSECOND),
+    ("angle", "mas", "mas", 1e-3 * ARCSECOND),
+    ("angle", "rev", "rev", 2.0 * math.pi),
+    ("rate", "rad/s", "rad/s", 1.0),
+    ("rate", "deg/s", "°/s", DEGREE),
+    ("rate", "deg/h", "°/h", DEGREE_PER_HOUR),
+    ("rate", "arcsec/s", "″/s", ARCSECOND),
+    ("rate", "mdeg/s", "m°/s", 1e-3 * DEGREE),
+    ("rate", "mrad/s", "mrad/s", 1e-3),
+    ("rate", "urad/s", "µrad/s", 1e-6),
+    ("time", "s", "s", 1.0),
+    ("time", "ms", "ms", 1e-3),
+    ("time", "us", "µs", 1e-6),
+    ("time", "ns", "ns", 1e-9),
+    ("time", "min", "min", 60.0),
+    ("time", "h", "h", HOUR),
+    ("angle random walk", "deg/sqrt(h)", "°/√h", DEGREE_PER_ROOT_HOUR),
+    ("angle random walk", "deg/h/sqrt(Hz)", "°/h/√Hz", DEGREE_PER_HOUR_PER_ROOT_HERTZ),
+    ("angle random walk", "deg/s/sqrt(Hz)", "°/s/√Hz", DEGREE),
+    ("angle random walk", "rad/s/sqrt(Hz)", "rad/s/√Hz", 1.0),
+    ("angle random walk", "rad/sqrt(s)", "rad/√s", 1.0),
+    ("rate random walk", "deg/h/sqrt(h)", "°/h/√h", DEGREE_PER_HOUR_PER_ROOT_HOUR),
+    ("rate random walk", "rad/s/sqrt(s)", "rad/s/√s", 1.0),
+    ("rate ramp", "deg/h/h", "°/h/h", DEGREE_PER_HOUR_PER_HOUR),
+    ("rate ramp", "rad/s^2", "rad/s²", 1.0),
+    ("velocity", "m/s", "m/s", 1.0),
+    ("velocity", "mm/s", "mm/s", 1e-3),
+    ("velocity", "um/s", "µm/s", 1e-6),
+    ("velocity", "ug*s", "µg·s", 1e-6 * STANDARD_GRAVITY),
+    ("acceleration", "m/s^2", "m/s²", 1.0),
+    ("acceleration", "g", "g", STANDARD_GRAVITY),
+    ("acceleration", "mg", "mg", _MILLI_G),
+    ("acceleration", "ug", "µg", 1e-6 * STANDARD_GRAVITY),
+    ("velocity random walk", "m/s/sqrt(h)", "m/s/√h", 1.0 / math.sqrt(HOUR)),
+    ("velocity random walk", "ug/sqrt(Hz)", "µg/√Hz", 1e-6 * STANDARD_GRAVITY),
+    ("velocity random walk", "m/s^2/sqrt(Hz)", "m/s²/√Hz", 1.0),
+    ("acceleration random walk", "mg/sqrt(h)", "mg/√h", _MILLI_G / math.sqrt(HOUR)),
+    ("acceleration random walk", "m/s^2/sqrt(s)", "m/s²/√s", 1.0),
+    ("acceleration ramp", "mg/h", "mg/h", _MILLI_G / HOUR),
+    ("acceleration ramp", "m/s^3", "m/s³", 1.0),
+)
+UNITS: Final[dict[str, Unit]] = {
+    name: Unit(name=name, symbol=symbol, quantity=quantity, size=size)
+    for quantity, name, symbol, size in _TABLE
+}
+
+
+def sizes(quantity: Quantity) -> dict[str, float]:
+    """Name -> SI size of every unit of a quantity.
+
+    Raises
+    ------
+    ValueError
+        If `quantity` is none of `QUANTITIES`.
+    """
+    require_choice("quantity", quantity, QUANTITIES)
+    return {unit.name: unit.size for unit in UNITS.values() if unit.quantity == quantity}
+
+
+ANGLE_UNITS: Final = sizes("angle")
+RATE_UNITS: Final = sizes("rate")
+TIME_UNITS: Final = sizes("time")
+VELOCITY_UNITS: Final = sizes("velocity")
+ACCELERATION_UNITS: Final = sizes("acceleration")
+
+
+def _sized(**units: tuple[str, ...] | Quantity) -> dict[str, dict[str, float]]:
+    """Coefficient -> unit -> size; a quantity stands for all of its units."""
+    return {
+        coefficient: {name: UNITS[name].size for name in names}
+        if isinstance(names, tuple)
+        else sizes(names)
+        for coefficient, names in units.items()
+    }
+
+
+# Every unit a coefficient is written in, the field's own first: the size of one in SI.
+COEFFICIENT_UNITS: Final = _sized(
+    quantization=("arcsec", "deg", "rad"),
+    angle_random_walk="angle random walk",
+    bias_instability=("deg/h", "rad/s"),
+    rate_random_walk="rate random walk",
+    rate_ramp="rate ramp",
+)
+# The same of an accelerometer: what is an angle of a gyro is a velocity of it.
+FORCE_COEFFICIENT_UNITS: Final = _sized(
+    quantization=("mm/s", "m/s"),
+    angle_random_walk="velocity random walk",
+    bias_instability=("mg", "ug", "m/s^2"),
+    rate_random_walk="acceleration random walk",
+    rate_ramp="acceleration ramp",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensed:
+    """Quantity that a kind of sensor measures, names and units of its coefficients.
+
+    Attributes
+    ----------
+    rate, integral
+        Quantity of one sample of kind ``rate``, and of its integral over time.
+    rate_unit, integral_unit
+        The field's unit of each.
+    coefficients
+        Coefficient, by the name that a gyro's has -> unit -> its size; the field's own first.
+    titles
+        The same -> name that the coefficient has.
+    """
+
+    rate: Quantity
+    integral: Quantity
+    rate_unit: str
+    integral_unit: str
+    coefficients: Mapping[str, Mapping[str, float]]
+    titles: Mapping[str, str]
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """Coefficient -> its title as a key of a document."""
+        return {name: title.replace(" ", "_") for name, title in self.titles.items()}
+
+
+SENSED: Final[Mapping[Sensor, Sensed]] = {
+    "gyro": Sensed(
+        rate="rate",
+        integral="angle",
+        rate_unit="deg/h",
+        integral_unit="arcsec",
+        coefficients=COEFFICIENT_UNITS,
+        titles={
+            "quantization": "quantization",
+            "angle_random_walk": "angle random walk",
+            "bias_instability": "bias instability",
+            "rate_random_walk": "rate random walk",
+            "rate_ramp": "rate ramp",
+        },
+    ),
+    "accelerometer": Sensed(
+        rate="acceleration",
+        integral="velocity",
+        rate_unit="mg",
+        integral_unit="m/s",
+        coefficients=FORCE_COEFFICIENT_UNITS,
+        titles={
+            "quantization": "velocity quantization",
+            "angle_random_walk": "velocity random walk",
+            "bias_instability": "bias instability",
+            "rate_random_walk": "acceleration random walk",
+            "rate_ramp": "acceleration ramp",
+        },
+    ),
+}
+
+_ALIASES: Final[dict[str, str]] = {
+    **{
+        alias: name
+        for name, aliases in {
+            "arcsec": ('"', "as", "arcseconds"),
+            "deg": ("degree", "degrees"),
+            "rad": ("radian", "radians"),
+            "rev": ("turn",),
+            "deg/s": ("dps", "deg/sec", "deg s^-1", "°/sec", "°/sek", "grad/s"),
+            "mdeg/s": ("mdps",),
+            "rad/s": ("rad/sec", "rad s^-1", "rad*s^-1"),
+            "deg/h": ("deg/hr", "°/hr", "dph"),
+            "m/s^2": ("m s^-2", "m/s2", "m/s**2", "m/s/s", "m*s^-2"),
+            "mg": ("milli-g",),
+            "ug": ("micro-g",),
+            "s": ("sec", "sek", "second", "seconds"),
+            "ms": ("msec", "milliseconds"),
+            "us": ("usec", "microseconds", "μs"),
+            "ns": ("nsec", "nanoseconds"),
+            "min": ("minutes",),
+            "h": ("hr", "hours"),
+            "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)"),
+            "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)"),
+            "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr/sqrt(hr)"),
+        }.items()
+        for alias in aliases
+    },
+    **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
+}
+_FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")
+_HEADER: Final = re.compile(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*$")
+_IN_PARENTHESES: Final = re.compile(r"\s*(.*?)\s*\(([^()]*)\)\s*$")
+
+
+def canonical(unit: str) -> str:
+    """Name of `unit` as this package writes it; unknown names come back unchanged."""
+    stripped = unit.strip()
+    return _ALIASES.get(stripped, _ALIASES.get(stripped.lower(), stripped))
+
+
+def split_factor(unit: str) -> tuple[float, str]:
+    """Number before a unit, 1 if there is none, and the unit's name.
+
+    Examples
+    --------
+    >>> split_factor("0.1arcsec")
+    (0.1, 'arcsec')
+    >>> split_factor("°/s")
+    (1.0, 'deg/s')
+    """
+    match = _FACTOR.match(unit)
+    if match is None:
+        return 1.0, canonical(unit)
+    return float(match.group(1)), canonical(match.group(2))
+
+
+def split_header(header: str) -> tuple[str, str | None]:
+    """Name of a column and the unit in brackets after it, None if there are none.
+
+    Parentheses count if a unit stands in them.
+
+    Examples
+    --------
+    >>> split_header("rate (deg/s)"), split_header("rate (left)")
+    (('rate', 'deg/s'), ('rate (left)', None))
+    >>> split_header("x[arcsec]")
+    ('x', 'arcsec')
+    >>> split_header("x")
+    ('x', None)
+    """
+    match = _HEADER.match(header)
+    if match is None:
+        match = _IN_PARENTHESES.match(header)
+        if match is not None and split_factor(match.group(2))[1] not in UNITS:
+            match = None
+    if match is None or not match.group(1):
+        return header.strip(), None
+    return match.group(1), match.group(2).strip() or None
+
+
+def unit_of(text: str, quantity: Quantity) -> Unit:
+    """The unit of a quantity that a text names, a number before it included.
+
+    Parameters
+    ----------
+    text
+        ``deg/s``, ``°/s``, ``0.1arcsec``.
+    quantity
+        What it has to be a unit of.
+
+    Raises
+    ------
+    ValueError
+        If it is none; the message lists those there are.
+
+    Examples
+    --------
+    >>> unit_of("dps", "rate").name
+    'deg/s'
+    >>> unit_of("0.5deg", "angle").size == 0.5 * DEGREE
+    True
+    """
+    factor, name = split_factor(text)
+    known = sizes(quantity)
+    if name not in known or not factor > 0.0:
+        raise ValueError(
+            f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
+        )
+    if factor == 1.0:
+        return UNITS[name]
+    return Unit(
+        name=f"{factor:g}{name}",
+        symbol=f"{factor:g} {UNITS[name].symbol}",
+        quantity=quantity,
+        size=factor * known[name],
+    )
+
+
+def sensor_of(unit: str) -> Sensor:
+    """The kind of sensor that a unit is of: ``accelerometer`` for velocities and accelerations.
+
+    Examples
+    --------
+    >>> sensor_of("m/s^2"), sensor_of("0.5mg"), sensor_of("deg/s")
+    ('accelerometer', 'accelerometer', 'gyro')
+    """
+    name = split_factor(unit)[1]
+    is_force = name in VELOCITY_UNITS or name in ACCELERATION_UNITS
+    return "accelerometer" if is_force else "gyro"
+
+
+def field_unit(coefficient: str, sensor: Sensor = "gyro") -> Unit:
+    """The unit that the field writes a coefficient in.
+
+    Raises
+    ------
+    ValueError
+        If there is no coefficient or sensor of that name.
+
+    Examples
+    --------
+    >>> field_unit("angle_random_walk").symbol
+    '°/√h'
+    >>> field_unit("angle_random_walk", "accelerometer").symbol
+    'm/s/√h'
+    """
+    require_choice("sensor", sensor, SENSORS)
+    units = SENSED[sensor].coefficients
+    require_choice("coefficient", coefficient, units)
+    return UNITS[next(iter(units[coefficient]))]
+
+
+def time_scale(unit: str) -> float:
+    """Seconds in one `unit` of time, without a number before it.
+
+    Raises
+    ------
+    ValueError
+        If `unit` is not a unit of time.
+    """
+    name = canonical(unit)
+    if name not in TIME_UNITS:
+        raise ValueError(f"unit {unit!r} is not a unit of time; use one of {', '.join(TIME_UNITS)}")
+    return TIME_UNITS[name]

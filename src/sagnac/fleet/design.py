@@ -1,0 +1,383 @@
+"""Which runs share a unit, a day or a rate, and the variances of these.
+
+REML gives the variances; their fiducial distribution gives intervals that hold at few degrees of
+freedom.
+
+The contrasts of a factor, free of all others, are normal with the covariance
+``G s_k^2 + I s_run^2 + S`` (s_k^2 the variance of the factor, S the known variances), so that
+their squared length in that metric is chi-square with as many degrees of freedom. It falls as s_k^2
+rises; a draw of the chi-square therefore is a draw of s_k^2, given one of s_run^2, which comes
+from the residual contrasts in the same way. In a balanced design these are the generalized pivotal
+quantities of Weerahandi (*J. Am. Stat. Assoc.* 88, 899, 1993), which start from exact chi-squares.
+
+If contrasts happen to be shorter than chance makes them without any s_k^2, most draws are zero,
+and a quantile of them would say that nothing scatters. A bound takes them to be no shorter than in
+the shortest 16 of 100 campaigns without any scatter. So it claims no more than the runs can show
+(power-constrained limits: Cowan et al., arXiv:1105.3166).
+"""
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import minimize
+from scipy.special import chdtri, gammainc
+
+from sagnac.core.arrays import FloatArray
+
+# ---- design ------------------------------------------------------------------------
+
+# Share of a squared length that rounding leaves of a direction that others already span.
+_NOTHING: Final = 1e-10
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Design:
+    """Runs, and the labels that they share.
+
+    Parameters
+    ----------
+    values
+        (runs,) what was measured, on the scale on which effects add.
+    factors
+        By name of the factor, such as ``unit``, the label of each run. Equal labels are the same
+        unit (day, rate). If the third day of one unit has nothing to do with that of another,
+        give the two days two labels.
+    variances
+        (runs,) known variance of each value; zeros if nothing is known.
+    """
+
+    values: FloatArray
+    factors: Mapping[str, tuple[str, ...]]
+    variances: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        values: ArrayLike,
+        factors: Mapping[str, tuple[str, ...]],
+        variances: ArrayLike | None = None,
+    ) -> "Design":
+        """A design of anything that numpy takes for numbers; see the class."""
+        numbers = np.asarray(values, dtype=np.float64)
+        known = np.zeros(numbers.shape) if variances is None else np.asarray(variances, float)
+        return cls(values=numbers, factors=dict(factors), variances=known)
+
+    @cached_property
+    def seen(self) -> tuple[str, ...]:
+        """Factors whose variance the runs can tell from that of the others."""
+        return tuple(name for name in self.factors if self.contrasts(name).shape[1] > 0)
+
+    @cached_property
+    def hidden(self) -> Mapping[str, str]:
+        """The other factors, and why."""
+        reasons = {}
+        for name, labels in self.factors.items():
+            if name in self.seen:
+                continue
+            levels = len(set(labels))
+            if levels < 2:
+                reasons[name] = f"all runs are of one {name}"
+            elif levels == len(labels):
+                reasons[name] = f"no two runs share a {name}, so that it cannot be told from runs"
+            else:
+                reasons[name] = f"its {levels} levels change only together with the other factors"
+        return reasons
+
+    def levels(self, name: str) -> tuple[str, ...]:
+        """Labels of a factor, in order of appearance."""
+        return tuple(dict.fromkeys(self.factors[name]))
+
+    def incidence(self, name: str) -> FloatArray:
+        """(runs, levels) 1 where a run is of a level."""
+        levels = self.levels(name)
+        labels = np.array([levels.index(label) for label in self.factors[name]])
+        return np.asarray(labels[:, np.newaxis] == np.arange(len(levels)), dtype=np.float64)
+
+    def contrasts(self, name: str) -> FloatArray:
+        """(runs, degrees of freedom) orthonormal contrasts of a factor, free of all others.
+
+        They span what the factor explains beside the mean and the other factors, the space of
+        Henderson's third sum of squares.
+        """
+        others = [self.incidence(other) for other in self.factors if other != name]
+        rest = _orthonormal(np.hstack([self._ones, *others]))
+        own = self.incidence(name)
+        left = _orthonormal(own - rest @ (rest.T @ own))
+        if left.shape[1] + rest.shape[1] >= self.values.size and not np.any(self.variances):
+            # Nothing is left to tell the factor from the scatter of single runs.
+            return left[:, :0]
+        return left
+
+    @cached_property
+    def residual_contrasts(self) -> FloatArray:
+        """(runs, degrees of freedom) orthonormal contrasts free of the mean and all factors."""
+        spanned = _orthonormal(
+            np.hstack([self._ones, *(self.incidence(name) for name in self.factors)])
+        )
+        complete = np.linalg.qr(spanned, mode="complete")[0]
+        return np.asarray(complete[:, spanned.shape[1] :])
+
+    @property
+    def _ones(self) -> FloatArray:
+        return np.ones((self.values.size, 1))
+
+    @property
+    def typical_variance(self) -> float:
+        """Median of the known variances."""
+        return float(np.median(self.variances))
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the values, 1 if they are all equal."""
+        found = float(np.std(self.values, ddof=1))
+        return found if found > 0.0 and math.isfinite(found) else 1.0
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    """Orthonormal basis of what some columns span."""
+    left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    kept = sizes**2 > _NOTHING * max(columns.shape[0], 1)
+    return np.asarray(left[:, kept])
+
+
+# ---- restricted --------------------------------------------------------------------
+
+# A component below this share of the variance of all values is none.
+_ABSENT = 1e-7
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Components:
+    """Variances of the effects of a design.
+
+    Attributes
+    ----------
+    factors
+        By name of the factor.
+    run
+        Between runs, beyond the known variance of each.
+    """
+
+    factors: Mapping[str, float]
+    run: float
+
+
+def covariance_of(design: Design, components: Components) -> FloatArray:
+    """(runs, runs) covariance of the values."""
+    # A trace on the diagonal keeps it invertible where nothing is known to scatter.
+    floor = 1e-12 * design.spread**2
+    covariance = np.diag(components.run + design.variances + floor)
+    for name, variance in components.factors.items():
+        incidence = design.incidence(name)
+        covariance += variance * (incidence @ incidence.T)
+    return np.asarray(covariance)
+
+
+def residual_metric(covariance: FloatArray) -> FloatArray:
+    """(runs, runs) ``V^-1 - V^-1 1 (1' V^-1 1)^-1 1' V^-1``, which takes the mean out."""
+    inverse = np.linalg.inv(covariance)
+    row = inverse.sum(axis=0)
+    return np.asarray(inverse - np.outer(row, row) / row.sum())
+
+
+def restricted_components(design: Design) -> Components:
+    """Variances that make the contrasts of the values most likely, none below zero.
+
+    The restricted likelihood is that of Patterson and Thompson (*Biometrika* 58, 545, 1971) with
+    the mean as its one fixed effect; the gradient is ``-(tr(P Z Z') - y' P Z Z' P y) / 2``.
+
+    Parameters
+    ----------
+    design
+        Factors that the runs cannot tell apart are left out.
+    """
+    names = design.seen
+    scale = design.spread**2
+    shared = [design.incidence(name) @ design.incidence(name).T for name in names]
+    shared.append(np.eye(design.values.size))
+
+    def components_of(relative: FloatArray) -> Components:
+        sizes = (scale * np.maximum(relative, 0.0)).tolist()
+        return Components(factors=dict(zip(names, sizes[:-1], strict=True)), run=sizes[-1])
+
+    def loss(relative: FloatArray) -> tuple[float, FloatArray]:
+        covariance = covariance_of(design, components_of(relative))
+        metric = residual_metric(covariance)
+        weighted = metric @ design.values
+        total = float(np.linalg.inv(covariance).sum())
+        value = np.linalg.slogdet(covariance)[1] + np.log(total) + design.values @ weighted
+        slope = [
+            float(np.sum(metric * block)) - float(weighted @ block @ weighted) for block in shared
+        ]
+        return float(value), scale * np.array(slope)
+
+    starts = [np.full(len(shared), 1.0 / len(shared)), np.append(np.full(len(names), 0.02), 0.5)]
+    bounds = [(0.0, None)] * len(names) + [(1e-9, None)]
+    found = [
+        minimize(
+            loss,
+            start,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+            options={"ftol": 1e-14, "gtol": 1e-9, "maxiter": 500},
+        )
+        for start in starts
+    ]
+    best = min(found, key=lambda one: float(one.fun)).x
+    return components_of(np.where(best < _ABSENT, 0.0, best))
+
+
+# ---- fiducial ----------------------------------------------------------------------
+
+DRAWS: Final = 4000
+_HALVINGS: Final = 60
+# Chance of contrasts shorter than a bound takes them to be.
+_POWER: Final = 0.16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Draws:
+    """Variances that the runs allow, each set as likely as the next.
+
+    Attributes
+    ----------
+    factors
+        By name of the factor: (draws,) variances, zero or more.
+    run
+        (draws,) variance between runs beyond what is known of each.
+    """
+
+    factors: Mapping[str, FloatArray]
+    run: FloatArray
+
+    def of(self, name: str) -> FloatArray:
+        """(draws,) of a factor, or of ``run``."""
+        return self.run if name == "run" else self.factors[name]
+
+
+def draws_of(
+    design: Design, *, count: int = DRAWS, seed: int = 0, bounded: Collection[str] = ()
+) -> Draws:
+    """Draw the variances of a design.
+
+    Parameters
+    ----------
+    design
+        With a residual degree of freedom or more.
+    count
+        Number of draws.
+    seed
+        Of the draws: the same runs always give the same intervals.
+    bounded
+        Factors, and ``run``, of which a bound is wanted.
+    """
+    random = np.random.default_rng(seed)
+    run = _run_draws(design, random, count, bounded=False)
+    factors = {
+        name: _factor_draws(design, name, run, random, bounded=name in bounded)
+        for name in design.seen
+    }
+    if "run" in bounded:
+        run = _run_draws(design, random, count, bounded=True)
+    return Draws(factors=factors, run=run)
+
+
+def chance_of_less(design: Design) -> float:
+    """Chance that runs lie as close together or closer by their known variances alone.
+
+    One if nothing is known of them.
+    """
+    squares, sizes = _residual_squares(design)
+    if not np.all(sizes > 0.0):
+        return 1.0
+    return float(gammainc(0.5 * sizes.size, 0.5 * np.sum(squares / sizes)))
+
+
+def _residual_squares(design: Design) -> tuple[FloatArray, FloatArray]:
+    """(contrasts,) squared residual contrasts, and what the known variances make of each."""
+    contrasts = design.residual_contrasts
+    known = contrasts.T @ (design.variances[:, np.newaxis] * contrasts)
+    sizes, directions = np.linalg.eigh(known)
+    squares = (directions.T @ (contrasts.T @ design.values)) ** 2
+    return squares, np.maximum(sizes, 0.0)
+
+
+def _run_draws(
+    design: Design, random: np.random.Generator, count: int, *, bounded: bool
+) -> FloatArray:
+    squares, sizes = _residual_squares(design)
+    return _variances(random, count, squares[np.newaxis], sizes[np.newaxis], bounded=bounded)
+
+
+def _factor_draws(
+    design: Design, name: str, run: FloatArray, random: np.random.Generator, *, bounded: bool
+) -> FloatArray:
+    contrasts = design.contrasts(name)
+    freedom = contrasts.shape[1]
+    incidence = contrasts.T @ design.incidence(name)
+    known = contrasts.T @ (design.variances[:, np.newaxis] * contrasts)
+    values = contrasts.T @ design.values
+    metric = known + run[:, np.newaxis, np.newaxis] * np.eye(freedom)
+    metric += 1e-12 * design.spread**2 * np.eye(freedom)
+    root = np.linalg.cholesky(metric)
+    white = np.linalg.solve(root, np.broadcast_to(incidence, (run.size, *incidence.shape)))
+    sizes, directions = np.linalg.eigh(white @ white.transpose(0, 2, 1))
+    whitened = np.linalg.solve(root, np.broadcast_to(values[:, np.newaxis], (run.size, freedom, 1)))
+    squares = (directions.transpose(0, 2, 1) @ whitened)[..., 0] ** 2
+    return _variances(random, run.size, squares, np.ones_like(sizes), sizes, bounded=bounded)
+
+
+def _variances(
+    random: np.random.Generator,
+    count: int,
+    squares: FloatArray,
+    fixed: FloatArray,
+    slope: FloatArray | None = None,
+    *,
+    bounded: bool,
+) -> FloatArray:
+    """Draws of s, for which the sum of ``squares / (fixed + slope s)`` is chi-square.
+
+    `bounded` lengthens squares that are shorter than in most campaigns with an s of zero.
+    """
+    freedom = squares.shape[-1]
+    slope = np.ones_like(fixed) if slope is None else slope
+    if bounded and np.all(fixed > 0.0):
+        least = float(chdtri(freedom, 1.0 - _POWER))
+        length = np.sum(squares / fixed, axis=-1, keepdims=True)
+        even = np.broadcast_to(fixed / freedom, squares.shape)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            squares = np.where(
+                length > 0.0, squares * np.maximum(1.0, least / length), least * even
+            )
+    return _variance_at(random.chisquare(freedom, count), squares, fixed, slope)
+
+
+def _variance_at(
+    wanted: FloatArray, squares: FloatArray, fixed: FloatArray, slope: FloatArray
+) -> FloatArray:
+    """Where the sum of ``squares / (fixed + slope s)`` is as wanted; 0 if it is less already.
+
+    Parameters
+    ----------
+    wanted
+        (draws,)
+    squares, fixed, slope
+        (draws or 1, contrasts)
+    """
+    high = np.sum(squares / slope, axis=-1) / wanted
+    low = np.zeros_like(high)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        reached = np.sum(squares / (fixed + slope * middle[:, np.newaxis]), axis=-1) < wanted
+        high = np.where(reached, middle, high)
+        low = np.where(reached, low, middle)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        short = np.sum(np.where(squares > 0.0, squares / fixed, 0.0), axis=-1) <= wanted
+    return np.asarray(np.where(short, 0.0, high))

@@ -1,0 +1,264 @@
+"""Navigation with the noise of a unit: heading without aiding, and azimuth found."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sagnac.core.documents import Documented
+from sagnac.core.errors import is_finite, quoted, require_confidence
+from sagnac.core.units import DEGREE
+from sagnac.navigation.drift import Drift, Priors, drift
+from sagnac.navigation.error_model import (
+    Alignment,
+    AzimuthError,
+    PositionError,
+    Start,
+    aligned,
+    azimuth_error,
+    position_error,
+    rotating_azimuth_error,
+)
+from sagnac.navigation.noise import GyroNoise, Unit
+
+# Where no latitude is stated: it counts little without aiding over minutes.
+_LATITUDE: Final = 45.0 * DEGREE
+_POINTS: Final = 41  # of a picture
+_SHORTEST: Final = 0.01  # of the longest time in it
+
+Triad = tuple[GyroNoise, GyroNoise, GyroNoise]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Unaided:
+    """Errors without aiding, and of what gyros.
+
+    Attributes
+    ----------
+    drift
+        At the times that were asked for.
+    along
+        The same at many times, for a picture.
+    noises
+        Of the gyros about north, east and down.
+    accelerometers
+        Along north and east; none if they are taken as ideal.
+    latitude
+        rad.
+    latitude_stated
+        Whether it was stated.
+    confidence
+        Of the interval.
+    """
+
+    drift: Drift
+    along: Drift
+    noises: Triad
+    accelerometers: tuple[GyroNoise, ...]
+    latitude: float
+    latitude_stated: bool
+    confidence: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Prospect:
+    """Heading found with a gyro of some noise.
+
+    Attributes
+    ----------
+    noise, start
+        Of each gyro, and before the alignment.
+    latitude
+        rad.
+    compass
+        Of a gyrocompass of two positions, against time; the last is at the end.
+    filtered
+        Alignment by a Kalman filter.
+    position
+        After the alignment.
+    rotating
+        Of a triad that turns all the time, at the end; None if no table rate was given.
+    foretold
+        In words, from what N is foretold; empty if it was measured.
+    """
+
+    noise: GyroNoise
+    start: Start
+    latitude: float
+    compass: AzimuthError
+    filtered: Alignment
+    position: PositionError
+    rotating: AzimuthError | None = None
+    foretold: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class Foresight:
+    """Answer of `align`.
+
+    Attributes
+    ----------
+    unaided
+        Heading, attitude and position without aiding.
+    prospect
+        Azimuth found at rest; None without a latitude.
+
+    Examples
+    --------
+    >>> noise = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
+    >>> ahead = align((noise, noise, noise), latitude=0.8, after=[60.0, 600.0])
+    >>> ahead.unaided.drift.heading.deviation().shape
+    (2,)
+    """
+
+    unaided: Unaided
+    prospect: Prospect | None
+
+    def __repr__(self) -> str:
+        found = self.unaided.drift
+        heading, attitude = (
+            one / DEGREE
+            for one in (found.heading.deviation(misaligned=False), found.attitude.deviation())
+        )
+        rows = zip(found.heading.times, heading, attitude, found.position.deviation(), strict=True)
+        said = [
+            f"after {time:g} s heading drift {turned:.3g} deg, attitude {tilted:.3g} deg, "
+            f"position {moved:.3g} m"
+            for time, turned, tilted, moved in rows
+        ]
+        if self.prospect is not None:
+            azimuth = self.prospect.compass.deviation[-1] / DEGREE
+            said.append(f"azimuth found to {azimuth:.3g} deg by a gyrocompass")
+        return f"<Foresight, 1 sigma: {'; '.join(said)}>"
+
+
+def align(
+    source: Documented | str | Path | Triad,
+    *,
+    latitude: float | None = None,
+    rest: float = 600.0,
+    azimuth: float | None = None,
+    tilt: float | None = None,
+    bias: float | None = None,
+    table_rate: float | None = None,
+    after: float | Sequence[float] = (60.0, 600.0, 3600.0),
+    confidence: float = 0.95,
+    foretold: str = "",
+) -> Foresight:
+    """Heading, attitude and position without aiding, and azimuth found, from N, B and K.
+
+    Parameters
+    ----------
+    source
+        An analysis; the path of its ``analysis.json`` or of the folder of its report; or the noises
+        of gyros about north, east and down, with ideal accelerometers.
+    latitude
+        rad; without it no azimuth is found.
+    rest
+        Length of the alignment at rest, from which the biases are taken, s.
+    azimuth, tilt
+        Not known of azimuth and of each tilt at the start, 1 sigma, rad; those of `Start` unless
+        stated.
+    bias
+        Not known of a gyro's bias, 1 sigma, rad/s; unless stated what the rest leaves, and 0 for
+        gyrocompass and filter.
+    table_rate
+        Of a table that turns all the time, rad/s, for a triad that turns; needs a latitude.
+    after
+        Times without aiding, s.
+    confidence
+        Of the intervals.
+    foretold
+        In words, from what N is foretold, if it was not measured.
+
+    Raises
+    ------
+    RecordingError
+        If the document cannot be read, or states no N.
+    ValueError
+        If a value cannot be.
+
+    Examples
+    --------
+    >>> noise = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
+    >>> found = align((noise, noise, noise), bias=0.0, after=[100.0])
+    >>> found.unaided.drift.heading.deviation(misaligned=False).round(7)
+    array([1.e-05])
+    """
+    if table_rate is not None and latitude is None:
+        raise ValueError("table_rate needs a latitude, since azimuth is found from Earth rate")
+    if bias is not None and not (is_finite(bias) and bias >= 0.0):
+        raise ValueError(f"bias is {quoted(bias)}; give zero or more")
+    require_confidence(confidence)
+    after = (after,) if isinstance(after, float | int | str) else after
+    for time in after:
+        if not (is_finite(time) and time > 0.0):
+            raise ValueError(f"after is {quoted(time)}; give seconds, above zero")
+    noises, accelerometers = _unit(source)
+    # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
+    loudest = max(noises, key=lambda one: one.angle_random_walk)
+    stated = {"azimuth": azimuth, "tilt": tilt, "drift": bias}
+    start = Start(**{name: value for name, value in stated.items() if value is not None})
+    priors = Priors(tilt=start.tilt, azimuth=start.azimuth, rest=rest, bias=bias)
+    place = _LATITUDE if latitude is None else latitude
+    asked, along = (
+        drift(
+            noises,
+            accelerometers=accelerometers,
+            latitude=place,
+            times=times,
+            priors=priors,
+            confidence=confidence,
+        )
+        for times in (np.array(after), np.geomspace(_SHORTEST * max(after), max(after), _POINTS))
+    )
+    unaided = Unaided(
+        drift=asked,
+        along=along,
+        noises=noises,
+        accelerometers=accelerometers,
+        latitude=place,
+        latitude_stated=latitude is not None,
+        confidence=confidence,
+    )
+    if latitude is None:
+        return Foresight(unaided=unaided, prospect=None)
+    rotating = None
+    if table_rate is not None:
+        try:
+            rotating = rotating_azimuth_error(
+                loudest, latitude=latitude, times=np.array([rest]), table_rate=table_rate,
+                bias=start.drift, confidence=confidence,
+            )  # fmt: skip
+        except ValueError as error:
+            raise ValueError(f"table rate: {error}") from None
+    filtered = aligned(loudest, latitude=latitude, seconds=rest, start=start)
+    times = np.geomspace(rest / 100.0, rest, 101)
+    prospect = Prospect(
+        noise=loudest,
+        start=start,
+        latitude=latitude,
+        compass=azimuth_error(loudest, latitude=latitude, times=times, confidence=confidence),
+        filtered=filtered,
+        rotating=rotating,
+        foretold=foretold,
+        position=position_error(
+            loudest, latitude=latitude, covariance=filtered.covariance, seconds=max(after)
+        ),
+    )
+    return Foresight(unaided=unaided, prospect=prospect)
+
+
+def _unit(source: Documented | str | Path | Triad) -> Unit:
+    if isinstance(source, str | Path):
+        return GyroNoise.unit_from_json(Path(source))
+    if isinstance(source, tuple):
+        if not all(isinstance(one, GyroNoise) for one in source):
+            raise ValueError(
+                f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"
+            )
+        return source, ()
+    return GyroNoise.unit_from_document(json.loads(source.to_json()))

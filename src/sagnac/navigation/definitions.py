@@ -1,0 +1,83 @@
+"""Tools whose settings are written: how each defines its noise parameters, and which it lacks."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Final, Literal
+
+ToolName = Literal[
+    "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
+    "imu-tools", "px4", "kf-gins", "psins", "imu-sensor", "gazebo", "gnss-ins-sim", "toml", "json",
+]  # fmt: skip
+"""Whose settings are written."""
+
+Axes = Literal["one", "three", "any"]
+"""How many noises a tool takes: one for all axes, one for each of x, y and z, or any number."""
+
+Bias = Literal["walk", "markov", "none", "any"]
+"""Process that the bias of a tool is."""
+
+_UNUSED: Final = {
+    "topic": "it names no topic",
+    "rate": "its noise is continuous, and it takes the time step itself",
+    "accelerometer": "its gain weighs the gyro alone; it has no noise of accelerometers",
+}
+_WITHOUT_MARKOV: Final[Mapping[Bias, str]] = {
+    "walk": "its bias is a random walk",
+    "none": "it has no bias in its noise",
+    "markov": "its bias is one Markov process for each sensor, no more and no less",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Definition:
+    """How a tool defines its parameters.
+
+    Attributes
+    ----------
+    tool
+        Its name.
+    reference
+        The document that defines them.
+    text
+        The definition, one line.
+    axes
+        How many noises it takes.
+    bias
+        Process that its bias is.
+    one_time
+        Whether Markov biases of gyros and accelerometers have one correlation time.
+    unused
+        Option of an export (``rate``, ``topic``, ``markov``, ``accelerometer``) that the tool
+        cannot use -> why.
+    """
+
+    tool: str
+    reference: str
+    text: str
+    axes: Axes
+    bias: Bias
+    one_time: bool
+    unused: Mapping[str, str]
+
+
+@cache
+def definitions() -> Mapping[str, Definition]:
+    """Definition of each tool of ``tools.toml``; ``json`` holds what ``toml`` does."""
+    stated = tomllib.loads(files("sagnac.navigation").joinpath("tools.toml").read_text("utf-8"))
+    found = {}
+    for name, one in stated.items():
+        bias = one.get("bias", "any")
+        unused = {option: _UNUSED[option] for option in one.get("unused", ())}
+        if bias in _WITHOUT_MARKOV:
+            unused["markov"] = _WITHOUT_MARKOV[bias]
+        given = {"one_time": False, **one, "bias": bias, "unused": unused}
+        found[name] = Definition(**given)
+    return found
+
+
+def definition_of(format_name: str) -> Definition:
+    """The definition of a format of `sagnac.navigation.tools`."""
+    return definitions()["toml" if format_name == "json" else format_name]

@@ -1,0 +1,497 @@
+"""Errors of a navigator at rest, and of azimuth found by a gyrocompass or a triad that turns.
+
+The navigator is a linear system of tilts, azimuth, velocity, position and biases.
+
+In north-east-down axes with the tilts phi, ``phi' = -w x phi + dw - e`` and ``dv' = f x phi``
+(the phi-angle model; Titterton and Weston, *Strapdown Inertial Navigation Technology*, 12.3),
+with Earth rate and that of the velocity over the Earth in w, the drifts e of the gyros, and the
+specific force f, which is gravity alone. Coriolis terms of the velocity error are left out: they
+turn the Schuler oscillation slowly and leave its size.
+
+A Kalman filter aligns at rest: what it starts from, what it comes to, and how the position goes off
+afterwards.
+
+A gyro whose input axis points east senses no Earth rate; if it is turned by a small angle psi, it
+senses ``W cos(L) psi``. A drift of it is therefore taken for an azimuth error of the drift over
+``W cos(L)``, with Earth rate W and latitude L.
+
+A triad on a table that turns all the time averages bias out, and N not. In the axes of the table
+Earth rate's horizontal part goes round once a turn, while biases stand still. Turned back by the
+table's angle, a horizontal bias b of the triad averages to nothing over whole turns, as does what
+is slow beside a turn: of B and K their spectrum at the table's rate remains, which adds to N^2
+(Levinson and Giovanni, PLANS 1980). White noise has the same spectrum everywhere, so that rotation
+leaves N^2: which is why N of a rate-biased gyro has to be known.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from scipy.linalg import expm
+from scipy.special import ndtri
+
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import quoted
+from sagnac.core.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
+from sagnac.navigation.noise import GyroNoise, require_not_negative
+from sagnac.noise.laws import allan_variance_basis
+
+# Beyond this Earth rate has next to no north component, and azimuth is not found from it.
+HIGHEST_LATITUDE: Final = 89.0 * DEGREE
+
+
+def north_rate(latitude: float) -> float:
+    """North component of Earth rate, rad/s.
+
+    Raises
+    ------
+    ValueError
+        If the latitude is within a degree of a pole.
+    """
+    if not abs(latitude) <= HIGHEST_LATITUDE:
+        raise ValueError(
+            f"latitude is {latitude / DEGREE:g} deg; give -89 to 89, since azimuth is not found "
+            "from Earth rate nearer to a pole"
+        )
+    return EARTH_RATE * math.cos(latitude)
+
+
+# ---- error model -------------------------------------------------------------------
+
+STATES: Final = (
+    "tilt_north",
+    "tilt_east",
+    "azimuth",
+    "velocity_north",
+    "velocity_east",
+    "position_north",
+    "position_east",
+    "drift_north",
+    "drift_east",
+    "drift_down",
+)
+TILTS: Final = slice(0, 3)
+AZIMUTH: Final = 2
+VELOCITIES: Final = slice(3, 5)
+POSITIONS: Final = slice(5, 7)
+DRIFTS: Final = slice(7, 10)
+EARTH_RADIUS: Final = 6_371_000.0  # m, mean
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Step:
+    """One step of a fixed length.
+
+    Attributes
+    ----------
+    transition, noise
+        (10, 10) ``x -> transition x``, to which noise of this covariance is added.
+    """
+
+    transition: FloatArray
+    noise: FloatArray
+
+
+def system_matrix(latitude: float) -> FloatArray:
+    """(10, 10) derivative of `STATES` by themselves, SI.
+
+    Parameters
+    ----------
+    latitude
+        rad.
+
+    Raises
+    ------
+    ValueError
+        If the latitude is within a degree of a pole.
+    """
+    north = north_rate(latitude)
+    down = -EARTH_RATE * np.sin(latitude)
+    system = np.zeros((len(STATES), len(STATES)))
+    system[TILTS, TILTS] = [[0.0, down, 0.0], [-down, 0.0, north], [0.0, -north, 0.0]]
+    system[TILTS, VELOCITIES] = [
+        [0.0, 1.0 / EARTH_RADIUS],
+        [-1.0 / EARTH_RADIUS, 0.0],
+        [0.0, -np.tan(latitude) / EARTH_RADIUS],
+    ]
+    # A wrong latitude is a wrong Earth rate.
+    system[TILTS, 5] = [down / EARTH_RADIUS, 0.0, -north / EARTH_RADIUS]
+    system[TILTS, DRIFTS] = -np.eye(3)
+    system[VELOCITIES, TILTS] = [[0.0, STANDARD_GRAVITY, 0.0], [-STANDARD_GRAVITY, 0.0, 0.0]]
+    system[POSITIONS, VELOCITIES] = np.eye(2)
+    return system
+
+
+def step_of(noise: GyroNoise, latitude: float, seconds: float) -> Step:
+    """One step by Van Loan's exponential (*IEEE Trans. Automat. Control* 23, 395, 1978).
+
+    Parameters
+    ----------
+    noise
+        Of each of the three gyros: N drives the tilts, K the drifts.
+    latitude
+        rad.
+    seconds
+        Length of the step.
+
+    Raises
+    ------
+    ValueError
+        If the step is not above zero, or the latitude is within a degree of a pole.
+    """
+    if not seconds > 0.0:
+        raise ValueError(f"seconds is {quoted(seconds)}; give a time above zero")
+    system = system_matrix(latitude)
+    count = len(STATES)
+    driven = np.zeros((count, count))
+    driven[TILTS, TILTS] = noise.angle_random_walk**2 * np.eye(3)
+    driven[DRIFTS, DRIFTS] = noise.rate_random_walk**2 * np.eye(3)
+    block = np.zeros((2 * count, 2 * count))
+    block[:count, :count] = -system
+    block[:count, count:] = driven
+    block[count:, count:] = system.T
+    grown = expm(block * seconds)
+    transition = grown[count:, count:].T
+    return Step(transition=transition, noise=transition @ grown[:count, count:])
+
+
+# ---- initial -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Start:
+    """Standard deviations before the alignment, and what it measures.
+
+    Attributes
+    ----------
+    tilt, azimuth
+        After the coarse alignment, rad.
+    drift
+        What is not known of the bias of a gyro beside its flicker, rad/s.
+    velocity_noise
+        Of each zero-velocity measurement, m/s.
+    step_s
+        Time between measurements, s.
+    """
+
+    tilt: float = 0.5 * DEGREE
+    azimuth: float = 2.0 * DEGREE
+    drift: float = 0.0
+    velocity_noise: float = 1e-4
+    step_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("tilt", "azimuth", "velocity_noise", "step_s"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
+        require_not_negative(self, ("drift",))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Alignment:
+    """Covariance against time.
+
+    Attributes
+    ----------
+    times
+        (steps,), s.
+    azimuth
+        (steps,) its standard deviation, rad.
+    covariance
+        (10, 10) of `error_model.STATES` at the end, SI.
+    """
+
+    times: FloatArray
+    azimuth: FloatArray
+    covariance: FloatArray = field(repr=False)
+
+
+def flicker_deviation(noise: GyroNoise) -> float:
+    """Standard deviation of the drift that B leaves for an alignment: the floor of Allan's, rad/s.
+
+    A flicker has no variance of its own; over some decades of time its mean wanders by the floor
+    of the Allan deviation, ``B sqrt(2 ln 2 / pi)``, which a filter takes as a constant.
+    """
+    return noise.bias_instability * math.sqrt(2.0 * math.log(2.0) / math.pi)
+
+
+def initial_covariance(noise: GyroNoise, start: Start | None = None) -> FloatArray:
+    """(10, 10) a priori covariance of `error_model.STATES`, SI."""
+    begun = start or Start()
+    variances = np.zeros(len(STATES))
+    variances[TILTS] = begun.tilt**2
+    variances[AZIMUTH] = begun.azimuth**2
+    variances[VELOCITIES] = begun.velocity_noise**2
+    variances[POSITIONS] = 0.0
+    variances[DRIFTS] = begun.drift**2 + flicker_deviation(noise) ** 2
+    return np.diag(variances)
+
+
+def gain_of(covariance: FloatArray, velocity_noise: float) -> FloatArray:
+    """(10, 2) Kalman gain of a zero-velocity measurement."""
+    seen = covariance[VELOCITIES, VELOCITIES] + velocity_noise**2 * np.eye(2)
+    return np.asarray(np.linalg.solve(seen, covariance[VELOCITIES, :]).T)
+
+
+def updated(covariance: FloatArray, gain: FloatArray, velocity_noise: float) -> FloatArray:
+    """(10, 10) covariance after a zero-velocity measurement, in Joseph's form."""
+    left = np.eye(len(STATES))
+    left[:, VELOCITIES] -= gain
+    return np.asarray(left @ covariance @ left.T + velocity_noise**2 * (gain @ gain.T))
+
+
+def aligned(
+    noise: GyroNoise, *, latitude: float, seconds: float, start: Start | None = None
+) -> Alignment:
+    """Covariance of an alignment at rest that measures zero velocity.
+
+    Accelerometers are taken as free of bias: a bias tilts the level by itself over gravity, and
+    shifts azimuth by that of the east accelerometer times the tangent of latitude.
+
+    Parameters
+    ----------
+    noise
+        Of each gyro.
+    latitude
+        rad.
+    seconds
+        Length of the alignment.
+    start
+        What it starts from.
+
+    Raises
+    ------
+    ValueError
+        If it is shorter than one step, or the latitude is within a degree of a pole.
+    """
+    begun = start or Start()
+    steps = round(seconds / begun.step_s) if math.isfinite(seconds) else 0
+    if steps < 1:
+        raise ValueError(f"seconds is {quoted(seconds)}; give {begun.step_s:g} or more")
+    step = step_of(noise, latitude, begun.step_s)
+    covariance = initial_covariance(noise, begun)
+    azimuth = np.empty(steps)
+    for number in range(steps):
+        covariance = step.transition @ covariance @ step.transition.T + step.noise
+        gain = gain_of(covariance, begun.velocity_noise)
+        covariance = updated(covariance, gain, begun.velocity_noise)
+        azimuth[number] = math.sqrt(covariance[AZIMUTH, AZIMUTH])
+    return Alignment(
+        times=begun.step_s * np.arange(1.0, steps + 1.0), azimuth=azimuth, covariance=covariance
+    )
+
+
+# ---- position ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PositionError:
+    """Standard deviation of horizontal position against time.
+
+    Attributes
+    ----------
+    times
+        (steps,) since the end of the alignment, s.
+    deviation
+        (steps,) root of the sum of the variances north and east, m.
+    """
+
+    times: FloatArray
+    deviation: FloatArray
+
+
+def position_error(
+    noise: GyroNoise, *, latitude: float, covariance: FloatArray, seconds: float, steps: int = 240
+) -> PositionError:
+    """Position error that gyros and alignment make without any further measurement.
+
+    Parameters
+    ----------
+    noise
+        Of each gyro.
+    latitude
+        rad.
+    covariance
+        (10, 10) at the end of the alignment, as `initial.aligned` gives it. An azimuth error and
+        the drift that caused it cancel in it: what is left grows much more slowly than either.
+    seconds
+        How long.
+    steps
+        How many times are given.
+
+    Raises
+    ------
+    ValueError
+        If the time is not above zero, or the latitude is within a degree of a pole.
+    """
+    if not (seconds > 0.0 and math.isfinite(seconds)):
+        raise ValueError(f"seconds is {quoted(seconds)}; give a time above zero")
+    step = step_of(noise, latitude, seconds / steps)
+    deviation = np.empty(steps)
+    for number in range(steps):
+        covariance = step.transition @ covariance @ step.transition.T + step.noise
+        deviation[number] = math.sqrt(float(np.trace(covariance[POSITIONS, POSITIONS])))
+    return PositionError(times=seconds / steps * np.arange(1.0, steps + 1.0), deviation=deviation)
+
+
+# ---- azimuth -----------------------------------------------------------------------
+
+_OF_NAMES: Final = [1, 2, 3]  # N, B and K among the five of Eq. 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AzimuthError:
+    """Standard deviation of azimuth after a time, and of what it is made.
+
+    Attributes
+    ----------
+    times
+        (times,), s.
+    deviation, low, high
+        (times,), rad, and its interval from the uncertainty of N, B and K.
+    parts
+        (times, 3) variances that N, B and K make, rad^2.
+    floor
+        Deviation that B leaves however long is averaged, rad.
+    confidence
+        Of the interval.
+    """
+
+    times: FloatArray
+    deviation: FloatArray
+    low: FloatArray
+    high: FloatArray
+    parts: FloatArray
+    floor: float
+    confidence: float
+
+
+def azimuth_error(
+    noise: GyroNoise, *, latitude: float, times: FloatArray, confidence: float = 0.95
+) -> AzimuthError:
+    """Error of a gyrocompass that averages the gyro's rate in two positions.
+
+    The gyro is turned by half a turn in the middle: half of the difference of the two means is free
+    of bias, and its variance is that of Allan's over half of the time, by two:
+    ``sigma^2(t/2) / 2``.
+
+    Parameters
+    ----------
+    noise
+        Of the gyro.
+    latitude
+        rad.
+    times
+        (times,), s, above zero.
+    confidence
+        Of the interval.
+
+    Raises
+    ------
+    ValueError
+        If the latitude is within a degree of a pole, or a time is not above zero.
+    """
+    moments = moments_of(times)
+    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, _OF_NAMES]
+    north = north_rate(latitude)
+    floor = math.sqrt(float(weights[0, 1] * noise.bias_instability**2) / north**2)
+    return _of_weights(noise, north, moments, weights, confidence=confidence, floor=floor)
+
+
+def moments_of(times: FloatArray) -> FloatArray:
+    """(times,) numbers of seconds.
+
+    Raises
+    ------
+    ValueError
+        If one is not finite and above zero.
+    """
+    moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    if not np.all((moments > 0.0) & np.isfinite(moments)):
+        raise ValueError("times must be finite numbers of seconds above zero")
+    return moments
+
+
+def _of_weights(
+    noise: GyroNoise,
+    north: float,
+    moments: FloatArray,
+    weights: FloatArray,
+    *,
+    confidence: float,
+    left: FloatArray | float = 0.0,
+    floor: float = 0.0,
+) -> AzimuthError:
+    """The error by (times, 3) weights of N, B and K squared, and what bias is `left`, rad^2."""
+    parts = weights * noise.values**2 / north**2
+    variance = parts.sum(axis=1) + left
+    slope = 2.0 * weights * noise.values / north**2
+    scatter = np.sqrt(np.einsum("ti,ij,tj->t", slope, noise.covariance, slope))
+    # A variance stays above zero, so the interval is taken for its logarithm.
+    reach = float(ndtri(0.5 + 0.5 * confidence)) * scatter / np.maximum(variance, 1e-300)
+    deviation = np.sqrt(variance)
+    return AzimuthError(
+        times=moments,
+        deviation=deviation,
+        low=deviation * np.exp(-0.5 * reach),
+        high=deviation * np.exp(0.5 * reach),
+        parts=parts,
+        floor=floor,
+        confidence=confidence,
+    )
+
+
+def rotating_azimuth_error(
+    noise: GyroNoise,
+    *,
+    latitude: float,
+    times: FloatArray,
+    table_rate: float,
+    bias: float = 0.0,
+    confidence: float = 0.95,
+) -> AzimuthError:
+    """Error of a gyrocompass that averages an orthogonal triad turning at a constant rate.
+
+    With equal gyros the variance is ``(N^2 + B^2/W + 2 K^2/W^2) / t`` over the square of Earth
+    rate's north component, W being the table's rate: the spectra B^2/(2 pi f) and K^2/(2 pi f)^2 at
+    the frequency of the turns, the second of which leaks as much again from below over whole
+    turns (and the first 2 % of it over twenty turns, 15 % over one, which is left out). A part of a
+    turn leaves at most 2/(W t) of a bias.
+
+    Parameters
+    ----------
+    noise
+        Of each gyro. For gyros that differ N^2 is the sum of theirs, each times (1 - e^2)/2: a gyro
+        of share e in the table's rate has sqrt(1 - e^2) of its axis in the table's plane, and half
+        of that square falls on north and on east each.
+    latitude
+        rad.
+    times
+        (times,), s, of one turn and more.
+    table_rate
+        rad/s.
+    bias
+        Standard deviation of what is not known of each gyro's bias, rad/s.
+    confidence
+        Of the interval.
+
+    Raises
+    ------
+    ValueError
+        If the latitude is within a degree of a pole, the table stands still, or a time is shorter
+        than a turn.
+    """
+    north = north_rate(latitude)
+    if not (math.isfinite(table_rate) and table_rate != 0.0):
+        raise ValueError(f"table_rate is {table_rate!r}; give the rate of a turning table, rad/s")
+    speed = abs(table_rate)
+    moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    if not np.all(np.isfinite(moments) & (moments * speed >= 2.0 * math.pi * (1.0 - 1e-9))):
+        raise ValueError(f"times must be of a turn, {2.0 * math.pi / speed:.4g} s, and longer")
+    weights = np.array([1.0, 1.0 / speed, 2.0 / speed**2]) / moments[:, np.newaxis]
+    # Half of a bias' square falls on each axis of the plane, and the mean of exp(i W t) is a sinc.
+    turned = speed * moments
+    left = 2.0 * (1.0 - np.cos(turned)) / turned**2 * (bias / north) ** 2
+    return _of_weights(noise, north, moments, weights, confidence=confidence, left=left)

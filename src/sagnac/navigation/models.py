@@ -1,0 +1,426 @@
+"""The noise of one sensor as a filter models it, above the upper confidence limit of its curve.
+
+A model has a white rate, Markov rates and a random walk; that of an accelerometer has m where a
+gyro's has rad.
+
+The inflation is what the recording leaves open, no factor: the smallest model of some terms that
+lies above the limit at every cluster time. The limit is that of each point alone: a model of few
+terms has to reach the highest of many points, so that it lies above the whole curve about as often
+as each limit does above its point. The idea, to bound a sensor's error by a model above its
+Allan variance, is that of NAVIGATION, doi:10.33012/navi.563; the limit and the choice of the model
+are as described here.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Self
+
+import numpy as np
+from scipy.optimize import linprog
+from scipy.special import gammaincinv
+
+from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import RecordingError, quoted
+from sagnac.noise.laws import (
+    allan_variance,
+    allan_variance_basis,
+    markov_allan_variance,
+)
+
+# ---- model -------------------------------------------------------------------------
+
+# The Allan deviation of a Markov rate is highest at 1.89 T, with 0.437 q sqrt(T) (IEEE Std
+# 952-1997, C.1.6).
+_PEAK_TAU: Final = 1.892
+_PEAK: Final = 0.4365
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Markov:
+    """A first-order Markov rate, ``db/dt = -b/T + q w``.
+
+    Attributes
+    ----------
+    driving_noise
+        q, rad/s/sqrt(s).
+    correlation_time
+        T, s.
+
+    Raises
+    ------
+    ValueError
+        If one is not a finite number above zero.
+    """
+
+    driving_noise: float
+    correlation_time: float
+
+    def __post_init__(self) -> None:
+        for name in ("driving_noise", "correlation_time"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the rate once it is stationary, rad/s."""
+        return self.driving_noise * math.sqrt(0.5 * self.correlation_time)
+
+    @property
+    def peak_tau(self) -> float:
+        """Cluster time at which its Allan deviation is highest, s."""
+        return _PEAK_TAU * self.correlation_time
+
+    @property
+    def peak_deviation(self) -> float:
+        """Its Allan deviation there, rad/s."""
+        return _PEAK * self.driving_noise * math.sqrt(self.correlation_time)
+
+    @classmethod
+    def of_peak(cls, tau: float, deviation: float) -> Self:
+        """The Markov rate whose Allan deviation is highest at `tau` s, with `deviation` rad/s."""
+        time = tau / _PEAK_TAU
+        return cls(driving_noise=deviation / (_PEAK * math.sqrt(time)), correlation_time=time)
+
+    def decay(self, interval: float) -> float:
+        """Fraction of the rate that is left after a step of `interval` s."""
+        return math.exp(-interval / self.correlation_time)
+
+    def step(self, interval: float) -> float:
+        """Standard deviation of what a step of `interval` s adds, rad/s."""
+        return self.deviation * math.sqrt(-math.expm1(-2.0 * interval / self.correlation_time))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FilterModel:
+    """White rate noise, Markov rates, and a rate that walks; white angle noise besides.
+
+    Attributes
+    ----------
+    white
+        N, rad/sqrt(s), which is rad/s/sqrt(Hz).
+    walk
+        K, rad/s/sqrt(s), which is rad/s^2/sqrt(Hz).
+    markov
+        None, one or several.
+    angle
+        White noise of the sampled angle (quantization Q), rad.
+
+    Raises
+    ------
+    ValueError
+        If a figure is negative or not finite.
+    """
+
+    white: float
+    walk: float = 0.0
+    markov: tuple[Markov, ...] = ()
+    angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("white", "walk", "angle"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise ValueError(f"{name} is {quoted(value)}; give zero or more")
+
+    def allan_deviation(self, tau: FloatArray) -> FloatArray:
+        """Allan deviation that the model has, rad/s.
+
+        Parameters
+        ----------
+        tau
+            (points,), s.
+        """
+        variance = allan_variance(
+            tau,
+            {
+                "quantization": self.angle,
+                "angle_random_walk": self.white,
+                "rate_random_walk": self.walk,
+            },
+        )
+        for one in self.markov:
+            variance = variance + markov_allan_variance(
+                tau, one.driving_noise, one.correlation_time
+            )
+        return np.sqrt(variance)
+
+    def white_per_sample(self, interval: float) -> float:
+        """Standard deviation of the white noise of a mean rate over `interval` s, rad/s."""
+        return self.white / math.sqrt(interval)
+
+    def walk_per_sample(self, interval: float) -> float:
+        """Standard deviation of what the walk adds in `interval` s, rad/s."""
+        return self.walk * math.sqrt(interval)
+
+
+# ---- overbound ---------------------------------------------------------------------
+
+# Fewest degrees of freedom of a point that bounds the model. At ten the limit is 1.6 of the curve,
+# and white noise and a walk above it lie far above the rest.
+LEAST_FREEDOM: Final = 20.0
+# Correlation times tried per decade of cluster time.
+_TIMES_PER_DECADE: Final = 2
+# A further Markov rate has to lower the mean excess of the variance by this share.
+_WORTH: Final = 0.05
+# Share of the variance at the longest cluster time that a walk makes if it has to be there.
+_LEAST_WALK: Final = 0.02
+# Terms smaller than this share of the variance everywhere are left out.
+_NEGLIGIBLE: Final = 1e-9
+# Laws, scaled to one, whose determinant is less than this do not cross.
+_PARALLEL: Final = 1e-12
+# Part of the limit by which a corner may lie below it before it is scaled up.
+_ROUNDING: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class UpperLimit:
+    """Bound on an Allan deviation, at each of its cluster times.
+
+    Attributes
+    ----------
+    tau
+        (points,), s.
+    deviation
+        As measured, rad/s.
+    limit
+        Upper limit, rad/s.
+    confidence
+        Probability that the curve lies below, at each of them.
+    """
+
+    tau: FloatArray
+    deviation: FloatArray
+    limit: FloatArray
+    confidence: float
+
+    def inflation(self, model: FilterModel) -> float:
+        """Median over the cluster times of the deviation of a model over the measured one."""
+        return float(np.median(model.allan_deviation(self.tau) / self.deviation))
+
+
+def upper_limit(
+    tau: FloatArray, deviation: FloatArray, edf: FloatArray, *, confidence: float = 0.95
+) -> UpperLimit:
+    """Upper confidence limit of a curve.
+
+    Parameters
+    ----------
+    tau, deviation, edf
+        (points,): s, rad/s, and equivalent degrees of freedom of the variance.
+    confidence
+        That the curve lies below, at each cluster time. Points of fewer than twenty degrees of
+        freedom say too little and are left out.
+
+    Raises
+    ------
+    ValueError
+        If the confidence is not between 0 and 1.
+    RecordingError
+        If fewer than two points are left.
+    """
+    if not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence is {confidence}; give a number between 0 and 1")
+    sound = np.isfinite(deviation) & (deviation > 0.0) & (edf >= LEAST_FREEDOM)
+    if sound.sum() < 2:
+        raise RecordingError(
+            f"{sound.sum()} cluster times have {LEAST_FREEDOM:g} degrees of freedom or more, too "
+            "few for a filter's model",
+            remedy="record longer",
+        )
+    tau, deviation, edf = tau[sound], deviation[sound], edf[sound]
+    lower = 2.0 * gammaincinv(0.5 * edf, 1.0 - confidence)
+    return UpperLimit(
+        tau=tau, deviation=deviation, limit=deviation * np.sqrt(edf / lower), confidence=confidence
+    )
+
+
+def overbound(
+    limit: UpperLimit,
+    *,
+    most_markov: int = 2,
+    least_white: float = 0.0,
+    angle: bool = False,
+    walks: bool = False,
+) -> FilterModel:
+    """The smallest model of some terms above an upper limit.
+
+    With Markov rates the mean excess of the variance is the least. White noise and a walk alone
+    have to rise above a flat part on both sides of it; there the mean logarithm of the deviation is
+    the least, the inflation itself, so that a large excess at one end does not raise all the rest.
+
+    Parameters
+    ----------
+    limit
+        Of the curve.
+    most_markov
+        Markov rates that it may have at most: 0, 1 or 2. A further one has to be worth it.
+    least_white
+        White noise that it has at least, rad/sqrt(s): a sensor's low-pass may hide some.
+    angle
+        Whether it may have white angle noise.
+    walks
+        Whether it has to have a random walk, as some tools want: one that makes two per cent of
+        the variance at the longest cluster time, if nothing asks for more.
+
+    Raises
+    ------
+    ValueError
+        If `most_markov` is none of these.
+    """
+    if most_markov not in (0, 1, 2):
+        raise ValueError(f"most_markov is {quoted(most_markov)}; use 0, 1 or 2")
+    least = (least_white**2, _LEAST_WALK * 3.0 * limit.limit[-1] ** 2 / limit.tau[-1] * walks)
+    if most_markov == 0 and not angle:
+        white, walk = _white_and_slow(limit, limit.tau / 3.0, least)
+        return FilterModel(white=float(np.sqrt(white)), walk=float(np.sqrt(walk)))
+    excess, best = _smallest(limit, (), least, angle)
+    chosen: tuple[float, ...] = ()
+    for _ in range(most_markov):
+        tried = {
+            (*chosen, time): _smallest(limit, (*chosen, time), least, angle)
+            for time in _correlation_times(limit.tau)
+            if time not in chosen
+        }
+        times = min(tried, key=lambda each: tried[each][0])
+        if tried[times][0] > (1.0 - _WORTH) * excess:
+            break
+        chosen, (excess, best) = times, tried[times]
+    return best
+
+
+def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0) -> FilterModel:
+    """White noise and one Markov rate of a given time above an upper limit, least inflated.
+
+    Parameters
+    ----------
+    limit
+        Of the curve.
+    time
+        Correlation time, s.
+    least_white
+        White noise that it has at least, rad/sqrt(s).
+    """
+    slow = markov_allan_variance(limit.tau, 1.0, time)
+    floor = _LEAST_WALK * limit.limit[-1] ** 2 / float(slow[-1])
+    white, square = _white_and_slow(limit, slow, (least_white**2, floor))
+    return FilterModel(
+        white=float(np.sqrt(white)),
+        markov=(Markov(driving_noise=float(np.sqrt(square)), correlation_time=time),),
+    )
+
+
+def common_time(limits: Sequence[UpperLimit]) -> float:
+    """The correlation time, s, with which `white_and_markov` inflates several curves least.
+
+    It is the longest cluster time or more, so that the Allan deviation of the Markov rate does not
+    fall before twice of that: a shorter time would promise of what was not measured that a bias is
+    forgotten.
+    """
+    longest = max(float(limit.tau[-1]) for limit in limits)
+    # Ten times the longest cluster time is as good as a walk.
+    times = np.geomspace(longest, 10.0 * longest, 4 * _TIMES_PER_DECADE)
+
+    def excess(time: float) -> float:
+        models = [(limit, white_and_markov(limit, time)) for limit in limits]
+        return float(
+            sum(np.mean(np.log(model.allan_deviation(at.tau) / at.limit)) for at, model in models)
+        )
+
+    return float(min(times, key=excess))
+
+
+def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
+    """The upper limit of several curves together, each counted at the cluster times it spans."""
+    tau = np.unique(np.concatenate([limit.tau for limit in limits]))
+
+    def highest(curves: Sequence[FloatArray]) -> FloatArray:
+        found = [
+            np.interp(np.log(tau), np.log(limit.tau), np.log(curve), left=-np.inf, right=-np.inf)
+            for limit, curve in zip(limits, curves, strict=True)
+        ]
+        return np.asarray(np.exp(np.max(found, axis=0)))
+
+    return UpperLimit(
+        tau=tau,
+        deviation=highest([limit.deviation for limit in limits]),
+        limit=highest([limit.limit for limit in limits]),
+        confidence=min(limit.confidence for limit in limits),
+    )
+
+
+def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
+    """Markov times, s, from the first cluster time to the last, even in the logarithm."""
+    decades = float(np.log10(tau[-1] / tau[0]))
+    count = max(2, 1 + round(_TIMES_PER_DECADE * decades))
+    return tuple(float(time) for time in np.geomspace(tau[0], tau[-1], count))
+
+
+def _white_and_slow(
+    limit: UpperLimit, slow: FloatArray, least: tuple[float, float]
+) -> tuple[float, float]:
+    """Squares of white noise and a slow term, of the least mean logarithm above the limit.
+
+    The logarithm of a sum is concave in its terms, so that the best pair is a corner of what the
+    limit and the least squares allow: every corner is tried. `slow` (points,) is the Allan variance
+    of that term at one, `least` are the smallest squares.
+    """
+    laws = np.stack([1.0 / limit.tau, slow], axis=-1) / limit.limit[:, np.newaxis] ** 2
+    scale = laws.max(axis=0)
+    laws = laws / scale
+    bounds = np.concatenate([laws, np.eye(2)])
+    floors = np.concatenate([np.ones(limit.tau.size), np.array(least) * scale])
+    first, second = np.triu_indices(floors.size, 1)
+    pairs = np.stack([bounds[first], bounds[second]], axis=1)
+    crossing = np.abs(np.linalg.det(pairs)) > _PARALLEL
+    wanted = np.stack([floors[first], floors[second]], axis=1)[crossing]
+    corners = np.linalg.solve(pairs[crossing], wanted[..., np.newaxis])[..., 0]
+    allowed = np.all(corners @ bounds.T >= floors - _ROUNDING, axis=1)
+    corners = np.maximum(corners[allowed], 0.0)
+    best = corners[np.argmin(np.log(corners @ laws.T).mean(axis=1))]
+    # Above means above.
+    white, square = best * max(1.0, 1.0 / float((laws @ best).min())) / scale
+    return float(white), float(square)
+
+
+def _smallest(
+    limit: UpperLimit, times: tuple[float, ...], least: tuple[float, float], angle: bool
+) -> tuple[float, FilterModel]:
+    """Least mean of the variance over the squared limit, by a linear program, and its model.
+
+    `least` are the smallest squares of the white noise and of the walk.
+    """
+    tau = limit.tau
+    basis = allan_variance_basis(tau)
+    columns = [basis[:, 1], basis[:, 3], *(basis[:, :1].T if angle else ())]
+    columns += [markov_allan_variance(tau, 1.0, time) for time in times]
+    relative = np.stack(columns, axis=-1) / limit.limit[:, np.newaxis] ** 2
+    scale = relative.max(axis=0)
+    relative = relative / scale
+    lowest = [*least, *([0.0] * (len(columns) - 2))]
+    found = linprog(
+        relative.mean(axis=0),
+        A_ub=-relative,
+        b_ub=-np.ones(tau.size),
+        bounds=[(low * size, None) for low, size in zip(lowest, scale, strict=True)],
+        method="highs",
+    )
+    if found.x is None:
+        raise ArithmeticError(f"no model above the limit was found: {found.message}")
+    solved = np.where(found.x > _NEGLIGIBLE, found.x, 0.0)
+    # What the solver takes for zero is none: above means above.
+    solved = solved * max(1.0, 1.0 / float((relative @ solved).min()))
+    squares = solved / scale
+    first = 3 if angle else 2
+    model = FilterModel(
+        white=float(np.sqrt(squares[0])),
+        walk=float(np.sqrt(squares[1])),
+        angle=float(np.sqrt(squares[2])) if angle else 0.0,
+        markov=tuple(
+            Markov(driving_noise=float(np.sqrt(square)), correlation_time=time)
+            for square, time in zip(squares[first:], times, strict=True)
+            if square > 0.0
+        ),
+    )
+    return float((relative @ solved).mean()), model

@@ -1,0 +1,298 @@
+"""N, B and K of one gyro or accelerometer, as a filter takes them."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from scipy.special import ndtri
+
+from sagnac.core.arrays import FloatArray
+from sagnac.core.documents import read_analyses
+from sagnac.core.errors import RecordingError, quoted
+from sagnac.core.units import SENSED, Sensor
+from sagnac.noise.laws import CoefficientName
+
+NAMES: Final[tuple[CoefficientName, ...]] = (
+    "angle_random_walk",
+    "bias_instability",
+    "rate_random_walk",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarkovNoise:
+    """A Markov rate.
+
+    Attributes
+    ----------
+    deviation, time
+        Standard deviation, rad/s, and correlation time, s.
+    error
+        Relative standard error of the variance that it makes.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite.
+    """
+
+    deviation: float
+    time: float
+    error: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, ("deviation", "time", "error"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GyroNoise:
+    """Noise of one gyro, SI; of an accelerometer with m for rad.
+
+    Attributes
+    ----------
+    angle_random_walk, bias_instability, rate_random_walk
+        N in rad/sqrt(s), B in rad/s, K in rad/s/sqrt(s); 0 for what was not seen.
+    markov
+        Its Markov rates, if there are any.
+    covariance
+        (3, 3) of these three, SI.
+    unseen
+        Names of those that were not estimated: 0, or the most likely of slow noise that B and K
+        are not told apart in.
+    bounds
+        Upper bounds of those, by name; what has none was not observable.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite, or the covariance has another shape.
+    """
+
+    angle_random_walk: float
+    bias_instability: float = 0.0
+    rate_random_walk: float = 0.0
+    markov: tuple[MarkovNoise, ...] = ()
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+    unseen: tuple[CoefficientName, ...] = ()
+    bounds: Mapping[CoefficientName, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, NAMES)
+        if self.covariance.shape != (3, 3):
+            raise ValueError(f"covariance has shape {self.covariance.shape}; give (3, 3)")
+
+    @property
+    def values(self) -> FloatArray:
+        """(3,) N, B and K."""
+        return np.array([getattr(self, name) for name in NAMES])
+
+    @property
+    def bounded(self) -> "tuple[GyroNoise, ...]":
+        """The same with one upper bound after the other in the place of zero.
+
+        The bounds of B and K are both of the slow noise that the curve leaves room for, which is
+        there once.
+        """
+        found = []
+        for name, bound in self.bounds.items():
+            raised: dict[str, Any] = {name: bound}
+            found.append(replace(self, **raised))
+        return tuple(found) or (self,)
+
+    @classmethod
+    def unit_from_json(cls, path: Path) -> "Unit":
+        """The noise of the gyros and of the level accelerometers that an ``analysis.json`` holds.
+
+        Returns
+        -------
+        tuple
+            See `unit_from_document`.
+
+        Raises
+        ------
+        RecordingError
+            If the file is no analysis, or its N is neither estimated nor bounded.
+        """
+        documents = read_analyses(path)
+        if len(documents) > 1:
+            raise RecordingError(
+                "holds several analyses",
+                path=str(path),
+                remedy="give the analysis.json that an analysis of one recording wrote",
+            )
+        try:
+            return cls.unit_from_document(documents[0])
+        except RecordingError as error:
+            raise error.at(str(path)) from None
+        except ValueError as error:
+            raise RecordingError(
+                str(error), path=str(path), remedy="give the analysis.json as it was written"
+            ) from None
+
+    @classmethod
+    def unit_from_document(cls, document: Mapping[str, Any]) -> "Unit":
+        """The noise of the gyros and of the level accelerometers that a document states.
+
+        Returns
+        -------
+        gyros
+            x, y and z, each its own if the document has gyros of these names that were taken alone;
+            else the same object thrice, of what the document is of.
+        accelerometers
+            ax and ay if the document has both; else the loudest of what it has twice, or nothing.
+
+        Raises
+        ------
+        RecordingError
+            If N of a gyro is not observable.
+        """
+        alone = document.get("gyros", {})
+        if set(alone) == {"x", "y", "z"}:
+            x, y, z = (cls.from_document(alone[name]) for name in "xyz")
+        else:
+            x = y = z = cls.from_document(document)
+        forces = {
+            name: cls.from_document(one, "accelerometer")
+            for name, one in (document.get("accelerometers") or {}).items()
+            if one["velocity_random_walk"]["status"] != "not observable"
+        }
+        if not forces:
+            return (x, y, z), ()
+        loudest = max(forces.values(), key=lambda one: one.angle_random_walk)
+        level = ("ax", "ay") if {"ax", "ay"} <= set(forces) else ()
+        return (x, y, z), tuple(forces[name] for name in level) or (loudest, loudest)
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any], sensor: Sensor = "gyro") -> "GyroNoise":
+        """The noise that an analysis of schema ``sagnac.analysis/1`` states, of a gyro or a force.
+
+        What is not estimated is taken as 0 and named in `unseen`; if N has an upper bound only, N
+        is that bound. B and K that are bounds are those of the slow noise that the spectrum shows,
+        if it does.
+
+        Raises
+        ------
+        RecordingError
+            If N is not observable.
+        """
+        sensed, keys = SENSED[sensor], SENSED[sensor].keys
+        stated = {name: document["coefficients"].get(keys[name]) for name in NAMES}
+        stated[NAMES[0]] = document[keys[NAMES[0]]]
+        slow = document.get("slow_noise") or {}
+        units = sensed.coefficients
+        values: list[float] = []
+        unseen: list[CoefficientName] = []
+        bounds: dict[CoefficientName, float] = {}
+        for name in NAMES:
+            one = stated.get(name) or {"status": "not observable"}
+            bounded = name == NAMES[0] and one["status"] == "upper bound"
+            if one["status"] == "estimated" or bounded:
+                values.append(one["value"] * units[name][one["unit"]])
+            else:
+                shown = slow.get(keys[name])
+                values.append(shown["value"] * units[name][shown["unit"]] if shown else 0.0)
+            if one["status"] != "estimated":
+                unseen.append(name)
+            if one["status"] == "upper bound":
+                bounds[name] = one["high"] * units[name][one["unit"]]
+        if values[0] == 0.0:
+            raise RecordingError(
+                "its angle random walk is not observable", remedy="give a longer recording"
+            )
+        return cls(
+            angle_random_walk=values[0],
+            bias_instability=values[1],
+            rate_random_walk=values[2],
+            markov=tuple(
+                _markov(slow[key], units["bias_instability"], stated[NAMES[0]]["confidence"])
+                for key in ("markov", "second_markov")
+                if slow.get(key)
+            ),
+            covariance=_covariance(
+                document.get("covariance"), unseen, _errors(stated, unseen, units), sensor
+            ),
+            unseen=tuple(unseen),
+            bounds=bounds,
+        )
+
+
+Unit = tuple[tuple[GyroNoise, GyroNoise, GyroNoise], tuple[GyroNoise, ...]]
+"""Gyros about north, east and down, and accelerometers along north and east or none."""
+
+
+def require_not_negative(of: object, names: Iterable[str]) -> None:
+    """Refuse attributes of an object that are no numbers of zero or more.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite.
+    """
+    for name in names:
+        value = getattr(of, name)
+        if not (math.isfinite(value) and value >= 0.0):
+            raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
+
+
+def _markov(
+    stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: float
+) -> MarkovNoise:
+    """A Markov rate that a document states, SI.
+
+    The variance that it makes is the product of the squared deviation and the time for all that is
+    long beside it.
+    """
+    size, time = stated["deviation"], stated["correlation_time_s"]
+    reach = 2.0 * float(ndtri(0.5 + 0.5 * confidence))
+    errors = [
+        math.log(one.get("high", one["value"]) / one.get("low", one["value"])) / reach
+        for one in (size, time)
+    ]
+    return MarkovNoise(
+        deviation=size["value"] * sizes[size["unit"]],
+        time=time["value"],
+        error=math.hypot(2.0 * errors[0], errors[1]),
+    )
+
+
+def _errors(
+    stated: Mapping[CoefficientName, Any],
+    unseen: list[CoefficientName],
+    units: Mapping[str, Mapping[str, float]],
+) -> list[float]:
+    """Standard errors of N, B and K in SI by their intervals; zeros for what was not estimated."""
+    errors = []
+    for name in NAMES:
+        one = None if name in unseen else stated.get(name)
+        error = 0.0
+        if one is not None:
+            width = units[name][one["unit"]] * (one["high"] - (one["low"] or 0.0))
+            error = width / (2.0 * float(ndtri(0.5 + 0.5 * one["confidence"])))
+        errors.append(error)
+    return errors
+
+
+def _covariance(
+    stated: Mapping[str, Any] | None,
+    unseen: list[CoefficientName],
+    errors: list[float],
+    sensor: Sensor,
+) -> FloatArray:
+    """(3, 3) of N, B and K in SI; of their errors alone if the document states none."""
+    if stated is None:
+        return np.diag(np.square(errors))
+    sensed, found = SENSED[sensor], np.zeros((3, 3))
+    # Places of N, B and K here and there, and the size of the unit that each has there.
+    seen = [
+        (row, place, sensed.coefficients[name][stated["units"][place]])
+        for row, name in enumerate(NAMES)
+        for place, title in enumerate(stated["names"])
+        if title == sensed.keys[name] and name not in unseen
+    ]
+    for row, at, size in seen:
+        for column, to, other in seen:
+            found[row, column] = stated["matrix"][at][to] * (size * other)
+    return found

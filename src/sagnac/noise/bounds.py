@@ -1,0 +1,414 @@
+"""What the levels of a spectrum and the Allan curve allow of Q, N, B, K and R.
+
+Every noise lies on top of the others, so that no term can make more than the spectrum or the curve
+shows anywhere. N is lowered by a filter of the sensor, which shows as a spectrum that is flat or
+rises and then falls: it bends down. Bias instability and walks bend the other way: they fall and
+then flatten. What falls behind a hump of vibration bends down too; leaving it out costs tightness,
+never truth. A fit of a spectrum that its terms do not describe may ask for more than the curve
+shows, and the curve may show slow noise that no term has.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.special import gammaincinv
+
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.noise.estimates import Estimate
+from sagnac.noise.laws import (
+    COEFFICIENT_NAMES,
+    SLOW_NAMES,
+    CoefficientName,
+    allan_variance_basis,
+)
+from sagnac.quality.readout import JointReadout
+from sagnac.spectrum.levels import Levels
+from sagnac.stability.curve import StabilityCurve
+from sagnac.stability.noise_type import equivalent_degrees_of_freedom
+
+# Bins on either side of a bend, half a decade.
+_SIDE: Final = 5
+# Least change of slope of the density against frequency, and its significance.
+_BEND: Final = 0.6
+_SIGNIFICANT: Final = 4.0
+# Slope behind a bend from which on it is a fall.
+_FALLS: Final = -0.3
+# Relative error of a level beside its chance.
+_FLOOR: Final = 0.03
+# Cluster times shorter than this many periods of the roll-off are lowered by more than 2.5 % by a
+# first-order low-pass: its Allan variance is N^2/tau (1 - 3/(2 r)), r = 2 pi f tau.
+PERIODS: Final = 5.0
+# Fewest bins below the roll-off for a bound.
+_LEAST: Final = 2
+
+# Shape of a level that is good to a sixth; a hump is twice as high as N, and behind it the spectrum
+# is at two thirds of N or below.
+_SURE: Final = 36.0
+_HUMP: Final = 2.0
+_LESS: Final = 1.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RollOff:
+    """Where the spectrum begins to be lowered.
+
+    Attributes
+    ----------
+    frequency
+        Highest frequency that no low-pass lowers, Hz; infinite if the spectrum shows none.
+    half
+        Where the density has fallen to half of what it is there, Hz; infinite if it does not.
+    """
+
+    frequency: float = math.inf
+    half: float = math.inf
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the spectrum shows one."""
+        return math.isfinite(self.frequency)
+
+    def cluster_time(self) -> float:
+        """Shortest cluster time that the low-pass does not lower, s; 0 without one."""
+        return PERIODS / self.frequency
+
+
+def roll_off(levels: Levels) -> RollOff:
+    """Find the first bend down of a spectrum.
+
+    Two straight lines over half a decade on either side of each bin; the bend is where the
+    slope falls by 0.6 or more, to below -0.3, and by four standard errors.
+
+    Parameters
+    ----------
+    levels
+        Robust levels.
+
+    Returns
+    -------
+    RollOff
+        The bin where the fall begins, less what is lowered before it is seen.
+    """
+    place, height = np.log(levels.frequency), np.log(levels.level)
+    error = np.sqrt(1.0 / levels.shape + _FLOOR**2)
+    for middle in range(2, place.size - 2):
+        before = slice(max(0, middle - _SIDE), middle + 1)
+        behind = slice(middle, min(place.size, middle + _SIDE + 1))
+        rise, of_rise = _slope(place[before], height[before], error[before])
+        fall, of_fall = _slope(place[behind], height[behind], error[behind])
+        change, scatter = fall - rise, math.hypot(of_fall, of_rise)
+        if change < -_BEND and fall < _FALLS and change < -_SIGNIFICANT * scatter:
+            # Half a decade of bins averages the bend: the fall begins up to a third of it before.
+            first = max(0, middle - 2)
+            return RollOff(
+                frequency=float(levels.frequency[first]),
+                half=_half_of(place[first:], height[first:]),
+            )
+    return RollOff()
+
+
+def _half_of(place: FloatArray, height: FloatArray) -> float:
+    """Frequency at which a spectrum first falls to half of where it begins, between two bins."""
+    below = np.flatnonzero(height < height[0] - math.log(2.0))
+    if below.size == 0:
+        return math.inf
+    behind = int(below[0])
+    ends = slice(behind - 1, behind + 1)
+    fallen = np.interp(math.log(2.0), height[0] - height[ends], place[ends])
+    return math.exp(float(fallen))
+
+
+def _slope(place: FloatArray, height: FloatArray, error: FloatArray) -> tuple[float, float]:
+    """Weighted slope of a run of levels, and its error."""
+    weight = error**-2
+    centred = place - weight @ place / weight.sum()
+    total = float(weight @ centred**2)
+    return float((weight * centred) @ height) / total, 1.0 / math.sqrt(total)
+
+
+def highest_coefficient(levels: Levels, law: FloatArray, confidence: float) -> float:
+    """Largest coefficient that the levels below the roll-off allow.
+
+    Parameters
+    ----------
+    levels
+        Robust levels.
+    law
+        (bins,) of the term at one, as the levels show it.
+    confidence
+        That the coefficient lies below; shared by the bins (Bonferroni).
+
+    Returns
+    -------
+    float
+        SI; NaN if fewer than two bins lie below the roll-off.
+    """
+    below = levels.frequency <= roll_off(levels).frequency
+    if np.count_nonzero(below) < _LEAST:
+        return math.nan
+    shape = levels.shape[below]
+    chance = (1.0 - confidence) / shape.size
+    highest = levels.level[below] * shape / gammaincinv(shape, chance)
+    return math.sqrt(float((highest / law[below]).min()))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hump:
+    """A hump above the band of N behind which the spectrum lies below N.
+
+    A low-pass of the sensor makes no hump. So what makes it may reach down into the band.
+
+    Attributes
+    ----------
+    frequency, walk
+        Of its top, Hz, and the N that would have its level, rad/sqrt(s).
+    behind, least
+        Of the lowest level behind it.
+    """
+
+    frequency: float
+    walk: float
+    behind: float
+    least: float
+
+
+def hump_above(levels: Levels, band_hz: tuple[float, float], walk: float) -> Hump | None:
+    """The hump above a band in which N was read, if the spectrum falls below N behind it.
+
+    Parameters
+    ----------
+    levels
+        Robust levels of the spectrum.
+    band_hz
+        In which N was read.
+    walk
+        N, rad/sqrt(s).
+    """
+    above = np.flatnonzero((levels.low >= band_hz[1] * (1.0 - 1e-9)) & (levels.shape > _SURE))
+    if above.size < 2:
+        return None
+    walks = np.sqrt(0.5 * levels.level[above])
+    top = int(np.argmax(walks[:-1]))
+    least = top + 1 + int(np.argmin(walks[top + 1 :]))
+    if walks[top] < _HUMP * walk or walks[least] > walk / _LESS:
+        return None
+    return Hump(
+        frequency=float(levels.frequency[above[top]]),
+        walk=float(walks[top]),
+        behind=float(levels.frequency[above[least]]),
+        least=float(walks[least]),
+    )
+
+
+# ---- by the curve -----------------------------------------------------------------------
+
+# Power of frequency of the rate noise of what is limited; a ramp, which does not fluctuate, has no
+# fewer degrees of freedom than the steepest noise.
+_NOISE_TYPES: Final[Mapping[CoefficientName, int]] = {
+    "quantization": 2,
+    "bias_instability": -1,
+    "rate_random_walk": -2,
+    "rate_ramp": -2,
+}
+# Chance at which chance alone is called slow noise, and times the terms that it has to be.
+_CHANCE: Final = 0.01
+_ABOVE: Final = 1.2
+# Fewest degrees of freedom of a point that shows a rise.
+_LEAST_FREEDOM: Final = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CurveBound:
+    """Largest N that a curve allows, rad/sqrt(s), and the cluster time of it, s."""
+
+    value: float
+    tau: float
+
+
+def highest_walk(
+    curve: StabilityCurve, readout: JointReadout, *, chance: float, used: BooleanArray
+) -> CurveBound | None:
+    """Largest N that a curve allows.
+
+    Every other term only adds to N^2 / tau, so N lies below the curve at every point. If nothing
+    dithers the readout within a cluster, its steps hide up to two steps of each second difference:
+    the deviation is raised by the root of their mean square. If something does, a mean of few may
+    still come out as zero: the deviation is raised by half a step in square.
+
+    Parameters
+    ----------
+    curve
+        Allan deviation.
+    readout
+        Of what the curve is of.
+    chance
+        That N lies above, shared by the points (Bonferroni).
+    used
+        (points,) those that no low-pass of the sensor lowers.
+
+    Returns
+    -------
+    CurveBound or None
+        None if no point is used.
+    """
+    if not used.any():
+        return None
+    step = readout.step / (np.sqrt(2.0) * curve.tau)
+    raised = np.where(
+        curve.tau < readout.time,
+        curve.deviation + 2.0 * step,
+        np.hypot(curve.deviation, 0.5 * step),
+    )
+    # The point asks what N could be if it ruled there, so the degrees of freedom are those of
+    # white rate, whatever noise was identified.
+    factor = _limit_of_variance(_freedom(curve, 0), chance / curve.tau.size)
+    highest = np.where(used, raised * np.sqrt(factor * curve.tau), np.inf)
+    index = int(np.nanargmin(highest))
+    return CurveBound(value=float(highest[index]), tau=float(curve.tau[index]))
+
+
+def _limit_of_variance(freedom: FloatArray, chance: float) -> FloatArray:
+    """(points,) factor on a variance that it exceeds with a chance, by its chi-square law."""
+    # Importing scipy.stats for it would take a second.
+    return np.asarray(freedom / (2.0 * gammaincinv(0.5 * freedom, chance)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlowNoise:
+    """Slow noise of a curve that no estimated term has.
+
+    Attributes
+    ----------
+    tau
+        Cluster time at which it stands out most, s.
+    ratio
+        Deviation there over that of the terms.
+    """
+
+    tau: float
+    ratio: float
+
+
+def highest_terms(
+    curve: StabilityCurve,
+    *,
+    confidence: float,
+    shortest: float = 0.0,
+) -> dict[CoefficientName, float]:
+    """Largest Q, B, K and R that a curve allows, SI.
+
+    Parameters
+    ----------
+    curve
+        Plain or overlapping Allan deviation.
+    confidence
+        That each lies below, shared by the points (Bonferroni).
+    shortest
+        Cluster times below it, s, are lowered by a low-pass or a readout.
+
+    Returns
+    -------
+    dict
+        Empty if no cluster time is left.
+    """
+    used = curve.tau >= shortest
+    if not used.any():
+        return {}
+    basis = allan_variance_basis(curve.tau)
+    share = (1.0 - confidence) / np.count_nonzero(used)
+    found: dict[CoefficientName, float] = {}
+    for name, noise_type in _NOISE_TYPES.items():
+        high = curve.deviation**2 * _limit_of_variance(_freedom(curve, noise_type), share)
+        square = float((high / basis[:, COEFFICIENT_NAMES.index(name)])[used].min())
+        found[name] = math.sqrt(square)
+    return found
+
+
+def _freedom(curve: StabilityCurve, noise_type: int) -> FloatArray:
+    angles = curve.samples + (curve.kind != "angle")
+    return np.array(
+        [
+            equivalent_degrees_of_freedom(
+                curve.estimator, noise_type, round(tau * curve.sample_rate), angles
+            )
+            for tau in curve.tau
+        ]
+    )
+
+
+def within_curve(
+    estimates: Mapping[CoefficientName, Estimate], highest: Mapping[CoefficientName, float]
+) -> dict[CoefficientName, Estimate]:
+    """Estimates that ask for no more than a curve allows.
+
+    An interval ends at what the curve allows; one that lies above that altogether is no estimate,
+    and what the curve allows is the bound.
+
+    Parameters
+    ----------
+    estimates
+        By coefficient.
+    highest
+        Of `highest_terms`.
+    """
+    return {
+        name: _limited(estimate, highest[name]) if name in highest else estimate
+        for name, estimate in estimates.items()
+    }
+
+
+def _limited(estimate: Estimate, highest: float) -> Estimate:
+    # NaN of what is not observable is not above anything.
+    if not estimate.high > highest:
+        return estimate
+    if estimate.status == "upper bound" or estimate.low >= highest:
+        return replace(estimate, value=highest, low=0.0, high=highest, status="upper bound")
+    return replace(estimate, value=min(estimate.value, highest), high=highest)
+
+
+def slow_noise(
+    curve: StabilityCurve, estimates: Mapping[CoefficientName, Estimate]
+) -> SlowNoise | None:
+    """A rise of a curve behind its lowest point that the estimated terms do not make.
+
+    Parameters
+    ----------
+    curve
+        Plain or overlapping Allan deviation.
+    estimates
+        By coefficient.
+
+    Returns
+    -------
+    SlowNoise or None
+        None if chance explains what there is.
+    """
+    squares = np.array([_most(estimates, name) for name in COEFFICIENT_NAMES])
+    terms = allan_variance_basis(curve.tau) @ squares
+    freedom = _freedom(curve, min(_NOISE_TYPES.values()))
+    behind = _behind_lowest(curve) & (freedom >= _LEAST_FREEDOM)
+    if not behind.any() or not squares.any():
+        return None
+    share = 1.0 - _CHANCE / np.count_nonzero(behind)
+    low = curve.deviation**2 * _limit_of_variance(freedom, share)
+    excess = np.where(behind, low / terms, 0.0)
+    most = int(np.argmax(excess))
+    if excess[most] < _ABOVE**2:
+        return None
+    ratio = math.sqrt(float(curve.deviation[most] ** 2 / terms[most]))
+    return SlowNoise(tau=float(curve.tau[most]), ratio=ratio)
+
+
+def _most(estimates: Mapping[CoefficientName, Estimate], name: CoefficientName) -> float:
+    """Largest square of a term; zero of a slow one that is not estimated."""
+    found = estimates.get(name)
+    if found is None or found.status == "not observable":
+        return 0.0
+    return 0.0 if found.status == "upper bound" and name in SLOW_NAMES else found.high**2
+
+
+def _behind_lowest(curve: StabilityCurve) -> BooleanArray:
+    return np.asarray(curve.tau > curve.tau[int(np.argmin(curve.deviation))])

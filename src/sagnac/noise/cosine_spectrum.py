@@ -1,0 +1,305 @@
+"""The spectrum of the likelihood fit: squared cosine transform of the increments, in bins."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sagnac.core.arrays import FloatArray, blocks, elementwise, empty
+from sagnac.core.errors import RecordingError
+from sagnac.noise.laws import (
+    COEFFICIENT_NAMES,
+    STOCHASTIC_NAMES,
+    CoefficientName,
+    cosine_power_basis,
+)
+from sagnac.recording.channel import angle_increments
+from sagnac.recording.model import Kind
+from sagnac.spectrum.periodogram import bin_sums
+from sagnac.spectrum.transforms import cosine_length, cosine_transform
+
+LEAST_BINS: Final = 8
+SINGLE: Final = 64
+_PER_OCTAVE: Final = 32
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CosineSpectrum:
+    """The increments in the basis in which `spectrum_fit` fits them.
+
+    Attributes
+    ----------
+    transform
+        (samples,) orthonormal cosine transform (DCT-II) of the increments, rad.
+    interval
+        Between samples, s.
+    terms
+        To fit.
+    slope
+        Taken off the increments first, rad per sample; zero without ``rate_ramp``.
+    """
+
+    transform: FloatArray
+    interval: float
+    terms: tuple[CoefficientName, ...]
+    slope: float
+
+    @property
+    def names(self) -> tuple[CoefficientName, ...]:
+        """The stochastic ones of the terms."""
+        return tuple(name for name in STOCHASTIC_NAMES if name in self.terms)
+
+
+def cosine_spectrum(
+    values: ArrayLike,
+    *,
+    kind: Kind,
+    sample_rate: float,
+    terms: Sequence[CoefficientName] = COEFFICIENT_NAMES,
+) -> CosineSpectrum:
+    """Transform once what is to be fitted over several bands.
+
+    If there are 2^17 increments or more, a few of the last may be left out, so that their number
+    has a divisor for a transform in parts; a long series is worked through by blocks.
+
+    Parameters
+    ----------
+    values, kind, sample_rate, terms
+        As in `likelihood_fit`.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite, or there are too few.
+    ValueError
+        If an argument makes no sense.
+    """
+    increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
+    require_increments(increments.size)
+    increments = increments[: cosine_length(increments.size)]
+    slope = 0.0
+    if "rate_ramp" in terms:
+        slope, increments = without_slope(increments)
+    return CosineSpectrum(
+        transform=cosine_transform(increments),
+        interval=1.0 / sample_rate,
+        terms=tuple(terms),
+        slope=slope,
+    )
+
+
+def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
+    """Slope per sample of the increments by least squares, and what is left."""
+    size = increments.size
+    middle = 0.5 * (size - 1)
+    moment = sum(
+        float((np.arange(block.start, block.stop) - middle) @ increments[block])
+        for block in blocks(size)
+    )
+    slope = 12.0 * moment / (float(size) * (float(size) ** 2 - 1.0))
+    rest = empty(size)
+    for block in blocks(size):
+        rest[block] = increments[block] - slope * (np.arange(block.start, block.stop) - middle)
+    return slope, rest
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ordinates:
+    """Squares of the cosine transform, averaged over bins.
+
+    `power` (bins,) is the mean of `count` squares whose mean is ``basis @ squares``;
+    `weight` is the number of degrees of freedom granted to a bin.
+    """
+
+    basis: FloatArray
+    power: FloatArray
+    count: FloatArray
+    weight: FloatArray
+    frequency: FloatArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpectrumBins:
+    """Ranges of the index k of a cosine transform, without what is masked.
+
+    `edges` are all starts and the last stop; `keep` says which of the ranges between them are
+    used; `starts` and `stops` (bins,) are those.
+    """
+
+    edges: NDArray[np.int64]
+    keep: NDArray[np.bool_]
+    starts: NDArray[np.int64]
+    stops: NDArray[np.int64]
+
+    @property
+    def count(self) -> FloatArray:
+        """(bins,) ordinates in each bin."""
+        return np.asarray(self.stops - self.starts, dtype=np.float64)
+
+    def mean(self, one: FloatArray, other: FloatArray) -> FloatArray:
+        """Mean over each bin of products of values at k = 0, 1, …"""
+        sums = bin_sums(elementwise(np.multiply, one, other), self.edges)
+        return np.asarray(sums[self.keep] / self.count)
+
+
+def require_increments(samples: int) -> None:
+    """Refuse a record too short for a spectrum."""
+    if samples <= LEAST_BINS:
+        raise RecordingError(
+            f"{samples} increments are too few for a spectrum", remedy="record longer"
+        )
+
+
+def cosine_bins(
+    samples: int,
+    interval: float,
+    masked: Sequence[tuple[float, float]],
+    band: tuple[float, float] | None,
+    *,
+    narrowest: int = 1,
+) -> SpectrumBins:
+    """Bins of the cosine spectrum that a fit takes.
+
+    Parameters
+    ----------
+    samples
+        Length of the transform.
+    interval
+        Between samples, s.
+    masked, band
+        As in `likelihood_fit`.
+    narrowest
+        Fewest indices in a bin.
+
+    Raises
+    ------
+    RecordingError
+        If too few bins are left.
+    ValueError
+        If `masked` or `band` makes no sense.
+    """
+    resolution = 1.0 / (2.0 * samples * interval)
+    excluded = _excluded_indices(samples, resolution, masked, band)
+    edges = np.unique(np.concatenate([_spaced_edges(samples, narrowest), excluded.ravel()]))
+    starts, stops = edges[:-1], edges[1:]
+    opened = np.searchsorted(np.sort(excluded[:, 0]), starts, side="right")
+    closed = np.searchsorted(np.sort(excluded[:, 1]), starts, side="right")
+    keep = (opened <= closed) & (stops - starts >= narrowest)
+    if np.count_nonzero(keep) < LEAST_BINS:
+        raise RecordingError(
+            "masked and band leave too few frequencies to fit",
+            remedy="mask less or record longer",
+        )
+    return SpectrumBins(edges=edges, keep=keep, starts=starts[keep], stops=stops[keep])
+
+
+def _excluded_indices(
+    samples: int,
+    resolution: float,
+    masked: Sequence[tuple[float, float]],
+    band: tuple[float, float] | None,
+) -> NDArray[np.int64]:
+    """(ranges, 2) first and last but one index of what is masked or outside the band."""
+    excluded = [np.zeros((0, 2))]
+    if len(masked):
+        limits = np.asarray(masked, dtype=np.float64).reshape(-1, 2) / resolution
+        # Two indices are one resolution cell, 1/duration.
+        excluded.append(np.stack([np.floor(limits[:, 0]) - 2, np.ceil(limits[:, 1]) + 3], axis=1))
+    if band is not None:
+        low, high = band
+        top = min(high / resolution, samples)
+        excluded.append(
+            np.array([[0.0, math.ceil(low / resolution)], [math.floor(top) + 1.0, samples]])
+        )
+    return np.clip(np.concatenate(excluded), 1, samples).astype(np.int64)
+
+
+def _spaced_edges(samples: int, narrowest: int) -> NDArray[np.int64]:
+    """Single indices first, then 32 bins to the octave, none narrower than `narrowest`."""
+    octaves = math.log2(samples / SINGLE) if samples > SINGLE else 0.0
+    steps = max(1, round(_PER_OCTAVE * octaves))
+    spaced = np.unique(np.round(np.geomspace(SINGLE, samples, steps + 1)).astype(np.int64))
+    singles = np.arange(1, min(SINGLE, samples) + 1, narrowest)
+    wide = spaced[(spaced <= samples) & (np.diff(spaced, prepend=0) >= narrowest)]
+    between = np.arange(singles[-1], wide[0] if wide.size else samples, narrowest)
+    return np.concatenate([singles, between, wide, [samples]])
+
+
+def bin_means(bins: SpectrumBins, expected: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Mean over each bin of expected squares by index, (bins, terms)."""
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    centre = 0.5 * (bins.starts + bins.stops - 1.0)
+    # Half a step beyond the first and the last: a sum by the integral over its steps.
+    half = np.where(bins.count > 1.0, 0.5 * bins.count, 0.0)
+    index = centre[:, np.newaxis] + half[:, np.newaxis] * nodes
+    basis = expected(index.ravel()).reshape(*index.shape, -1)
+    return np.asarray(np.einsum("bnt,n->bt", basis, 0.5 * weights))
+
+
+def slope_transform(index: FloatArray, samples: int) -> FloatArray:
+    """Cosine transform (DCT-II, orthonormal) of 0, 1, 2, …, at k > 0."""
+    half = 0.5 * np.pi * index / samples
+    shape = -math.sqrt(2.0 / samples) * np.cos(half) / (2.0 * np.sin(half) ** 2)
+    return np.asarray(np.where(index % 2 == 1, shape, 0.0))
+
+
+def _less_slope(
+    spectrum: Ordinates,
+    bins: SpectrumBins,
+    samples: int,
+    expected: Callable[[FloatArray], FloatArray],
+) -> Ordinates:
+    """`spectrum` of increments less their slope by least squares, expected as such.
+
+    With d the transform of a unit slope, D its square, the squares have the mean
+    ``A_k (1 - 2 d_k^2/D) + d_k^2 sum(d_j^2 A_j)/D^2`` in place of A_k. The first is left
+    out: nearly all of it is the slope.
+    """
+    index = np.arange(1.0, min(SINGLE, samples), 2.0)
+    shape = slope_transform(index, samples) ** 2
+    shape /= shape.sum()
+    share = np.zeros((spectrum.power.size, 1))
+    low = (bins.count == 1.0) & (bins.starts < SINGLE) & (bins.starts % 2 == 1)
+    share[low, 0] = shape[bins.starts[low] // 2]
+    basis = spectrum.basis * (1.0 - 2.0 * share) + share * (shape @ expected(index))
+    rest = bins.starts > 1
+    return Ordinates(
+        basis=basis[rest],
+        power=spectrum.power[rest],
+        count=spectrum.count[rest],
+        weight=spectrum.weight[rest],
+        frequency=spectrum.frequency[rest],
+    )
+
+
+def ordinates(cosine: CosineSpectrum, bins: SpectrumBins) -> Ordinates:
+    """Mean squares of a transform in bins, and what is expected of each of its terms there.
+
+    Raises
+    ------
+    RecordingError
+        If the values do not vary.
+    """
+    samples, columns = cosine.transform.size, [STOCHASTIC_NAMES.index(one) for one in cosine.names]
+    power = bins.mean(cosine.transform, cosine.transform)
+    # A single square may be zero, of angles a few readout steps apart.
+    if not np.median(power) > 0.0:
+        raise RecordingError(
+            "the values do not vary", remedy="a spectrum needs noise, check the channel"
+        )
+
+    def expected(index: FloatArray) -> FloatArray:
+        return cosine_power_basis(index, samples, cosine.interval)[:, columns]
+
+    spectrum = Ordinates(
+        basis=bin_means(bins, expected),
+        power=power,
+        count=bins.count,
+        weight=bins.count,
+        frequency=np.asarray(0.25 * (bins.starts + bins.stops - 1.0) / (samples * cosine.interval)),
+    )
+    ramp = "rate_ramp" in cosine.terms
+    return _less_slope(spectrum, bins, samples, expected) if ramp else spectrum

@@ -1,0 +1,319 @@
+"""Estimates of Q, N, B, K and R: value, interval, status and units."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from html import escape
+from typing import Final, Literal
+
+from sagnac.core.errors import Note, quoted, require_choice, require_confidence
+from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor
+from sagnac.noise.laws import CoefficientName
+
+Status = Literal["estimated", "upper bound", "not observable"]
+FitName = Literal["paper", "weighted", "likelihood"]
+
+
+def estimate_units(name: CoefficientName, sensor: Sensor = "gyro") -> Mapping[str, float]:
+    """Units that a coefficient is written in: the size of one in SI.
+
+    Raises
+    ------
+    ValueError
+        If there is no such coefficient.
+    """
+    require_choice("name", name, CoefficientName)
+    return (FORCE_COEFFICIENT_UNITS if sensor == "accelerometer" else COEFFICIENT_UNITS)[name]
+
+
+# Part of its whole band that a fit may lack at the upper edge by rounding.
+_ROUNDING: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """A value and the ends of its interval."""
+
+    value: float
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not self.low <= self.value <= self.high:
+            raise ValueError(f"value {self.value:g} lies outside {self.low:g} to {self.high:g}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConvertedEstimate:
+    """Three figures of an `Estimate` in `unit`, and its status; ``float`` of it is the value."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    status: Status = "estimated"
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __format__(self, spec: str) -> str:
+        spec = spec or ".4g"
+        if self.status == "not observable":
+            return self.status
+        high = format(self.high, spec)
+        if self.status == "upper bound":
+            return f"below {high} {self.unit}"
+        return f"{format(self.value, spec)} ({format(self.low, spec)} to {high}) {self.unit}"
+
+    def __str__(self) -> str:
+        return format(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class Estimate:
+    """One coefficient in SI.
+
+    Attributes
+    ----------
+    value, low, high
+        ``estimated``: `value` within [`low`, `high`] at `confidence`. ``upper bound``:
+        `value` and `high` are the bound, `low` is 0. ``not observable``: all three are NaN.
+    confidence
+        Probability content of the interval, or of being below the bound.
+    status
+        Which of the three.
+    name
+        Of the coefficient, by which `to` knows its units; None if it is not known.
+    sensor
+        ``gyro``, or ``accelerometer``: then SI has m where a gyro has rad.
+
+    Raises
+    ------
+    ValueError
+        If the figures are not what the status says, or a choice is not known.
+
+    Examples
+    --------
+    >>> from math import pi
+    >>> walk = pi / 180.0 / 60.0  # 1 deg/sqrt(h) in rad/sqrt(s)
+    >>> estimate = Estimate(
+    ...     name="angle_random_walk", value=2e-3 * walk, low=1.9e-3 * walk, high=2.2e-3 * walk,
+    ...     confidence=0.95, status="estimated",
+    ... )
+    >>> estimate
+    <angle_random_walk 0.002 (0.0019 to 0.0022) deg/sqrt(h), 95 %>
+    >>> print(estimate.to("deg/h/sqrt(Hz)"))
+    0.12 (0.114 to 0.132) deg/h/sqrt(Hz)
+    >>> f"{estimate:.1e}"
+    '2.0e-03 (1.9e-03 to 2.2e-03) deg/sqrt(h)'
+    """
+
+    value: float
+    low: float
+    high: float
+    confidence: float
+    status: Status
+    name: CoefficientName | None = None
+    sensor: Sensor = "gyro"
+
+    def __post_init__(self) -> None:
+        require_choice("status", self.status, Status)
+        require_choice("sensor", self.sensor, Sensor)
+        require_confidence(self.confidence)
+        if self.name is not None:
+            estimate_units(self.name, self.sensor)
+        figures = f"value {self.value!r}, low {self.low!r}, high {self.high!r}"
+        if self.status == "not observable":
+            if not all(math.isnan(figure) for figure in (self.value, self.low, self.high)):
+                raise ValueError(f"{figures}: what is not observable has NaN for all three")
+        elif not self.low <= self.value <= self.high:
+            raise ValueError(f"{figures}: give low <= value <= high")
+
+    def _key(self) -> tuple[object, ...]:
+        """Fields that make two estimates equal; NaN, which equals nothing, goes by the status."""
+        figures = () if self.status == "not observable" else (self.value, self.low, self.high)
+        return (*figures, self.confidence, self.status, self.name, self.sensor)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Estimate) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def to(self, unit: str) -> ConvertedEstimate:
+        """The figures in a unit of the field.
+
+        Parameters
+        ----------
+        unit
+            Any that the coefficient is written in: ``deg/sqrt(h)``, ``deg/h/sqrt(Hz)``,
+            ``rad/s/sqrt(Hz)`` or ``rad/sqrt(s)`` for angle random walk.
+
+        Raises
+        ------
+        ValueError
+            If the coefficient is not known, or not written in that unit.
+        """
+        if self.name is None:
+            raise ValueError("the estimate has no name, so that its units are not known")
+        units = estimate_units(self.name, self.sensor)
+        if unit not in units:
+            raise ValueError(
+                f"unit {unit!r} is not one of {self.name}; use one of {', '.join(units)}"
+            )
+        size = units[unit]
+        return ConvertedEstimate(
+            value=self.value / size,
+            low=self.low / size,
+            high=self.high / size,
+            unit=unit,
+            status=self.status,
+        )
+
+    def _shown(self) -> ConvertedEstimate:
+        """The figures in the field's unit, SI if the coefficient is not known."""
+        if self.name is None:
+            return ConvertedEstimate(
+                value=self.value, low=self.low, high=self.high, unit="SI", status=self.status
+            )
+        return self.to(next(iter(estimate_units(self.name, self.sensor))))
+
+    def __format__(self, spec: str) -> str:
+        return format(self._shown(), spec) if spec else str(self)
+
+    def _worded(self) -> str:
+        if self.status == "not observable":
+            return "not observable"
+        return f"{self._shown()}, {100.0 * self.confidence:g} %"
+
+    def __repr__(self) -> str:
+        return f"<{self.name or 'estimate'} {self._worded()}>"
+
+    def _repr_html_(self) -> str:
+        name = (self.name or "estimate").replace("_", " ")
+        return f"<span><b>{escape(name)}</b> {escape(self._worded())}</span>"
+
+
+def unobserved(name: CoefficientName, confidence: float) -> Estimate:
+    """A coefficient of which nothing is known."""
+    return Estimate(
+        value=math.nan,
+        low=math.nan,
+        high=math.nan,
+        confidence=confidence,
+        status="not observable",
+        name=name,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SquaredEstimate:
+    """Square of one coefficient.
+
+    `value`, `low`, `high` and `status` as in `Estimate`.
+    """
+
+    value: float
+    low: float
+    high: float
+    status: Status
+
+    @classmethod
+    def bound(cls, high: float) -> "SquaredEstimate":
+        """An upper bound."""
+        return cls(value=high, low=0.0, high=high, status="upper bound")
+
+    @classmethod
+    def unseen(cls) -> "SquaredEstimate":
+        """A square that cannot be observed."""
+        return cls(value=math.nan, low=math.nan, high=math.nan, status="not observable")
+
+    def root(self, name: CoefficientName, confidence: float) -> Estimate:
+        """Estimate of the coefficient; a bound if its interval begins at 0."""
+        bounded = self.status == "estimated" and not self.low > 0.0
+        return Estimate(
+            value=math.sqrt(self.high if bounded else self.value),
+            low=math.sqrt(self.low),
+            high=math.sqrt(self.high),
+            confidence=confidence,
+            status="upper bound" if bounded else self.status,
+            name=name,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FitBand:
+    """The frequencies that a fit of a spectrum used.
+
+    Attributes
+    ----------
+    low, high
+        Lowest and highest, Hz.
+    interval
+        Between the angles of the spectrum, s.
+    masked
+        Bands (low, high) within it that were left out for lines, Hz.
+    """
+
+    low: float
+    high: float
+    interval: float
+    masked: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing above the band is left out."""
+        return self.high * self.interval >= 0.5 * (1.0 - _ROUNDING)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """All coefficients by one method.
+
+    Attributes
+    ----------
+    method
+        ``paper``: least squares on Eq. 3. ``weighted``: non-negative generalized least
+        squares on the curve. ``likelihood``: Whittle on the spectrum.
+    coefficients
+        By name.
+    notes
+        What was noticed.
+    departure
+        Of a likelihood fit: relative departure of the spectrum from the terms that chance does
+        not explain, 1 or more if bins had to be left out; 0 if the terms suffice.
+    band
+        Of a likelihood fit: the frequencies it used; else None.
+    squares
+        Of a likelihood fit: the most likely squares of Q, N, B and K, SI, which together describe
+        its spectrum; one that is not there may be negative.
+
+    Raises
+    ------
+    ValueError
+        If the method or a coefficient is not known, or `departure` is negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sagnac import fit_coefficients, stability_curve
+    >>> rate = np.random.default_rng(1).standard_normal(3000)
+    >>> curve = stability_curve(rate, kind="rate", sample_rate=1.0)
+    >>> fit = fit_coefficients(curve, method="weighted")
+    >>> fit.method, fit.coefficients["angle_random_walk"].status
+    ('weighted', 'estimated')
+    """
+
+    method: FitName
+    coefficients: Mapping[CoefficientName, Estimate]
+    notes: tuple[Note, ...] = ()
+    departure: float = 0.0
+    band: FitBand | None = None
+    squares: Mapping[CoefficientName, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_choice("method", self.method, FitName)
+        for name in self.coefficients:
+            require_choice("coefficients: name", name, CoefficientName)
+        if not self.departure >= 0.0:
+            raise ValueError(f"departure is {quoted(self.departure)}; give zero or more")

@@ -1,0 +1,338 @@
+"""Self-noise of each of three and more gyros that turn together, from their cross spectra.
+
+What all share is motion: the cross spectra of n gyros about one axis are ``P = g g* S + diag(N)``,
+a motion S that each senses by its own gain g (its misalignment in it), and the noise N of each
+alone. Three gyros solve for it (R. Sleeman, A. van Wettum and J. Trampert, Bull. Seismol. Soc. Am.
+96, 258, 2006: ``N_1 = P_11 - P_21 P_13 / P_23``); of more, the maximum of the Wishart likelihood is
+the weighted least-squares form. Gyros about several axes, as three triads side by side, share as
+many motions as they have axes, and a misalignment mixes these: ``P = G S G* + diag(N)``.
+
+With N given, the likelihood is highest with the largest eigenvectors of ``N^-1/2 P N^-1/2`` for the
+motion (D. N. Lawley and A. E. Maxwell, Factor Analysis as a Statistical Method, 1971), so that N
+alone is searched for, by scoring: with the other eigenvalues l and vectors u, and their projector
+F, the gradient is ``sum_k |u_ik|^2 (1 - l_k)`` and the information on ln N ``M |F_ij|^2``. Each
+motion takes one of the M degrees of freedom, which N is given back.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import rfft
+from scipy.special import chdtri
+
+from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.errors import RecordingError, counted, require_confidence
+from sagnac.noise.estimates import Estimate, Status
+from sagnac.recording.channel import angle_increments
+from sagnac.recording.model import Recording
+from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
+
+ComplexArray = NDArray[np.complex128]
+
+# Gyros that each motion needs: with two there is more than one way to tell them apart.
+_FOR_EACH: Final = 3
+# Complex degrees of freedom of a band, times the motions squared, from which on intervals hold.
+_LEAST: Final = 30
+_BANDS_A_DECADE: Final = 10
+_SEGMENT: Final = 2**17
+_STEPS: Final = 100
+_CONVERGED: Final = 1e-9
+# A noise below this part of where the search began is none that can be told.
+_TINY: Final = 1e-4
+# Degrees of freedom of a noise, fewer than which tell next to nothing of it.
+_FEWEST: Final = 4.0
+# Chance at which an ordinate of a band of noise is taken for a line.
+_CHANCE: Final = 1e-4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SelfNoise:
+    """Noise of each gyro without what all share.
+
+    Attributes
+    ----------
+    gyros
+        Their names.
+    frequency
+        (bands,) Hz.
+    density, low, high
+        (gyros, bands) one-sided rate density of each alone, (rad/s)^2/Hz, and its interval; NaN
+        where it cannot be told.
+    motion
+        (bands,) mean density of what they share.
+    gains
+        (gyros,) with which each senses the motion, of their mean; empty of several motions.
+    left_out
+        (bands,) ordinates that were left out as lines of one gyro.
+    angle_random_walk
+        N of each over the band that was asked for; else empty.
+    confidence
+        Of the intervals.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(2).standard_normal((4, 20_000))
+    >>> x, y, z = noise[3] * [[30.0], [31.0], [29.0]] + noise[:3]
+    >>> still = Recording.from_arrays(x=x, y=y, z=z, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> self_noise(still).gains.round(2).tolist()
+    [1.0, 1.03, 0.97]
+    """
+
+    gyros: tuple[str, ...]
+    frequency: FloatArray
+    density: FloatArray
+    low: FloatArray
+    high: FloatArray
+    motion: FloatArray
+    gains: FloatArray
+    left_out: IntegerArray
+    angle_random_walk: Mapping[str, Estimate]
+    confidence: float
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{name} {one!r}" for name, one in self.angle_random_walk.items())
+        return f"<SelfNoise of {', '.join(self.gyros)}: {self.frequency.size} bands; {found}>"
+
+
+def self_noise(
+    recording: Recording,
+    *,
+    gyros: Sequence[str] | None = None,
+    motions: int = 1,
+    band: tuple[float, float] | None = None,
+    confidence: float = 0.95,
+) -> SelfNoise:
+    """Spectrum of the noise of each of several gyros, and N of each over a band.
+
+    Parameters
+    ----------
+    recording
+        Of gyros that turn together.
+    gyros
+        Three or more for each motion; all of the recording unless stated.
+    motions
+        Axes about which they turn: 1 of parallel gyros, 3 of triads side by side.
+    band
+        Lowest and highest frequency, Hz, over which the noise of each is white; N is read there.
+    confidence
+        Of the intervals.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite, or the recording is too short.
+    ValueError
+        If there are too few gyros, or a band or a confidence that cannot be.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).standard_normal((4, 20_000))
+    >>> turned = 30.0 * noise[3]
+    >>> three = {name: turned + one for name, one in zip("xyz", noise, strict=False)}
+    >>> still = Recording.from_arrays(**three, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> found = self_noise(still, band=(0.1, 5.0)).angle_random_walk["x"].to("deg/h/sqrt(Hz)")
+    >>> bool(found.low < 1.0 / np.sqrt(10.0) < found.high)
+    True
+    """
+    require_confidence(confidence)
+    names = tuple(gyros) if gyros is not None else tuple(one.name for one in recording.gyros)
+    if motions < 1 or len(set(names)) < _FOR_EACH * motions:
+        raise ValueError(
+            f"gyros are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions"
+        )
+    rates = _rates(recording, names)
+    length = min(rates.shape[1], _SEGMENT)
+    frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
+    if band is not None and not 0.0 <= band[0] < band[1]:
+        raise ValueError(f"band is {band}; give two frequencies in Hz, the lower first")
+    segments = rates.shape[1] // length
+    cross = _cross_spectra(rates, length) / recording.sample_rate
+    first, last = CELL, frequency.size - CELL
+    least = _LEAST * motions**2
+    edges = _edges(first, last, segments, least)
+    if edges.size < 2:
+        raise RecordingError(
+            f"{counted(rates.shape[1], 'sample')} are too few for cross spectra of "
+            f"{len(names)} gyros",
+            remedy="record longer",
+        )
+    found = [
+        _told_apart(cross[low:high], motions, segments, confidence) for low, high in pairwise(edges)
+    ]
+    walks: dict[str, Estimate] = {}
+    if band is not None:
+        inside = slice(
+            max(int(np.searchsorted(frequency, band[0])), first),
+            min(int(np.searchsorted(frequency, band[1])), last),
+        )
+        if band_degrees(inside.stop - inside.start, segments) < least:
+            raise RecordingError(
+                f"holds too little between {band[0]:g} and {band[1]:g} Hz",
+                remedy="give a wider band, or record longer",
+            )
+        one = _told_apart(cross[inside], motions, segments, confidence)
+        walks = {name: _walk(one, place, confidence) for place, name in enumerate(names)}
+    return SelfNoise(
+        gyros=names,
+        frequency=np.array([frequency[low:high].mean() for low, high in pairwise(edges)]),
+        density=np.array([one.noise for one in found]).T,
+        low=np.array([one.low for one in found]).T,
+        high=np.array([one.high for one in found]).T,
+        motion=np.array([one.motion for one in found]),
+        gains=_gains(found) if motions == 1 else np.empty(0),
+        left_out=np.array([one.left_out for one in found]),
+        angle_random_walk=walks,
+        confidence=confidence,
+    )
+
+
+def band_degrees(ordinates: int, segments: int) -> float:
+    """Complex degrees of freedom of the mean of neighbouring ordinates over some segments."""
+    return 0.5 * band_degrees_of_freedom(ordinates) * segments if ordinates > 0 else 0.0
+
+
+def _rates(recording: Recording, names: Sequence[str]) -> FloatArray:
+    """(gyros, samples) mean rates, rad/s."""
+    rate = recording.sample_rate
+    each = []
+    for name in names:
+        gyro = recording.gyro(name)
+        turned = angle_increments(gyro.values, kind=gyro.kind, sample_rate=rate)
+        each.append(np.asarray(turned) * rate)
+    samples = min(one.size for one in each)
+    return np.array([one[:samples] for one in each])
+
+
+def _cross_spectra(rates: FloatArray, length: int) -> ComplexArray:
+    """(ordinates, gyros, gyros) one-sided, over all tapers and segments, times the sample rate."""
+    total = np.zeros((length // 2 + 1, len(rates), len(rates)), dtype=np.complex128)
+    segments = rates.shape[1] // length
+    for place in range(segments):
+        some = rates[:, place * length : (place + 1) * length]
+        some = some - some.mean(axis=1, keepdims=True)
+        for order in range(1, TAPERS + 1):
+            turned = rfft(some * sine_taper(order, length), axis=1).T
+            total += turned[:, :, np.newaxis] * turned[:, np.newaxis, :].conj()
+    return np.asarray(total * (2.0 / (TAPERS * segments)))
+
+
+def _edges(first: int, last: int, segments: int, least: int) -> IntegerArray:
+    """Ordinates at which bands begin and end, each with enough degrees of freedom."""
+    edges = [first]
+    while edges[-1] < last:
+        high = max(edges[-1] + 1, round(edges[-1] * 10.0 ** (1.0 / _BANDS_A_DECADE)))
+        while high < last and band_degrees(high - edges[-1], segments) < least:
+            high += 1
+        if high > last or band_degrees(high - edges[-1], segments) < least:
+            break
+        edges.append(high)
+    return np.array(edges)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Apart:
+    """One band: noise of each gyro with its interval, the motion and how each senses it."""
+
+    noise: FloatArray
+    low: FloatArray
+    high: FloatArray
+    motion: float
+    sensed: ComplexArray
+    left_out: int
+
+
+def _told_apart(cross: ComplexArray, motions: int, segments: int, confidence: float) -> _Apart:
+    """The noise of one band, without ordinates at which one gyro has a line."""
+    kept = np.ones(len(cross), dtype=np.bool_)
+    for _ in range(2):
+        mean = cross[kept].mean(axis=0)
+        noise, variance, motion, beside = _factored(mean, motions)
+        # What is not motion, of each ordinate, over what is to be expected of it.
+        whitened = beside / np.sqrt(noise)
+        residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real / len(beside)
+        freedom = 2.0 * TAPERS * segments * len(beside)
+        kept = residual < chdtri(freedom, _CHANCE) / freedom
+        if kept.all() or band_degrees(int(kept.sum()), segments) < 2 * motions:
+            break
+    mean = cross[kept].mean(axis=0) if kept.any() else cross.mean(axis=0)
+    noise, variance, motion, _ = _factored(mean, motions)
+    degrees = band_degrees(int(kept.sum()) or len(cross), segments)
+    each = 2.0 * degrees / np.where(variance < 2.0 * degrees / _FEWEST, variance, np.nan)
+    noise = np.where(np.isnan(each), np.nan, noise * degrees / (degrees - motions))
+    tail = 0.5 * (1.0 - confidence)
+    return _Apart(
+        noise=noise,
+        low=noise * each / chdtri(each, tail),
+        high=noise * each / chdtri(each, 1.0 - tail),
+        motion=float(np.mean(np.sum(np.abs(motion) ** 2, axis=1))),
+        sensed=motion,
+        left_out=int(np.count_nonzero(~kept)),
+    )
+
+
+def _factored(
+    mean: ComplexArray, motions: int
+) -> tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]:
+    """Most likely noise of a cross-spectral matrix.
+
+    Returns
+    -------
+    noise, variance
+        (gyros,) and the variance of its logarithm times the degrees of freedom; NaN if the noise
+        cannot be told.
+    motion
+        (gyros, motions) what of each motion each senses, root of a density.
+    beside
+        (gyros - motions, gyros) conjugate vectors of what is not motion, whitened.
+    """
+    # What the others do not foretell of each is no less than its noise.
+    logarithm = -np.log(np.diagonal(np.linalg.inv(mean)).real)
+    begun, root, information = logarithm, logarithm, np.empty((0, 0))
+    for _ in range(_STEPS):
+        root = np.exp(-0.5 * logarithm)
+        values, vectors = np.linalg.eigh(root[:, np.newaxis] * mean * root)
+        lower, beside = values[:-motions], vectors[:, :-motions]
+        gradient = (np.abs(beside) ** 2) @ (1.0 - lower)
+        information = np.abs(beside @ beside.conj().T) ** 2
+        step = np.clip(np.linalg.lstsq(information, gradient)[0], -1.0, 1.0)
+        logarithm = logarithm - step
+        if np.abs(step).max() < _CONVERGED:
+            break
+    noise = np.exp(logarithm)
+    variance = np.diagonal(np.linalg.pinv(information)).copy()
+    variance[logarithm < begun + math.log(_TINY)] = math.nan
+    motion = vectors[:, -motions:] * np.sqrt(np.maximum(values[-motions:] - 1.0, 0.0))
+    return noise, variance, motion / root[:, np.newaxis], beside.conj().T
+
+
+def _gains(found: Sequence[_Apart]) -> FloatArray:
+    """(gyros,) gains of one motion, of their mean; bands count by how far the motion stands out."""
+    total = np.zeros(found[0].noise.size)
+    for one in found:
+        if np.isnan(one.noise).all():
+            continue
+        sensed = one.sensed[:, 0]
+        total += (sensed * sensed.mean().conjugate()).real / float(np.nanmean(one.noise))
+    mean = float(total.mean())
+    return np.asarray(total / mean if mean else np.full(total.size, math.nan))
+
+
+def _walk(band: _Apart, place: int, confidence: float) -> Estimate:
+    """N of one gyro whose noise is white over the band: half of a one-sided density, the root."""
+    low, value, high = (
+        math.sqrt(0.5 * float(each[place])) for each in (band.low, band.noise, band.high)
+    )
+    status: Status = "not observable" if math.isnan(value) else "estimated"
+    return Estimate(
+        value=value,
+        low=low,
+        high=high,
+        confidence=confidence,
+        status=status,
+        name="angle_random_walk",
+    )

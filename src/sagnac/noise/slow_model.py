@@ -1,0 +1,284 @@
+"""Slow noise as the levels of a spectrum show it: B, K and Markov rates that earn their place."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.optimize import minimize_scalar, nnls
+from scipy.special import ndtri
+
+from sagnac.core.arrays import FloatArray
+from sagnac.noise.estimates import Estimate, Interval
+from sagnac.noise.laws import CoefficientName, level_laws, markov_density
+from sagnac.noise.model_average import ModelChoice
+from sagnac.noise.whole_band import describes
+from sagnac.spectrum.levels import Levels
+
+# Twice the logarithm of the likelihood that slow noise, or each Markov rate in it, has to add: five
+# standard deviations; and B or K beside others: three.
+_EARNED: Final = 25.0
+_PRESENT: Final = 9.0
+# Chance at which levels of noise with Markov rates are not described by them.
+_CHANCE: Final = 0.001
+# Sets of terms, by their places among Q, N, B and K.
+_B: Final = 2
+_K: Final = 3
+_TERMS: Final = ((0, 1), (0, 1, _B), (0, 1, _K), (0, 1, _B, _K))
+_LEAST_BINS: Final = 8
+_TIMES_PER_E_FOLD: Final = 3.5
+_STEP: Final = 1.01  # by which a time is changed for a slope
+_ITERATIONS: Final = 200
+_CONVERGED: Final = 1e-10
+_SETTLED: Final = 0.1  # of the deviance of two rates
+_TURNS: Final = 20  # of fitting one of two rates beside the other
+_LEAST_LAW: Final = 1e-12  # of the level
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarkovEstimate:
+    """A Markov rate: its standard deviation, rad/s, and its correlation time, s."""
+
+    deviation: Interval
+    correlation_time: Interval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlowModel:
+    """Noise that is slower than white, which the levels do not tell apart any further.
+
+    Attributes
+    ----------
+    bias_instability, rate_random_walk
+        Most likely B, rad/s, and K, rad/s/sqrt(s), beside each other and the Markov rates; 0 if the
+        rest is as likely without.
+    rates
+        None, one or two Markov rates, the shorter first; none if B and K are as likely.
+    """
+
+    bias_instability: float
+    rate_random_walk: float
+    rates: tuple[MarkovEstimate, ...]
+
+
+def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> SlowModel | None:
+    """The most likely Q, N, B and K, with one or two Markov rates that the levels bear out.
+
+    The level of a bin follows a gamma law, the likelihood of which is highest where least squares
+    with weights of the law itself end; no term is negative.
+
+    Parameters
+    ----------
+    levels
+        Of a rate spectrum.
+    highest
+        Frequency up to which they count, Hz: above, a sensor's low-pass or its readout rules.
+    confidence
+        Of the intervals.
+
+    Returns
+    -------
+    SlowModel or None
+        None if white noise is as likely.
+    """
+    used = levels.frequency <= highest
+    level, shape, interval = levels.level[used], levels.shape[used], levels.spectrum.interval
+    if level.size < _LEAST_BINS:
+        return None
+    seen = _Seen(
+        level=level,
+        shape=shape,
+        laws=level_laws(levels)[used],
+        markov=lambda time: levels.law(
+            lambda frequency: markov_density(frequency, interval, time)[:, np.newaxis]
+        )[used, 0],
+    )
+    plain = [seen.fitted(terms) for terms in _TERMS]
+    chosen = min(plain, key=_weighed)
+    if seen.with_rate(_TERMS[-1], levels.frequency[used], plain[-1].deviance - _EARNED):
+        rates = [seen.with_rate(terms, levels.frequency[used], math.inf) for terms in _TERMS]
+        best = min((one for one in rates if one is not None), key=_weighed)
+        two = seen.with_second(best, levels.frequency[used])
+        if two is not None and _weighed(best) - _weighed(two) >= _EARNED:
+            best = two
+        freedom = level.size - len(best.terms) - 2 * len(best.times)
+        if describes(shape, level / best.mean, freedom, _CHANCE):
+            chosen = best
+    if plain[0].deviance - chosen.deviance < _EARNED:
+        return None
+    square = dict(zip(chosen.terms, chosen.squares, strict=False))
+    return SlowModel(
+        bias_instability=math.sqrt(square.get(_B, 0.0)),
+        rate_random_walk=math.sqrt(square.get(_K, 0.0)),
+        rates=seen.estimates(chosen, confidence),
+    )
+
+
+def untold(
+    levels: Levels | None,
+    choice: ModelChoice | None,
+    estimates: Mapping[CoefficientName, Estimate],
+) -> SlowModel | None:
+    """`slow_model` beside an answer that has N, but of B and K bounds at most, which hold.
+
+    Parameters
+    ----------
+    levels
+        Of what the answer is of.
+    choice
+        Band that it rests on.
+    estimates
+        By coefficient.
+
+    Returns
+    -------
+    SlowModel or None
+        None if the answer has no N, or has B or K, or white noise is as likely.
+    """
+    walk = estimates.get("angle_random_walk")
+    if levels is None or choice is None or walk is None or walk.status != "estimated":
+        return None
+    flicker, further = estimates.get("bias_instability"), estimates.get("rate_random_walk")
+    if any(one is not None and one.status == "estimated" for one in (flicker, further)):
+        return None
+    found = slow_model(levels, highest=choice.band_hz[1], confidence=walk.confidence)
+    if found is None:
+        return None
+    return replace(
+        found,
+        bias_instability=_within(found.bias_instability, flicker),
+        rate_random_walk=_within(found.rate_random_walk, further),
+    )
+
+
+def _within(value: float, bound: Estimate | None) -> float:
+    """The value, or the upper bound of it where the curve allows no more."""
+    return value if bound is None or bound.status != "upper bound" else min(value, bound.high)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Fit:
+    """Squares of some terms, and of a Markov rate of each time behind them, with their law."""
+
+    terms: tuple[int, ...]
+    times: tuple[float, ...]
+    squares: FloatArray
+    mean: FloatArray
+    deviance: float
+
+
+def _weighed(fit: _Fit) -> float:
+    """Minus twice the logarithm of the likelihood, and what each term has to earn."""
+    return fit.deviance + _PRESENT * len(fit.terms)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Seen:
+    """Levels, their shapes, the laws of Q, N, B and K (bins, 4), and that of a Markov rate."""
+
+    level: FloatArray
+    shape: FloatArray
+    laws: FloatArray
+    markov: Callable[[float], FloatArray]
+
+    def fitted(self, terms: tuple[int, ...], times: tuple[float, ...] = ()) -> _Fit:
+        """The most likely squares of some terms and of Markov rates of some times."""
+        laws = np.column_stack([self.laws[:, terms], *map(self.markov, times)])
+        scale = laws.max(axis=0)
+        relative = laws / scale
+        squares, mean, deviance = np.zeros(scale.size), self.level, math.inf
+        for _ in range(_ITERATIONS):
+            weight = np.sqrt(self.shape) / mean
+            squares, _ = nnls(relative * weight[:, np.newaxis], self.level * weight)
+            mean = np.maximum(relative @ squares, _LEAST_LAW * self.level)
+            before, deviance = (
+                deviance,
+                float(2.0 * self.shape @ (self.level / mean + np.log(mean))),
+            )
+            if abs(before - deviance) < _CONVERGED * abs(deviance):
+                break
+        return _Fit(terms=terms, times=times, squares=squares / scale, mean=mean, deviance=deviance)
+
+    def with_rate(
+        self,
+        terms: tuple[int, ...],
+        frequency: FloatArray,
+        highest: float,
+        beside: tuple[float, ...] = (),
+    ) -> _Fit | None:
+        """The same with a Markov rate of the most likely time, beside others of given times.
+
+        None if that is not within what the frequencies show, a rate is nothing, or the deviance is
+        not `highest` or less.
+        """
+
+        def fitted(logarithm: float) -> _Fit:
+            return self.fitted(terms, (*beside, math.exp(logarithm)))
+
+        def deviance(logarithm: float) -> float:
+            return fitted(logarithm).deviance
+
+        first, last = np.log(0.5 / (math.pi * frequency[[-1, 0]]))
+        grid = np.linspace(first, last, max(3, math.ceil(_TIMES_PER_E_FOLD * (last - first))))
+        at = int(np.argmin([deviance(float(one)) for one in grid]))
+        if at in {0, grid.size - 1}:
+            return None
+        bounds, precision = grid[[at - 1, at + 1]], {"xatol": 1e-3}
+        best = minimize_scalar(deviance, bounds=bounds, method="bounded", options=precision)
+        fit = fitted(best.x)
+        rates = fit.squares[len(terms) :]
+        return fit if rates.min() > 0.0 and fit.deviance <= highest else None
+
+    def with_second(self, one: _Fit, frequency: FloatArray) -> _Fit | None:
+        """The most likely fit of two Markov rates that lies beside the best of one.
+
+        The second is sought beside the first, then each anew beside the other until the likelihood
+        stays; the shorter is first. The terms beside are those of the best of one, or white noise
+        alone. None if there is none.
+        """
+        found: list[_Fit] = []
+        for terms in {one.terms, _TERMS[0]}:
+            fit = anew = self.with_rate(terms, frequency, math.inf, one.times)
+            for _ in range(_TURNS):
+                if anew is None:
+                    break
+                fit = anew
+                anew = self.with_rate(terms, frequency, fit.deviance - _SETTLED, fit.times[-1:])
+            if fit is not None:
+                found.append(self.fitted(terms, tuple(sorted(fit.times))))
+        return min(found, key=_weighed, default=None)
+
+    def estimates(self, fit: _Fit, confidence: float) -> tuple[MarkovEstimate, ...]:
+        """Intervals by the information of the levels on the logarithms of the terms there are."""
+        count = len(fit.times)
+        rates = fit.squares[len(fit.terms) :]
+        slopes = [
+            square
+            * (self.markov(time * _STEP) - self.markov(time / _STEP))
+            / (2.0 * math.log(_STEP))
+            for square, time in zip(rates, fit.times, strict=True)
+        ]
+        laws = np.column_stack([self.laws[:, fit.terms], *map(self.markov, fit.times)])
+        there = (laws * fit.squares)[:, fit.squares > 0.0]
+        terms = np.column_stack([there, *slopes]) / fit.mean[:, np.newaxis]
+        covariance = np.linalg.pinv(terms.T @ (self.shape[:, np.newaxis] * terms))
+        deviations = float(ndtri(0.5 + 0.5 * confidence))
+
+        def interval(value: float, variance: float) -> Interval:
+            factor = math.exp(deviations * math.sqrt(variance))
+            return Interval(value=value, low=value / factor, high=value * factor)
+
+        found = []
+        for place, (square, time) in enumerate(zip(rates.tolist(), fit.times, strict=True)):
+            # The square of the deviation is q^2 T/2.
+            along = np.zeros(terms.shape[1])
+            along[[place - 2 * count, place - count]] = 0.5
+            size = math.sqrt(0.5 * square * time)
+            found.append(
+                MarkovEstimate(
+                    deviation=interval(size, float(along @ covariance @ along)),
+                    correlation_time=interval(time, float(covariance.diagonal()[place - count])),
+                )
+            )
+        return tuple(found)

@@ -1,0 +1,207 @@
+"""Limits that a gyro has to keep: of Q, N, B, K and R, and the risk of passing one that does not.
+
+A specification is a text (``3e-4deg/sqrt(h)``, ``N=3e-4deg/sqrt(h),B=0.01deg/h``) or a TOML file
+for a product.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from sagnac.core.documents import ANY, NUMBER, read_toml, table
+from sagnac.core.errors import quoted, require_choice
+from sagnac.core.units import Unit, field_unit, split_factor, unit_of
+from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
+
+_NAMES: Final[Mapping[str, CoefficientName]] = {
+    **{letter: name for name, letter in SYMBOLS.items()},
+    **{name: name for name in COEFFICIENT_NAMES},
+}
+# A limit stands in the table of them or beside it.
+_FILE: Final = table(
+    {
+        "product": ANY,
+        "risk": {**NUMBER, "description": "give a number between 0 and 0.5"},
+        "limits": {
+            "type": "object",
+            "description": 'write [limits] and N = "3e-4 deg/sqrt(h)" below it',
+        },
+    }
+    | dict.fromkeys(_NAMES, ANY)
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limit:
+    """Largest value that one coefficient may have.
+
+    Attributes
+    ----------
+    coefficient
+        Which one.
+    value
+        SI.
+    unit
+        The unit that it was stated in.
+
+    Raises
+    ------
+    ValueError
+        If the coefficient is not known, or the value is not a finite number above zero.
+    """
+
+    coefficient: CoefficientName
+    value: float
+    unit: Unit
+
+    def __post_init__(self) -> None:
+        require_choice("coefficient", self.coefficient, CoefficientName)
+        if not (math.isfinite(self.value) and self.value > 0.0):
+            raise ValueError(f"value is {quoted(self.value)}; give a finite number above zero")
+        if self.unit.quantity != field_unit(self.coefficient).quantity:
+            raise ValueError(f"unit {self.unit} is not a unit of {self.coefficient}")
+
+    @property
+    def letter(self) -> str:
+        """Q, N, B, K or R."""
+        return SYMBOLS[self.coefficient]
+
+    @property
+    def in_unit(self) -> float:
+        """The value in the unit that it was stated in."""
+        return self.value / self.unit.size
+
+    @property
+    def in_words(self) -> str:
+        """The limit as it was stated: ``N ≤ 0.0003 °/√h``."""
+        return f"{self.letter} ≤ {self.in_unit:.6g} {self.unit.symbol}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Specification:
+    """Limits that a gyro has to keep.
+
+    Attributes
+    ----------
+    limits
+        One or more, each coefficient once.
+    risk
+        Largest probability of passing a gyro that lies at its limit; None: what the interval
+        leaves, half of what its confidence lacks (for an upper bound all of it).
+    product
+        What the specification is of, or empty.
+
+    Raises
+    ------
+    ValueError
+        If there is no limit, a coefficient has two, or the risk is not between 0 and 0.5.
+
+    Examples
+    --------
+    >>> limits = specification_of("N=0.003deg/sqrt(h),B=0.01deg/h", risk=0.05).limits
+    >>> [limit.coefficient for limit in limits]
+    ['angle_random_walk', 'bias_instability']
+    """
+
+    limits: tuple[Limit, ...]
+    risk: float | None = None
+    product: str = ""
+
+    def __post_init__(self) -> None:
+        names = [limit.coefficient for limit in self.limits]
+        if not names or len(set(names)) != len(names):
+            raise ValueError("spec needs one limit or more, one for each coefficient at most")
+        if self.risk is not None and not 0.0 < self.risk < 0.5:
+            raise ValueError(f"risk is {quoted(self.risk)}; give a number between 0 and 0.5")
+
+
+def specification_of(text: str, *, risk: float | None = None) -> Specification:
+    """The specification that a text states.
+
+    Parameters
+    ----------
+    text
+        A number with a unit, which is a limit of N; ``N=…,B=…`` for several; or the path of a
+        TOML file, which ends in ``.toml``. A number without a unit is in the field's unit.
+    risk
+        As in `Specification`; goes before that of a file.
+
+    Raises
+    ------
+    ValueError
+        If the text states none.
+    OSError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> specification_of("3e-4deg/sqrt(h)").limits[0].letter
+    'N'
+    >>> [str(limit.unit) for limit in specification_of("N=3e-4,B=0.01deg/h").limits]
+    ['deg/sqrt(h)', 'deg/h']
+    """
+    if text.strip().endswith(".toml"):
+        return _of_file(Path(text.strip()), risk)
+    if not text.strip():
+        raise ValueError("spec is empty; give a limit such as 3e-4deg/sqrt(h)")
+    stated = [item.rpartition("=") for item in text.split(",")]
+    limits = tuple(_limit(name.strip() or "N", value) for name, _, value in stated)
+    return Specification(limits=limits, risk=risk)
+
+
+def _of_file(path: Path, risk: float | None) -> Specification:
+    try:
+        stated = read_toml(path, _FILE)
+        limits = {name: stated[name] for name in _NAMES if name in stated}
+        limits |= stated.get("limits", {})
+        return Specification(
+            limits=tuple(_limit(name, value) for name, value in limits.items()),
+            risk=stated.get("risk") if risk is None else risk,
+            product=str(stated.get("product", "")),
+        )
+    except ValueError as error:
+        said = str(error).removeprefix("spec ")
+        raise ValueError(f"spec {path}: {said}") from None
+
+
+def _limit(name: str, stated: object) -> Limit:
+    if name not in _NAMES:
+        raise ValueError(
+            f"spec {name!r} is no coefficient; use {', '.join(SYMBOLS.values())} "
+            "(risk and product besides in a file)"
+        )
+    coefficient = _NAMES[name]
+    value, unit = _quantity(coefficient, str(stated))
+    return Limit(coefficient=coefficient, value=value * unit.size, unit=unit)
+
+
+def _quantity(coefficient: CoefficientName, text: str) -> tuple[float, Unit]:
+    """A number and its unit, the field's if there is none.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    stripped = text.strip()
+    try:
+        return _positive(float(stripped), stripped), field_unit(coefficient)
+    except ValueError as error:
+        if "above zero" in str(error):
+            raise
+    number, name = split_factor(stripped)
+    if not stripped[:1].isdigit() and not stripped.startswith("."):
+        raise ValueError(f"spec {text!r} has no number; give a limit such as 3e-4deg/sqrt(h)")
+    try:
+        unit = unit_of(name, field_unit(coefficient).quantity)
+    except ValueError as error:
+        raise ValueError(f"spec {text!r} of {SYMBOLS[coefficient]}: {error}") from None
+    return _positive(number, stripped), unit
+
+
+def _positive(value: float, text: str) -> float:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"spec {text!r} is no limit; give a number above zero")
+    return value

@@ -1,0 +1,131 @@
+"""Errors and notes as data, and how they are worded."""
+
+import pickle
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from sagnac import Recording, align, analyze, plan
+from sagnac.analysis.settings import Settings
+from sagnac.core.errors import (
+    MissingExtra,
+    Note,
+    RecordingError,
+    counted,
+    quoted,
+    ranked,
+    worded,
+)
+from sagnac.formats import Statement
+from sagnac.navigation.noise import GyroNoise
+
+LONG = np.arange(100_000.0)
+NOISE = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
+
+
+def still(x=tuple(range(100)), sample_rate=10.0):
+    return Recording.from_arrays(x=x, kind="rate", unit="deg/h", sample_rate=sample_rate)
+
+
+def option(name, value):
+    return f"--{name} {value}".strip()
+
+
+def test_inputs_are_written_as_the_reader_gives_them():
+    text = "take {slice 30:90} or {table}; leave {time none} out ({null-pulse})"
+    assert worded(text) == "take slice=30:90 or table; leave time=none out (null-pulse)"
+    assert worded(text, option) == (
+        "take --slice 30:90 or --table; leave --time none out (--null-pulse)"
+    )
+    assert worded("columns={'x': NAME}, {X}") == "columns={'x': NAME}, {X}"
+
+
+def test_a_note_has_one_of_three_levels():
+    with pytest.raises(ValueError, match="level is 'note'; use one of error, warning, remark"):
+        Note(text="noticed", level="note")
+    assert str(Note(text="has {slice 3:} left", channel="x")) == "x: has slice=3: left"
+
+
+def test_errors_come_first_and_nothing_twice():
+    remark, warning, error = (Note(text="a", level=one) for one in ("remark", "warning", "error"))
+    assert ranked([remark, warning, remark, error, warning]) == (error, warning, remark)
+
+
+def test_an_error_names_file_channel_and_remedy():
+    error = RecordingError("is stuck", channel="x", remedy="take {slice 3:}")
+    assert str(error) == "x: is stuck; take slice=3:"
+    assert error.at("run.csv").line(option) == "run.csv: x: is stuck; take --slice 3:"
+    assert error.at("run.csv").at("other.csv").path == "run.csv"
+    of_note = RecordingError.of(Note(text="is stuck", level="error", channel="x"), "run.csv")
+    assert str(of_note) == "run.csv: x: is stuck"
+
+
+def test_a_missing_extra_names_what_to_install():
+    error = MissingExtra("a turning table", "finufft", "table")
+    assert str(error) == (
+        "a turning table needs finufft, which is not installed; "
+        "install it with pip install '.[table]' in the folder of sagnac's source"
+    )
+    assert isinstance(error, ImportError)
+    assert (error.purpose, error.package, error.extra) == ("a turning table", "finufft", "table")
+    assert str(error.at("run.csv")).startswith("run.csv: a turning table needs finufft, ")
+
+
+def test_errors_cross_to_another_process():
+    for error in (
+        MissingExtra("a turning table", "finufft", "table"),
+        RecordingError("is stuck", path="run.csv", channel="x", remedy="take another"),
+    ):
+        back = pickle.loads(pickle.dumps(error))
+        assert (type(back), str(back), vars(back)) == (type(error), str(error), vars(error))
+
+
+def test_one_sample_and_two_samples():
+    assert (counted(1, "sample"), counted(2, "sample")) == ("1 sample", "2 samples")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [pd.Series(LONG), xr.DataArray(LONG), LONG.tolist(), "x" * 100_000, {n: n for n in range(999)}],
+    ids=["series", "xarray", "list", "text", "mapping"],
+)
+def test_a_value_is_shown_in_one_short_line(value):
+    assert len(quoted(value)) <= 120
+    assert "\n" not in quoted(value)
+    with pytest.raises(ValueError, match="scale is") as caught:
+        Statement(scale=value)
+    assert len(str(caught.value)) < 300
+    with pytest.raises((ValueError, TypeError)) as caught:
+        Settings(gyros=value)
+    assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: plan(still(), within="1%"), "within is '1%'; give a half width"),
+        (lambda: plan(still(), within=["0.01"]), "within is '0.01'; give a half width"),
+        (lambda: align((NOISE,) * 3, after=["60s"]), "after is '60s'; give seconds"),
+        (lambda: align((NOISE,) * 3, after="60s"), "after is '60s'; give seconds"),
+        (lambda: align((NOISE,) * 3, bias="1deg/h"), "bias is '1deg/h'; give zero"),
+        (lambda: align((NOISE,) * 3, confidence="95%"), "confidence is '95%'; give a number"),
+        (lambda: align((1.0, 1.0, 1.0)), "give one analysis of all gyros"),
+        (lambda: still(sample_rate="200"), "sample_rate is '200'; give samples per second"),
+        (lambda: analyze(still(), confidence="0.9"), "confidence is '0.9'; give a number"),
+    ],
+)
+def test_what_is_no_number_is_named(call, said):
+    with pytest.raises(ValueError, match=re.escape(said)):
+        call()
+
+
+def test_a_rate_may_be_an_array_of_one_number():
+    assert still(sample_rate=np.array(10.0)).sample_rate == 10.0
+
+
+def test_an_empty_gyro_is_short_and_not_stuck():
+    with pytest.raises(RecordingError, match="x: has too few samples"):
+        analyze(still(x=[]))

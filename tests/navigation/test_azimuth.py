@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+
+from sagnac.core.units import DEGREE, EARTH_RATE
+from sagnac.navigation.error_model import azimuth_error
+from sagnac.navigation.noise import GyroNoise
+
+NORTH = EARTH_RATE * np.cos(0.5)
+
+
+def test_two_positions_err_as_half_the_difference_of_two_means() -> None:
+    walk, further = 3e-7, 2e-9
+    random = np.random.default_rng(1)
+    half = 400
+    rate = walk * random.standard_normal((3000, 2 * half))
+    rate += further * np.cumsum(random.standard_normal((3000, 2 * half)), axis=1)
+    rate += random.standard_normal((3000, 1))  # a bias, which turning the gyro takes out
+    means = 0.5 * (rate[:, :half].mean(axis=1) - rate[:, half:].mean(axis=1))
+    noise = GyroNoise(angle_random_walk=walk, rate_random_walk=further)
+    found = azimuth_error(noise, latitude=0.5, times=np.array([2.0 * half]))
+    assert found.deviation[0] == pytest.approx(means.std() / NORTH, rel=0.04)
+
+
+def test_flicker_is_a_floor_and_latitude_divides() -> None:
+    noise = GyroNoise(angle_random_walk=1e-9, bias_instability=1e-8)
+    times = np.array([1e2, 1e6])
+    found = azimuth_error(noise, latitude=0.0, times=times)
+    assert found.deviation[1] == pytest.approx(found.floor, rel=1e-3)
+    assert found.floor == pytest.approx(
+        1e-8 * np.sqrt(2.0 * np.log(2.0) / np.pi) / np.sqrt(2.0) / EARTH_RATE
+    )
+    north = azimuth_error(noise, latitude=60.0 * DEGREE, times=times)
+    assert north.deviation == pytest.approx(2.0 * found.deviation)
+
+
+def test_interval_comes_from_the_covariance_of_the_coefficients() -> None:
+    covariance = np.zeros((3, 3))
+    covariance[0, 0] = (0.1e-7) ** 2
+    noise = GyroNoise(angle_random_walk=1e-7, covariance=covariance)
+    found = azimuth_error(noise, latitude=0.0, times=np.array([100.0]), confidence=0.6827)
+    assert found.high[0] / found.deviation[0] == pytest.approx(np.exp(0.1), rel=1e-3)
+    assert found.low[0] / found.deviation[0] == pytest.approx(np.exp(-0.1), rel=1e-3)
+
+
+def test_a_pole_and_no_time_are_refused() -> None:
+    noise = GyroNoise(angle_random_walk=1e-7)
+    with pytest.raises(ValueError, match="nearer to a pole"):
+        azimuth_error(noise, latitude=90.0 * DEGREE, times=np.array([1.0]))
+    with pytest.raises(ValueError, match="above zero"):
+        azimuth_error(noise, latitude=0.0, times=np.array([0.0]))

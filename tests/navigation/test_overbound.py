@@ -1,0 +1,94 @@
+"""The smallest model above the limit of a curve."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from sagnac.core.errors import RecordingError
+from sagnac.navigation.models import (
+    UpperLimit,
+    common_time,
+    overbound,
+    upper_limit,
+    white_and_markov,
+)
+from sagnac.noise.laws import markov_allan_variance
+
+TAU = 2.0 ** np.arange(11)
+
+
+def exact(variance):
+    deviation = np.sqrt(variance)
+    return UpperLimit(tau=TAU, deviation=deviation, limit=deviation, confidence=0.95)
+
+
+def test_the_limit_is_that_of_chi_squared():
+    edf = 1000.0 / TAU
+    found = upper_limit(TAU, TAU**-0.5, edf, confidence=0.9)
+    assert found.tau[-1] == 32.0  # the last with twenty degrees of freedom
+    for tau, limit in zip(found.tau, found.limit, strict=True):
+        lower = stats.chi2.ppf(0.1, 1000.0 / tau)
+        assert limit == pytest.approx(np.sqrt(1000.0 / tau / lower / tau), rel=1e-9)
+
+
+def test_a_curve_that_is_a_model_gives_that_model():
+    found = overbound(exact(4.0 / TAU + 1e-4 * TAU / 3.0))
+    assert (found.white, found.walk, found.markov) == (
+        pytest.approx(2.0, rel=1e-6), pytest.approx(0.01, rel=1e-4), (),
+    )  # fmt: skip
+    assert overbound(exact(9.0 / TAU)).white == pytest.approx(3.0)
+
+
+def test_a_markov_rate_is_taken_where_it_is_worth_it():
+    variance = 1.0 / TAU + markov_allan_variance(TAU, 0.05, 32.0)
+    limit = exact(variance)
+    simple, full = (overbound(limit, most_markov=most) for most in (0, 2))
+    assert simple.markov == ()
+    assert len(full.markov) == 1
+    assert 10.0 < full.markov[0].correlation_time < 100.0
+    for found in (simple, full):
+        assert np.all(found.allan_deviation(TAU) >= np.sqrt(variance) * (1.0 - 1e-9))
+    assert limit.inflation(full) < min(1.02, limit.inflation(simple))
+
+
+@pytest.mark.parametrize("bend", [0.05, 0.3])
+def test_no_pair_of_white_noise_and_a_walk_is_inflated_less(bend):
+    variance = 1.0 / TAU + bend * markov_allan_variance(TAU, 0.3, 20.0) + 1e-6 * TAU / 3.0
+    found = overbound(exact(variance), most_markov=0)
+    inflation = np.mean(np.log(found.allan_deviation(TAU) ** 2 / variance))
+    # For every N the least K that lies above.
+    for square in np.linspace(0.0, (variance * TAU).max(), 2000):
+        walk = max(0.0, ((variance - square / TAU) * 3.0 / TAU).max())
+        model = square / TAU + walk * TAU / 3.0
+        assert inflation <= np.mean(np.log(model / variance)) + 1e-9
+
+
+def test_what_a_tool_wants_is_there():
+    limit = exact(1.0 / TAU)
+    walks = overbound(limit, most_markov=0, walks=True)
+    assert walks.walk**2 * TAU[-1] / 3.0 == pytest.approx(0.02 / TAU[-1], rel=1e-6)
+    assert overbound(limit, most_markov=0, least_white=1.5).white == pytest.approx(1.5)
+    noisy = exact(1.0 / TAU + 3.0 * 0.7**2 / TAU**2)
+    assert overbound(noisy, angle=True).angle == pytest.approx(0.7, rel=1e-3)
+
+
+def test_too_short_a_curve_is_refused():
+    with pytest.raises(RecordingError, match="record longer"):
+        upper_limit(TAU, TAU**-0.5, np.full(TAU.size, 3.0))
+    with pytest.raises(ValueError, match="confidence"):
+        upper_limit(TAU, TAU**-0.5, 1e3 / TAU, confidence=95.0)
+    with pytest.raises(ValueError, match="most_markov"):
+        overbound(exact(1.0 / TAU), most_markov=3)
+
+
+def test_a_markov_rate_in_the_place_of_a_walk_forgets_nothing_that_was_measured():
+    # A rate of 30 s is seen in the curve: the least inflated time of all would be near it.
+    bent = exact(1.0 / TAU + markov_allan_variance(TAU, 0.3, 30.0))
+    time = common_time([bent])
+    assert TAU[-1] <= time <= 10.0 * TAU[-1]
+    model = white_and_markov(bent, time)
+    assert np.all(model.allan_deviation(TAU) >= bent.limit * (1.0 - 1e-9))
+    beyond = model.allan_deviation(np.array([TAU[-1], 1.5 * TAU[-1]]))
+    assert beyond[1] >= beyond[0]
+    walks = exact(1.0 / TAU + 1e-4 * TAU / 3.0)
+    assert common_time([walks]) == pytest.approx(10.0 * TAU[-1])

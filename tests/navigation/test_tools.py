@@ -1,0 +1,447 @@
+"""The files of other tools, read back as these read them."""
+
+import dataclasses
+import json
+import math
+import re
+import tomllib
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import yaml
+
+from sagnac.core.errors import RecordingError
+from sagnac.navigation.definitions import definition_of
+from sagnac.navigation.export import datasheet_setting
+from sagnac.navigation.models import FilterModel, Markov, UpperLimit
+from sagnac.navigation.settings import FilterSetting, sensors_in, setting_of, worst
+from sagnac.navigation.tools import FORMATS, Wanted, exported, settings_in
+from sagnac.noise.laws import markov_allan_variance
+from tests.navigation.examples import document, keys
+
+TAU = np.array([1.0, 10.0])
+
+
+def setting(name="x", white=1e-4, walk=1e-6, kind="gyro"):
+    """A model of round figures: white 1e-4 rad/s/sqrt(Hz), walk 1e-6 rad/s^2/sqrt(Hz)."""
+    deviation = white / np.sqrt(TAU)
+    return FilterSetting(
+        name=name,
+        kind=kind,
+        simple=FilterModel(white=white, walk=walk),
+        full=FilterModel(
+            white=white, markov=(Markov(driving_noise=2e-6, correlation_time=50.0),), angle=1e-9
+        ),
+        source="run.csv, SHA-256 abc",
+        limit=UpperLimit(tau=TAU, deviation=deviation, limit=deviation, confidence=0.95),
+        sample_rate=400.0,
+        estimate=white,
+    )
+
+
+TRIAD = (setting("x"), setting("y", 3e-4, 2e-6), setting("z", 2e-4))
+FORCES = tuple(
+    setting(name, white, walk, "accelerometer")
+    for name, white, walk in (("ax", 1e-3, 1e-5), ("ay", 2e-3, 3e-5), ("az", 4e-3, 2e-5))
+)
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
+def test_every_file_says_what_it_is_and_where_that_stands(name):
+    text = exported(name, Wanted(settings=(setting(),), version="9.9"))
+    definition = definition_of(name)
+    for said in (definition.reference, definition.text, "9.9", "run.csv, SHA-256 abc"):
+        assert said in text
+
+
+@pytest.mark.parametrize("name", ["kalibr", "allan-variance-ros"])
+def test_kalibr_by_the_worked_formula_of_its_wiki(name):
+    text = exported(name, Wanted(settings=TRIAD))
+    read = keys(text)
+    assert float(read["gyroscope_noise_density"]) == pytest.approx(3e-4)  # y is the worst
+    assert float(read["gyroscope_random_walk"]) == pytest.approx(2e-6)
+    assert float(read["update_rate"]) == 400.0
+    assert read["rostopic"] == "/imu0"
+    # Kalibr: sigma_gd = sigma_g / sqrt(dt) = 3e-4 * 20, sigma_bgd = sigma_bg sqrt(dt) = 2e-6 / 20.
+    assert "6.000000e-03 rad/s white, 1.000000e-07 rad/s per step" in text
+    assert "accelerometer_noise_density" not in read
+    both = keys(exported(name, Wanted(settings=TRIAD, accelerometers=FORCES)))
+    # One noise for all axes covers all: az has the largest N, ay the largest K.
+    assert float(both["accelerometer_noise_density"]) == 4e-3
+    assert float(both["accelerometer_random_walk"]) == 3e-5
+
+
+@pytest.mark.parametrize("name", ["kalibr", "allan-variance-ros", "openvins", "robot-localization"])
+def test_a_yaml_parser_reads_numbers(name):
+    text = exported(name, Wanted(settings=TRIAD, accelerometers=FORCES))
+    # OpenCV's own first line, which YAML 1.1 writes with a space.
+    read = yaml.safe_load(text.removeprefix("%YAML:1.0\n"))
+    if name == "robot-localization":
+        matrix = read["imu"]["angular_velocity_covariance"]
+        assert matrix == pytest.approx(np.diag([3.6e-5] * 3).ravel())  # 9e-8 at 400 Hz
+        matrix = read["imu"]["linear_acceleration_covariance"]
+        assert matrix == pytest.approx(np.diag([6.4e-3] * 3).ravel())  # 1.6e-5 at 400 Hz
+        return
+    block = read["imu0"] if name == "openvins" else read
+    # Keys of Kalibr's YAML formats.
+    wanted = {
+        "accelerometer_noise_density": 4e-3,
+        "accelerometer_random_walk": 3e-5,
+        "gyroscope_noise_density": 3e-4,
+        "gyroscope_random_walk": 2e-6,
+        "update_rate": 400.0,
+    }
+    assert {key: block[key] for key in wanted} == pytest.approx(wanted)
+    assert block["rostopic"] == "/imu0"
+
+
+def test_openvins_has_a_block_for_each():
+    text = exported("openvins", Wanted(settings=TRIAD, each=True))
+    assert text.startswith("%YAML:1.0\n")
+    assert [line for line in text.splitlines() if line.startswith("imu")] == [
+        "imu0:", "imu1:", "imu2:",
+    ]  # fmt: skip
+    assert text.count("  gyroscope_noise_density: ") == 3
+
+
+def test_gtsam_is_set_by_the_file_itself():
+    class Parameters:
+        def setGyroscopeCovariance(self, matrix):
+            self.white = matrix
+
+        def setBiasOmegaCovariance(self, matrix):
+            self.walk = matrix
+
+        def setAccelerometerCovariance(self, matrix):
+            self.force = matrix
+
+        def setBiasAccCovariance(self, matrix):
+            self.force_walk = matrix
+
+    made: dict = {}
+    exec(exported("gtsam", Wanted(settings=TRIAD, accelerometers=FORCES, each=True)), made)
+    parameters = Parameters()
+    made["set_gyroscope"](parameters)
+    made["set_accelerometer"](parameters)
+    # Continuous: N^2 (rad/s)^2/Hz and K^2, in the order x, y, z.
+    assert np.allclose(np.diag(parameters.white), [1e-8, 9e-8, 4e-8])
+    assert np.allclose(np.diag(parameters.walk), [1e-12, 4e-12, 1e-12])
+    assert np.count_nonzero(parameters.white) == 3
+    assert np.allclose(np.diag(parameters.force), [1e-6, 4e-6, 1.6e-5])
+    assert np.allclose(np.diag(parameters.force_walk), [1e-10, 9e-10, 4e-10])
+
+
+@pytest.mark.parametrize("name", ["robot-localization", "ros-imu"])
+def test_a_message_of_ros_is_given_the_variance_of_a_sample(name):
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=100.0)
+    read = yaml.safe_load(exported(name, wanted))["imu"]
+    # N^2 times the rate: 1e-8 * 100.
+    gyros = [1e-6, 0, 0, 0, 9e-6, 0, 0, 0, 4e-6]
+    assert read["angular_velocity_covariance"] == pytest.approx(gyros)
+    forces = [1e-4, 0, 0, 0, 4e-4, 0, 0, 0, 1.6e-3]
+    assert read["linear_acceleration_covariance"] == pytest.approx(forces)
+    # sensor_msgs/Imu.msg: the first element is -1 if there is no estimate.
+    assert read.get("orientation_covariance", [-1])[0] == -1
+    alone = yaml.safe_load(exported(name, Wanted(settings=TRIAD)))["imu"]
+    assert "linear_acceleration_covariance" not in alone
+
+
+def walk_as_markov(white, walk, time, tau):
+    """Allan variance of the bias that KF-GINS and PSINS model, by the definition of each."""
+    deviation, correlation = walk, time
+    driving = np.sqrt(2.0 / correlation) * deviation  # 2 sigma^2/T
+    return white**2 / tau + markov_allan_variance(tau, driving, correlation)
+
+
+@pytest.mark.parametrize("each", [False, True])
+def test_kf_gins_takes_white_noise_and_one_markov_bias_of_one_time(each):
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=each)
+    noise = yaml.safe_load(exported("kf-gins", wanted))["imunoise"]
+    assert set(noise) == {"arw", "vrw", "gbstd", "abstd", "corrtime"}
+    for axis in range(3):
+        gyro = TRIAD[axis] if each else TRIAD[1]
+        variance = walk_as_markov(
+            math.radians(noise["arw"][axis]) / 60.0,
+            math.radians(noise["gbstd"][axis]) / 3600.0,
+            3600.0 * noise["corrtime"],
+            TAU,
+        )
+        assert np.all(variance >= gyro.limit.limit**2 * (1.0 - 1e-5))
+        assert np.all(variance <= gyro.limit.limit**2 * 1.1)
+        force = FORCES[axis] if each else FORCES[2]
+        variance = walk_as_markov(
+            noise["vrw"][axis] / 60.0, 1e-5 * noise["abstd"][axis], 3600.0 * noise["corrtime"], TAU
+        )
+        assert np.all(variance >= force.limit.limit**2 * (1.0 - 1e-5))
+        assert np.all(variance <= force.limit.limit**2 * 1.1)
+
+
+def test_psins_is_called_with_the_units_of_its_own():
+    text = exported("psins", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    rows = [line for line in text.splitlines() if not line.startswith("%")]
+    read = dict(re.findall(r"^(\w+) = \[?([^\]=]*?)\]?;$", "\n".join(rows), re.MULTILINE))
+    assert rows[-1] == "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);"
+    for kind, limits, white, size, deviation, rate, time in (
+        ("gyro", TRIAD, "web", math.pi / 180 / 60, "sqrtR0G", math.pi / 180 / 3600, "TauG"),
+        ("force", FORCES, "wdb", 9.80665e-6, "sqrtR0A", 9.80665e-6, "TauA"),
+    ):
+        whites = [float(one) * size for one in read[white].split("; ")]
+        deviations = [float(one) * rate for one in read[deviation].split("; ")]
+        for one, level, bias in zip(limits, whites, deviations, strict=True):
+            variance = walk_as_markov(level, bias, float(read[time]), TAU)
+            assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-5)), kind
+            assert np.all(variance <= one.limit.limit**2 * 1.1), kind
+
+
+@pytest.mark.parametrize("tool", ["psins", "gnss-ins-sim", "gazebo"])
+@pytest.mark.parametrize("gyros", [TRIAD, (datasheet_setting("N=0.15deg/sqrt(h),B=3deg/h@30s"),)])
+def test_a_bias_that_is_stated_of_accelerometers_is_not_forgotten_as_that_of_gyros(tool, gyros):
+    bias = datasheet_setting("N=80ug/sqrt(Hz),B=0.01mg@100s")
+    model = FilterModel(white=1e-3, walk=1e-5)
+    walk = FilterSetting(name="a", kind="accelerometer", simple=model, full=model, source="stated")
+    (of_bias,), (of_walk,) = (
+        settings_in(tool, Wanted(settings=gyros, accelerometers=(one,), rate=200.0))[
+            -1
+        ].simple.markov
+        for one in (bias, walk)
+    )
+    # B is the Allan deviation at its cluster time, which is the highest one.
+    tau = np.array([90.0, 100.0, 110.0])
+    deviation = np.sqrt(markov_allan_variance(tau, of_bias.driving_noise, of_bias.correlation_time))
+    assert deviation[1] == pytest.approx(1e-5 * 9.80665, rel=1e-6)
+    assert deviation[1] == np.max(deviation)
+    # A walk has K sqrt(tau/3), for an hour.
+    tau = np.array([1.0, 600.0, 3600.0])
+    deviation = np.sqrt(markov_allan_variance(tau, of_walk.driving_noise, of_walk.correlation_time))
+    np.testing.assert_allclose(deviation, 1e-5 * np.sqrt(tau / 3.0), rtol=0.05)
+
+
+def with_white(wanted, times):
+    """The same with accelerometers whose white noise is this many times as high."""
+    (one,) = wanted.accelerometers
+    louder = dataclasses.replace(one.simple, white=times * one.simple.white)
+    force = dataclasses.replace(one, simple=louder, full=louder)
+    return dataclasses.replace(wanted, accelerometers=(force,))
+
+
+@pytest.mark.parametrize("tool", FORMATS)
+def test_measured_gyros_that_forget_nothing_go_with_accelerometers_that_are_stated(tool):
+    model = FilterModel(white=1e-3, walk=1e-5)
+    stated = FilterSetting(name="a", kind="accelerometer", simple=model, full=model, source="b")
+    gyros = tuple(dataclasses.replace(one, full=one.simple) for one in TRIAD)
+    wanted = Wanted(settings=gyros, accelerometers=(stated,), rate=200.0)
+    forces = [one for one in settings_in(tool, wanted) if one.kind == "accelerometer"]
+    assert all(one.simple.white == 1e-3 for one in forces)
+    # What a tool has no place for changes nothing in its file.
+    louder = exported(tool, with_white(wanted, 2.0))
+    assert (louder != exported(tool, wanted)) == bool(forces)
+
+
+def test_imu_sensor_by_the_algorithm_of_its_page():
+    """Single-sided: sample NoiseDensity sqrt(Fs), step of the walk RandomWalk/sqrt(Fs)."""
+    text = exported("imu-sensor", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    assert "imu.SampleRate = 400;" in text
+    for sensor, group in (("gyro", TRIAD), ("accel", FORCES)):
+        (body,) = re.findall(rf"= {sensor}params\((.*?)\);", text, re.DOTALL)
+        assert "'NoiseType', 'single-sided'" in body
+        white, walk = (
+            [float(one) for one in re.search(rf"'{key}', \[(.*?)\]", body)[1].split(",")]
+            for key in ("NoiseDensity", "RandomWalk")
+        )
+        for axis, one in enumerate(group):
+            sample, step = white[axis] * math.sqrt(400.0), walk[axis] / math.sqrt(400.0)
+            assert sample == pytest.approx(one.simple.white_per_sample(1 / 400.0))
+            assert step == pytest.approx(one.simple.walk_per_sample(1 / 400.0))
+
+
+def test_gazebo_by_the_recursion_of_its_noise_model():
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=100.0)
+    root = ElementTree.fromstring(exported("gazebo", wanted))
+    assert float(root.findtext("update_rate")) == 100.0
+    for element, group in (("angular_velocity", TRIAD), ("linear_acceleration", FORCES)):
+        for axis, one in zip("xyz", group, strict=True):
+            noise = root.find(f"imu/{element}/{axis}/noise")
+            assert noise.get("type") == "gaussian"
+            sample, drive, time = (
+                float(noise.findtext(key))
+                for key in ("stddev", "dynamic_bias_stddev", "dynamic_bias_correlation_time")
+            )
+            # GaussianNoiseModel.cc: what a step of dt adds, and the decay that it meets.
+            dt = 0.01
+            added = math.sqrt(-(drive**2) * time / 2.0 * math.expm1(-2.0 * dt / time))
+            stationary = added / math.sqrt(1.0 - math.exp(-dt / time) ** 2)
+            variance = walk_as_markov(sample * math.sqrt(dt), stationary, time, TAU)
+            assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-5))
+            assert np.all(variance <= one.limit.limit**2 * 1.1)
+
+
+def test_gnss_ins_sim_by_its_equations():
+    text = exported("gnss-ins-sim", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    names: dict = {}
+    exec(text, names)
+    found = names["imu_err"]
+    for sensor, walk, group, size, rate in (
+        ("gyro", "arw", TRIAD, math.radians(1.0) / 60.0, math.radians(1.0) / 3600.0),
+        ("accel", "vrw", FORCES, 1.0 / 60.0, 1.0),
+    ):
+        assert not found[f"{sensor}_b"].any()
+        for axis, one in enumerate(group):
+            time = found[f"{sensor}_b_corr"][axis]
+            deviation = found[f"{sensor}_b_stability"][axis] * rate
+            # bias_drift: a = 1 - dt/T and b = deviation sqrt(1 - exp(-2 dt/T)).
+            dt = 1e-3
+            step = deviation * math.sqrt(1.0 - math.exp(-2.0 * dt / time))
+            stationary = step / math.sqrt(1.0 - (1.0 - dt / time) ** 2)
+            white = found[f"{sensor}_{walk}"][axis] * size
+            variance = walk_as_markov(white, stationary, time, TAU)
+            assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-3))
+            assert np.all(variance <= one.limit.limit**2 * 1.1)
+    alone = exported("gnss-ins-sim", Wanted(settings=TRIAD))
+    assert alone.count("# not measured, set it") == 4
+
+
+# What the line of a sensor above the body says: N, the Markov bias, its time.
+SAID = (
+    r"^[#%] ([\w, ]+): N (\S+) (\S+) .*?, Markov bias (\S+) (\S+) over (\S+) s, (\S+) of the Allan"
+)
+
+
+@pytest.mark.parametrize("each", [False, True])
+@pytest.mark.parametrize("name", ["kf-gins", "psins"])
+def test_the_lines_above_a_markov_bias_are_of_the_model_below_them(name, each):
+    text = exported(name, Wanted(settings=TRIAD, accelerometers=FORCES, each=each))
+    said = {found[0]: found[1:] for found in re.findall(SAID, text, re.MULTILINE)}
+    worst = [f"the worst of {', '.join(one.name for one in group)}" for group in (TRIAD, FORCES)]
+    assert list(said) == ([one.name for one in TRIAD + FORCES] if each else worst)
+    if name == "kf-gins":
+        body = yaml.safe_load(text)["imunoise"]
+        time = [3600.0 * body["corrtime"]] * 2
+        white, bias = body["arw"], body["gbstd"]
+    else:
+        read = dict(re.findall(r"^(\w+) = \[?([^\]=]*?)\]?;$", text, re.MULTILINE))
+        time = [float(read["TauG"]), float(read["TauA"])]
+        white, bias = ([float(one) for one in read[key].split("; ")] for key in ("web", "sqrtR0G"))
+    for place, gyro in enumerate(TRIAD if each else (TRIAD[1],)):
+        n, n_unit, deviation, rate, tau, inflation = said[gyro.name if each else worst[0]]
+        assert (n_unit, rate) == ("deg/sqrt(h)", "deg/h")
+        assert float(n) == pytest.approx(white[place], rel=1e-3)
+        assert float(deviation) == pytest.approx(bias[place], rel=1e-3)
+        assert float(tau) == pytest.approx(time[0], rel=1e-3)
+        variance = walk_as_markov(
+            math.radians(white[place]) / 60.0, math.radians(bias[place]) / 3600.0, time[0], TAU
+        )
+        median = np.median(np.sqrt(variance) / gyro.limit.deviation)
+        assert float(inflation) == pytest.approx(median, abs=1e-3)
+    assert float(said["az" if each else worst[1]][4]) == pytest.approx(time[1], rel=1e-3)
+
+
+def test_the_filter_of_madgwick_by_its_equations():
+    read = yaml.safe_load(exported("imu-tools", Wanted(settings=TRIAD, rate=100.0)))
+    made = read["imu_filter_madgwick"]["ros__parameters"]
+    # beta = sqrt(3/4) of the error of a sample, zeta = sqrt(3/4) of its rate of change.
+    assert made["gain"] == pytest.approx(math.sqrt(0.75) * 3e-3)
+    assert made["zeta"] == pytest.approx(math.sqrt(0.75) * 2e-6 / 0.1)
+
+
+def test_px4_by_hand():
+    text = exported("px4", Wanted(settings=(setting(),)))
+    rows = [line.split("\t") for line in text.splitlines() if not line.startswith("#")]
+    assert [row[2] for row in rows] == ["EKF2_GYR_NOISE", "EKF2_GYR_B_NOISE"]
+    # At 100 Hz the angle of a step varies by N^2 dt = (dt noise)^2: noise = N * 10.
+    assert float(rows[0][3]) == pytest.approx(1e-3)
+    assert float(rows[1][3]) == pytest.approx(1e-5)
+    assert "outside the range" not in text
+    quiet = exported("px4", Wanted(settings=(setting(white=1e-8),)))
+    assert "outside the range of 0.0001 to 0.1" in quiet
+    both = exported("px4", Wanted(settings=(setting(),), accelerometers=FORCES, rate=250.0))
+    rows = [line.split("\t") for line in both.splitlines() if not line.startswith("#")]
+    assert [row[2] for row in rows[2:]] == ["EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE"]
+    # One update of 4 ms: (dt noise)^2 = N^2 dt.
+    assert (float(rows[2][3]) / 250.0) ** 2 == pytest.approx(4e-3**2 / 250.0)
+    assert (float(rows[3][3]) / 250.0) ** 2 == pytest.approx(3e-5**2 / 250.0, rel=1e-6, abs=0.0)
+
+
+def test_toml_and_json_say_the_same_in_both_forms():
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=400.0)
+    as_json, as_toml = json.loads(exported("json", wanted)), tomllib.loads(exported("toml", wanted))
+    assert as_json == as_toml
+    full = as_json["sensors"]["x"]["full"]
+    (continuous,), (discrete,) = full["continuous"]["markov"], full["discrete"]["markov"]
+    assert discrete["decay"] == pytest.approx(math.exp(-1.0 / (400.0 * 50.0)))
+    assert continuous["deviation_rad_per_s"] == pytest.approx(2e-6 * 5.0)
+    simple = as_json["sensors"]["y"]["simple"]
+    assert simple["discrete"]["white_rad_per_s"] == pytest.approx(3e-4 * 20.0)
+    assert simple["continuous"]["white_deg_per_sqrt_h"] == pytest.approx(
+        3e-4 * 180.0 / math.pi * 60.0
+    )
+
+
+def test_accelerometers_have_the_full_model_too():
+    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True)
+    read = json.loads(exported("json", wanted))["accelerometers"]["az"]["full"]
+    assert read["continuous"]["white_m_per_s2_per_sqrt_hz"] == 4e-3
+    # 1 m/s/sqrt(h) is a sixtieth of 1 m/s^2/sqrt(Hz).
+    assert read["continuous"]["white_m_per_s_per_sqrt_h"] == pytest.approx(60.0 * 4e-3)
+    (markov,) = read["continuous"]["markov"]
+    assert markov["deviation_m_per_s2"] == pytest.approx(2e-6 * 5.0)
+
+
+def test_the_worst_covers_all_at_every_cluster_time():
+    two = (setting("x", 1e-4, 9e-6), setting("y", 3e-4, 2e-6))
+    found = worst(two)
+    assert (found.simple.white, found.simple.walk) == (3e-4, 9e-6)
+    for one in two:
+        assert np.all(found.full.allan_deviation(TAU) >= one.limit.limit * (1.0 - 1e-9))
+
+
+def test_the_worst_is_named_by_all_whether_they_were_measured_or_stated():
+    two = (setting("x", 1e-4, 9e-6), setting("y", 3e-4, 2e-6))
+    stated = tuple(dataclasses.replace(one, limit=None) for one in two)
+    assert worst(two).name == worst(stated).name == "the worst of x, y"
+    assert worst(two[:1]).name == worst((two[0], two[0])).name == "x"
+
+
+def test_what_a_tool_cannot_hold_is_refused():
+    with pytest.raises(RecordingError, match="one gyro noise for all axes"):
+        exported("kalibr", Wanted(settings=TRIAD, each=True))
+    with pytest.raises(ValueError, match="rate"):
+        Wanted(settings=TRIAD, rate=0.0)
+
+
+def test_a_triad_has_three_and_each_its_own(tmp_path):
+    sensors = sensors_in(document(tmp_path, gyros=("x", "y", "z")))
+    assert [sensor.name for sensor in sensors] == ["x", "y", "z"]
+    pair = sensors_in(document(tmp_path, name="pair.json"))
+    assert [sensor.name for sensor in pair] == ["x-z"]
+    assert pair[0].sample_rate == 0.5
+    assert pair[0].angle > 0.0
+
+
+def test_a_setting_lies_above_the_curve_and_above_the_answer(tmp_path):
+    (sensor,) = sensors_in(document(tmp_path))
+    made = setting_of(sensor)
+    sound = sensor.edf >= 10.0
+    for model in (made.simple, made.full, made.as_markov(100.0).simple):
+        assert np.all(model.allan_deviation(sensor.tau[sound]) >= sensor.deviation[sound])
+        assert model.white >= sensor.white_high
+    assert made.simple.walk > 0.0
+    # N behind a low-pass: the curve shows less than the spectrum does.
+    hidden = dataclasses.replace(sensor, white=1e-6, white_high=1.1e-6)
+    assert setting_of(hidden).simple.white == pytest.approx(1.1e-6)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("{", "is no JSON"),
+        ("[]", "is no document of schema"),
+        ('{"schema": "other/1"}', "is no document of schema"),
+        ('{"schema": "sagnac.analysis/1"}', "breaks its schema"),
+    ],
+)
+def test_what_is_no_analysis_is_named(tmp_path, content, said):
+    path = tmp_path / "other.json"
+    path.write_text(content)
+    with pytest.raises(RecordingError, match=rf"other\.json: {said}"):
+        sensors_in(path)

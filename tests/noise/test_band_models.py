@@ -1,0 +1,101 @@
+"""Every band and every choice of terms against the likelihood itself."""
+
+import numpy as np
+import pytest
+from benchmarks.gallery import Gyro, low_passed, swaying
+from scipy.stats import gamma
+
+from sagnac.noise._kernels import every_model
+from sagnac.noise.band_models import FALL, WALK, band_models, models_of_one_band
+from sagnac.spectrum.levels import robust_levels
+from sagnac.spectrum.tapered import tapered_spectrum
+
+
+def test_a_fit_is_the_maximum_of_the_gamma_likelihood():
+    rng = np.random.default_rng(9)
+    shape = np.full(12, 40.0)
+    laws = np.stack([np.geomspace(1e-2, 4, 12), np.ones(12)], axis=1)
+    level = rng.gamma(shape, (laws @ [0.5, 1.0]) / shape)
+    (first, last, mask, _), _, squares, covariance = every_model(
+        level, shape, laws, 1, 4, 0, 0, False, np.inf
+    )
+    row = np.flatnonzero((first == 0) & (last == 12) & (mask == 3))[0]
+
+    def cost(b):
+        mean = laws @ b
+        return -gamma.logpdf(level, shape, scale=mean / shape).sum()
+
+    best = squares[row]
+    for step in ([1e-3, 0], [0, 1e-3], [-1e-3, 0], [0, -1e-3]):
+        assert cost(best + step) > cost(best) - 1e-6
+    mean = laws @ best
+    fisher = (laws / mean[:, None]).T @ np.diag(shape) @ (laws / mean[:, None])
+    assert np.allclose(covariance[row], np.linalg.inv(fisher))
+
+
+def test_models_of_one_band_hold_the_walk_and_no_term_outside_the_mask():
+    values = np.random.default_rng(21).standard_normal(20_000) / 10.0
+    levels = robust_levels(tapered_spectrum(values, sample_rate=100.0))
+    models = models_of_one_band(levels, (0.1, 30.0), 0b0011)
+    assert 1 <= models.count <= 2
+    assert models.holding(WALK).all()
+    assert not (models.mask & ~0b0011).any()
+    assert np.sqrt(models.squares[models.mask == 0b0010, WALK]) == pytest.approx(1.0, rel=0.03)
+    assert models_of_one_band(levels, (49.0, 49.5), 0b0011).count == 0
+
+
+def test_a_plateau_is_fitted_beside_a_deep_roll_off():
+    gyro = low_passed(np.random.default_rng(1), 40_000, 100.0, gyro=Gyro(), corner=0.04, order=2)
+    levels = robust_levels(tapered_spectrum(gyro.increments, sample_rate=100.0))
+    best = band_models(levels).heaviest()
+    assert best.holding(WALK)[0]
+    assert best.ruled[0] > 10
+    assert np.sqrt(best.squares[0, WALK]) == pytest.approx(1.0, rel=0.1)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_low_pass_is_a_divisor_of_the_walk_at_its_own_corner(order):
+    levels = robust_levels(
+        tapered_spectrum(
+            low_passed(
+                np.random.default_rng(2), 200_000, 100.0, gyro=Gyro(), corner=0.02, order=order
+            ).increments,
+            sample_rate=100.0,
+        )
+    )
+    models = models_of_one_band(levels, (0.0, 2.2), 1 << WALK | 1 << (FALL + order - 1))
+    row = int(np.argmax(models.falling))
+    assert models.falling[row]
+    assert np.sqrt(models.squares[row, WALK]) == pytest.approx(1.0, rel=0.02)
+    # |H|^2 = 1/(1 + (f/corner)^(2 order)), the corner at 2 Hz.
+    corner = models.squares[row, FALL + order - 1] ** (-0.5 / order)
+    assert corner == pytest.approx(2.0, rel=0.05)
+
+
+def test_a_fall_is_fitted_at_the_maximum_of_the_gamma_likelihood():
+    rng = np.random.default_rng(13)
+    shape, rise = np.full(14, 60.0), np.geomspace(1e-3, 1.0, 14)
+    laws = np.stack([np.ones(14), rise], axis=1)
+    level = rng.gamma(shape, 1.0 / (1.0 + rise) / shape)
+    (first, last, mask, _), _, squares, covariance = every_model(
+        level, shape, laws, 0, 4, 0b11, 0, True, np.inf
+    )
+    row = np.flatnonzero((first == 0) & (last == 14) & (mask == 3))[0]
+
+    def cost(b):
+        mean = b[0] / (1.0 + b[1] * rise)
+        return -gamma.logpdf(level, shape, scale=mean / shape).sum()
+
+    best = squares[row]
+    for step in ([1e-2, 0], [0, 1e-2], [-1e-2, 0], [0, -1e-2]):
+        assert cost(best + step) > cost(best) - 1e-5
+    slope = np.stack([np.full(14, 1.0 / best[0]), -rise / (1.0 + best[1] * rise)], axis=1)
+    assert np.allclose(covariance[row], np.linalg.inv(slope.T @ np.diag(shape) @ slope))
+
+
+def test_the_top_of_a_hump_is_no_walk_if_the_spectrum_below_it_is_lower():
+    gyro = swaying(np.random.default_rng(5), 60_000, 100.0, gyro=Gyro(), peak=30.0, low=0.3)
+    models = band_models(robust_levels(tapered_spectrum(gyro.increments, sample_rate=100.0)))
+    high = models.squares[:, WALK] > 4.0
+    assert high.any()
+    assert models.weights[high].sum() < 1e-6

@@ -1,0 +1,88 @@
+"""The maximum of a likelihood in its steps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.noise.cosine_spectrum import Ordinates
+from sagnac.noise.likelihood import (
+    errors_of,
+    maximize,
+    profile_interval,
+    solve_normal,
+    with_departure,
+)
+
+
+def spectrum(power, count=50.0):
+    index = np.arange(1.0, power.size + 1.0)
+    basis = np.stack([np.ones(power.size), 1.0 / index], axis=1)
+    counts = np.full(power.size, count)
+    return Ordinates(basis=basis, power=power, count=counts, weight=counts, frequency=index)
+
+
+def exact(*squares, bins=80):
+    ordinates = spectrum(np.ones(bins))
+    return spectrum(ordinates.basis @ np.array(squares))
+
+
+def test_an_exact_spectrum_has_its_squares():
+    best = maximize(exact(2.0, 5.0))
+    assert best.squares == pytest.approx([2.0, 5.0], rel=1e-3)
+    assert best.fisher == pytest.approx(
+        0.5
+        * (50.0 * exact(2.0, 5.0).basis / best.mean[:, np.newaxis] ** 2).T
+        @ exact(2.0, 5.0).basis
+    )
+
+
+def test_a_square_that_is_held_stays():
+    best = maximize(exact(2.0, 5.0), start=np.array([0.0, 3.0]), held=1)
+    assert best.squares[1] == 3.0
+    assert best.squares[0] > 2.0
+    assert best.deviance > maximize(exact(2.0, 5.0)).deviance
+
+
+def test_squares_may_be_negative():
+    assert maximize(exact(2.0, -1.0)).squares[1] == pytest.approx(-1.0, rel=1e-2)
+
+
+def test_normal_equations_leave_what_they_cannot_see_at_zero():
+    matrix = np.array([[1.0, 1.0], [1.0, 1.0]])
+    assert solve_normal(matrix, np.array([2.0, 2.0])) == pytest.approx([1.0, 1.0])
+    assert errors_of(np.diag([4.0, 25.0])) == pytest.approx([0.5, 0.2])
+
+
+def test_bins_that_stand_out_are_left_out_and_the_rest_departs():
+    power = exact(2.0, 0.0).power.copy()
+    power[40:44] *= 9.0
+    weighed = with_departure(spectrum(power))
+    assert weighed.departure == pytest.approx(1.0)
+    assert np.flatnonzero(weighed.spectrum.weight == 0.0).tolist() == [40, 41, 42, 43]
+    assert [note.level for note in weighed.notes] == ["warning"]
+    assert with_departure(exact(2.0, 5.0)).departure == 0.0
+    rough = exact(2.0, 0.0, bins=400).power * np.where(np.arange(400) % 2, 0.6, 1.4)
+    assert with_departure(spectrum(rough)).departure == pytest.approx(0.4, rel=0.3)
+
+
+def test_a_departure_too_small_to_weigh_is_the_least():
+    """With 1e10 ordinates in a bin, a departure of 5e-5 is more than chance."""
+    ordinates = spectrum(np.ones(80))
+    power = exact(2.0, 0.0).power * np.where(np.arange(80) % 2, 1.0 - 5e-5, 1.0 + 5e-5)
+    many = np.full(80, 1e10)
+    weighed = with_departure(replace(ordinates, power=power, count=many, weight=many))
+    assert weighed.departure == 1e-4
+
+
+def test_intervals_are_of_the_profile():
+    ordinates = exact(2.0, 5.0)
+    best = maximize(ordinates)
+    found = profile_interval(ordinates, best, 0, 0.95)
+    assert found.status == "estimated"
+    half = 1.96 * errors_of(best.fisher)[0]
+    assert found.low == pytest.approx(2.0 - half, abs=0.2 * half)
+    assert found.high == pytest.approx(2.0 + half, abs=0.2 * half)
+    assert profile_interval(exact(2.0, 0.0), maximize(exact(2.0, 0.0)), 1, 0.95).status == (
+        "upper bound"
+    )

@@ -1,0 +1,58 @@
+"""When the fit of the whole band may be the answer."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sagnac.noise.estimates import Estimate, Fit, FitBand
+from sagnac.noise.fit import likelihood_fit
+from sagnac.noise.laws import COEFFICIENT_NAMES
+from sagnac.noise.model_average import average
+from sagnac.noise.whole_band import levels_bear_out, with_whole_band
+from sagnac.spectrum.levels import robust_levels
+from sagnac.spectrum.tapered import tapered_spectrum
+
+
+def estimate(value, low, high, name="angle_random_walk"):
+    return Estimate(name=name, status="estimated", value=value, low=low, high=high, confidence=0.95)
+
+
+@pytest.mark.parametrize(
+    ("value", "found"),
+    [
+        (1.0, "whole band"),
+        (1.5, "whole band"),
+        (0.97, "whole band"),
+        (0.9, "both"),
+        (0.5, "average"),
+        (3.5, "both"),
+    ],
+)
+def test_a_fit_is_compared_with_the_side_of_a_lopsided_interval_where_it_lies(value, found):
+    noise = np.random.default_rng(3).standard_normal(20_000)
+    levels = robust_levels(tapered_spectrum(noise, sample_rate=1.0))
+    # One standard error is 5 % below and a factor of 1.76 above.
+    walk = estimate(1.0, np.exp(-0.05 * 1.96), np.exp(0.567 * 1.96))
+    alone = average(levels)
+    alone = alone.with_coefficients({**alone.coefficients, "angle_random_walk": walk})
+    fit = Fit(
+        method="likelihood",
+        coefficients={
+            name: estimate(value, 0.99 * value, 1.01 * value, name) for name in COEFFICIENT_NAMES
+        },
+        band=FitBand(low=0.0, high=0.5, interval=1.0),
+    )
+    assert with_whole_band(levels, alone, fit).rests_on.member == found
+
+
+def test_levels_bear_out_a_fit_that_describes_them():
+    noise = np.random.default_rng(4).standard_normal(20_000)
+    levels = robust_levels(tapered_spectrum(noise, sample_rate=1.0))
+    walk = estimate(1.0, 0.98, 1.02)
+    fit = likelihood_fit(noise, kind="increment", sample_rate=1.0, band=(0.0, 0.1))
+    assert levels_bear_out(levels, fit, walk)
+    assert not levels_bear_out(levels, fit, estimate(1.2, 1.15, 1.25))
+    steep = {**fit.squares, "rate_random_walk": 1e-2}
+    assert not levels_bear_out(levels, replace(fit, squares=steep), walk)
+    assert not levels_bear_out(levels, replace(fit, departure=0.1), walk)

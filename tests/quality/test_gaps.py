@@ -1,0 +1,108 @@
+"""Time stamps that jump, come late or run backwards, and what is made of them."""
+
+import numpy as np
+import pytest
+
+from sagnac.core.errors import RecordingError
+from sagnac.quality.check import integrity
+from sagnac.quality.gaps import (
+    grid_of,
+    longest_whole_stretch,
+    on_grid,
+    uneven_notes,
+    with_gaps_marked,
+)
+from sagnac.recording.channel import Channel
+from sagnac.recording.model import Recording
+from tests.quality.recordings import RATE, SAMPLES, SECONDS, noise, rate_gyro
+
+
+@pytest.mark.parametrize(("missing", "level"), [(1, "remark"), (3, "remark"), (5, "error")])
+def test_a_gap_is_more_than_five_steps(missing, level):
+    times = np.delete(SECONDS, slice(100, 100 + missing))
+    gyro = rate_gyro(noise(0.05)[: times.size])
+    findings = integrity(Recording(gyros=(gyro,), sample_rate=RATE, times=times))
+    assert [finding.level for finding in findings] == [level]
+    assert findings[0].channel == "time"
+
+
+@pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
+def test_gaps_are_marked_where_the_stamps_jump(kind):
+    values = noise(1.0)
+    there = np.ones(SAMPLES, dtype=bool)
+    there[5000:5200] = there[9000:9007] = False
+    # Stamps off their place by a fifth of a step, as of a busy host.
+    stamps = SECONDS + 0.2 / RATE * np.random.default_rng(6).uniform(-1.0, 1.0, SAMPLES)
+    channel = Channel(name="x", kind=kind, values=values[there])
+    times = stamps[there] - stamps[0]
+    made = with_gaps_marked(Recording(gyros=(channel,), sample_rate=98.9, times=times))
+    np.testing.assert_array_equal(made.gyros[0].values, np.where(there, values, np.nan))
+    assert made.sample_rate == pytest.approx(RATE, rel=1e-4)
+    assert made.times is None
+    assert any("2 gaps, 207 samples missing" in str(note) for note in made.notes)
+
+
+def test_even_stamps_and_none_stay_as_they_are():
+    recording = Recording(gyros=(rate_gyro(noise(1.0)),), sample_rate=RATE)
+    assert with_gaps_marked(recording) == recording
+    stamped = Recording(gyros=recording.gyros, sample_rate=RATE, times=SECONDS)
+    assert with_gaps_marked(stamped).times is SECONDS
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"values": (300, np.inf)}, "1 sample infinite, the first at 3.000 s"),
+        ({"values": (slice(300, 900), 0.5)}, "is stuck at one value for 600 samples"),
+        ({"times": (slice(300, None), SECONDS[300:] - 9.0)}, "runs backwards"),
+        ({"times": (slice(300, None), SECONDS[300:] + 1e6)}, "1 gap would hold"),
+    ],
+)
+def test_what_is_no_gap_is_refused_beside_gaps(change, words):
+    values, times = noise(1.0), SECONDS.copy()
+    values[100] = np.nan
+    for name, (place, value) in change.items():
+        {"values": values, "times": times}[name][place] = value
+    with pytest.raises(RecordingError, match=words) as caught:
+        with_gaps_marked(Recording(gyros=(rate_gyro(values),), sample_rate=RATE, times=times))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("missing", "first", "last"),
+    [([], 0, 20), ([3], 4, 20), ([15, 18], 0, 15), ([0, 8, 19], 9, 19), (range(20), 0, 0)],
+)
+def test_the_longest_stretch_holds_no_missing_sample(missing, first, last):
+    values = np.arange(20.0)
+    values[list(missing)] = np.nan
+    channel = Channel(name="x", kind="angle", values=values)
+    stretch, start = longest_whole_stretch(Recording(gyros=(channel,), sample_rate=RATE), "x")
+    assert stretch.gyros[0].values.tolist() == list(range(first, last))
+    assert start == pytest.approx(first / RATE if last else 0.0)
+
+
+def test_values_stand_at_their_places_of_a_grid():
+    times = np.array([0.0, 0.1, 0.2, 1.0, 1.1])
+    grid = grid_of(times, 0.5, 1)
+    assert grid.sample_rate == pytest.approx(10.0)
+    assert grid.samples == 12
+    values = on_grid(np.arange(5.0), times, grid)
+    np.testing.assert_array_equal(values, [0.0, 1.0, 2.0, *[np.nan] * 7, 3.0, 4.0])
+
+
+def test_late_and_repeated_stamps_are_told_from_gaps():
+    steps = np.array([1.0, 0.0, 2.0, 1.0, 4.0, 1.0, 9.0, 0.0])
+    notes = uneven_notes(np.concatenate([[0.0], np.cumsum(steps)]), 1.0)
+    assert [note.text for note in notes] == [
+        "2 repeated stamps",
+        "2 intervals longer than 1.5 steps of 1 s, the longest 4 s",
+    ]
+
+
+def test_a_stretch_of_a_turning_recording_leaves_the_table_out():
+    table = Channel(name="table", kind="angle", values=np.arange(20.0))
+    values = np.arange(20.0)
+    values[3] = np.nan
+    gyro = Channel(name="x", kind="angle", values=values)
+    stretch, _ = longest_whole_stretch(Recording(gyros=(gyro,), sample_rate=RATE, table=table), "x")
+    assert stretch.table is None

@@ -1,0 +1,104 @@
+"""The step that numbers are counted in, as files hold them."""
+
+import numpy as np
+import pytest
+
+from sagnac.quality.check import judged
+from sagnac.quality.profile import count_step
+from sagnac.quality.readout import joint_readout, readout_of
+from sagnac.recording.model import Recording
+from tests.instruments import ARCSECOND, Readout, turntable
+
+STEP = 0.0008  # arcsec
+RANDOM = np.random.default_rng(3)
+TURNING = turntable(1, seconds=100.0, walk=2.5e-5, jitter=1e-4, readout=Readout(step=STEP))
+
+
+@pytest.mark.parametrize(
+    ("stored", "size"),
+    [
+        (TURNING.angles["x"], 1.0),
+        (TURNING.angles["x"] / 3600.0, 1.0 / 3600.0),
+        (np.round(TURNING.angles["x"] / 3600.0, 9), 1.0 / 3600.0),
+        (TURNING.angles["x"] * ARCSECOND, ARCSECOND),
+        (np.round(TURNING.angles["x"] * ARCSECOND, 10), ARCSECOND),
+    ],
+    ids=["arcsec", "deg", "nine decimals of deg", "rad", "ten decimals of rad"],
+)
+def test_counts_show_through_their_scale(stored, size):
+    assert count_step(np.diff(stored)) == pytest.approx(STEP * size, rel=0.02)
+
+
+def test_counts_show_through_single_precision():
+    increments = np.diff(TURNING.angles["x"]).astype(np.float32).astype(np.float64)
+    # A step of single precision there is 3e-5 arcsec.
+    assert count_step(np.diff(np.cumsum(increments))) == pytest.approx(STEP, rel=0.05)
+
+
+def test_what_is_not_counted_has_no_step_to_speak_of():
+    for values in (
+        RANDOM.standard_normal(40_000),
+        np.cumsum(RANDOM.standard_normal(40_000)),
+        RANDOM.standard_normal(40_000) + 1000.0 * (RANDOM.random(40_000) < 1e-3),
+    ):
+        assert count_step(values) < 1e-3
+    assert count_step(np.zeros(1000)) == np.inf
+    assert count_step(np.ones(3)) == np.inf
+
+
+@pytest.mark.parametrize("motion", ["reversing", "dwelling"])
+def test_a_table_that_reverses_at_once_has_the_step_of_its_readout(motion):
+    made = turntable(2, seconds=300.0, jitter=0.0, motion=motion, readout=Readout(step=STEP))
+    found = readout_of(made.angles["x"])
+    assert found.step == pytest.approx(STEP, rel=1e-3)
+    recording = Recording.from_arrays(
+        kind="angle",
+        unit="arcsec",
+        sample_rate=made.sample_rate,
+        table=made.encoder,
+        table_unit="deg",
+        **made.angles,
+    )
+    # The encoder has 24 bits a turn, 0.077 arcsec, and the gyro senses 0.577 of it.
+    joint = joint_readout(recording, ("x",), made.sample_rate)
+    assert joint.step < 0.05 * ARCSECOND
+
+
+@pytest.mark.parametrize("part", [1, 20])
+def test_a_table_that_turns_round_evenly_has_no_step_of_its_own(part):
+    times = np.arange(120_000) / 200.0
+    rate = 30.0 * np.clip(25.0 * np.sin(2.0 * np.pi * times / 150.0), -1.0, 1.0)
+    noise = np.cumsum(2e-4 * np.random.default_rng(4).standard_normal(times.size))
+    angle = np.cumsum(0.577 * rate) / 200.0 + noise
+    coarse = np.rint(angle / 0.1) * 0.1
+    stated = {"kind": "angle", "unit": "deg", "sample_rate": 200.0}
+    fine = Recording.from_arrays(x=angle, **stated)
+    assert joint_readout(fine, ("x",), 200.0 / part).notes == ()
+    found = joint_readout(Recording.from_arrays(x=coarse, **stated), ("x",), 200.0 / part)
+    assert found.step == pytest.approx(np.radians(0.1), rel=0.02)
+
+
+def test_reversals_of_a_readout_that_nothing_dithers_dither_nothing():
+    turned = np.abs(np.mod(np.arange(100_000) * 0.25, 2000.0) - 1000.0)
+    assert readout_of(np.floor(turned)).every != 1
+
+
+@pytest.mark.parametrize("decimals", [8, 9, 10])
+def test_counts_of_an_angle_are_no_soft_saturation(decimals):
+    for seed in (1, 2, 3):
+        made = turntable(
+            seed,
+            seconds=80.0,
+            sample_rate=500.0,
+            walk=2.5e-5,
+            jitter=1e-4,
+            mains=0.005,
+            table_rate=40.0,
+        )
+        recording = Recording.from_arrays(
+            x=np.round(made.angles["x"] / 3600.0, decimals),
+            kind="angle",
+            unit="deg",
+            sample_rate=500.0,
+        )
+        assert "clipping" not in [note.name for note in judged(recording)]

@@ -1,0 +1,58 @@
+"""Gyros beside each other: likeness against its definition, and hundreds of gyros."""
+
+import numpy as np
+import pytest
+
+from sagnac.quality import repeats as pairs
+from sagnac.quality.check import check
+from sagnac.recording.model import Recording
+
+
+def correlation_at(first: np.ndarray, second: np.ndarray, delay: int) -> float:
+    """Mean cosine of the phase at a delay, part by part, by sums over frequencies."""
+    size = first.size // 4
+    latest = min(1024, size // 2)
+    length = pairs.next_fast_len(size + latest, real=True)
+    found = []
+    for start in range(0, 4 * size, size):
+        one, other = (
+            np.fft.fft((part - part.mean()) * np.hanning(size), length)
+            for part in (first[start : start + size], second[start : start + size])
+        )
+        turn = np.exp(2j * np.pi * np.arange(length) * delay / length)
+        found.append(np.mean(np.conj(one) / abs(one) * other / abs(other) * turn).real)
+    return float(np.mean(found))
+
+
+@pytest.mark.parametrize("delay", [0, 3, -7])
+def test_likeness_is_the_mean_cosine_of_the_phase(delay):
+    random = np.random.default_rng(2)
+    first = random.normal(size=4000)
+    second = np.roll(first, delay) + random.normal(size=4000)
+    found = pairs.likeness(pairs.phases_of(first), pairs.phases_of(second))
+    assert found.delay == delay
+    expected = correlation_at(first, second, delay)
+    assert found.correlation == pytest.approx(expected, rel=1e-4)
+    assert found.together == pytest.approx(correlation_at(first, second, 0), abs=1e-5)
+
+
+def test_what_a_gyro_brings_to_its_pairs_is_made_once(monkeypatch):
+    """300 gyros took minutes to begin: each was transformed eight times for each of 299 others."""
+    calls = []
+
+    def counted(*arguments, **named):
+        calls.append(1)
+        return whole(*arguments, **named)
+
+    whole = pairs.rfft
+    monkeypatch.setattr(pairs, "rfft", counted)
+    random = np.random.default_rng(3)
+    gyros = {f"g{number}": random.normal(size=600) for number in range(40)}
+    gyros["g39"] = gyros["g0"]
+    recording = Recording.from_arrays(**gyros, kind="rate", unit="deg/h", sample_rate=100.0)
+    said = [str(note) for note in check(recording)]
+    assert len(calls) == 40
+    assert [one for one in said if "is a copy of gyro g0" in one] == [
+        one for one in said if "copy" in one
+    ]
+    assert any(one.startswith("g39: is a copy of gyro g0") for one in said)

@@ -1,0 +1,53 @@
+"""Jumps and saturation."""
+
+import numpy as np
+import pytest
+
+from sagnac.quality.readout import clipped_scatter, next_inwards
+from sagnac.recording.model import Recording
+from tests.analysis.test_sound_instruments import on_table
+from tests.quality.recordings import RATE, levels, noise, rate_gyro
+
+
+def test_jumps_and_saturation_are_warned_of():
+    values = noise(0.01)
+    values[7000:] += 1.5
+    found = levels(Recording(gyros=(rate_gyro(values),), sample_rate=RATE))
+    assert any("1 jump" in line and "70.000 s" in line for line in found["warning"])
+    clipped = np.clip(noise(0.05), -0.05, 0.045)
+    found = levels(Recording(gyros=(rate_gyro(clipped),), sample_rate=RATE))
+    (line,) = [line for line in found["error"] if "saturated" in line]
+    assert "upper limit" in line
+    assert "lower limit" in line
+    for sound in (noise(0.05), np.rint(noise(3.0))):
+        assert levels(Recording(gyros=(rate_gyro(sound),), sample_rate=RATE))["warning"] == []
+
+
+@pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-0.3, 0.3), (-9.0, 0.0), (-2.0, 0.5)])
+def test_the_scatter_of_a_clipped_normal_number(low, high):
+    numbers = np.clip(np.random.default_rng(1).standard_normal(400_000), low, high)
+    scatter = clipped_scatter(float(np.mean(numbers == low)), float(np.mean(numbers == high)))
+    assert scatter == pytest.approx(float(numbers.std()), rel=0.01)
+
+
+def test_the_value_next_to_an_extreme_one():
+    values = np.array([3.0, -1.0, 5.0, 5.0, 4.5, -2.0])
+    assert next_inwards(values, 5.0, "upper") == 4.5
+    assert next_inwards(values, -2.0, "lower") == -1.0
+    assert next_inwards(np.ones(4), 1.0, "upper") == -np.inf
+    assert next_inwards(np.ones(4), 1.0, "lower") == np.inf
+
+
+@pytest.mark.parametrize("number", [74, 194])
+def test_counts_that_a_files_decimals_part_are_one(number):
+    """Of twenty samples at the lowest count sixteen were one number, four the one beside it."""
+    recording, _ = on_table(number)
+    found = levels(recording)
+    assert not any("saturated" in line for lines in found.values() for line in lines)
+
+
+def test_counts_that_are_clipped_are_found_behind_a_files_decimals():
+    counts = np.clip(np.rint(np.random.default_rng(3).normal(0.0, 5.0, 20_000)), -4.0, 4.0)
+    degrees = np.round(np.cumsum(counts) * 0.0008 / 3600.0, 9)
+    found = levels(Recording.from_arrays(x=degrees, kind="angle", unit="deg", sample_rate=RATE))
+    assert any("saturated" in line for line in found["error"])

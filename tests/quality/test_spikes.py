@@ -1,0 +1,121 @@
+"""Single samples far off their neighbours."""
+
+import numpy as np
+import pytest
+from benchmarks.gallery import Gyro, spiked
+from scipy.special import ndtri
+
+import sagnac
+from sagnac.quality.spikes import find_spikes, without_spikes
+
+RATE = 100.0
+
+
+def test_spikes_are_found_and_weighed():
+    rng = np.random.default_rng(15)
+    gyro = spiked(rng, 40_000, RATE, gyro=Gyro(), every=10.0, height=40.0)
+    found = find_spikes(gyro.increments, sample_rate=RATE)
+    assert 25 <= found.index.size <= 60
+    before, after = np.var(gyro.increments), np.var(without_spikes(gyro.increments, found))
+    assert after * RATE == pytest.approx(1.0, rel=0.02)
+    assert found.added_walk**2 == pytest.approx((before - after) * RATE, rel=0.1)
+    assert find_spikes(rng.standard_normal(40_000), sample_rate=RATE).index.size == 0
+
+
+@pytest.mark.parametrize("freedom", [3, 4, 6])
+def test_the_end_of_a_heavy_tail_is_noise(freedom):
+    rng = np.random.default_rng(16)
+    noise = rng.standard_t(freedom, 90_000)
+    found = find_spikes(noise, sample_rate=RATE)
+    assert found.tail
+    assert found.index.size == 0
+    assert found.added_walk == 0.0
+    # Spikes of heights of their own stand out of the same noise.
+    noise[rng.integers(0, noise.size, 400)] += 400.0
+    spiked_too = find_spikes(noise, sample_rate=RATE)
+    assert not spiked_too.tail
+    assert spiked_too.index.size > 350
+
+
+@pytest.mark.parametrize("height", [10.0, 40.0, 1000.0])
+def test_few_spikes_are_no_tail(height):
+    rng = np.random.default_rng(17)
+    noise = rng.standard_normal(90_000)
+    noise[[1000, 50_000, 70_000]] += height
+    found = find_spikes(noise, sample_rate=RATE)
+    assert not found.tail
+    assert found.index.tolist() == [1000, 50_000, 70_000]
+
+
+def test_a_spike_is_as_high_as_it_lies_off_the_median_of_its_neighbours():
+    rng = np.random.default_rng(3)
+    values = rng.standard_normal(2000)
+    places = np.array([0, 1, 700, 1998, 1999, *range(800, 1200, 100)])
+    values[places] += 1e3
+    found = find_spikes(values, sample_rate=RATE)
+    around = np.pad(values, 2, mode="reflect")
+    naive = [
+        values[n] - np.median([*around[n : n + 2], *around[n + 3 : n + 5]])
+        for n in range(values.size)
+    ]
+    assert set(places[2:3].tolist() + list(range(800, 1200, 100))) <= set(found.index.tolist())
+    assert found.height == pytest.approx(np.array(naive)[found.index], rel=1e-12)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.7])
+def test_a_spike_lies_beyond_the_scatter_by_quartiles_and_by_the_inner_part(step):
+    noise = np.random.default_rng(4).standard_normal(5003)
+    noise = step * np.rint(noise / step) if step else noise
+    limit = -1.15 * float(ndtri(0.5e-3 / noise.size))
+    told = []
+    for height in np.linspace(5.5, 9.0, 71):
+        values = noise.copy()
+        values[2000] = height
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(values, 2, mode="reflect"), 5)
+        off = values - np.median(np.delete(around, 2, axis=1), axis=1)
+        low, high = np.quantile(off, [0.25, 0.75])
+        inner = off[np.abs(off) <= np.quantile(np.abs(off), 0.95)]
+        scatter = max((high - low) / 1.349, 1.3 * np.sqrt(np.mean(inner**2)))
+        expected = abs(off[2000]) > limit * scatter
+        assert (2000 in find_spikes(values, sample_rate=RATE).index) == expected
+        told.append(expected)
+    assert True in told
+    assert False in told
+
+
+def test_bursts_of_vibration_are_no_spikes_though_the_angle_keeps_few_of_their_samples():
+    random = np.random.default_rng(8)
+    noise = random.standard_normal(60_000)
+    # Beside a motor: for a hundredth of a second in every second it shakes, forth and back.
+    shaken = np.where(np.arange(noise.size) % 60 < 2, 25.0, 0.0) * random.standard_normal(
+        noise.size
+    )
+    shaken -= np.roll(shaken, 1)
+    found = find_spikes(noise + shaken, sample_rate=100.0)
+    assert found.many
+    assert found.index.size == 0
+    # One in a thousand of them is what single samples are.
+    single = np.where(random.random(noise.size) < 1e-3, 25.0, 0.0)
+    found = find_spikes(noise + single, sample_rate=100.0)
+    assert not found.many
+    assert set(found.index) == set(np.flatnonzero(single))
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_a_heavy_tail_is_the_noises_on_a_bench_alone(turning):
+    random, seconds = np.random.default_rng(5), np.arange(60_000) / 100.0
+    phase = 2.0 * np.pi * seconds / 30.0
+    # A drive that shakes where it runs fast; the same shaking at rest is noise of the gyro.
+    shaking = np.cumsum(2e-5 * np.cos(phase) ** 8 * random.standard_normal(seconds.size))
+    table = 0.5 * np.pi * np.sin(phase) + shaking
+    own = np.cumsum(1e-7 * random.standard_normal(seconds.size))
+    sensed = {"table": table, "table_unit": "rad"} if turning else {}
+    recording = sagnac.Recording.from_arrays(
+        x=own + (0.6 * table if turning else 0.6 * shaking),
+        kind="angle",
+        unit="rad",
+        sample_rate=100.0,
+        **sensed,
+    )
+    found = [one for one in sagnac.check(recording) if "heavy tail" in one.text]
+    assert len(found) == (0 if turning else 1)

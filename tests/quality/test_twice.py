@@ -1,0 +1,36 @@
+"""Blocks that stand in a record twice, found by their values."""
+
+import numpy as np
+import pytest
+
+from sagnac.quality.repeats import longest_twice
+
+
+@pytest.mark.parametrize(("first", "samples", "again"), [(0, 64, 500), (700, 1000, 2500)])
+def test_a_block_is_found_where_it_was_put(first, samples, again):
+    values = np.random.default_rng(first).standard_normal(5000)
+    found = longest_twice(np.insert(values, again, values[first : first + samples]))
+    assert found is not None
+    assert (found.first, found.again, found.samples) == (first, again, samples)
+
+
+def test_the_longer_of_two_is_told():
+    values = np.random.default_rng(3).standard_normal(5000)
+    doubled = np.concatenate([values, values[100:200], values[1000:1500]])
+    found = longest_twice(doubled)
+    assert found is not None
+    assert (found.first, found.samples) == (1000, 500)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.zeros(4000),
+        np.tile(np.arange(40.0), 100),
+        np.rint(0.3 * np.random.default_rng(1).standard_normal(200_000)),
+        np.rint(3.0 * np.random.default_rng(2).standard_normal(200_000)),
+        np.random.default_rng(3).standard_normal(100),
+    ],
+)
+def test_what_goes_round_or_takes_few_values_is_no_block(values):
+    assert longest_twice(values) is None

@@ -1,0 +1,28 @@
+"""Rates that no gyro has."""
+
+import numpy as np
+
+from sagnac.recording.model import Recording
+from tests.quality.recordings import RATE, levels, noise, rate_gyro
+
+
+def test_rates_that_no_gyro_has_are_warned_of():
+    for scale in (1e-14, 1e6):
+        gyro = rate_gyro(noise(scale) + 100.0 * scale)
+        found = levels(Recording(gyros=(gyro,), sample_rate=RATE))
+        assert any("looks wrong" in line for line in found["warning"])
+
+
+def test_a_random_walk_that_no_gyro_has_is_warned_of_and_a_strong_one_is_not():
+    # A standard deviation of one deg/s at RATE is N = 60/sqrt(RATE) deg/sqrt(h).
+    for walk, is_said in ((10.0, False), (600.0, True)):
+        gyro = rate_gyro(noise(walk / 60.0 * RATE**0.5))
+        found = levels(Recording(gyros=(gyro,), sample_rate=RATE))
+        assert any("unit or kind looks wrong" in line for line in found["warning"]) == is_said
+        assert not found["error"]
+
+
+def test_vibration_that_is_gone_from_second_to_second_is_no_wrong_unit():
+    shaken = np.diff(noise(50.0), append=0.0)
+    found = levels(Recording(gyros=(rate_gyro(shaken),), sample_rate=RATE))
+    assert not any("looks wrong" in line for line in found["warning"])
